@@ -1,0 +1,127 @@
+/* material.h: the neo-Hookean family as functions psi(I_C, J), and what follows from psi alone.
+ *
+ * F is the 3x3 deformation gradient, I_C = tr(F^T F), J = det F. 3x3 matrices are row-major
+ * [9]: F[3*i+j] = F_ij; vec(F) has the same order, so Hessians are [81], H[9*p+q]. Energies are
+ * densities per rest volume [J/m^3], stresses and moduli [Pa].
+ *
+ *   Neo  mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2     Bonet & Wood 2008
+ *   A    mu/2 (I_C-3) - mu log J + lambda/2 (J-1)^2       Ogden 1984
+ *   B    mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)^2         Bower 2009
+ *   C    mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)           Wang & Yang 2016
+ *   M    mu/2 (I_C-3)                                     Mooney 1940, Rivlin 1948
+ *   D    mu/2 (I_C-3) + lambda/2 (J-1)^2
+ *   E    mu/2 (I_C-3) + lambda/2 (J-alpha)^2,  alpha = 1 + mu/lambda
+ *   S    E's form - mu/2 log(I_C+1),  alpha = 1 + mu/lambda - mu/(4 lambda)
+ *                                                         Smith, de Goes & Kim 2018, eq. 14
+ *
+ * Neo, A, B and C are undefined for J <= 0: every function then returns FLESH_UNDEFINED and
+ * leaves its outputs as they were. */
+#ifndef FLESH_MATERIAL_H
+#define FLESH_MATERIAL_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_energy {
+  FLESH_ENERGY_NEO,
+  FLESH_ENERGY_A,
+  FLESH_ENERGY_B,
+  FLESH_ENERGY_C,
+  FLESH_ENERGY_M,
+  FLESH_ENERGY_D,
+  FLESH_ENERGY_E,
+  FLESH_ENERGY_S,
+  FLESH_ENERGY_USER, /* psi given by the user */
+  FLESH_ENERGY_COUNT = FLESH_ENERGY_USER
+} flesh_energy;
+
+/* How the given small-strain Lame constants (mu_L, lambda_L) become the mu, lambda of a form. */
+typedef enum flesh_constants {
+  FLESH_CONSTANTS_RAW,     /* mu = mu_L, lambda = lambda_L put straight into the formula */
+  FLESH_CONSTANTS_MATCHED, /* the form's linearisation at rest is (mu_L, lambda_L): Neo, A, B, E, S */
+  FLESH_CONSTANTS_AS_E     /* D only: E's constants, mu = mu_L, lambda = lambda_L + mu_L */
+} flesh_constants;
+
+/* psi and its derivatives with respect to I_C and J at one (I_C, J) [Pa]. */
+typedef struct flesh_psi {
+  double value;
+  double I, J;       /* first derivatives */
+  double II, IJ, JJ; /* second derivatives */
+} flesh_psi;
+
+struct flesh_material;
+
+/* A user's or a built-in psi: fills *psi and returns 0; returns FLESH_UNDEFINED, *psi untouched,
+ * where the form has no value. Must be pure: it is called from several threads at once. */
+typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_material *material,
+                                  flesh_psi *psi);
+
+/* A material: plain data, copied freely, const once made. */
+typedef struct flesh_material {
+  flesh_psi_function psi;
+  double mu, lambda, alpha; /* of the formula [Pa, Pa, 1]; alpha is J's rest offset (E, S; else 1) */
+  flesh_energy energy;
+  flesh_constants constants;
+  double young, poisson; /* as given; NaN when the material was given by mu and lambda */
+  const void *user;      /* for FLESH_ENERGY_USER: the user's own data, borrowed */
+} flesh_material;
+
+/* From the constants (mu, lambda) [Pa]. mu > 0 and finite. Limits of raw constants: E needs lambda > mu/3,
+ * S lambda > mu/8, B lambda > 0 for a stable rest state; matched and as_e need the given bulk modulus
+ * lambda_L + 2/3 mu_L > 0 and 0 <= poisson < 0.5. FLESH_ERR_ARGUMENT with the reason otherwise. */
+FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
+                                       double lambda, flesh_material *material);
+
+/* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)), lambda_L = E nu/((1+nu)(1-2nu)). */
+FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants, double young,
+                                        double poisson, flesh_material *material);
+
+/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. */
+FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
+                                      flesh_material *material);
+
+/* "Neo", "A" ... "S", "user"; "raw", "matched", "as_e". */
+FLESH_API const char *flesh_energy_name(flesh_energy energy);
+FLESH_API const char *flesh_constants_name(flesh_constants constants);
+/* Inverse of the above, exact spelling; FLESH_ERR_ARGUMENT (with the valid names) otherwise. */
+FLESH_API int flesh_energy_from_name(const char *name, flesh_energy *energy);
+FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *constants);
+
+/* Small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2,
+ * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ, and the rest pressure-like stress
+ * P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL. */
+FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
+                                          double *lambda, double *rest_stress);
+
+/* Uniform scale s at which a free body is at rest, s^3 = J*: the stress-free larger root along F = s I.
+ * 1 for the rest-stable forms; FLESH_UNDEFINED where none exists (D below lambda/mu = 2.1165, M, C without a
+ * minimum). `volume_ratio` = J*. */
+FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio);
+
+/* Energy density psi(F) [J/m^3]. */
+FLESH_API int flesh_material_energy(const flesh_material *material, const double F[9], double *psi);
+
+/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa. */
+FLESH_API int flesh_material_stress(const flesh_material *material, const double F[9], double P[9]);
+
+/* Hessian d vec(P)/d vec(F) [81], symmetric, Pa. */
+FLESH_API int flesh_material_hessian(const flesh_material *material, const double F[9],
+                                     double H[81]);
+
+/* The nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section 4):
+ * values[0..2] the scaling block's, [3..5] twists 2 psi_I + psi_J s_k, [6..8] flips 2 psi_I - psi_J s_k;
+ * vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k]. */
+FLESH_API int flesh_material_eigen(const flesh_material *material, const double F[9],
+                                   double values[9], double vectors[81]);
+
+/* The Hessian with its negative eigenvalues set to zero [81]: positive semi-definite. */
+FLESH_API int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
+                                               double H[81]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

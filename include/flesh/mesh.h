@@ -1,0 +1,87 @@
+/* mesh.h: tetrahedral meshes: reading, writing, making, inspecting.
+ *
+ * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are
+ * numbered from 0 in the file's order; every tet is stored with positive volume. */
+#ifndef FLESH_MESH_H
+#define FLESH_MESH_H
+
+#include <stdint.h>
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct flesh_mesh flesh_mesh;
+
+/* What was found while a mesh was made, and what its shape is like. Lengths m, volumes m^3. */
+typedef struct flesh_mesh_info {
+  int nodes, tets, triangles; /* triangles: of the surface */
+  int flipped;                /* tets whose winding was inverted and has been flipped */
+  int unused_nodes;           /* nodes that no tet uses */
+  int regions;                /* distinct region tags */
+  double volume;
+  double low[3], high[3]; /* bounding box */
+  double edge_min, edge_mean, edge_max;
+  double radius_ratio_min; /* 3 * inradius / circumradius, 1 for a regular tet */
+  double radius_ratio_mean;
+  int worst_tet; /* index of the tet with radius_ratio_min */
+} flesh_mesh_info;
+
+/* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or NULL
+ * (all 0). Inverted tets are flipped and counted. FLESH_ERR_FILE, with the index, for a flat tet, a node
+ * out of range or repeated in a tet, a non-finite coordinate, or an empty mesh. Returns new. */
+FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
+                                const int *regions, flesh_mesh **mesh);
+
+/* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
+ * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i. Returns new. */
+FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
+                             flesh_mesh **mesh);
+
+/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII or binary),
+ * Medit .mesh (ASCII), or the plain list `nodes N / x y z ... / tets T / a b c d`, told apart by
+ * content. FLESH_ERR_FILE with file and line otherwise. Returns new. */
+FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
+
+/* Writes in the format of the suffix: .node or .ele (both files), .msh (Gmsh 4.1 binary), .mesh
+ * (Medit), .vtu. Whole or not at all: a partial file is never left. 17 significant digits. */
+FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
+
+/* NULL-safe; sets *mesh to NULL. */
+FLESH_API void flesh_mesh_destroy(flesh_mesh **mesh);
+
+FLESH_API int flesh_mesh_node_count(const flesh_mesh *mesh);
+FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
+/* The arrays below belong to the mesh. */
+FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);   /* [3*nodes] rest positions, m */
+FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);           /* [4*tets] node indices */
+FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);        /* [tets] tags */
+FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh); /* [tets] rest volumes, m^3 */
+/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. */
+FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
+/* [nodes] 1 where some tet uses the node, else 0. */
+FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
+
+FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
+
+/* Sum of the signed volumes of all tets with nodes at `x` [3*nodes], m^3. */
+FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
+
+/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the smallest,
+ * and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number with J <= 0. */
+FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
+                                      int *inverted);
+
+/* Lumped mass rho V/4 per node and tet [nodes], kg; density [tets], kg/m^3. */
+FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
+
+/* y = M x with the consistent mass rho V/20 (1 + delta_ij), x and y [3*nodes]. */
+FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
+                                                const double *x, double *y);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,53 @@
+/* status.h: what every function of the library returns, and the text of the last error.
+ *
+ * The sign is SUNDIALS': 0 fine; > 0 recoverable (nothing was modified, a shorter step or another
+ * state may succeed); < 0 fatal. The library never prints and never exits. */
+#ifndef FLESH_STATUS_H
+#define FLESH_STATUS_H
+
+#if defined(__GNUC__)
+#define FLESH_API __attribute__((visibility("default")))
+#else
+#define FLESH_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* X(name, value, text): the one list from which the enum and the texts are made. */
+#define FLESH_STATUS_LIST(X)                                                                       \
+  X(FLESH_OK, 0, "success")                                                                        \
+  X(FLESH_UNDEFINED, 1, "the energy is undefined at this state (J <= 0)")                          \
+  X(FLESH_NONFINITE, 2, "a number is not finite")                                                  \
+  X(FLESH_NOT_CONVERGED, 3, "the iteration limit was reached before the tolerance")                \
+  X(FLESH_NOT_POSITIVE, 4, "the matrix is not positive definite")                                  \
+  X(FLESH_ERR_ARGUMENT, -1, "invalid argument or scene")                                           \
+  X(FLESH_ERR_MEMORY, -2, "out of memory")                                                         \
+  X(FLESH_ERR_FILE, -3, "invalid or unreadable file or mesh")                                      \
+  X(FLESH_ERR_SOLVE, -4, "the nonlinear solve failed")                                             \
+  X(FLESH_ERR_INTEGRATOR, -5, "the time integrator failed")                                        \
+  X(FLESH_ERR_BUDGET, -6, "the budget is spent")                                                   \
+  X(FLESH_ERR_NONFINITE, -7, "a non-finite number ended the run")                                  \
+  X(FLESH_ERR_INTERRUPTED, -8, "interrupted")                                                      \
+  X(FLESH_ERR_SUNDIALS, -9, "a SUNDIALS function failed")
+
+typedef enum flesh_status {
+#define FLESH_STATUS_ENUM(name, value, text) name = value,
+  FLESH_STATUS_LIST(FLESH_STATUS_ENUM)
+#undef FLESH_STATUS_ENUM
+} flesh_status;
+
+/* Name ("FLESH_UNDEFINED") and one-line meaning of a status; never NULL. */
+FLESH_API const char *flesh_status_name(int status);
+FLESH_API const char *flesh_status_text(int status);
+
+/* Text of the last failure in this thread: one sentence saying where, what, and what would be
+ * valid ("scene.yaml:12:9: body.material.poisson is 0.5; it must be in [0, 0.5)"). Empty when
+ * nothing has failed. Owned by the library, overwritten by the thread's next failure. */
+FLESH_API const char *flesh_error_text(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,110 @@
+/* test.h: the tests' harness. A test program is a list of named functions; each prints one TAP line.
+ *
+ *   static void sums_are_exact(void) { CHECK(1 + 1 == 2); CHECK_NEAR(0.1 + 0.2, 0.3, 1e-15); }
+ *   int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(sums_are_exact)); }
+ *
+ * Arguments select tests by name. A failed check prints where and what, and fails its test only. */
+#ifndef FLESH_TEST_H
+#define FLESH_TEST_H
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "flesh/status.h"
+
+typedef struct test_case {
+  const char *name;
+  void (*run)(void);
+} test_case;
+
+static int test_failures; /* of the running test */
+
+#define TEST(function) {#function, function}
+
+#define CHECK(condition)                                                                  \
+  do {                                                                                    \
+    if (!(condition)) {                                                                   \
+      test_failures++;                                                                    \
+      printf("# %s:%d: failed: %s\n", __FILE__, __LINE__, #condition);                    \
+    }                                                                                     \
+  } while (0)
+
+/* For calls that must succeed; prints the library's own words when they do not. */
+#define CHECK_OK(call)                                                                    \
+  do {                                                                                    \
+    int check_status = (call);                                                            \
+    if (check_status != FLESH_OK) {                                                       \
+      test_failures++;                                                                    \
+      printf("# %s:%d: %s gave %s: %s\n", __FILE__, __LINE__, #call,                      \
+             flesh_status_name(check_status), flesh_error_text());                        \
+    }                                                                                     \
+  } while (0)
+
+/* |value - expected| <= tolerance; NaN fails. */
+#define CHECK_NEAR(value, expected, tolerance)                                            \
+  do {                                                                                    \
+    double check_value = (value), check_expected = (expected), check_tol = (tolerance);   \
+    if (!(fabs(check_value - check_expected) <= check_tol)) {                             \
+      test_failures++;                                                                    \
+      printf("# %s:%d: %s is %.17g, expected %.17g within %g (off by %g)\n", __FILE__,    \
+             __LINE__, #value, check_value, check_expected, check_tol,                    \
+             fabs(check_value - check_expected));                                         \
+    }                                                                                     \
+  } while (0)
+
+#define CHECK_BELOW(value, limit)                                                         \
+  do {                                                                                    \
+    double check_value = (value), check_limit = (limit);                                  \
+    if (!(check_value <= check_limit)) {                                                  \
+      test_failures++;                                                                    \
+      printf("# %s:%d: %s is %.6g, limit %.6g\n", __FILE__, __LINE__, #value,             \
+             check_value, check_limit);                                                   \
+    }                                                                                     \
+  } while (0)
+
+#define CHECK_TEXT(text, part)                                                            \
+  do {                                                                                    \
+    const char *check_text = (text);                                                      \
+    if (!strstr(check_text, (part))) {                                                    \
+      test_failures++;                                                                    \
+      printf("# %s:%d: \"%s\" lacks \"%s\"\n", __FILE__, __LINE__, check_text, (part));   \
+    }                                                                                     \
+  } while (0)
+
+static int test_run_all(int argc, char **argv, const test_case *cases, int count)
+{
+  int failed = 0, number = 0, planned = 0;
+  for (int c = 0; c < count; c++) {
+    int wanted = argc < 2;
+    for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], cases[c].name);
+    planned += wanted;
+  }
+  printf("1..%d\n", planned);
+  for (int c = 0; c < count; c++) {
+    int wanted = argc < 2;
+    for (int a = 1; a < argc; a++) wanted |= !strcmp(argv[a], cases[c].name);
+    if (!wanted) continue;
+    test_failures = 0;
+    cases[c].run();
+    printf("%s %d - %s\n", test_failures ? "not ok" : "ok", ++number, cases[c].name);
+    fflush(stdout);
+    failed += test_failures != 0;
+  }
+  return failed != 0;
+}
+
+#define RUN_TESTS(argc, argv, ...)                                                        \
+  test_run_all(argc, argv, (const test_case[]){__VA_ARGS__},                              \
+               (int)(sizeof((const test_case[]){__VA_ARGS__}) / sizeof(test_case)))
+
+/* A deterministic generator for random trials: uniform in [0, 1). */
+static inline double test_uniform(unsigned long long *state)
+{
+  unsigned long long z = (*state += 0x9e3779b97f4a7c15ULL);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+#endif
