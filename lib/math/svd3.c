@@ -107,7 +107,7 @@ void flesh_svd3(const double F[9], double U[9], double sigma[3], double V[9])
   double along = flesh_vec3_dot(u[0], b[1]), rest[3];
   for (int i = 0; i < 3; i++) rest[i] = b[1][i] - along * u[0][i];
   double n1 = sqrt(flesh_vec3_dot(rest, rest));
-  if (n1 > 0.5 * s1)
+  if (s1 > NEGLIGIBLE * s0 && n1 > 0.5 * s1) /* its squares are then no denormal numbers */
     for (int i = 0; i < 3; i++) u[1][i] = rest[i] / n1;
   else
     perpendicular(u[0], u[1]);
