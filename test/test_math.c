@@ -128,6 +128,8 @@ static void svd_of_random_matrices(void)
     random_matrix(F);
     if (trial % 2) /* near the identity, as in most elements */
       for (int k = 0; k < 9; k++) F[k] = (k % 4 == 0) + F[k] * pow(10, -(trial % 17));
+    if (trial % 4 == 2) /* nearly diagonal with distinct values: small angles, few sweeps */
+      for (int k = 0; k < 9; k++) F[k] = (k % 4 == 0) * (3 - k / 4) + F[k] * pow(10, -(trial % 9));
     worst = fmax(worst, svd_error(F, sigma));
     double J = flesh_mat3_determinant(F);
     if (fabs(J) > 1e-12) CHECK((sigma[2] < 0) == (J < 0));
