@@ -2,6 +2,7 @@
  * which a free body is without stress. */
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 #include "base/error.h"
 #include "material/psi.h"
