@@ -46,14 +46,14 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
   return add(system, flesh_effect_gravity(body, p->acceleration, &effect), &effect);
 }
 
-#define INTERVAL_KEYS(type)                                                                        \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(type, from), .unit = "s",          \
+#define INTERVAL_KEYS(parameters)                                                                        \
+  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",          \
    .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(type, until), .unit = "s",        \
+  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",        \
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
-#define AXES_KEY(type)                                                                             \
-  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(type, axes),                         \
+#define AXES_KEY(parameters)                                                                             \
+  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                         \
    .default_value = "[x, y, z]", .doc = "the components held"}
 
 typedef struct pin_parameters {
