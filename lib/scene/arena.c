@@ -105,16 +105,11 @@ void flesh_text_quote(flesh_text *text, const char *value)
   flesh_text_append(text, "\"", 1);
   for (; *value; value++) {
     unsigned char c = (unsigned char)*value;
-    if (c == '"' || c == '\\')
-      flesh_text_print(text, "\\%c", c);
-    else if (c == '\n')
-      flesh_text_append(text, "\\n", 2);
-    else if (c == '\t')
-      flesh_text_append(text, "\\t", 2);
-    else if (c < 32 || c == 127)
-      flesh_text_print(text, "\\u%04x", c);
-    else
-      flesh_text_append(text, value, 1);
+    if (c == '"' || c == '\\') flesh_text_print(text, "\\%c", c);
+    else if (c == '\n') flesh_text_append(text, "\\n", 2);
+    else if (c == '\t') flesh_text_append(text, "\\t", 2);
+    else if (c < 32 || c == 127) flesh_text_print(text, "\\u%04x", c);
+    else flesh_text_append(text, value, 1);
   }
   flesh_text_append(text, "\"", 1);
 }

@@ -6,7 +6,10 @@
 #include "base/error.h"
 #include "scene/words.h"
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene"); }
+static int no_memory(void)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
+}
 
 const flesh_effect_row *flesh_effect_row_named(const char *name)
 {
@@ -22,7 +25,8 @@ int flesh_effect_list_normalise(flesh_arena *arena, flesh_node *list)
   if (!list || list->kind != FLESH_NODE_LIST) return FLESH_OK;
   for (flesh_node *item = list->first; item; item = item->next) {
     int bare = item->kind == FLESH_NODE_SCALAR && !flesh_node_is_null(item);
-    int empty = item->kind == FLESH_NODE_MAPPING && item->count == 1 && flesh_node_is_null(item->first);
+    int empty =
+        item->kind == FLESH_NODE_MAPPING && item->count == 1 && flesh_node_is_null(item->first);
     if (bare) {
       flesh_node *name = flesh_arena_take(arena, sizeof *name);
       if (!name) return no_memory();
@@ -60,7 +64,8 @@ static int read_entry(const flesh_key_reader *reader, const flesh_node *item, co
   if (item->kind != FLESH_NODE_MAPPING || item->count != 1)
     return flesh_node_fail(item, "%s is %s%s; it must be one effect: \"- name: {its keys}\"", path,
                            flesh_node_show(item, shown),
-                           item->kind == FLESH_NODE_MAPPING && item->count > 1 ? " of several keys" : "");
+                           item->kind == FLESH_NODE_MAPPING && item->count > 1 ? " of several keys"
+                                                                               : "");
   const flesh_node *node = item->first;
   *entry = (flesh_effect_entry){.row = flesh_effect_row_named(node->key), .node = node};
   if (!entry->row) return unknown_effect(node, path);
@@ -71,8 +76,8 @@ static int read_entry(const flesh_key_reader *reader, const flesh_node *item, co
   if (node->kind != FLESH_NODE_MAPPING) {
     char expected[FLESH_EXPECTATION_SIZE];
     flesh_key as_key = {.type = FLESH_KEY_OBJECT, .children = entry->row->keys};
-    return flesh_node_fail(node, "%s is %s; it must be %s", entry->path, flesh_node_show(node, shown),
-                           flesh_key_expectation(&as_key, expected));
+    return flesh_node_fail(node, "%s is %s; it must be %s", entry->path,
+                           flesh_node_show(node, shown), flesh_key_expectation(&as_key, expected));
   }
   return flesh_keys_read(reader, entry->row->keys, node, node, entry->path, entry->parameters);
 }
@@ -83,9 +88,11 @@ int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *lis
   char shown[FLESH_SHOW_SIZE];
   *entries = (flesh_objects){0};
   if (list->kind != FLESH_NODE_LIST)
-    return flesh_node_fail(list, "%s is %s; it must be a list of effects, each \"- name: {its keys}\"", path,
-                           flesh_node_show(list, shown));
-  flesh_effect_entry *values = flesh_arena_take(reader->arena, (size_t)list->count * sizeof *values);
+    return flesh_node_fail(list,
+                           "%s is %s; it must be a list of effects, each \"- name: {its keys}\"",
+                           path, flesh_node_show(list, shown));
+  flesh_effect_entry *values =
+      flesh_arena_take(reader->arena, (size_t)list->count * sizeof *values);
   if (!values) return no_memory();
   entries->values = values;
   int index = 0;

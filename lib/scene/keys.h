@@ -1,5 +1,5 @@
-/* keys.h: what tables of keys (base/key.h) are good for: reading a mapping into a struct, writing a struct as a
- * mapping, saying in words what is valid. */
+/* keys.h: what tables of keys (base/key.h) are good for: reading a mapping into a struct, writing a
+ * struct as a mapping, saying in words what is valid. */
 #ifndef FLESH_SCENE_KEYS_H
 #define FLESH_SCENE_KEYS_H
 
@@ -7,15 +7,18 @@
 #include "scene/node.h"
 
 typedef struct flesh_key_reader {
-  flesh_arena *arena;    /* holds texts and lists */
-  const char *directory; /* paths from a file are relative to it; NULL or "": the working directory */
+  flesh_arena *arena; /* holds texts and lists */
+  const char
+      *directory; /* paths from a file are relative to it; NULL or "": the working directory */
 } flesh_key_reader;
 
-/* Reads `mapping` (NULL: none given, defaults only) into `target`. `path` is what leads to it ("body.material";
- * "" at the top), `place` where a missing key is reported. FLESH_ERR_ARGUMENT with place, full key, value and
- * what is valid. */
-int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys, const flesh_node *mapping,
-                    const flesh_node *place, const char *path, void *target);
+/* Reads `mapping` (NULL: none given, defaults only) into `target`. `path` is what leads to it
+ * ("body.material";
+ * "" at the top), `place` where a missing key is reported. FLESH_ERR_ARGUMENT with place, full key,
+ * value and what is valid. */
+int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
+                    const flesh_node *mapping, const flesh_node *place, const char *path,
+                    void *target);
 /* Sets every value to what stands for "absent" in base/key.h. */
 void flesh_keys_blank(const flesh_key *keys, void *target);
 

@@ -1,4 +1,5 @@
-/* node.c: the tree of a scene's text: making, finding, changing, and sentences that say where it stands. */
+/* node.c: the tree of a scene's text: making, finding, changing, and sentences that say where it
+ * stands. */
 #include "scene/node.h"
 
 #include <stdarg.h>
@@ -21,10 +22,8 @@ flesh_node *flesh_node_create(flesh_arena *arena, flesh_node_kind kind, const fl
 void flesh_node_append(flesh_node *parent, flesh_node *child)
 {
   child->next = NULL;
-  if (parent->last)
-    parent->last->next = child;
-  else
-    parent->first = child;
+  if (parent->last) parent->last->next = child;
+  else parent->first = child;
   parent->last = child;
   parent->count++;
 }

@@ -4,20 +4,24 @@
 
 #include "scene/arena.h"
 
-typedef enum flesh_node_kind { FLESH_NODE_SCALAR, FLESH_NODE_LIST, FLESH_NODE_MAPPING } flesh_node_kind;
+typedef enum flesh_node_kind {
+  FLESH_NODE_SCALAR,
+  FLESH_NODE_LIST,
+  FLESH_NODE_MAPPING
+} flesh_node_kind;
 
 typedef struct flesh_node {
   flesh_node_kind kind;
-  int quoted;  /* a scalar in quotes or a block: never null */
-  int removed; /* by an override: counts as not given, but its name is still checked */
-  int override; /* 0: stands in the file; i: comes from the i-th override, counted from 1 */
+  int quoted;       /* a scalar in quotes or a block: never null */
+  int removed;      /* by an override: counts as not given, but its name is still checked */
+  int override;     /* 0: stands in the file; i: comes from the i-th override, counted from 1 */
   int line, column; /* from 1 */
   int key_line;     /* of its key in a mapping */
   int key_column;
-  int count;          /* children */
-  const char *source; /* the file's path, or "--set path=value" */
-  const char *key;    /* its name in a mapping; NULL otherwise */
-  const char *text;   /* a scalar's text */
+  int count;                              /* children */
+  const char *source;                     /* the file's path, or "--set path=value" */
+  const char *key;                        /* its name in a mapping; NULL otherwise */
+  const char *text;                       /* a scalar's text */
   struct flesh_node *first, *last, *next; /* children in order; next sibling */
 } flesh_node;
 
@@ -27,9 +31,9 @@ typedef struct flesh_source {
   int override;
 } flesh_source;
 
-/* Parses YAML (JSON is a part of it) into *root, NULL for an empty text; everything lives in the arena.
- * FLESH_ERR_ARGUMENT with file, line and column for wrong syntax, a key that stands twice, nesting or
- * aliases beyond all use. */
+/* Parses YAML (JSON is a part of it) into *root, NULL for an empty text; everything lives in the
+ * arena. FLESH_ERR_ARGUMENT with file, line and column for wrong syntax, a key that stands twice,
+ * nesting or aliases beyond all use. */
 int flesh_yaml_parse(flesh_arena *arena, const char *text, size_t size, const flesh_source *source,
                      flesh_node **root);
 
@@ -45,8 +49,8 @@ flesh_node *flesh_node_item(const flesh_node *list, int index);
 /* Whether a scalar says nothing: empty, ~ or null without quotes. */
 int flesh_node_is_null(const flesh_node *node);
 
-/* Fails with FLESH_ERR_ARGUMENT and "file:line:column: " or "--set path=value: " before the sentence; `node`
- * may be NULL. _at_key gives the place of the key instead of the value's. */
+/* Fails with FLESH_ERR_ARGUMENT and "file:line:column: " or "--set path=value: " before the
+ * sentence; `node` may be NULL. _at_key gives the place of the key instead of the value's. */
 int flesh_node_fail(const flesh_node *node, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 int flesh_node_fail_at_key(const flesh_node *node, const char *format, ...)

@@ -26,7 +26,10 @@ typedef struct change {
   flesh_node *value; /* removed: take away */
 } change;
 
-static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene"); }
+static int no_memory(void)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
+}
 
 static int bad_path(const change *c)
 {
@@ -87,20 +90,22 @@ static int open_node(const change *c, flesh_node *node, int depth)
 {
   const segment *s = &c->segments[depth];
   flesh_node_kind kind = s->name && !names_items(c, depth) ? FLESH_NODE_MAPPING : FLESH_NODE_LIST;
-  if (flesh_node_is_null(node) || (node->removed && node->kind == FLESH_NODE_SCALAR)) node->kind = kind;
+  if (flesh_node_is_null(node) || (node->removed && node->kind == FLESH_NODE_SCALAR))
+    node->kind = kind;
   if (!c->value->removed) node->removed = 0;
   if (node->kind == kind) return FLESH_OK;
   char shown[FLESH_SHOW_SIZE];
   int end = c->segments[depth ? depth - 1 : 0].end;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %.*s is %s; nothing below it can be set by %s", c->source.name, end,
-                    c->path, flesh_node_show(node, shown), s->name ? "name" : "index");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %.*s is %s; nothing below it can be set by %s",
+                    c->source.name, end, c->path, flesh_node_show(node, shown),
+                    s->name ? "name" : "index");
 }
 
 static int no_such_item(const change *c, int depth, int items, const char *name)
 {
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %.*s does not exist; there %s %d%s%s, counted from 0",
-                    c->source.name, c->segments[depth].end, c->path, items == 1 ? "is" : "are", items,
-                    name ? " named " : "", name ? name : "");
+                    c->source.name, c->segments[depth].end, c->path, items == 1 ? "is" : "are",
+                    items, name ? " named " : "", name ? name : "");
 }
 
 static flesh_node *new_child(const change *c, flesh_node *parent, const char *key)
@@ -113,8 +118,8 @@ static flesh_node *new_child(const change *c, flesh_node *parent, const char *ke
   return child;
 }
 
-/* The parent of the named effect's parameters: the n-th item of the list that has the name. Takes the index that
- * may follow the name. */
+/* The parent of the named effect's parameters: the n-th item of the list that has the name. Takes
+ * the index that may follow the name. */
 static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node **item)
 {
   const char *name = c->segments[*depth].name;
@@ -129,9 +134,10 @@ static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node
   return new_child(c, *item, name) ? FLESH_OK : no_memory();
 }
 
-/* The child of `node` by step *depth and the parent it hangs on; made when missing. *depth moves to the step's last
- * segment. */
-static int step(const change *c, flesh_node *node, int *depth, flesh_node **parent, flesh_node **child)
+/* The child of `node` by step *depth and the parent it hangs on; made when missing. *depth moves to
+ * the step's last segment. */
+static int step(const change *c, flesh_node *node, int *depth, flesh_node **parent,
+                flesh_node **child)
 {
   int status = open_node(c, node, *depth);
   if (status) return status;
@@ -169,8 +175,7 @@ static int apply(const change *c, flesh_node *root)
       flesh_node_remove(list, parent); /* the whole effect */
     else if (c->value->removed && !by_name && parent->kind == FLESH_NODE_LIST)
       flesh_node_remove(parent, child);
-    else
-      flesh_node_replace(parent, child, c->value);
+    else flesh_node_replace(parent, child, c->value);
   }
   return FLESH_OK;
 }
@@ -186,9 +191,11 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   c.path = flesh_arena_text(arena, text, (size_t)(equals - text));
   if (!c.path) return no_memory();
   int status = split_path(&c);
-  if (!status) status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
+  if (!status)
+    status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
   if (status) return status;
-  if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source))) return no_memory();
+  if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source)))
+    return no_memory();
   c.value->removed = flesh_node_is_null(c.value);
   return apply(&c, root);
 }

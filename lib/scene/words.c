@@ -1,4 +1,5 @@
 /* words.c: the nearest known word to a misspelt one, and numbers as a scene may write them. */
+#define _GNU_SOURCE /* strtod_l */
 #include "scene/words.h"
 
 #include <locale.h>
@@ -50,7 +51,8 @@ const char *flesh_suggestion_text(const flesh_suggestion *s, char text[512])
   int near = s->best && s->distance <= (length < 4 ? 1 : length < 7 ? 2 : length / 3);
   int listed = s->count > 0;
   snprintf(text, 512, "%s%s%s%s%s", near ? "did you mean " : "", near ? s->best : "",
-           near ? "? " : "", listed ? near ? "Known here: " : "known here: " : "", listed ? s->list : "");
+           near ? "? " : "", listed ? near ? "Known here: " : "known here: " : "",
+           listed ? s->list : "");
   size_t end = strlen(text);
   if (end && text[end - 1] == ' ') text[end - 1] = 0;
   return text;

@@ -10,11 +10,11 @@ typedef struct flesh_suggestion {
 } flesh_suggestion;
 
 void flesh_suggestion_offer(flesh_suggestion *suggestion, const char *known);
-/* "did you mean density? Known here: mesh, density, ...", kept in the suggestion's own `text`. */
+/* "did you mean density? Known here: mesh, density, ...". Returns `text`. */
 const char *flesh_suggestion_text(const flesh_suggestion *suggestion, char text[512]);
 
-/* A decimal number, a fraction a/b of two, or .inf with a sign; a point in any locale. Returns whether
- * `text` is one; what is too large for a double is not. */
+/* A decimal number, a fraction a/b of two, or .inf with a sign; a point in any locale. Returns
+ * whether `text` is one; what is too large for a double is not. */
 int flesh_number_parse(const char *text, double *value);
 
 #endif

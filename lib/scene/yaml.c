@@ -1,4 +1,5 @@
-/* yaml.c: libfyaml's events made into a tree, with limits on depth and size so that no text can exhaust us. */
+/* yaml.c: libfyaml's events made into a tree, with limits on depth and size so that no text can
+ * exhaust us. */
 #include "scene/node.h"
 
 #include <libfyaml.h>
@@ -43,13 +44,18 @@ static int fail_at(const builder *b, int line, int column, const char *sentence)
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s:%d:%d: %s", b->source->name, line, column, sentence);
 }
 
-/* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them. */
+/* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them.
+ */
 static int check_text(const builder *b, const unsigned char *text, size_t size)
 {
   int line = 1, column = 1;
   for (size_t i = 0; i < size; column++) {
     unsigned c = text[i];
-    int more = c < 0x80 ? 0 : c >= 0xc2 && c < 0xe0 ? 1 : (c & 0xf0) == 0xe0 ? 2 : c >= 0xf0 && c < 0xf5 ? 3 : -1;
+    int more = c < 0x80                ? 0
+               : c >= 0xc2 && c < 0xe0 ? 1
+               : (c & 0xf0) == 0xe0    ? 2
+               : c >= 0xf0 && c < 0xf5 ? 3
+                                       : -1;
     unsigned code = more <= 0 ? c : c & (0x3fu >> more);
     int good = more >= 0 && i + (size_t)more < size;
     for (int k = 1; good && k <= more; k++) {
@@ -58,9 +64,11 @@ static int check_text(const builder *b, const unsigned char *text, size_t size)
     }
     good = good && !(more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) &&
            !(more == 3 && (code < 0x10000 || code > 0x10ffff));
-    if (!good || (code < 32 && c != '\n' && c != '\r' && c != '\t') || (code >= 127 && code < 160)) {
+    if (!good || (code < 32 && c != '\n' && c != '\r' && c != '\t') ||
+        (code >= 127 && code < 160)) {
       char sentence[96];
-      snprintf(sentence, sizeof sentence, "byte 0x%02x is not text; a scene is YAML or JSON in UTF-8", c);
+      snprintf(sentence, sizeof sentence,
+               "byte 0x%02x is not text; a scene is YAML or JSON in UTF-8", c);
       return fail_at(b, line, column, sentence);
     }
     if (c == '\n') line++, column = 0;
@@ -111,13 +119,13 @@ static int take_key(builder *b, struct fy_token *token, int quoted)
   char path[256], sentence[400];
   if (twin) {
     path_of(b, top->key, path, sizeof path);
-    snprintf(sentence, sizeof sentence, "%s stands twice, first in line %d; a key stands once", path,
-             twin->key_line);
+    snprintf(sentence, sizeof sentence, "%s stands twice, first in line %d; a key stands once",
+             path, twin->key_line);
     return fail_at(b, top->key_line, top->key_column, sentence);
   }
   if (top->node->count >= MAX_KEYS) {
-    snprintf(sentence, sizeof sentence, "a mapping of more than %d keys; no mapping of a scene has as many",
-             MAX_KEYS);
+    snprintf(sentence, sizeof sentence,
+             "a mapping of more than %d keys; no mapping of a scene has as many", MAX_KEYS);
     return fail_at(b, top->key_line, top->key_column, sentence);
   }
   return FLESH_OK;
@@ -125,10 +133,10 @@ static int take_key(builder *b, struct fy_token *token, int quoted)
 
 static int count_node(builder *b, int line, int column)
 {
-  char sentence[160];
+  char sentence[200];
   if (++b->nodes <= MAX_NODES) return FLESH_OK;
-  snprintf(sentence, sizeof sentence, "more than %d values, aliases written out; a scene has at most that many",
-           MAX_NODES);
+  snprintf(sentence, sizeof sentence,
+           "more than %d values, aliases written out; a scene has at most that many", MAX_NODES);
   return fail_at(b, line, column, sentence);
 }
 
@@ -204,9 +212,10 @@ static int take_alias(builder *b, struct fy_token *token)
   if (!name) return no_memory(b);
   const anchor *entry = b->anchors;
   while (entry && strcmp(entry->name, name)) entry = entry->before;
-  char sentence[160];
+  char sentence[200];
   if (!entry) {
-    snprintf(sentence, sizeof sentence, "*%.60s names no anchor that stands before it (&%.60s)", name, name);
+    snprintf(sentence, sizeof sentence, "*%.60s names no anchor that stands before it (&%.60s)",
+             name, name);
     return fail_at(b, line, column, sentence);
   }
   if (b->depth + height(entry->node) > MAX_DEPTH) return too_deep(b, line, column);
@@ -216,7 +225,8 @@ static int take_alias(builder *b, struct fy_token *token)
 }
 
 /* A scalar value, or the opening of a list or mapping. */
-static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token, struct fy_token *name, int quoted)
+static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
+                      struct fy_token *name, int quoted)
 {
   flesh_node *node = flesh_node_create(b->arena, kind, b->source);
   if (!node) return no_memory(b);
@@ -244,12 +254,15 @@ static int take_event(builder *b, struct fy_event *event)
   struct fy_token *token;
   switch (event->type) {
   case FYET_DOCUMENT_START:
-    return b->documents++ ? fail_at(b, 1, 1, "more than one YAML document (---); a scene is one") : FLESH_OK;
+    return b->documents++ ? fail_at(b, 1, 1, "more than one YAML document (---); a scene is one")
+                          : FLESH_OK;
   case FYET_SCALAR: {
     token = event->scalar.value;
     enum fy_scalar_style style = token ? fy_token_scalar_style(token) : FYSS_PLAIN;
-    if (key_expected) return take_key(b, token, style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED);
-    return take_value(b, FLESH_NODE_SCALAR, token, event->scalar.anchor, token && style != FYSS_PLAIN);
+    if (key_expected)
+      return take_key(b, token, style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED);
+    return take_value(b, FLESH_NODE_SCALAR, token, event->scalar.anchor,
+                      token && style != FYSS_PLAIN);
   }
   case FYET_MAPPING_START:
   case FYET_SEQUENCE_START: {
@@ -272,7 +285,8 @@ static int take_event(builder *b, struct fy_event *event)
     if (!b->depth) return FLESH_OK;
     b->depth--;
     return set_anchor(b, b->stack[b->depth].anchor, b->stack[b->depth].node);
-  default: return FLESH_OK;
+  default:
+    return FLESH_OK;
   }
 }
 
@@ -289,8 +303,8 @@ static int syntax_error(const builder *b, struct fy_diag *diag)
   char sentence[400];
   snprintf(sentence, sizeof sentence, "not valid YAML or JSON: %s",
            error && error->msg ? error->msg : "the text cannot be parsed");
-  return fail_at(b, error && error->line > 0 ? error->line : 1, error && error->column > 0 ? error->column : 1,
-                 sentence);
+  return fail_at(b, error && error->line > 0 ? error->line : 1,
+                 error && error->column > 0 ? error->column : 1, sentence);
 }
 
 static int parse(builder *b, struct fy_diag *diag, const char *text, size_t size)
@@ -305,7 +319,8 @@ static int parse(builder *b, struct fy_diag *diag, const char *text, size_t size
     status = take_event(b, event);
     fy_parser_event_free(parser, event);
   }
-  if (!status && (fy_parser_get_stream_error(parser) || fy_diag_got_error(diag))) status = syntax_error(b, diag);
+  if (!status && (fy_parser_get_stream_error(parser) || fy_diag_got_error(diag)))
+    status = syntax_error(b, diag);
   fy_parser_destroy(parser);
   return status;
 }
@@ -328,7 +343,8 @@ int flesh_yaml_parse(flesh_arena *arena, const char *text, size_t size, const fl
   fy_diag_set_collect_errors(diag, true);
   status = parse(&b, diag, text, size);
   fy_diag_destroy(diag);
-  if (!status && b.depth) status = fail_at(&b, 1, 1, "not valid YAML or JSON: the text ends too early");
+  if (!status && b.depth)
+    status = fail_at(&b, 1, 1, "not valid YAML or JSON: the text ends too early");
   if (!status) *root = b.root;
   return status;
 }
