@@ -404,7 +404,8 @@ static void panel_range(const path *p, int quantity, const curve *curves, int co
       if (isfinite(q[quantity])) values[n++] = q[quantity] / unit;
     }
   qsort(values, (size_t)n, sizeof *values, ascending);
-  range[0] = n ? values[n / 20] : 0;
+  /* Energies have a least value, worth seeing. */
+  range[0] = n ? values[quantity == 0 ? 0 : n / 20] : 0;
   range[1] = n ? values[n - 1 - n / 20] : 0;
   double margin = fmax(0.08 * (range[1] - range[0]), 0.05);
   range[0] -= margin;
