@@ -18,14 +18,15 @@ static int read_list(flesh_gmsh *g, const char *item, int64_t *first)
 
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
-  int64_t tag, parent, physical = 0;
+  int64_t tag, parent[2] = {0, 0}, physical = 0; /* parent: dimension and tag of the unpartitioned */
   double ignored;
   int status = flesh_gmsh_int(g, &tag);
-  for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent);
+  for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent[i]);
   if (partitioned && !status) status = read_list(g, "partitions of an entity", NULL);
   for (int i = 0; i < (dimension ? 6 : 3) && !status; i++) status = flesh_gmsh_real(g, &ignored);
   if (!status) status = read_list(g, "physical tags of an entity", &physical);
   if (dimension && !status) status = read_list(g, "boundaries of an entity", NULL);
+  if (!physical && parent[0] == 3) physical = parent[1];
   if (status || dimension < 3 || !physical) return status;
   if (physical < INT_MIN || physical > INT_MAX)
     return flesh_gmsh_fail(g, "the physical tag %lld of volume %lld does not fit into 32 bits",
