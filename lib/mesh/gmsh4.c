@@ -4,34 +4,36 @@
 #include "base/error.h"
 #include "mesh/gmsh.h"
 
-/* A list of `count` ints, of which the first is wanted. */
-static int read_list(flesh_gmsh *g, const char *item, int64_t *first)
+/* A list: its length, then as many ints, of which the first is wanted. */
+static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *first)
 {
-  int64_t count, ignored;
-  int status = flesh_gmsh_size(g, &count);
-  if (!status) status = flesh_gmsh_check_count(g, item, count, 0, 2, 4);
-  if (first && !status) *first = count;
-  for (int64_t i = 0; i < count && !status; i++)
-    status = flesh_gmsh_int(g, i || !first ? &ignored : first);
+  int64_t ignored;
+  int status = flesh_gmsh_size(g, count);
+  if (!status) status = flesh_gmsh_check_count(g, item, *count, 0, 2, 4);
+  for (int64_t i = 0; i < *count && !status; i++)
+    status = flesh_gmsh_int(g, i ? &ignored : first);
   return status;
 }
 
+/* Notes the region of a volume: its first physical tag, or else, for a part of a partitioned mesh, the
+ * volume it is a part of. */
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
-  int64_t tag, parent[2] = {0, 0}, physical = 0; /* parent: dimension and tag of the unpartitioned */
-  double ignored;
+  int64_t tag, parent[2] = {0, 0}, physicals = 0, region = 0, count, ignored;
+  double corner;
   int status = flesh_gmsh_int(g, &tag);
   for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent[i]);
-  if (partitioned && !status) status = read_list(g, "partitions of an entity", NULL);
-  for (int i = 0; i < (dimension ? 6 : 3) && !status; i++) status = flesh_gmsh_real(g, &ignored);
-  if (!status) status = read_list(g, "physical tags of an entity", &physical);
-  if (dimension && !status) status = read_list(g, "boundaries of an entity", NULL);
-  if (!physical && parent[0] == 3) physical = parent[1];
-  if (status || dimension < 3 || !physical) return status;
-  if (physical < INT_MIN || physical > INT_MAX)
+  if (partitioned && !status) status = read_list(g, "partitions of an entity", &count, &ignored);
+  for (int i = 0; i < (dimension ? 6 : 3) && !status; i++) status = flesh_gmsh_real(g, &corner);
+  if (!status) status = read_list(g, "physical tags of an entity", &physicals, &region);
+  if (dimension && !status) status = read_list(g, "boundaries of an entity", &count, &ignored);
+  if (status || dimension < 3) return status;
+  if (!physicals && parent[0] != 3) return FLESH_OK;
+  if (!physicals) region = parent[1];
+  if (region < INT_MIN || region > INT_MAX)
     return flesh_gmsh_fail(g, "the physical tag %lld of volume %lld does not fit into 32 bits",
-                           (long long)physical, (long long)tag);
-  status = flesh_tag_map_set(&g->volumes, tag, (int)physical);
+                           (long long)region, (long long)tag);
+  status = flesh_tag_map_set(&g->volumes, tag, (int)region);
   return status < 0 ? status : FLESH_OK;
 }
 
