@@ -44,8 +44,9 @@ END
 
 test_packages() {
   cat <<'END'
+gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
-clang tool clang proves that a second compiler has no warnings
+clang tool clang proves that another has none
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 END
 }
@@ -104,10 +105,13 @@ build() {
     [ -n "$(ls -A "$directory" 2>/dev/null)" ]; then
     die "$directory is in the way: it is not a build directory of meson; move it and start again."
   fi
-  # `ninja build.ninja` only brings the configuration up to date.
-  if ! belongs "$directory" || ! ninja -C "$directory" build.ninja >/dev/null 2>&1; then
+  # Options given by hand stay; `ninja build.ninja` only brings the configuration up to date.
+  if ! belongs "$directory" ||
+    { [ $# -gt 0 ] && [ "$(cat "$directory/options" 2>/dev/null)" != "$*" ]; } ||
+    ! ninja -C "$directory" build.ninja >/dev/null 2>&1; then
     rm -rf "$directory"
     meson setup "$directory" "$root" "$@" || return 1
+    printf '%s\n' "$*" >"$directory/options"
   fi
   ninja -C "$directory"
 }
