@@ -79,7 +79,7 @@ install_missing() {
   # A list that does not update may still be good enough; the installation decides.
   $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q update || true
   # shellcheck disable=SC2086
-  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends install $names ||
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 --no-install-recommends install $names ||
     die "apt-get could not install: $names. Its own words are above;" \
       "without network, install them by hand and start again."
 }
