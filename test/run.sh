@@ -61,6 +61,8 @@ suite() {
 if step 'the build' build build; then
   # The limits on a test's time are there for hangs, not for busy machines.
   suite 'the tests' build --timeout-multiplier 3 "$@"
+else
+  everything=
 fi
 
 if [ -n "$everything" ]; then
@@ -69,8 +71,9 @@ if [ -n "$everything" ]; then
   done
   if step 'the build with sanitizers' build build-sanitize -Dbuildtype=debugoptimized \
     -Db_sanitize=address,undefined -Db_lundef=false; then
-    ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-      suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
+    ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+    export ASAN_OPTIONS UBSAN_OPTIONS
+    suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
       --suite quick --no-suite source
   fi
 fi
