@@ -18,6 +18,16 @@ def fail(title, output=""):
     reports.append((title, output))
 
 
+def last_lines(lines):
+    return "\n".join(lines[-100:])
+
+
+def fail_program(label, entry):
+    output = (entry.get("stdout") or "") + "\n" + (entry.get("stderr") or "")
+    fail(f"{label}: {entry['result']}, exit status {entry.get('returncode')}",
+         last_lines(output.splitlines()))
+
+
 def count_tap(label, entry):
     """Counts the TAP lines of one test program's log entry."""
     global passed, skipped
@@ -47,7 +57,7 @@ def count_tap(label, entry):
             fail(f"{label}: {line}", "\n".join(notes))
         else:
             notes.append(line)
-    tail = "\n".join((notes + errors.splitlines())[-100:])
+    tail = last_lines(notes + errors.splitlines())
     if planned is None:
         fail(f"{label}: no TAP plan ({entry['result']}, exit status {entry.get('returncode')})", tail)
     elif planned != seen:
@@ -67,15 +77,24 @@ def count_suite(status, directory, name):
     try:
         with open(f"{directory}/meson-logs/testlog.json", encoding="utf-8", errors="replace") as log:
             entries = [json.loads(line) for line in log if line.strip()]
+        with open(f"{directory}/meson-info/intro-tests.json", encoding="utf-8") as known:
+            protocols = {test["name"]: test["protocol"] for test in json.load(known)}
     except (OSError, ValueError) as error:
         fail(f"{name}: no readable log of meson test", str(error))
         return
     if not entries:
         fail(f"{name}: no test ran")
     for entry in entries:
-        # Meson names a test `project:suite / name` where it has suites.
-        label = f"{name}: {entry['name'].split(' / ')[-1]}"
-        count_tap(label, entry)
+        test = entry["name"].split(" / ")[-1]  # meson puts `project:suite / ` before it
+        label = f"{name}: {test}"
+        if protocols.get(test, "tap") == "tap":
+            count_tap(label, entry)
+        elif entry["result"] == "OK":
+            passed += 1
+        elif entry["result"] == "SKIP":
+            skipped += 1
+        else:
+            fail_program(label, entry)
     if entries and passed + failed == before:
         fail(f"{name}: every test was skipped")
     if status != "0" and failed == failures_before:
