@@ -22,7 +22,7 @@ typedef struct flesh_mesh_info {
   int unused_nodes;           /* nodes that no tet uses */
   int regions;                /* distinct region tags */
   double volume;
-  double low[3], high[3]; /* bounding box */
+  double low[3], high[3]; /* bounding box of the nodes that tets use */
   double edge_min, edge_mean, edge_max;
   double radius_ratio_min; /* 3 * inradius / circumradius, 1 for a regular tet */
   double radius_ratio_mean;

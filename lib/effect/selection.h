@@ -15,13 +15,13 @@ typedef struct flesh_selection {
 
 /* Key rows for a struct that has a flesh_selection as `member`. */
 extern const flesh_key flesh_sphere_keys[];
-#define FLESH_SELECTION_KEYS(type, member)                                                           \
-  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(type, member.box), .unit = "m",          \
+#define FLESH_SELECTION_KEYS(parameters, member)                                                           \
+  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box), .unit = "m",          \
    .default_value = "", .doc = "nodes whose rest position lies in [[low], [high]], bounds included"}, \
-  {.name = "sphere", .type = FLESH_KEY_OBJECT, .offset = offsetof(type, member.sphere),              \
+  {.name = "sphere", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, member.sphere),              \
    .default_value = "", .children = flesh_sphere_keys,                                               \
    .doc = "nodes whose rest position lies in a sphere"},                                             \
-  {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(type, member.nodes),              \
+  {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),              \
    .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"}
 
 /* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count], freed by the

@@ -1,0 +1,86 @@
+/* draft.c: the growing arrays of a mesh that is being read. */
+#include "mesh/draft.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+static int no_memory(const flesh_draft *draft, const char *what, int count)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for %d %s", draft->path, count, what);
+}
+
+int flesh_draft_set_nodes(flesh_draft *draft, int nodes)
+{
+  draft->positions = malloc((3 * (size_t)nodes + 1) * sizeof *draft->positions);
+  if (!draft->positions) return no_memory(draft, "nodes", nodes);
+  draft->nodes = nodes;
+  return FLESH_OK;
+}
+
+static int grow(void **array, size_t bytes)
+{
+  void *grown = realloc(*array, bytes);
+  if (grown) *array = grown;
+  return grown != NULL;
+}
+
+int flesh_draft_reserve_tets(flesh_draft *draft, int tets)
+{
+  size_t room = (size_t)tets;
+  if (tets <= draft->tet_room) return FLESH_OK;
+  if (!grow((void **)&draft->tet_nodes, 4 * room * sizeof *draft->tet_nodes) ||
+      !grow((void **)&draft->regions, room * sizeof *draft->regions) ||
+      !grow((void **)&draft->tet_where, room * sizeof *draft->tet_where) ||
+      !grow((void **)&draft->tet_tag, room * sizeof *draft->tet_tag))
+    return no_memory(draft, "tets", tets);
+  draft->tet_room = tets;
+  return FLESH_OK;
+}
+
+int flesh_draft_add_tet(flesh_draft *draft, const int nodes[4], int region, int64_t where,
+                        int64_t tag)
+{
+  if (draft->tets == draft->tet_room) {
+    if (draft->tets > INT_MAX / 8) return no_memory(draft, "tets", draft->tets);
+    int status = flesh_draft_reserve_tets(draft, draft->tets ? 2 * draft->tets : 64);
+    if (status) return status;
+  }
+  int t = draft->tets++;
+  memcpy(draft->tet_nodes + 4 * (size_t)t, nodes, 4 * sizeof *nodes);
+  draft->regions[t] = region;
+  draft->tet_where[t] = where;
+  draft->tet_tag[t] = tag;
+  return FLESH_OK;
+}
+
+int flesh_draft_node(const flesh_draft *draft, int64_t number)
+{
+  if (number < draft->node_base || number - draft->node_base >= draft->nodes) return -1;
+  return (int)(number - draft->node_base);
+}
+
+int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
+{
+  flesh_mesh_origin origin = {.path = draft->path,
+                              .binary = draft->binary,
+                              .tet_where = draft->tet_where,
+                              .tet_tag = draft->tet_tag,
+                              .node_tag = draft->node_tag,
+                              .node_base = draft->node_base};
+  return flesh_mesh_build(draft->nodes, draft->positions, draft->tets, draft->tet_nodes,
+                          draft->regions, &origin, mesh);
+}
+
+void flesh_draft_clear(flesh_draft *draft)
+{
+  free(draft->owned_path);
+  free(draft->positions);
+  free(draft->node_tag);
+  free(draft->tet_nodes);
+  free(draft->regions);
+  free(draft->tet_where);
+  free(draft->tet_tag);
+}

@@ -1,0 +1,37 @@
+/* draft.h: a mesh while it is read from a file. */
+#ifndef FLESH_MESH_DRAFT_H
+#define FLESH_MESH_DRAFT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "mesh/mesh.h"
+
+typedef struct flesh_draft {
+  const char *path; /* of the file with the tets */
+  char *owned_path; /* to be freed, or NULL */
+  int binary;
+  int nodes, tets;
+  int node_base;     /* number of the first node, for formats that number them in a row */
+  double *positions; /* [3*nodes] */
+  int64_t *node_tag; /* [nodes] for formats with free node numbers, else NULL */
+  int tet_room;
+  int *tet_nodes; /* [4*tet_room] */
+  int *regions;
+  int64_t *tet_where, *tet_tag;
+} flesh_draft;
+
+/* Sets the number of nodes and gets room for them. */
+int flesh_draft_set_nodes(flesh_draft *draft, int nodes);
+/* Gets room for that many tets. */
+int flesh_draft_reserve_tets(flesh_draft *draft, int tets);
+/* Adds a tet with node indices from 0. */
+int flesh_draft_add_tet(flesh_draft *draft, const int nodes[4], int region, int64_t where,
+                        int64_t tag);
+/* A file's node number as an index; -1 when it is outside [node_base, node_base + nodes). */
+int flesh_draft_node(const flesh_draft *draft, int64_t number);
+/* Makes the mesh. Returns new. */
+int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh);
+void flesh_draft_clear(flesh_draft *draft);
+
+#endif

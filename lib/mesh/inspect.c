@@ -1,0 +1,102 @@
+/* inspect.c: counts, sizes and quality of a mesh. */
+#include "mesh/inspect.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static double dot(const double a[3], const double b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+  c[0] = a[1] * b[2] - a[2] * b[1];
+  c[1] = a[2] * b[0] - a[0] * b[2];
+  c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Inradius r = 3V/(sum of areas); circumradius R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)|/(12 V)
+ * for edges a, b, c from one node. */
+double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
+{
+  const int *n = mesh->tet_nodes + 4 * (size_t)tet;
+  double e[3][3], bc[3], ca[3], ab[3], fourth[3], centre[3];
+  for (int i = 0; i < 3; i++)
+    for (int d = 0; d < 3; d++)
+      e[i][d] = mesh->positions[3 * (size_t)n[i + 1] + d] - mesh->positions[3 * (size_t)n[0] + d];
+  cross(e[1], e[2], bc);
+  cross(e[2], e[0], ca);
+  cross(e[0], e[1], ab);
+  double aa = dot(e[0], e[0]), bb = dot(e[1], e[1]), cc = dot(e[2], e[2]);
+  for (int d = 0; d < 3; d++) {
+    fourth[d] = bc[d] + ca[d] + ab[d];
+    centre[d] = aa * bc[d] + bb * ca[d] + cc * ab[d];
+  }
+  double areas = (sqrt(dot(bc, bc)) + sqrt(dot(ca, ca)) + sqrt(dot(ab, ab)) +
+                  sqrt(dot(fourth, fourth))) / 2;
+  double volume = mesh->volumes[tet];
+  return 108 * volume * (volume / areas) / sqrt(dot(centre, centre));
+}
+
+static int compare_ints(const void *a, const void *b)
+{
+  int p = *(const int *)a, q = *(const int *)b;
+  return (p > q) - (p < q);
+}
+
+int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
+{
+  int *tags = malloc((size_t)mesh->tets * sizeof *tags), count = 0;
+  *list = tags;
+  if (!tags) return 0;
+  /* Most meshes come in runs of one tag: dropping repeats first makes the sort short. */
+  for (int t = 0; t < mesh->tets; t++)
+    if (!count || mesh->regions[t] != tags[count - 1]) tags[count++] = mesh->regions[t];
+  qsort(tags, (size_t)count, sizeof *tags, compare_ints);
+  int distinct = 0;
+  for (int i = 0; i < count; i++)
+    if (!distinct || tags[i] != tags[distinct - 1]) tags[distinct++] = tags[i];
+  return distinct;
+}
+
+void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
+{
+  *info = (flesh_mesh_info){.nodes = mesh->nodes,
+                            .tets = mesh->tets,
+                            .triangles = mesh->triangles,
+                            .flipped = mesh->flipped,
+                            .unused_nodes = mesh->unused_nodes,
+                            .edge_min = INFINITY,
+                            .radius_ratio_min = INFINITY};
+  int *tags;
+  info->regions = flesh_mesh_region_list(mesh, &tags);
+  free(tags);
+  info->volume = flesh_mesh_volume(mesh, mesh->positions);
+  for (int d = 0; d < 3; d++) info->low[d] = INFINITY, info->high[d] = -INFINITY;
+  for (int n = 0; n < mesh->nodes; n++)
+    for (int d = 0; d < 3 && mesh->node_used[n]; d++) {
+      info->low[d] = fmin(info->low[d], mesh->positions[3 * (size_t)n + d]);
+      info->high[d] = fmax(info->high[d], mesh->positions[3 * (size_t)n + d]);
+    }
+  double edges = 0, ratios = 0;
+  for (int t = 0; t < mesh->tets; t++) {
+    const int *n = mesh->tet_nodes + 4 * (size_t)t;
+    for (int i = 0; i < 4; i++)
+      for (int j = i + 1; j < 4; j++) {
+        double along[3];
+        for (int d = 0; d < 3; d++)
+          along[d] =
+              mesh->positions[3 * (size_t)n[i] + d] - mesh->positions[3 * (size_t)n[j] + d];
+        double edge = sqrt(dot(along, along));
+        edges += edge;
+        info->edge_min = fmin(info->edge_min, edge);
+        info->edge_max = fmax(info->edge_max, edge);
+      }
+    double ratio = flesh_mesh_radius_ratio(mesh, t);
+    ratios += ratio;
+    if (ratio < info->radius_ratio_min) info->radius_ratio_min = ratio, info->worst_tet = t;
+  }
+  info->edge_mean = edges / (6.0 * mesh->tets);
+  info->radius_ratio_mean = ratios / mesh->tets;
+}

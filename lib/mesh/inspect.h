@@ -1,0 +1,14 @@
+/* inspect.h: parts of the inspection that the `mesh info` command shows one by one. */
+#ifndef FLESH_MESH_INSPECT_H
+#define FLESH_MESH_INSPECT_H
+
+#include "mesh/mesh.h"
+
+/* 3 * inradius / circumradius of a tet: 1 for a regular one, towards 0 for a flat one. */
+double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
+
+/* The distinct region tags in rising order into *list (new, NULL when out of memory); returns their
+ * number. */
+int flesh_mesh_region_list(const flesh_mesh *mesh, int **list);
+
+#endif

@@ -1,0 +1,177 @@
+/* mesh.c: making a mesh from arrays (with every check), its accessors and its end. */
+#include "mesh/mesh.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* A tet is flat when its volume cannot be told from 0: the determinant 6V of edges that are known
+ * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
+ * this. A sliver of radius ratio 1e-4 stands at 6V >= 1e-8 (longest edge)^3, far above. */
+static const double flat_limit = 1e-14;
+
+long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet)
+{
+  return origin ? origin->tet_tag[tet] : tet;
+}
+
+long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node)
+{
+  if (!origin) return node;
+  return origin->node_tag ? origin->node_tag[node] : (long long)node + origin->node_base;
+}
+
+int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)
+{
+  char text[512];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(text, sizeof text, format, args);
+  va_end(args);
+  if (!origin) return flesh_fail(FLESH_ERR_FILE, "%s", text);
+  return flesh_fail(FLESH_ERR_FILE, origin->binary ? "%s: byte %lld: %s" : "%s:%lld: %s",
+                    origin->path, (long long)origin->tet_where[tet], text);
+}
+
+static double longest_edge(const double *x, const int n[4])
+{
+  double longest = 0;
+  for (int i = 0; i < 4; i++)
+    for (int j = i + 1; j < 4; j++) {
+      const double *p = x + 3 * (size_t)n[i], *q = x + 3 * (size_t)n[j];
+      longest = fmax(longest, hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]));
+    }
+  return longest;
+}
+
+static int check_nodes(const flesh_mesh *mesh)
+{
+  for (int n = 0; n < mesh->nodes; n++)
+    for (int d = 0; d < 3; d++)
+      if (!isfinite(mesh->positions[3 * (size_t)n + d]))
+        return flesh_fail(FLESH_ERR_FILE, "node %d: %c is %g; it must be a finite number", n,
+                          'x' + d, mesh->positions[3 * (size_t)n + d]);
+  return FLESH_OK;
+}
+
+/* Checks the tets, flips the inverted ones, fills volumes and node_used. */
+static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
+{
+  for (int t = 0; t < mesh->tets; t++) {
+    int *n = mesh->tet_nodes + 4 * (size_t)t;
+    long long label = flesh_mesh_tet_label(origin, t);
+    for (int i = 0; i < 4; i++) {
+      if (n[i] < 0 || n[i] >= mesh->nodes)
+        return flesh_mesh_fail_at(origin, t, "tet %lld uses node %d; the nodes are 0 to %d", label,
+                                  n[i], mesh->nodes - 1);
+      for (int j = 0; j < i; j++)
+        if (n[i] == n[j])
+          return flesh_mesh_fail_at(origin, t,
+                                    "tet %lld uses node %lld twice; it must have four nodes", label,
+                                    flesh_mesh_node_label(origin, n[i]));
+      mesh->node_used[n[i]] = 1;
+    }
+    double volume = flesh_tet_volume(mesh->positions, n);
+    double edge = longest_edge(mesh->positions, n), cube = edge * edge * edge;
+    if (!isfinite(volume) || !isfinite(cube))
+      return flesh_mesh_fail_at(origin, t,
+                                "tet %lld is too large (longest edge %g m) for its volume to be a "
+                                "number",
+                                label, edge);
+    if (6 * fabs(volume) <= flat_limit * cube)
+      return flesh_mesh_fail_at(origin, t,
+                                "tet %lld (nodes %lld %lld %lld %lld) is flat: 6 * volume is %.3g "
+                                "m^3, and must exceed %g * (longest edge)^3 = %.3g m^3",
+                                label, flesh_mesh_node_label(origin, n[0]),
+                                flesh_mesh_node_label(origin, n[1]),
+                                flesh_mesh_node_label(origin, n[2]),
+                                flesh_mesh_node_label(origin, n[3]), 6 * fabs(volume), flat_limit,
+                                flat_limit * cube);
+    if (volume < 0) {
+      int last = n[3];
+      n[3] = n[2], n[2] = last;
+      volume = flesh_tet_volume(mesh->positions, n);
+      mesh->flipped++;
+    }
+    mesh->volumes[t] = volume;
+  }
+  for (int n = 0; n < mesh->nodes; n++) mesh->unused_nodes += !mesh->node_used[n];
+  return FLESH_OK;
+}
+
+int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
+                     const int *regions, const flesh_mesh_origin *origin, flesh_mesh **out)
+{
+  const char *path = origin ? origin->path : "", *colon = origin ? ": " : "";
+  *out = NULL;
+  if (nodes < 1 || tets < 1)
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s%sthe mesh is empty (%d nodes, %d tets); it must have at least one tet",
+                      path, colon, nodes, tets);
+  if (nodes > INT_MAX / 3 || tets > INT_MAX / 4)
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s%sthe mesh has %d nodes and %d tets; at most %d and %d are supported",
+                      path, colon, nodes, tets, INT_MAX / 3, INT_MAX / 4);
+  flesh_mesh *mesh = calloc(1, sizeof *mesh);
+  if (!mesh) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
+  mesh->nodes = nodes;
+  mesh->tets = tets;
+  mesh->positions = malloc(3 * (size_t)nodes * sizeof *mesh->positions);
+  mesh->tet_nodes = malloc(4 * (size_t)tets * sizeof *mesh->tet_nodes);
+  mesh->regions = calloc((size_t)tets, sizeof *mesh->regions);
+  mesh->volumes = malloc((size_t)tets * sizeof *mesh->volumes);
+  mesh->node_used = calloc((size_t)nodes, sizeof *mesh->node_used);
+  int status = FLESH_OK;
+  if (!mesh->positions || !mesh->tet_nodes || !mesh->regions || !mesh->volumes || !mesh->node_used)
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
+                        tets);
+  if (!status) {
+    memcpy(mesh->positions, positions, 3 * (size_t)nodes * sizeof *positions);
+    memcpy(mesh->tet_nodes, tet_nodes, 4 * (size_t)tets * sizeof *tet_nodes);
+    if (regions) memcpy(mesh->regions, regions, (size_t)tets * sizeof *regions);
+    status = check_nodes(mesh);
+  }
+  if (!status) status = settle_tets(mesh, origin);
+  if (!status) status = flesh_mesh_find_surface(mesh, origin);
+  if (status) flesh_mesh_destroy(&mesh);
+  *out = mesh;
+  return status;
+}
+
+int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
+                      const int *regions, flesh_mesh **mesh)
+{
+  return flesh_mesh_build(nodes, positions, tets, tet_nodes, regions, NULL, mesh);
+}
+
+void flesh_mesh_destroy(flesh_mesh **mesh)
+{
+  if (!mesh || !*mesh) return;
+  free((*mesh)->positions);
+  free((*mesh)->tet_nodes);
+  free((*mesh)->regions);
+  free((*mesh)->volumes);
+  free((*mesh)->surface);
+  free((*mesh)->node_used);
+  free(*mesh);
+  *mesh = NULL;
+}
+
+int flesh_mesh_node_count(const flesh_mesh *mesh) { return mesh->nodes; }
+int flesh_mesh_tet_count(const flesh_mesh *mesh) { return mesh->tets; }
+const double *flesh_mesh_positions(const flesh_mesh *mesh) { return mesh->positions; }
+const int *flesh_mesh_tets(const flesh_mesh *mesh) { return mesh->tet_nodes; }
+const int *flesh_mesh_regions(const flesh_mesh *mesh) { return mesh->regions; }
+const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh) { return mesh->volumes; }
+const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh) { return mesh->node_used; }
+
+const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count)
+{
+  *count = mesh->triangles;
+  return mesh->surface;
+}

@@ -1,0 +1,49 @@
+/* mesh.h: the inside of a mesh, and how readers build one with errors that name file and place. */
+#ifndef FLESH_MESH_MESH_H
+#define FLESH_MESH_MESH_H
+
+#include <stddef.h>
+
+#include "flesh/mesh.h"
+
+struct flesh_mesh {
+  int nodes, tets, triangles;
+  double *positions;  /* [3*nodes] */
+  int *tet_nodes;     /* [4*tets], positive winding */
+  int *regions;       /* [tets] */
+  double *volumes;    /* [tets] */
+  int *surface;       /* [3*triangles] */
+  uint8_t *node_used; /* [nodes] */
+  int flipped, unused_nodes;
+};
+
+/* Where the tets of a file stand in it, so that an error can say so. */
+typedef struct flesh_mesh_origin {
+  const char *path;
+  int binary;               /* `where` counts bytes rather than lines */
+  const int64_t *tet_where; /* [tets] */
+  const int64_t *tet_tag;   /* [tets] the tet's number in the file */
+  const int64_t *node_tag;  /* [nodes], or NULL: the index plus `node_base` */
+  int node_base;
+} flesh_mesh_origin;
+
+/* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only). */
+int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
+                     const int *regions, const flesh_mesh_origin *origin, flesh_mesh **mesh);
+
+/* Finds mesh->surface. FLESH_ERR_FILE for a tet given twice or a face of more than two tets. */
+int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);
+
+/* Fails about tet `tet`: puts its place before the sentence. */
+int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* The numbers of a tet and of a node in their file, for sentences. */
+long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet);
+long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node);
+
+/* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers, so
+ * that a body at rest has J = 1 to the last bit. */
+double flesh_tet_volume(const double *x, const int nodes[4]);
+
+#endif

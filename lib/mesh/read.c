@@ -1,0 +1,67 @@
+/* read.c: flesh_mesh_read: loads a file and tells its format by its content. */
+#include <ctype.h>
+#include <locale.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/formats.h"
+
+/* The first bytes of formats that are known but not read, and what to do about them. */
+static const struct {
+  const char *begin;
+  int bytes;
+  const char *advice;
+} foreign[] = {
+    {"\1\0\0\0", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
+    {"\0\0\0\1", 4, "a binary Medit .meshb; only the ASCII .mesh is read"},
+    {"$NOD", 4, "Gmsh's format 1; save it as 2.2 or 4.1"},
+    {"<?xml", 5, "XML; meshes are read from TetGen, Gmsh, Medit or plain lists"},
+    {"<VTKFile", 8, "VTK's; meshes are read from TetGen, Gmsh, Medit or plain lists"},
+};
+
+static int refuse(const flesh_scanner *s)
+{
+  for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
+    if (s->end - s->at >= foreign[i].bytes && !memcmp(s->at, foreign[i].begin, (size_t)foreign[i].bytes))
+      return flesh_fail(FLESH_ERR_FILE, "%s: the format is %s", s->path, foreign[i].advice);
+  return flesh_scan_fail(s, "%s begins no known mesh format; a mesh is TetGen .node and .ele, Gmsh "
+                         ".msh (`$MeshFormat`), Medit .mesh (`MeshVersionFormatted`) or a plain "
+                         "list (`nodes N`)", flesh_scan_show(s));
+}
+
+static int read_by_content(flesh_scanner *s, flesh_draft *draft)
+{
+  if (!flesh_scan_next(s)) return flesh_fail(FLESH_ERR_FILE, "%s: the file is empty", s->path);
+  if (flesh_scan_word(s, "nodes")) {
+    s->at -= strlen("nodes");
+    return flesh_plain_read(s, draft);
+  }
+  if ((*s->at >= '0' && *s->at <= '9') || *s->at == '-' || *s->at == '+')
+    return flesh_tetgen_read(s, draft);
+  return refuse(s);
+}
+
+int flesh_mesh_read(const char *path, flesh_mesh **mesh)
+{
+  *mesh = NULL;
+  /* A decimal comma of the caller's locale must not reach the numbers, nor the sentences. */
+  locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+  if (!plain) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a locale");
+  locale_t before = uselocale(plain);
+  char *data;
+  size_t size;
+  flesh_scanner scanner;
+  flesh_draft draft = {.path = path};
+  int status = flesh_file_load(path, &data, &size);
+  if (!status) {
+    flesh_scan_begin(&scanner, path, data, size);
+    status = read_by_content(&scanner, &draft);
+  }
+  if (!status) status = flesh_draft_finish(&draft, mesh);
+  flesh_draft_clear(&draft);
+  free(data);
+  uselocale(before);
+  freelocale(plain);
+  return status;
+}

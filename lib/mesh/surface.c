@@ -1,0 +1,112 @@
+/* surface.c: the boundary triangles of a mesh, found by pairing the faces of its tets. */
+#include "mesh/mesh.h"
+
+#include <stdlib.h>
+
+#include "base/error.h"
+
+/* The face opposite to each node, wound so that it looks out of a positive tet. */
+static const int outward[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
+/* Sorts the three nodes; returns 1 when that took an odd permutation. */
+static int sort_face(int f[3])
+{
+  int odd = 0;
+  for (int pass = 0; pass < 3; pass++) {
+    int i = pass & 1;
+    if (f[i] > f[i + 1]) {
+      int swap = f[i];
+      f[i] = f[i + 1], f[i + 1] = swap;
+      odd ^= 1;
+    }
+  }
+  return odd;
+}
+
+static uint64_t hash_face(const int f[3])
+{
+  uint64_t h = (uint64_t)f[0] * 0x9e3779b97f4a7c15u;
+  h = (h ^ (h >> 29) ^ (uint64_t)f[1]) * 0xbf58476d1ce4e5b9u;
+  h = (h ^ (h >> 32) ^ (uint64_t)f[2]) * 0x94d049bb133111ebu;
+  return h ^ (h >> 31);
+}
+
+static void face_nodes(const flesh_mesh *mesh, int64_t face, int f[3])
+{
+  const int *n = mesh->tet_nodes + (face & ~(int64_t)3);
+  for (int i = 0; i < 3; i++) f[i] = n[outward[face & 3][i]];
+}
+
+static int same_tet(const flesh_mesh *mesh, int64_t face, int64_t other)
+{
+  const int *n = mesh->tet_nodes + (face & ~(int64_t)3);
+  return n[face & 3] == mesh->tet_nodes[other];
+}
+
+/* Face number 4*tet+k of the k-th face; a face is inner when the same nodes come again with the
+ * opposite winding. What is left closes: the divergence theorem holds for any set of tets. */
+int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
+{
+  int64_t faces = 4 * (int64_t)mesh->tets, buckets = 16;
+  while (buckets < 2 * faces) buckets *= 2;
+  int *first = malloc((size_t)buckets * sizeof *first); /* first face of these nodes, or -1 */
+  int *second = malloc((size_t)faces * sizeof *second); /* of a first face: its partner, or -1 */
+  uint8_t *inner = calloc((size_t)faces, 1);
+  int status = FLESH_OK;
+  if (!first || !second || !inner) {
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the surface of %d tets", mesh->tets);
+    goto done;
+  }
+  for (int64_t b = 0; b < buckets; b++) first[b] = -1;
+  for (int64_t face = 0; face < faces; face++) {
+    int f[3], g[3], odd, odd_found = 0;
+    face_nodes(mesh, face, f);
+    odd = sort_face(f);
+    second[face] = -1;
+    int64_t b = (int64_t)(hash_face(f) & (uint64_t)(buckets - 1));
+    for (; first[b] >= 0; b = (b + 1) & (buckets - 1)) {
+      face_nodes(mesh, first[b], g);
+      odd_found = sort_face(g);
+      if (g[0] == f[0] && g[1] == f[1] && g[2] == f[2]) break;
+    }
+    if (first[b] < 0) {
+      first[b] = (int)face;
+      continue;
+    }
+    int found = first[b], tet = (int)(face / 4);
+    if (same_tet(mesh, face, found)) {
+      status = flesh_mesh_fail_at(origin, tet, "tet %lld has the same nodes as tet %lld; each tet "
+                                  "must be given once", flesh_mesh_tet_label(origin, tet),
+                                  flesh_mesh_tet_label(origin, found / 4));
+      goto done;
+    }
+    if (second[found] >= 0) {
+      status = flesh_mesh_fail_at(origin, tet, "the face of nodes %lld %lld %lld belongs to tets "
+                                  "%lld, %lld and %lld; at most two tets can share a face",
+                                  flesh_mesh_node_label(origin, f[0]),
+                                  flesh_mesh_node_label(origin, f[1]),
+                                  flesh_mesh_node_label(origin, f[2]),
+                                  flesh_mesh_tet_label(origin, found / 4),
+                                  flesh_mesh_tet_label(origin, second[found] / 4),
+                                  flesh_mesh_tet_label(origin, tet));
+      goto done;
+    }
+    second[found] = (int)face;
+    if (odd != odd_found) inner[face] = inner[found] = 1;
+  }
+  int64_t outer = 0;
+  for (int64_t face = 0; face < faces; face++) outer += !inner[face];
+  mesh->surface = malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
+  if (!mesh->surface) {
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles",
+                        (long long)outer);
+    goto done;
+  }
+  for (int64_t face = 0; face < faces; face++)
+    if (!inner[face]) face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
+done:
+  free(first);
+  free(second);
+  free(inner);
+  return status;
+}

@@ -1,0 +1,45 @@
+/* volume.c: volumes and Jacobians of a mesh whose nodes stand anywhere. */
+#include "mesh/mesh.h"
+
+#include <math.h>
+
+double flesh_tet_volume(const double *x, const int nodes[4])
+{
+  const double *o = x + 3 * (size_t)nodes[0];
+  double e[3][3];
+  for (int i = 0; i < 3; i++)
+    for (int d = 0; d < 3; d++) e[i][d] = x[3 * (size_t)nodes[i + 1] + d] - o[d];
+  return (e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+          e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+          e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0])) /
+         6;
+}
+
+double flesh_mesh_volume(const flesh_mesh *mesh, const double *x)
+{
+  /* Compensated (Neumaier): drift of volume is measured down to rounding. */
+  double sum = 0, lost = 0;
+  for (int t = 0; t < mesh->tets; t++) {
+    double volume = flesh_tet_volume(x, mesh->tet_nodes + 4 * (size_t)t), next = sum + volume;
+    lost += fabs(sum) >= fabs(volume) ? (sum - next) + volume : (volume - next) + sum;
+    sum = next;
+  }
+  return sum + lost;
+}
+
+double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
+                            int *inverted)
+{
+  double smallest = INFINITY;
+  int at = 0, count = 0;
+  for (int t = 0; t < mesh->tets; t++) {
+    double ratio = flesh_tet_volume(x, mesh->tet_nodes + 4 * (size_t)t) / mesh->volumes[t];
+    if (J) J[t] = ratio;
+    count += !(ratio > 0);
+    /* The first NaN is the smallest and stays it. */
+    if (ratio < smallest || (isnan(ratio) && !isnan(smallest))) smallest = ratio, at = t;
+  }
+  if (worst) *worst = at;
+  if (inverted) *inverted = count;
+  return smallest;
+}
