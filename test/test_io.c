@@ -1,4 +1,5 @@
-/* test_io.c: files are written whole or not at all; numbers read back exactly; folders are made or refused. */
+/* test_io.c: files are written whole or not at all; numbers read back exactly; folders are made or
+ * refused. */
 #include "temporary.h"
 
 #include <locale.h>
@@ -162,7 +163,8 @@ static void numbers_ignore_the_locale(void)
   const char *names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "ps_AF.UTF-8"};
   int found = 0;
   for (int i = 0; i < 4 && !found; i++) found = setlocale(LC_NUMERIC, names[i]) != NULL;
-  if (!found) printf("# no locale with a decimal comma is installed: this test proves nothing here\n");
+  if (!found)
+    printf("# no locale with a decimal comma is installed: this test proves nothing here\n");
   char text[FLESH_NUMBER_SIZE];
   CHECK(!strcmp(flesh_number_text(-2.5e-7, text), "-2.5e-07"));
   setlocale(LC_NUMERIC, "C");
@@ -171,12 +173,12 @@ static void numbers_ignore_the_locale(void)
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
-  int result = RUN_TESTS(argc, argv, TEST(a_committed_file_replaces_the_old_one),
-                         TEST(an_abandoned_file_leaves_nothing),
-                         TEST(a_write_that_fails_keeps_the_target), TEST(a_full_disk_is_noticed),
-                         TEST(links_and_modes_are_kept), TEST(bad_targets_are_refused),
-                         TEST(folders_are_made_with_their_parents), TEST(numbers_read_back_exactly),
-                         TEST(numbers_ignore_the_locale));
+  int result =
+      RUN_TESTS(argc, argv, TEST(a_committed_file_replaces_the_old_one),
+                TEST(an_abandoned_file_leaves_nothing), TEST(a_write_that_fails_keeps_the_target),
+                TEST(a_full_disk_is_noticed), TEST(links_and_modes_are_kept),
+                TEST(bad_targets_are_refused), TEST(folders_are_made_with_their_parents),
+                TEST(numbers_read_back_exactly), TEST(numbers_ignore_the_locale));
   test_folder_remove(folder);
   return result;
 }

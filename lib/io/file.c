@@ -32,7 +32,8 @@ int flesh_file_open(const char *path, flesh_file *file)
   if (exists && S_ISREG(info.st_mode) && access(path, W_OK))
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
   file->path = exists ? realpath(path, NULL) : strdup(path);
-  if (!file->path) return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
+  if (!file->path)
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
   int descriptor;
   if (exists && !S_ISREG(info.st_mode)) {
     descriptor = open(file->path, O_WRONLY | O_CLOEXEC);

@@ -19,11 +19,20 @@ static void print_escaped(FILE *stream, const char *text)
 {
   for (; *text; text++) {
     switch (*text) {
-    case '&': fputs("&amp;", stream); break;
-    case '<': fputs("&lt;", stream); break;
-    case '>': fputs("&gt;", stream); break;
-    case '"': fputs("&quot;", stream); break;
-    default: putc(*text, stream);
+    case '&':
+      fputs("&amp;", stream);
+      break;
+    case '<':
+      fputs("&lt;", stream);
+      break;
+    case '>':
+      fputs("&gt;", stream);
+      break;
+    case '"':
+      fputs("&quot;", stream);
+      break;
+    default:
+      putc(*text, stream);
     }
   }
 }
@@ -38,8 +47,8 @@ static void print_header(FILE *stream, const char *type, const char *name, int c
 {
   fprintf(stream, "        <DataArray type=\"%s\" Name=\"", type);
   print_escaped(stream, name);
-  fprintf(stream, "\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%llu\"/>\n", components,
-          (unsigned long long)*offset);
+  fprintf(stream, "\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%llu\"/>\n",
+          components, (unsigned long long)*offset);
   *offset += sizeof(uint64_t) + bytes;
 }
 
@@ -82,8 +91,8 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
           "  <UnstructuredGrid>\n"
           "    <Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
           byte_order(), points, tets);
-  print_array_headers(stream, "PointData", content->point_array_count, content->point_arrays, points,
-                      &offset);
+  print_array_headers(stream, "PointData", content->point_array_count, content->point_arrays,
+                      points, &offset);
   print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, tets,
                       &offset);
   fputs("      <Points>\n", stream);

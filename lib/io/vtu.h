@@ -1,4 +1,5 @@
-/* vtu.h: VTK files of tet meshes (.vtu, appended raw binary) and collections of them over time (.pvd). */
+/* vtu.h: VTK files of tet meshes (.vtu, appended raw binary) and collections of them over time
+ * (.pvd). */
 #ifndef FLESH_IO_VTU_H
 #define FLESH_IO_VTU_H
 
@@ -22,7 +23,8 @@ typedef struct flesh_vtu {
 /* Whole or not at all; FLESH_ERR_FILE with path and reason. */
 int flesh_vtu_write(const char *path, const flesh_vtu *content);
 
-/* A .pvd that lists `files` [count] (relative to the .pvd) at `times` [count], s. Whole or not at all. */
+/* A .pvd that lists `files` [count] (relative to the .pvd) at `times` [count], s. Whole or not at
+ * all. */
 int flesh_pvd_write(const char *path, int count, const double *times, const char *const *files);
 
 #endif

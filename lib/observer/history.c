@@ -41,7 +41,8 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
     free(history);
     return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   }
-  /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
+  /* A fresh file: an older one may be open in someone's viewer, and links are not written through.
+   */
   unlink(path);
   history->stream = fopen(path, "w");
   if (!history->stream) {

@@ -65,12 +65,12 @@ static int tell(watch *w, int step, int last, double h, const flesh_state *state
   int effects = flesh_system_effect_count(w->system);
   int status = flesh_system_energies(w->system, &point, w->energies);
   if (status < 0) return status;
-  /* A state may be accepted where an energy has no value (a start with J <= 0): it has none in the record. */
+  /* A state may be accepted where an energy has no value (a start with J <= 0): it has none in the
+   * record. */
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
   record.volume = flesh_mesh_volume(w->mesh, state->x);
-  record.min_J =
-      flesh_mesh_jacobians(w->mesh, state->x, w->J, &record.min_J_tet, &record.inverted);
+  record.min_J = flesh_mesh_jacobians(w->mesh, state->x, w->J, &record.min_J_tet, &record.inverted);
   for (int o = 0; o < w->options->observer_count; o++) {
     const flesh_observer *observer = &w->options->observers[o];
     status = observer->observe(observer->data, &record);
@@ -94,16 +94,16 @@ static int is_finite(const flesh_state *state, int unknowns)
 static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
-  int single = flesh_integrator_method(integrator) == FLESH_METHOD_STATIC &&
-               !flesh_system_moves(w->system);
+  int single =
+      flesh_integrator_method(integrator) == FLESH_METHOD_STATIC && !flesh_system_moves(w->system);
   double start = state->t, end = options->end;
   int done = !single && start >= end;
   flesh_solve_stats stats = {0};
   int status = tell(w, 0, done, 0, state, &stats);
   if (!status) status = ask(options);
   for (int step = 1; !status && !done; step++) {
-    /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends within
-     * a millionth of h of the end ends there. */
+    /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
+     * within a millionth of h of the end ends there. */
     double target = single ? end : start + step * options->h, h = options->h;
     done = target > end - 1e-6 * options->h;
     if (done) target = end;
@@ -135,8 +135,8 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
     return flesh_fail(FLESH_ERR_ARGUMENT, "run: the step is %g s; it must be positive", options->h);
   if (!isfinite(options->end) || options->end < state->t)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "run: the end is %g s; it must not lie before the start at %g s", options->end,
-                      state->t);
+                      "run: the end is %g s; it must not lie before the start at %g s",
+                      options->end, state->t);
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options};
   int status = options->observer_count ? watch_open(&w) : FLESH_OK;
   if (!status) status = run_steps(&w, integrator, state, steps);
