@@ -11,10 +11,12 @@
 #include "overrides.h"
 #include "runner.h"
 
-static const char details[] =
-    "Writes into DIR: history.csv (a row per step), frames/frames.pvd (for ParaView), state.txt (the last\n"
-    "state, to go on from with --start-state), result.json (status, figures, provenance) and scene.yaml (every\n"
-    "value in force; running it gives the same result). Results of an older run in DIR are replaced.\n";
+static const char details[] = "Writes into DIR: history.csv (a row per step), frames/frames.pvd "
+                              "(for ParaView), state.txt (the last\n"
+                              "state, to go on from with --start-state), result.json (status, "
+                              "figures, provenance) and scene.yaml (every\n"
+                              "value in force; running it gives the same result). Results of an "
+                              "older run in DIR are replaced.\n";
 
 /* out/<scene's name without folder and suffix>. Returns new text. */
 static char *default_folder(const char *scene)
@@ -35,8 +37,8 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf(", %.3g Newton per step, %.3g linear per Newton",
            (double)figures->newton / figures->steps,
            figures->newton ? (double)figures->linear / (double)figures->newton : 0);
-  printf("\nvolume drift: %.3g at most, %.3g at the end; smallest J %.4g; ", figures->max_volume_drift,
-         figures->final_volume_drift, figures->min_J);
+  printf("\nvolume drift: %.3g at most, %.3g at the end; smallest J %.4g; ",
+         figures->max_volume_drift, figures->final_volume_drift, figures->min_J);
   if (figures->max_inverted)
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
@@ -56,19 +58,21 @@ int flesh_command_run(int argc, char **argv)
   options.argc = words ? argc : 0;
   options.argv = words;
   const flesh_option rows[] = {
-      {"out", "DIR", FLESH_OPTION_TEXT, &options.out, "folder of the results (default out/<scene>)"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &options.out,
+       "folder of the results (default out/<scene>)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of the scene, as in --set time.step=1/120"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
        "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
-      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state, "write the last state here as well"},
+      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state,
+       "write the last state here as well"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options.max_seconds,
        "stop after the step in which S seconds are spent"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
-  const flesh_usage usage = {"run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).",
-                             details, 1, 1, rows};
+  const flesh_usage usage = {
+      "run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).", details, 1, 1, rows};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};
@@ -77,7 +81,8 @@ int flesh_command_run(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   options.scene_path = argv[1];
   flesh_interrupt_watch();
-  status = start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
+  status =
+      start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
   if (!status)
     status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
   if (status) {

@@ -27,8 +27,9 @@ static void print_help(void)
          "Dynamics of soft, nearly incompressible bodies.\n\nCommands:\n");
   for (int c = 0; c < COMMAND_COUNT; c++)
     printf("  %-10s %s\n", commands[c].name, commands[c].summary);
-  printf("\n`flesh COMMAND --help` tells more about a command, `flesh --version` the version.\n\n%s",
-         flesh_exit_codes_text);
+  printf(
+      "\n`flesh COMMAND --help` tells more about a command, `flesh --version` the version.\n\n%s",
+      flesh_exit_codes_text);
 }
 
 int main(int argc, char **argv)

@@ -26,14 +26,22 @@ const char flesh_exit_codes_text[] =
 int flesh_exit_code(int status)
 {
   switch (status) {
-  case FLESH_OK: return 0;
-  case FLESH_ERR_ARGUMENT: return 2;
-  case FLESH_ERR_FILE: return 3;
-  case FLESH_ERR_SOLVE: return 4;
-  case FLESH_ERR_INTEGRATOR: return 5;
-  case FLESH_ERR_BUDGET: return 6;
-  case FLESH_ERR_NONFINITE: return 7;
-  case FLESH_ERR_INTERRUPTED: return 130; /* the signal's handler knows better: 143 for SIGTERM */
+  case FLESH_OK:
+    return 0;
+  case FLESH_ERR_ARGUMENT:
+    return 2;
+  case FLESH_ERR_FILE:
+    return 3;
+  case FLESH_ERR_SOLVE:
+    return 4;
+  case FLESH_ERR_INTEGRATOR:
+    return 5;
+  case FLESH_ERR_BUDGET:
+    return 6;
+  case FLESH_ERR_NONFINITE:
+    return 7;
+  case FLESH_ERR_INTERRUPTED:
+    return 130; /* the signal's handler knows better: 143 for SIGTERM */
   }
   return status > 0 ? 4 : 1;
 }
@@ -89,8 +97,12 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
   char what[128];
   double number;
   switch (option->kind) {
-  case FLESH_OPTION_SWITCH: *(int *)option->target = 1; return FLESH_OPTIONS_GO_ON;
-  case FLESH_OPTION_TEXT: *(const char **)option->target = text; return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_SWITCH:
+    *(int *)option->target = 1;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_TEXT:
+    *(const char **)option->target = text;
+    return FLESH_OPTIONS_GO_ON;
   case FLESH_OPTION_LIST: {
     flesh_texts *texts = option->target;
     texts->values[texts->count++] = text;
@@ -117,10 +129,10 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
   struct option rows[OPTION_LIMIT + 2] = {{0}};
   int count = 0;
   for (; usage->options[count].name && count < OPTION_LIMIT; count++)
-    rows[count] = (struct option){.name = usage->options[count].name,
-                                  .has_arg = usage->options[count].argument ? required_argument
-                                                                            : no_argument,
-                                  .val = HELP_VALUE + 1 + count};
+    rows[count] =
+        (struct option){.name = usage->options[count].name,
+                        .has_arg = usage->options[count].argument ? required_argument : no_argument,
+                        .val = HELP_VALUE + 1 + count};
   rows[count] = (struct option){.name = "help", .val = HELP_VALUE};
   opterr = 0;
   optind = 0; /* reinitialises glibc's scanner */

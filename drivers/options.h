@@ -35,9 +35,10 @@ typedef struct flesh_usage {
 
 enum { FLESH_OPTIONS_GO_ON = -1 };
 
-/* Reads the options (they may stand among the positionals) and moves the positionals to argv[1...]; *positional_count
- * of them. Returns FLESH_OPTIONS_GO_ON, or the exit code to leave with: 0 after --help was printed, 2 after one
- * sentence on stderr about what is wrong. --help and -h are known to every command. */
+/* Reads the options (they may stand among the positionals) and moves the positionals to argv[1...];
+ * *positional_count of them. Returns FLESH_OPTIONS_GO_ON, or the exit code to leave with: 0 after
+ * --help was printed, 2 after one sentence on stderr about what is wrong. --help and -h are known
+ * to every command. */
 int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count);
 
 /* A number, or a fraction a/b; 0 when the whole text is one and finite. */

@@ -83,7 +83,8 @@ json_t *flesh_provenance_program(int argc, char **argv)
   json_object_set_new(program, "cpu", text_value(text));
   struct utsname system;
   if (!uname(&system)) {
-    snprintf(text, sizeof text, "%.60s %.60s %.60s", system.sysname, system.release, system.machine);
+    snprintf(text, sizeof text, "%.60s %.60s %.60s", system.sysname, system.release,
+             system.machine);
     json_object_set_new(program, "system", text_value(text));
   }
   time_t now = time(NULL);

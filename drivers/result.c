@@ -66,9 +66,12 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
 const char *flesh_outcome_word(const flesh_outcome *outcome)
 {
   switch (outcome->status) {
-  case FLESH_OK: return "complete";
-  case FLESH_ERR_INTERRUPTED: return "interrupted";
-  case FLESH_ERR_BUDGET: return "out of budget";
+  case FLESH_OK:
+    return "complete";
+  case FLESH_ERR_INTERRUPTED:
+    return "interrupted";
+  case FLESH_ERR_BUDGET:
+    return "out of budget";
   }
   return "failed";
 }
@@ -87,28 +90,35 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
   if (needs_positive_J(scene) && (failure->status == FLESH_UNDEFINED || !(failure->worst_J > 0.05)))
-    return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound near it: try a "
-           "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an energy that is "
+    return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound "
+           "near it: try a "
+           "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an "
+           "energy that is "
            "defined there (S or E)";
   if (solver->globalization != FLESH_GLOBALIZATION_ENERGY)
-    return "plain Newton steps are not guarded: try solver.globalization=energy, or a shorter time.step";
+    return "plain Newton steps are not guarded: try solver.globalization=energy, or a shorter "
+           "time.step";
   if (failure->status == FLESH_NONFINITE)
-    return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, and try a "
+    return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, "
+           "and try a "
            "shorter time.step";
   if (failure->residual <= 100 * failure->target)
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
   if (is_static)
-    return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more pins, a larger "
-           "solver.max_halvings or max_newton, linear_solver=klu, or let it move there by adding inertia";
-  return "try a shorter time.step, a larger solver.max_newton or max_halvings, or linear_solver=klu";
+    return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more "
+           "pins, a larger "
+           "solver.max_halvings or max_newton, linear_solver=klu, or let it move there by adding "
+           "inertia";
+  return "try a shorter time.step, a larger solver.max_newton or max_halvings, or "
+         "linear_solver=klu";
 }
 
 void flesh_failure_print(FILE *stream, const flesh_outcome *outcome)
 {
   const flesh_failure *f = &outcome->failure;
-  fprintf(stream, "  last try: t = %g s, h = %g s after %d halvings (%s)\n", f->t, f->h, f->halvings,
-          flesh_status_text(f->status));
+  fprintf(stream, "  last try: t = %g s, h = %g s after %d halvings (%s)\n", f->t, f->h,
+          f->halvings, flesh_status_text(f->status));
   fprintf(stream, "  residual: %.3g N; target %.3g N", f->residual, f->target);
   if (f->worst_node >= 0) fprintf(stream, "; largest at node %d", f->worst_node);
   if (f->worst_tet >= 0)
@@ -167,7 +177,8 @@ json_t *flesh_materials_json(const flesh_scene *scene)
     small_strain s = small_strain_of(&materials[m]);
     json_t *row = json_object();
     json_object_set_new(row, "energy", json_string(flesh_energy_name(materials[m].energy)));
-    json_object_set_new(row, "constants", json_string(flesh_constants_name(materials[m].constants)));
+    json_object_set_new(row, "constants",
+                        json_string(flesh_constants_name(materials[m].constants)));
     set(row, "mu", materials[m].mu);
     set(row, "lambda", materials[m].lambda);
     set(row, "alpha", materials[m].alpha);
@@ -209,7 +220,8 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
     const char *name = flesh_system_effect(system, e)->operations->name;
     char key[80];
     snprintf(key, sizeof key, "%s", name);
-    for (int n = 2; json_object_get(energies, key); n++) snprintf(key, sizeof key, "%.60s_%d", name, n);
+    for (int n = 2; json_object_get(energies, key); n++)
+      snprintf(key, sizeof key, "%.60s_%d", name, n);
     set(energies, key, figures->energies[e]);
     total += figures->energies[e];
   }
@@ -245,7 +257,8 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   if (f->worst_tet >= 0) {
     set(failure, "worst_J", f->worst_J);
     json_t *position = json_array();
-    for (int k = 0; k < 3; k++) json_array_append_new(position, flesh_json_number(f->worst_position[k]));
+    for (int k = 0; k < 3; k++)
+      json_array_append_new(position, flesh_json_number(f->worst_position[k]));
     json_object_set_new(failure, "worst_position", position);
   }
   set_integer(failure, "worst_node", f->worst_node);

@@ -1,4 +1,5 @@
-/* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid. */
+/* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid.
+ */
 #include "runner.h"
 
 #include <math.h>
@@ -116,11 +117,14 @@ static int open_outputs(runner *r, flesh_figures *figures)
   status = flesh_json_write(in_out(r, "result.json"), result_of(r, running, figures));
   if (!status) status = flesh_scene_write(r->scene, in_out(r, "scene.yaml"));
   if (!status)
-    status = flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
+    status =
+        flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
   if (status) return status;
   int every = flesh_scene_outputs(r->scene)->frame_interval;
   if (options->no_frames || every < 1) drop_frames(r);
-  else status = flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  else
+    status =
+        flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
   return status;
 }
 
@@ -133,7 +137,8 @@ static int open_state(runner *r)
   flesh_scene_start(r->scene, &r->state);
   r->start_t = r->state.t;
   if (r->start_t > flesh_scene_times(r->scene)->end)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start state is at t = %g s, after time.end = %g s",
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: the start state is at t = %g s, after time.end = %g s",
                       r->options->scene_path, r->start_t, flesh_scene_times(r->scene)->end);
   return FLESH_OK;
 }
@@ -143,8 +148,8 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   const flesh_runner_options *options = r->options;
   const flesh_system *system = flesh_scene_system(r->scene);
   const flesh_scene_time *time = flesh_scene_times(r->scene);
-  int status = flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene),
-                                       &r->integrator);
+  int status =
+      flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene), &r->integrator);
   if (status) return status;
   flesh_observer observers[OBSERVER_LIMIT];
   int count = 0;
@@ -181,7 +186,8 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
 static int keep_state(runner *r)
 {
   int nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene));
-  int status = r->options->out ? flesh_state_write(in_out(r, "state.txt"), nodes, &r->state) : FLESH_OK;
+  int status =
+      r->options->out ? flesh_state_write(in_out(r, "state.txt"), nodes, &r->state) : FLESH_OK;
   if (r->options->save_state) {
     int saved = flesh_state_write(r->options->save_state, nodes, &r->state);
     if (!status) status = saved;
@@ -194,17 +200,19 @@ static void note(flesh_outcome *outcome, int status)
   const char *text = flesh_error_text();
   outcome->status = status;
   outcome->exit_code = flesh_exit_code(status);
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == SIGTERM) outcome->exit_code = 143;
+  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == SIGTERM)
+    outcome->exit_code = 143;
   snprintf(outcome->message, sizeof outcome->message, "%s",
-           !status ? "" : *text ? text : flesh_status_text(status));
+           !status ? ""
+           : *text ? text
+                   : flesh_status_text(status));
 }
 
 int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *options,
                      flesh_figures *figures, flesh_outcome *outcome)
 {
-  runner r = {.scene = scene,
-              .options = options,
-              .progress = !options->quiet && isatty(STDERR_FILENO)};
+  runner r = {
+      .scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO)};
   *outcome = (flesh_outcome){.advice = ""};
   int status = flesh_figures_open(figures, flesh_scene_system(scene));
   if (!status) status = open_state(&r);
