@@ -58,6 +58,7 @@ typedef struct flesh_effect flesh_effect;
  * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative status. */
 typedef struct flesh_effect_operations {
   const char *name; /* as in a scene */
+  int external;     /* 1: a load from outside, scaled by point->load; convergence is measured against it */
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);

@@ -51,6 +51,8 @@ FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 
 /* r = sum of the residuals [3*n], constraints not applied. */
 FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r);
+/* The same of the external effects alone: minus the applied load. */
+FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r);
 /* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern. */
 FLESH_API int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                                     const flesh_shift *shift, flesh_block_matrix *K);

@@ -98,6 +98,7 @@ static void drag_destroy(void *data)
 
 static const flesh_effect_operations drag_operations = {
     .name = "drag",
+    .external = 1,
     .cells = drag_cells,
     .residual = drag_residual,
     .jacobian = drag_jacobian,

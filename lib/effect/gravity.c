@@ -51,6 +51,7 @@ static void gravity_destroy(void *data)
 
 static const flesh_effect_operations gravity_operations = {
     .name = "gravity",
+    .external = 1,
     .residual = gravity_residual,
     .potential = gravity_potential,
     .energy = gravity_energy,

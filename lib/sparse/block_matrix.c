@@ -31,7 +31,7 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
   }
 }
 
-void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed)
+void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal)
 {
   for (int i = 0; i < A->rows; i++) {
     const uint8_t *row = fixed + 3 * i;
@@ -42,11 +42,7 @@ void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed)
       double *b = A->values + 9 * (size_t)k;
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
-          if (!row[r] && !col[c]) continue;
-          if (k > A->row_start[i] || r != c)
-            b[3 * r + c] = 0;
-          else if (!(b[3 * r + c] > 0))
-            b[3 * r + c] = 1;
+          if (row[r] || col[c]) b[3 * r + c] = k == A->row_start[i] && r == c ? diagonal : 0;
         }
     }
   }

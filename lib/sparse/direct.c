@@ -94,7 +94,7 @@ void flesh_direct_destroy(flesh_direct **direct)
   *direct = NULL;
 }
 
-static int klu_factor(flesh_direct *self)
+static int factor_by_klu(flesh_direct *self)
 {
   /* Pivots of the last factorisation serve as long as they stay usable. */
   if (self->numeric &&
@@ -115,7 +115,7 @@ static int klu_factor(flesh_direct *self)
 int flesh_direct_factor(flesh_direct *self, const flesh_block_matrix *A)
 {
   flesh_scalar_view_fill(&self->view, A, self->values);
-  if (self->kind == FLESH_LINEAR_KLU) return klu_factor(self);
+  if (self->kind == FLESH_LINEAR_KLU) return factor_by_klu(self);
 #ifdef FLESH_HAVE_CHOLMOD
   cholmod_sparse view = cholmod_view(self);
   if (!cholmod_l_factorize(&view, self->factor, &self->cholmod))

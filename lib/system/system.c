@@ -224,15 +224,27 @@ int flesh_system_moves(const flesh_system *system)
   return flesh_system_next_event(system, -INFINITY) < INFINITY;
 }
 
-int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)
+static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
+                         double *r)
 {
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    int status = effect->operations->residual ? effect->operations->residual(effect, point, r) : 0;
+    if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
+    int status = effect->operations->residual(effect, point, r);
     if (status) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, point, 0, r);
+}
+
+int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, point, 1, r);
 }
 
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
