@@ -8,17 +8,18 @@
 
 typedef enum flesh_key_type {
   FLESH_KEY_NUMBER,   /* double; NaN when absent without default. Also written a/b */
-  FLESH_KEY_INTEGER,  /* int */
-  FLESH_KEY_BOOLEAN,  /* int 0 or 1 */
-  FLESH_KEY_CHOICE,   /* int, the index in `choices` */
+  FLESH_KEY_INTEGER,  /* int; INT_MIN when absent without default */
+  FLESH_KEY_BOOLEAN,  /* int 0 or 1; -1 when absent without default */
+  FLESH_KEY_CHOICE,   /* int, the index in `choices`; -1 when absent without default */
   FLESH_KEY_TEXT,     /* char *, NULL when absent */
   FLESH_KEY_PATH,     /* char *, made relative to the scene's file; NULL when absent */
   FLESH_KEY_VECTOR,   /* double[3]; NaN when absent */
-  FLESH_KEY_BOX,      /* double[6], [[low], [high]]; NaN when absent */
-  FLESH_KEY_AXES,     /* unsigned bit mask of FLESH_AXIS_*: a list of x, y, z */
+  FLESH_KEY_BOX,      /* double[6], [[low], [high]], may be infinite; NaN when absent */
+  FLESH_KEY_AXES,     /* unsigned bit mask of FLESH_AXIS_*: a list of x, y, z; 0 when absent */
   FLESH_KEY_INTEGERS, /* flesh_integers */
   FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
-  FLESH_KEY_OBJECTS   /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
+  FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
+  FLESH_KEY_EFFECTS   /* list of one-key mappings named by the registry of effects: flesh_objects */
 } flesh_key_type;
 
 typedef struct flesh_integers {
@@ -46,7 +47,9 @@ typedef struct flesh_key {
   size_t offset;
   flesh_key_range range;
   const char *unit;          /* "m", "kg/m^3", ...; NULL: none */
-  const char *default_value; /* as it would stand in a scene; "" absent is allowed; NULL required */
+  /* As it would stand in a scene; "" absent is allowed (an object's values are then all absent), "{}" for an object:
+   * its children's defaults; NULL required. A number takes .inf when its default is infinite. */
+  const char *default_value;
   const char *doc;
   const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE */
   const struct flesh_key *children;
