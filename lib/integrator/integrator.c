@@ -57,6 +57,11 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   *integrator = NULL;
 }
 
+flesh_method flesh_integrator_method(const flesh_integrator *integrator)
+{
+  return integrator->method;
+}
+
 const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator)
 {
   return &integrator->failure;
