@@ -37,6 +37,7 @@ FLESH_API int flesh_integrator_create(const flesh_system *system, flesh_method m
                                       const flesh_solver_options *options,
                                       flesh_integrator **integrator);
 FLESH_API void flesh_integrator_destroy(flesh_integrator **integrator);
+FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
 /* Takes the state from t to t+h (backward Euler: retried in halves when a solve fails; statics:
  * equilibrium at t+h, the load raised in increments when the full one fails), adding to *stats (may be NULL).
