@@ -124,6 +124,14 @@ static void overrides_change_what_they_name(void)
   CHECK_OVERRIDE("effects:\n  - gravity:", "effects[0]=null");
   CHECK_OVERRIDE("effects:\n  - elasticity: {}\ntime:", "effects=null");
   CHECK_OVERRIDE("  - inertia: {}\n  - elasticity: {}\n", "effects=null", "effects.inertia={}");
+  CHECK_OVERRIDE("      until: .inf\n  - elasticity: {}\ntime:", "effects.drag=null");
+  CHECK_OVERRIDE("      until: .inf\ntime:", "body.material=null", "body.regions=null");
+  CHECK_OVERRIDE(
+      "  mass: lumped\n  material:\n    energy: S\n    constants: matched\n    young: 7\n",
+      "body.material=null", "body.material.energy=S", "body.material.young=7",
+      "body.material.poisson=0");
+  CHECK_OVERRIDE("velocity: [0, 0, 0]", "start.velocity=null", "start.state=null");
+  CHECK_OVERRIDE("velocity: [0, 4, 0]", "start.velocity=null", "start.velocity=[0, 4, 0]");
   CHECK_OVERRIDE("    - tags: [7]\n      density: 10\n", "body.regions[0].tags=[7]",
                  "body.regions[0].density=10");
   CHECK_OVERRIDE("title: \"a: b\"", "title='a: b'");
