@@ -4,7 +4,10 @@
 #include <string.h>
 
 #include "command_check.h"
+#include "command_material.h"
+#include "command_mesh.h"
 #include "command_run.h"
+#include "command_schema.h"
 #include "options.h"
 #include "provenance.h"
 
@@ -17,6 +20,9 @@ typedef struct command {
 /* A command is a row here, an include above and its file in drivers/meson.build. */
 static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
+    {"material", flesh_command_material, "compare the energies along simple deformations"},
+    {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
+    {"schema", flesh_command_schema, "document the keys of a scene"},
     {"check", flesh_command_check, "validate a scene and differentiate its effects"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };

@@ -1,5 +1,6 @@
-/* test_material.c: psi, P and H of the eight energies and of users' own: against long double formulas,
- * finite differences, objectivity and isotropy; and what happens where there is no value. */
+/* test_material.c: psi, P and H of the eight energies and of users' own: against long double
+ * formulas, finite differences, objectivity and isotropy; and what happens where there is no value.
+ */
 #include "test_matrix.h"
 
 #include <float.h>
@@ -21,23 +22,31 @@ static flesh_material raw(flesh_energy energy, double mu, double lambda)
 }
 
 /* The formulas as the papers print them, in extended precision. */
-static long double formula(flesh_energy e, long double I, long double J, long double mu, long double la)
+static long double formula(flesh_energy e, long double I, long double J, long double mu,
+                           long double la)
 {
   long double alpha;
   switch (e) {
-  case FLESH_ENERGY_NEO: return mu / 2 * (I - 3) - mu * logl(J) + la / 2 * logl(J) * logl(J);
-  case FLESH_ENERGY_A: return mu / 2 * (I - 3) - mu * logl(J) + la / 2 * (J - 1) * (J - 1);
-  case FLESH_ENERGY_B: return mu / 2 * (powl(J, -2.0L / 3) * I - 3) + la / 2 * (J - 1) * (J - 1);
-  case FLESH_ENERGY_C: return mu / 2 * (powl(J, -2.0L / 3) * I - 3) + la / 2 * (J - 1);
-  case FLESH_ENERGY_M: return mu / 2 * (I - 3);
-  case FLESH_ENERGY_D: return mu / 2 * (I - 3) + la / 2 * (J - 1) * (J - 1);
+  case FLESH_ENERGY_NEO:
+    return mu / 2 * (I - 3) - mu * logl(J) + la / 2 * logl(J) * logl(J);
+  case FLESH_ENERGY_A:
+    return mu / 2 * (I - 3) - mu * logl(J) + la / 2 * (J - 1) * (J - 1);
+  case FLESH_ENERGY_B:
+    return mu / 2 * (powl(J, -2.0L / 3) * I - 3) + la / 2 * (J - 1) * (J - 1);
+  case FLESH_ENERGY_C:
+    return mu / 2 * (powl(J, -2.0L / 3) * I - 3) + la / 2 * (J - 1);
+  case FLESH_ENERGY_M:
+    return mu / 2 * (I - 3);
+  case FLESH_ENERGY_D:
+    return mu / 2 * (I - 3) + la / 2 * (J - 1) * (J - 1);
   case FLESH_ENERGY_E:
     alpha = 1 + mu / la;
     return mu / 2 * (I - 3) + la / 2 * (J - alpha) * (J - alpha);
   case FLESH_ENERGY_S:
     alpha = 1 + mu / la - mu / (4 * la);
     return mu / 2 * (I - 3) + la / 2 * (J - alpha) * (J - alpha) - mu / 2 * logl(I + 1);
-  default: return NAN;
+  default:
+    return NAN;
   }
 }
 
@@ -103,19 +112,43 @@ static int draw(int kind, flesh_energy energy, double F[9])
   double s[3] = {1 + 0.6 * uniform(), 1 + 0.6 * uniform(), 1 + 0.6 * uniform()};
   double scale = 1;
   switch (kind) {
-  case 0: break;                               /* ordinary */
-  case 1: s[2] = -s[2]; break;                 /* reflected */
-  case 2: s[2] = 0; break;                     /* rank 2 */
-  case 3: s[1] = s[2] = 0; break;              /* rank 1 */
-  case 4: s[0] = s[1] = s[2] = 0; break;       /* a point */
-  case 5: scale = 1e6; break;                  /* huge */
-  case 6: s[0] = s[1] = s[2] = 1; break;       /* a rotation */
-  case 7: s[1] = s[0]; break;                  /* repeated */
-  case 8: s[2] = 1e-3; break;                  /* nearly flat */
-  case 9: scale = 1e-3; break;                 /* nearly a point */
-  case 10: s[0] = 30, s[1] = 0.1; break;       /* drawn out */
-  case 11: s[0] = -1, s[1] = -1, s[2] = -1; break;
-  default: return 0;
+  case 0:
+    break; /* ordinary */
+  case 1:
+    s[2] = -s[2];
+    break; /* reflected */
+  case 2:
+    s[2] = 0;
+    break; /* rank 2 */
+  case 3:
+    s[1] = s[2] = 0;
+    break; /* rank 1 */
+  case 4:
+    s[0] = s[1] = s[2] = 0;
+    break; /* a point */
+  case 5:
+    scale = 1e6;
+    break; /* huge */
+  case 6:
+    s[0] = s[1] = s[2] = 1;
+    break; /* a rotation */
+  case 7:
+    s[1] = s[0];
+    break; /* repeated */
+  case 8:
+    s[2] = 1e-3;
+    break; /* nearly flat */
+  case 9:
+    scale = 1e-3;
+    break; /* nearly a point */
+  case 10:
+    s[0] = 30, s[1] = 0.1;
+    break; /* drawn out */
+  case 11:
+    s[0] = -1, s[1] = -1, s[2] = -1;
+    break;
+  default:
+    return 0;
   }
   if (needs_positive_J(energy) && ((kind >= 1 && kind <= 4) || kind == 11)) return 0;
   compose(s, F);
@@ -152,7 +185,8 @@ static double difference_error(const flesh_material *m, const double F[9])
     memcpy(G, F, sizeof G);
     for (int k = 1; k <= 3; k++) {
       G[p] = F[p] + k * h;
-      if (flesh_material_energy(m, G, &plus) || flesh_material_stress(m, G, P_plus)) return INFINITY;
+      if (flesh_material_energy(m, G, &plus) || flesh_material_stress(m, G, P_plus))
+        return INFINITY;
       G[p] = F[p] - k * h;
       if (flesh_material_energy(m, G, &minus) || flesh_material_stress(m, G, P_minus))
         return INFINITY;
@@ -162,8 +196,7 @@ static double difference_error(const flesh_material *m, const double F[9])
     }
     worst = fmax(worst, fabs(slope - P[p]) / (terms + energy_size / reach));
     for (int q = 0; q < 9; q++)
-      worst = fmax(worst, fabs(column[q] - H[9 * q + p]) /
-                              (largest(H, 81) + terms / reach));
+      worst = fmax(worst, fabs(column[q] - H[9 * q + p]) / (largest(H, 81) + terms / reach));
   }
   for (int p = 0; p < 9; p++)
     for (int q = 0; q < 9; q++)
@@ -211,8 +244,8 @@ static void objective_and_isotropic(void)
       CHECK_OK(m.psi(I_C, J, &m, &at));
       double cube = size * size * size;
       double psi_unit = fabs(psi) + fabs(at.J) * cube + at.I * I_C + 1;
-      double P_unit = largest(P, 9) + size * size * (fabs(at.J) + at.JJ * cube) + 1 +
-                      fabs(at.IJ) * size * cube;
+      double P_unit =
+          largest(P, 9) + size * size * (fabs(at.J) + at.JJ * cube) + 1 + fabs(at.IJ) * size * cube;
       CHECK_NEAR(a / psi_unit, psi / psi_unit, 1e-14);
       CHECK_NEAR(b / psi_unit, psi / psi_unit, 1e-14);
       for (int k = 0; k < 9; k++) {
@@ -240,9 +273,10 @@ static void check_refuses(const flesh_material *m, const double F[9], int status
 
 static void undefined_without_positive_volume(void)
 {
-  static const double cases[][9] = {{1, 0, 0, 0, 1, 0, 0, 0, 0},  {1, 0, 0, 0, 1, 0, 0, 0, -1},
-                                    {0, 0, 0, 0, 0, 0, 0, 0, 0},  {1, 2, 3, 2, 4, 6, 1, 1, 1},
-                                    {-1, 0, 0, 0, -1, 0, 0, 0, -1}, {1, 0, 0, 0, 1, 0, 0, 0, -1e-300}};
+  static const double cases[][9] = {
+      {1, 0, 0, 0, 1, 0, 0, 0, 0},    {1, 0, 0, 0, 1, 0, 0, 0, -1},
+      {0, 0, 0, 0, 0, 0, 0, 0, 0},    {1, 2, 3, 2, 4, 6, 1, 1, 1},
+      {-1, 0, 0, 0, -1, 0, 0, 0, -1}, {1, 0, 0, 0, 1, 0, 0, 0, -1e-300}};
   for (int n = 0; n < ENERGIES; n++) {
     flesh_material m = raw(all[n], 1, 5);
     for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++) {
@@ -295,7 +329,8 @@ static int users_s(double I_C, double J, const flesh_material *m, flesh_psi *psi
 {
   const double *c = m->user; /* mu, lambda */
   double alpha = 1 + 0.75 * c[0] / c[1];
-  psi->value = c[0] / 2 * (I_C - 3) + c[1] / 2 * (J - alpha) * (J - alpha) - c[0] / 2 * log(I_C + 1);
+  psi->value =
+      c[0] / 2 * (I_C - 3) + c[1] / 2 * (J - alpha) * (J - alpha) - c[0] / 2 * log(I_C + 1);
   psi->I = c[0] / 2 * (1 - 1 / (I_C + 1));
   psi->J = c[1] * (J - alpha);
   psi->II = c[0] / 2 / ((I_C + 1) * (I_C + 1));
@@ -309,7 +344,8 @@ static int users_own(double I_C, double J, const flesh_material *m, flesh_psi *p
 {
   const double mu = 1, a = 0.3, b = 0.2, la = 4, alpha = 1 + mu / la, i = I_C - 3;
   (void)m;
-  *psi = (flesh_psi){.value = mu / 2 * i + a * i * i + b * i * (J - 1) + la / 2 * (J - alpha) * (J - alpha),
+  *psi = (flesh_psi){.value = mu / 2 * i + a * i * i + b * i * (J - 1) +
+                              la / 2 * (J - alpha) * (J - alpha),
                      .I = mu / 2 + 2 * a * i + b * (J - 1),
                      .J = b * i + la * (J - alpha),
                      .II = 2 * a,
@@ -363,7 +399,8 @@ static void a_users_own_psi(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(psi_against_the_formulas), TEST(stress_and_hessian_by_differences),
-                   TEST(objective_and_isotropic), TEST(undefined_without_positive_volume),
-                   TEST(nonfinite_is_reported), TEST(a_users_own_psi));
+  return RUN_TESTS(argc, argv, TEST(psi_against_the_formulas),
+                   TEST(stress_and_hessian_by_differences), TEST(objective_and_isotropic),
+                   TEST(undefined_without_positive_volume), TEST(nonfinite_is_reported),
+                   TEST(a_users_own_psi));
 }

@@ -1,5 +1,5 @@
-/* test_material_constants.c: the maps from small-strain constants, their limits and refusals, and the
- * rest state of every form. */
+/* test_material_constants.c: the maps from small-strain constants, their limits and refusals, and
+ * the rest state of every form. */
 #include "test_matrix.h"
 
 #include <gsl/gsl_roots.h>
@@ -43,8 +43,8 @@ static void matched_constants_linearise_to_the_given(void)
         stress_slope(&m, X, dP);
         for (int i = 0; i < 3; i++)
           for (int j = 0; j < 3; j++) {
-            double hooke = mu * (X[3 * i + j] + X[3 * j + i]) +
-                           (i == j) * lambda * flesh_mat3_trace(X);
+            double hooke =
+                mu * (X[3 * i + j] + X[3 * j + i]) + (i == j) * lambda * flesh_mat3_trace(X);
             CHECK_NEAR(dP[3 * i + j], hooke, 2e-11 * (mu + lambda));
           }
       }
@@ -143,7 +143,8 @@ static int rest_of(flesh_energy energy, double mu, double lambda, double *ratio)
 
 static void rest_volume_of_d(void)
 {
-  /* s^4 - s is least at s^3 = 1/4, where it is -3/4 4^(-1/3): no root below lambda/mu = 4^(4/3)/3. */
+  /* s^4 - s is least at s^3 = 1/4, where it is -3/4 4^(-1/3): no root below lambda/mu = 4^(4/3)/3.
+   */
   const double limit = pow(4, 4. / 3) / 3, least = pow(0.25, 1. / 3);
   CHECK_NEAR(limit, 2.1165, 5e-5);
   const double above[] = {2.12, 2.2, 2.5, 3, 9, 100, 5e3, 1e7};
@@ -201,6 +202,16 @@ static int offset_psi(double I_C, double J, const flesh_material *m, flesh_psi *
   return FLESH_OK;
 }
 
+/* Only J: psi_J J^(1/3) peaks at depth at s = 2: two roots 2 -+ sqrt(depth), the first a minimum
+ * for a body that swells. */
+static int dip_psi(double I_C, double J, const flesh_material *m, flesh_psi *psi)
+{
+  double depth = *(const double *)m->user, s = cbrt(J);
+  (void)I_C;
+  *psi = (flesh_psi){.J = depth - (s - 2) * (s - 2), .JJ = -2 * (s - 2) / (3 * s * s)};
+  return FLESH_OK;
+}
+
 static void rest_volume_of_a_users_psi(void)
 {
   static const double offsets[] = {1.5, 3, 20, 0.9, 1.05};
@@ -212,6 +223,18 @@ static void rest_volume_of_a_users_psi(void)
     double least = cbrt(offsets[n] / 4), s = gsl_root(1, 10, offsets[n], least, 10);
     CHECK_NEAR(ratio, s * s * s, 1e-13 * s * s * s);
   }
+  flesh_material m;
+  double depth = 1e-8, dip_ratio = 7;
+  CHECK_OK(flesh_material_from_psi(dip_psi, &depth, &m));
+  CHECK_OK(flesh_material_rest_ratio(&m, &dip_ratio));
+  CHECK_NEAR(cbrt(dip_ratio), 2 - 1e-4, 1e-11);
+  depth = -1e-8;
+  CHECK(flesh_material_rest_ratio(&m, &dip_ratio) == FLESH_UNDEFINED);
+  /* E below its limit: without stress at rest, but a maximum there; the minimum is larger. */
+  double constants[3] = {1, 0.2, 1 + 1 / 0.2}, ratio = 7, s = gsl_root(1, 0.2, 6, 1.1, 10);
+  CHECK_OK(flesh_material_from_psi(offset_psi, constants, &m));
+  CHECK_OK(flesh_material_rest_ratio(&m, &ratio));
+  CHECK_NEAR(ratio, s * s * s, 1e-13 * s * s * s);
 }
 
 #define REFUSED(call, ...)                                                                         \
@@ -269,8 +292,8 @@ static void refused_constants(void)
   REFUSED(young(FLESH_ENERGY_NEO, RAW, 1e5, -1, material), "poisson is -1", "(-1, 0.5)");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 0, 0.3, material), "young is 0", "> 0");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, INFINITY, 0.3, material), "young is inf", "finite");
-  REFUSED(young(FLESH_ENERGY_E, RAW, 1e5, 0.1, material), "young 100000 and poisson 0.1", "raw lambda is",
-          "lambda > mu/3");
+  REFUSED(young(FLESH_ENERGY_E, RAW, 1e5, 0.1, material), "young 100000 and poisson 0.1",
+          "raw lambda is", "lambda > mu/3");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 1.7e308, 0.4999, material), "finite");
   flesh_material m; /* just inside every limit */
   CHECK_OK(lame(FLESH_ENERGY_E, RAW, 3, 1 + 1e-9, &m));

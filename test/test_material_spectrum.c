@@ -1,5 +1,5 @@
-/* test_material_spectrum.c: the closed-form eigenpairs, the projected Hessian and the singular-frame
- * blocks against GSL's eigen-solver of the full 9x9 Hessian. */
+/* test_material_spectrum.c: the closed-form eigenpairs, the projected Hessian and the
+ * singular-frame blocks against GSL's eigen-solver of the full 9x9 Hessian. */
 #include "test_matrix.h"
 
 #include <gsl/gsl_eigen.h>
@@ -27,8 +27,7 @@ static int mixed_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
 static flesh_material material_number(int n)
 {
   flesh_material m;
-  if (n == FLESH_ENERGY_COUNT)
-    CHECK_OK(flesh_material_from_psi(mixed_psi, NULL, &m));
+  if (n == FLESH_ENERGY_COUNT) CHECK_OK(flesh_material_from_psi(mixed_psi, NULL, &m));
   else
     CHECK_OK(flesh_material_from_lame((flesh_energy)n, FLESH_CONSTANTS_RAW, 1,
                                       exp(2.5 + 2.5 * uniform()), &m));
@@ -41,15 +40,32 @@ static void draw(int trial, int positive, double F[9])
   double s[3];
   for (int k = 0; k < 3; k++) s[k] = 0.05 + 1.5 * fabs(uniform());
   switch (trial % 10) {
-  case 0: s[0] = s[1] = s[2] = 1; break;
-  case 1: s[1] = s[0]; break;
-  case 2: s[1] = s[2] = s[0]; break;
-  case 3: s[2] = -s[2]; break;
-  case 4: s[2] = 0; break;
-  case 5: s[1] = s[2] = 0; break;
-  case 6: s[1] = s[0], s[2] = -s[0]; break;
-  case 7: s[0] *= 1e3, s[1] *= 1e3, s[2] *= 1e3; break;
-  default: break;
+  case 0:
+    s[0] = s[1] = s[2] = 1;
+    break;
+  case 1:
+    s[1] = s[0];
+    break;
+  case 2:
+    s[1] = s[2] = s[0];
+    break;
+  case 3:
+    s[2] = -s[2];
+    break;
+  case 4:
+    s[2] = 0;
+    break;
+  case 5:
+    s[1] = s[2] = 0;
+    break;
+  case 6:
+    s[1] = s[0], s[2] = -s[0];
+    break;
+  case 7:
+    s[0] *= 1e3, s[1] *= 1e3, s[2] *= 1e3;
+    break;
+  default:
+    break;
   }
   if (trial % 100 == 9) s[0] = s[1] = s[2] = 0;
   if (positive)
@@ -128,8 +144,9 @@ static void eigenpairs_against_gsl(void)
       flesh_svd3(F, U, sigma, V);
       CHECK_OK(flesh_spectrum_make(&psi, sigma, &spectrum));
       solve(gsl, H);
-      smallest_worst = fmax(smallest_worst, fabs(flesh_spectrum_smallest(&spectrum) -
-                                                 gsl_vector_get(gsl.values, 0)) / scale);
+      smallest_worst =
+          fmax(smallest_worst,
+               fabs(flesh_spectrum_smallest(&spectrum) - gsl_vector_get(gsl.values, 0)) / scale);
       qsort(values, 9, sizeof *values, ascending);
       for (int k = 0; k < 9; k++)
         value_worst = fmax(value_worst, fabs(values[k] - gsl_vector_get(gsl.values, k)) / scale);
@@ -178,8 +195,8 @@ static void projection_against_gsl(void)
   solver_destroy(gsl);
 }
 
-/* The stiffness blocks in the singular frame, plain and clamped, against the 9x9 contracted with the
- * same two gradients. */
+/* The stiffness blocks in the singular frame, plain and clamped, against the 9x9 contracted with
+ * the same two gradients. */
 static void blocks_against_the_full_hessian(void)
 {
   for (int n = 0; n <= FLESH_ENERGY_COUNT; n++) {

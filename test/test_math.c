@@ -18,7 +18,8 @@ static double rotation_defect(const double R[9])
   return fmax(worst, fabs(flesh_mat3_determinant(R) - 1));
 }
 
-/* Everything svd3.h promises of one matrix but the sign of sigma_3; returns the worst relative error. */
+/* Everything svd3.h promises of one matrix but the sign of sigma_3; returns the worst relative
+ * error. */
 static double svd_error(const double F[9], double sigma[3])
 {
   double U[9], V[9], US[9], again[9], scale = 0, worst = 0;
@@ -118,10 +119,11 @@ static void svd_of_random_matrices(void)
 static void svd_of_degenerate_matrices(void)
 {
   static const double kinds[][3] = {
-      {1, 1, 1},        {1, 1, -1},         {2, 2, 1},          {2, 1, 1},          {2, 1, -1},
-      {1, 1, 0},        {1, 0, 0},          {3, 1e-8, 0},       {1, 1e-8, 1e-16},   {1, 1e-8, -1e-9},
-      {1, 1e-15, 1e-15}, {1, 1e-30, -1e-30}, {1, 1e-100, 1e-200}, {1, 1, 1e-17},      {1, 1 - 1e-9, 1e-3},
-      {1, 1 - 1e-15, 1}, {1e8, 1, -1e-8},    {1e16, 1, 1},        {1, 1 - 1e-8, 1e-8}, {7, 7, -7}};
+      {1, 1, 1},           {1, 1, -1},       {2, 2, 1},           {2, 1, 1},
+      {2, 1, -1},          {1, 1, 0},        {1, 0, 0},           {3, 1e-8, 0},
+      {1, 1e-8, 1e-16},    {1, 1e-8, -1e-9}, {1, 1e-15, 1e-15},   {1, 1e-30, -1e-30},
+      {1, 1e-100, 1e-200}, {1, 1, 1e-17},    {1, 1 - 1e-9, 1e-3}, {1, 1 - 1e-15, 1},
+      {1e8, 1, -1e-8},     {1e16, 1, 1},     {1, 1 - 1e-8, 1e-8}, {7, 7, -7}};
   double worst = 0, value_worst = 0;
   for (unsigned kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
     for (int trial = 0; trial < 500; trial++) {
@@ -144,10 +146,12 @@ static void svd_of_degenerate_matrices(void)
 static void svd_of_exact_matrices(void)
 {
   static const double cases[][9] = {
-      {0, 0, 0, 0, 0, 0, 0, 0, 0},      {1, 0, 0, 0, 1, 0, 0, 0, 1},   {-1, 0, 0, 0, -1, 0, 0, 0, -1},
-      {1, 0, 0, 0, 1, 0, 0, 0, -1},     {1, 1, 1, 1, 1, 1, 1, 1, 1},   {1, 2, 3, 2, 4, 6, 4, 8, 12},
-      {1, 2, 3, 4, 5, 6, 7, 8, 9},      {0, 0, 1, 0, 0, 0, 0, 0, 0},   {0, 0, 0, 0, 0, 0, 0, -5, 0},
-      {0, 1, 0, 0, 0, 1, 1, 0, 0},      {0, 1, 0, 1, 0, 0, 0, 0, 1},   {3, 0, 0, 4, 0, 0, 0, 0, 0},
+      {0, 0, 0, 0, 0, 0, 0, 0, 0},      {1, 0, 0, 0, 1, 0, 0, 0, 1},
+      {-1, 0, 0, 0, -1, 0, 0, 0, -1},   {1, 0, 0, 0, 1, 0, 0, 0, -1},
+      {1, 1, 1, 1, 1, 1, 1, 1, 1},      {1, 2, 3, 2, 4, 6, 4, 8, 12},
+      {1, 2, 3, 4, 5, 6, 7, 8, 9},      {0, 0, 1, 0, 0, 0, 0, 0, 0},
+      {0, 0, 0, 0, 0, 0, 0, -5, 0},     {0, 1, 0, 0, 0, 1, 1, 0, 0},
+      {0, 1, 0, 1, 0, 0, 0, 0, 1},      {3, 0, 0, 4, 0, 0, 0, 0, 0},
       {1, 0, 0, 1e-200, 1, 0, 0, 0, 0}, {1, 0, 0, 0, 0x1p-60, 0, 0, 0, 0x1p-120}};
   for (unsigned c = 0; c < sizeof cases / sizeof *cases; c++)
     for (int exponent = -1020; exponent <= 1000; exponent += 101) {
@@ -168,7 +172,8 @@ static void svd_of_exact_matrices(void)
   CHECK(isnan(sigma[0]) && rotation_defect(U) == 0 && rotation_defect(V) == 0);
 }
 
-/* Scaling must not change what is found: huge and tiny matrices, and rows of very different size. */
+/* Scaling must not change what is found: huge and tiny matrices, and rows of very different size.
+ */
 static void svd_of_scaled_matrices(void)
 {
   double worst = 0, value_worst = 0;
@@ -196,7 +201,8 @@ static void svd_keeps_small_values(void)
 {
   double worst = 0;
   for (int trial = 0; trial < 1000; trial++) {
-    double R[9], sigma[3], U[9], V[9], s[3] = {1, 1e-7 * (1.5 + uniform()), 1e-14 * (1.5 + uniform())};
+    double R[9], sigma[3], U[9], V[9],
+        s[3] = {1, 1e-7 * (1.5 + uniform()), 1e-14 * (1.5 + uniform())};
     random_rotation(R);
     for (int k = 0; k < 9; k++) R[k] *= s[k % 3]; /* F = R diag(s): singular values exactly s */
     flesh_svd3(R, U, sigma, V);
@@ -222,8 +228,9 @@ static double eigen_error(const double A[9], double w[3])
 
 static void symmetric_eigenvalues(void)
 {
-  static const double kinds[][3] = {{1, 2, 3}, {1, 1, 1},      {1, 1, 2},    {-1, 2, 2}, {0, 0, 1},
-                                    {0, 1, 1}, {1, 1 + 1e-12, -1}, {1e-12, 1, -1e6}, {-3, -2, -1}};
+  static const double kinds[][3] = {{1, 2, 3},          {1, 1, 1},        {1, 1, 2},
+                                    {-1, 2, 2},         {0, 0, 1},        {0, 1, 1},
+                                    {1, 1 + 1e-12, -1}, {1e-12, 1, -1e6}, {-3, -2, -1}};
   double worst = 0, gsl_worst = 0;
   gsl_matrix *G = gsl_matrix_alloc(3, 3);
   gsl_vector *values = gsl_vector_alloc(3);

@@ -30,23 +30,31 @@ typedef struct flesh_mesh_info {
 } flesh_mesh_info;
 
 /* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or NULL
- * (all 0). Inverted tets are flipped and counted. FLESH_ERR_FILE, with the index, for a flat tet, a node
- * out of range or repeated in a tet, a non-finite coordinate, or an empty mesh. Returns new. */
+ * (all 0). Inverted tets are flipped (their last two nodes swapped) and counted. FLESH_ERR_FILE, with
+ * the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding hides the sign of V), a
+ * node out of range or repeated in a tet, a tet given twice, a face of more than two tets, a non-finite
+ * coordinate, or an empty mesh. Positions are compared with no tolerance. Returns new. */
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
- * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i. Returns new. */
+ * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k)
+ * has the tets from 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner.
+ * FLESH_ERR_ARGUMENT for cells below 1, sizes that are not positive, or a grid too large. Returns new. */
 FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                              flesh_mesh **mesh);
 
-/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII or binary),
- * Medit .mesh (ASCII), or the plain list `nodes N / x y z ... / tets T / a b c d`, told apart by
- * content. FLESH_ERR_FILE with file and line otherwise. Returns new. */
+/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in
+ * either byte order), Medit .mesh (ASCII), or the plain list `nodes N / x y z ... / tets T / a b c d`,
+ * told apart by content; only TetGen's two files also by their names. Other elements than tets of 4 nodes
+ * are left out; tets of higher order are refused. Regions: TetGen's first attribute, Gmsh's physical
+ * tag or else the tag of the volume, Medit's reference, else 0. FLESH_ERR_FILE with file and line (byte
+ * in binary parts) otherwise. Independent of the locale. Returns new. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
-/* Writes in the format of the suffix: .node or .ele (both files), .msh (Gmsh 4.1 binary), .mesh
- * (Medit), .vtu. Whole or not at all: a partial file is never left. 17 significant digits. */
+/* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
+ * .mesh (Medit). Whole or not at all: a partial file is never left. 17 significant digits, so that
+ * reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */
@@ -69,8 +77,9 @@ FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
 /* Sum of the signed volumes of all tets with nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
-/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the smallest,
- * and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number with J <= 0. */
+/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the smallest
+ * (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number
+ * without J > 0. At the rest positions J is 1 to the last bit. */
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
                                       int *inverted);
 

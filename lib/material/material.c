@@ -35,8 +35,7 @@ int flesh_energy_from_name(const char *name, flesh_energy *energy)
       return FLESH_OK;
     }
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "energy is '%s'; it must be one of Neo, A, B, C, M, D, E, S",
-                    name ? name : "");
+                    "energy is '%s'; it must be one of Neo, A, B, C, M, D, E, S", name ? name : "");
 }
 
 int flesh_constants_from_name(const char *name, flesh_constants *constants)
@@ -64,17 +63,17 @@ static int check_kind(flesh_energy energy, flesh_constants constants)
                       (int)constants);
   const char *name = energy_names[energy];
   if (constants == FLESH_CONSTANTS_AS_E && energy != FLESH_ENERGY_D)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "constants is as_e with energy %s; as_e is for energy D only, %s takes %s",
-                      name, name,
-                      energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M ? "raw"
-                                                                           : "raw or matched");
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "constants is as_e with energy %s; as_e is for energy D only, %s takes %s", name, name,
+        energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M ? "raw" : "raw or matched");
   if (constants == FLESH_CONSTANTS_MATCHED &&
       (energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M || energy == FLESH_ENERGY_D))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "constants is matched with energy %s, which is stressed at rest and matches no "
-                      "small-strain constants; it must be %s",
-                      name, energy == FLESH_ENERGY_D ? "raw or as_e" : "raw");
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "constants is matched with energy %s, which is stressed at rest and matches no "
+        "small-strain constants; it must be %s",
+        name, energy == FLESH_ENERGY_D ? "raw or as_e" : "raw");
   return FLESH_OK;
 }
 
@@ -85,17 +84,26 @@ static int check_raw(flesh_energy energy, double mu, double lambda)
   const char *formula = NULL, *reason = "for a stable rest state";
   int at_limit = 0; /* whether lambda may equal the limit */
   switch (energy) {
-  case FLESH_ENERGY_E: limit = mu / 3, formula = "mu/3"; break;
-  case FLESH_ENERGY_S: limit = mu / 8, formula = "mu/8"; break;
-  case FLESH_ENERGY_B: limit = 0, formula = "0"; break;
+  case FLESH_ENERGY_E:
+    limit = mu / 3, formula = "mu/3";
+    break;
+  case FLESH_ENERGY_S:
+    limit = mu / 8, formula = "mu/8";
+    break;
+  case FLESH_ENERGY_B:
+    limit = 0, formula = "0";
+    break;
   case FLESH_ENERGY_NEO:
-  case FLESH_ENERGY_A: limit = -2 * mu / 3, formula = "-2/3 mu"; break;
+  case FLESH_ENERGY_A:
+    limit = -2 * mu / 3, formula = "-2/3 mu";
+    break;
   case FLESH_ENERGY_C:
   case FLESH_ENERGY_D:
     limit = 0, formula = "0", at_limit = 1;
     reason = "for an energy bounded from below";
     break;
-  default: return FLESH_OK; /* M has no lambda */
+  default:
+    return FLESH_OK; /* M has no lambda */
   }
   if (lambda > limit || (at_limit && lambda == limit)) return FLESH_OK;
   if (limit == 0)
@@ -143,8 +151,7 @@ int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, dou
     return flesh_fail(FLESH_ERR_ARGUMENT, "mu is %.15g; it must be finite and > 0", mu);
   if (!isfinite(lambda))
     return flesh_fail(FLESH_ERR_ARGUMENT, "lambda is %.15g; it must be finite", lambda);
-  if (constants == FLESH_CONSTANTS_RAW)
-    status = check_raw(energy, mu, lambda);
+  if (constants == FLESH_CONSTANTS_RAW) status = check_raw(energy, mu, lambda);
   else if (!(lambda >= 0))
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "lambda is %.15g; %s constants need lambda >= 0, that is Poisson's ratio "
@@ -169,8 +176,9 @@ int flesh_material_from_young(flesh_energy energy, flesh_constants constants, do
   flesh_material m;
   status = flesh_material_from_lame(energy, constants, mu, lambda, &m);
   if (status)
-    return flesh_fail_within(status, "young %.15g and poisson %.15g give mu %.15g, lambda %.15g: ",
-                             young, poisson, mu, lambda);
+    return flesh_fail_within(status,
+                             "young %.15g and poisson %.15g give mu %.15g, lambda %.15g: ", young,
+                             poisson, mu, lambda);
   m.young = young;
   m.poisson = poisson;
   *material = m;
@@ -179,8 +187,7 @@ int flesh_material_from_young(flesh_energy energy, flesh_constants constants, do
 
 int flesh_material_from_psi(flesh_psi_function psi, const void *user, flesh_material *material)
 {
-  if (!psi)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "psi is NULL; it must be a function psi(I_C, J)");
+  if (!psi) return flesh_fail(FLESH_ERR_ARGUMENT, "psi is NULL; it must be a function psi(I_C, J)");
   *material = (flesh_material){.psi = psi,
                                .mu = NAN,
                                .lambda = NAN,

@@ -110,15 +110,24 @@ static int psi_s(double I_C, double J, const flesh_material *m, flesh_psi *psi)
 flesh_psi_function flesh_psi_builtin(flesh_energy energy)
 {
   switch (energy) {
-  case FLESH_ENERGY_NEO: return psi_neo;
-  case FLESH_ENERGY_A: return psi_a;
-  case FLESH_ENERGY_B: return psi_b;
-  case FLESH_ENERGY_C: return psi_c;
-  case FLESH_ENERGY_M: return psi_m;
-  case FLESH_ENERGY_D: return psi_d;
-  case FLESH_ENERGY_E: return psi_e;
-  case FLESH_ENERGY_S: return psi_s;
-  case FLESH_ENERGY_USER: break;
+  case FLESH_ENERGY_NEO:
+    return psi_neo;
+  case FLESH_ENERGY_A:
+    return psi_a;
+  case FLESH_ENERGY_B:
+    return psi_b;
+  case FLESH_ENERGY_C:
+    return psi_c;
+  case FLESH_ENERGY_M:
+    return psi_m;
+  case FLESH_ENERGY_D:
+    return psi_d;
+  case FLESH_ENERGY_E:
+    return psi_e;
+  case FLESH_ENERGY_S:
+    return psi_s;
+  case FLESH_ENERGY_USER:
+    break;
   }
   return NULL;
 }

@@ -42,10 +42,8 @@ static int polish(const flesh_material *material, double low, double high, doubl
     double g, slope;
     int status = tension(material, s, &g, &slope);
     if (status) return status;
-    if (g < 0)
-      low = s;
-    else
-      high = s;
+    if (g < 0) low = s;
+    else high = s;
     double next = s - g / slope;
     if (!(next > low && next < high)) {
       if (fabs(next - s) <= DBL_EPSILON * s || g == 0) break;
@@ -58,23 +56,23 @@ static int polish(const flesh_material *material, double low, double high, doubl
   return FLESH_OK;
 }
 
-/* Looks between a > b > c, where g(b) is positive and below its neighbours, for a place where g
- * is negative: golden section, so that two roots close together are not stepped over. */
-static int dips(const flesh_material *material, double a, double c, double *where, int *found)
+/* Looks in (low, high), where sign * g is positive at both ends and smaller between, for a place
+ * where it is not: golden section, so that two roots close together are not stepped over. */
+static int dips(const flesh_material *material, double sign, double low, double high, double *where,
+                int *found)
 {
   const double ratio = 0.61803398874989485;
-  double low = c, high = a, slope;
-  double x = high - ratio * (high - low), y = low + ratio * (high - low), gx, gy;
+  double x = high - ratio * (high - low), y = low + ratio * (high - low), gx, gy, slope;
   int status = tension(material, x, &gx, &slope);
   if (!status) status = tension(material, y, &gy, &slope);
   *found = 0;
   for (int k = 0; !status && k < 60; k++) {
-    if (gx < 0 || gy < 0) {
-      *where = gx < 0 ? x : y;
+    if (sign * gx < 0 || sign * gy < 0) {
+      *where = sign * gx < 0 ? x : y;
       *found = 1;
       break;
     }
-    if (gx < gy) {
+    if (sign * gx < sign * gy) {
       high = y, y = x, gy = gx;
       x = high - ratio * (high - low);
       status = tension(material, x, &gx, &slope);
@@ -87,54 +85,44 @@ static int dips(const flesh_material *material, double a, double c, double *wher
   return status;
 }
 
-static int no_rest(void)
-{
-  return flesh_fail(FLESH_UNDEFINED,
-                    "no uniform scale leaves this material stress-free: a free body has no rest volume");
-}
-
 int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio)
 {
-  double g, slope, s = 1, root;
+  double g, slope, mu, lambda, stress;
   int status = tension(material, 1, &g, &slope);
+  if (!status) status = flesh_material_small_strain(material, &mu, &lambda, &stress);
   if (status) return status;
-  flesh_psi at;
-  const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  flesh_psi_at(material, identity, &at, NULL);
-  if (fabs(g) <= 8 * DBL_EPSILON * (fabs(2 * at.I) + fabs(at.J)) && slope > 0) {
+  int stress_free = fabs(stress) <= 1e-14 * (fabs(mu) + fabs(lambda));
+  if (stress_free && slope > 0) {
     *volume_ratio = 1;
     return FLESH_OK;
   }
 
-  /* From F = I a body in tension shrinks and one in compression swells until g changes sign. */
+  /* From F = I a body in tension shrinks and one in compression swells until g changes sign; one
+   * without stress that is not stable is let swell. */
   const double step = 1.0442737824274138; /* 2^(1/16) */
-  int shrinks = g > 0;
-  double before = NAN, g_before = NAN;
+  double sign = !stress_free && g > 0 ? 1 : -1;
+  double s = 1, before = 1, g_before = 0;
   while (s > 1e-4 && s < 1e4) {
-    double next = shrinks ? s / step : s * step, g_next;
+    double next = sign > 0 ? s / step : s * step, g_next, start = s, end = next;
     status = tension(material, next, &g_next, &slope);
-    if (status == FLESH_UNDEFINED || status == FLESH_NONFINITE) return no_rest();
+    if (status == FLESH_UNDEFINED || status == FLESH_NONFINITE) break;
     if (status) return status;
-    if (shrinks ? g_next < 0 : g_next >= 0) {
-      status = shrinks ? polish(material, next, s, &root) : polish(material, s, next, &root);
+    int found = sign * g_next < 0;
+    if (!found && sign * g < sign * g_before && sign * g <= sign * g_next) {
+      start = before;
+      status = dips(material, sign, fmin(before, next), fmax(before, next), &end, &found);
       if (status) return status;
-      *volume_ratio = root * root * root;
-      return FLESH_OK;
     }
-    if (shrinks && g < g_before && g <= g_next) {
-      double where;
-      int found;
-      status = dips(material, before, next, &where, &found);
-      if (status) return status;
-      if (found) {
-        status = polish(material, where, before, &root);
-        if (status) return status;
-        *volume_ratio = root * root * root;
-        return FLESH_OK;
-      }
+    if (found) {
+      double root;
+      status = polish(material, fmin(start, end), fmax(start, end), &root);
+      if (status == FLESH_OK) *volume_ratio = root * root * root;
+      return status;
     }
     before = s, g_before = g;
     s = next, g = g_next;
   }
-  return no_rest();
+  return flesh_fail(FLESH_UNDEFINED,
+                    "no uniform scale leaves this material stress-free: a free body has "
+                    "no rest volume");
 }

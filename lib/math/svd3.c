@@ -1,5 +1,5 @@
-/* svd3.c: one-sided Jacobi (Hestenes 1958; de Rijk 1989): rotate pairs of columns of B = F V until they
- * are orthogonal. Working on B and not on F^T F keeps the small singular values accurate. */
+/* svd3.c: one-sided Jacobi (Hestenes 1958; de Rijk 1989): rotate pairs of columns of B = F V until
+ * they are orthogonal. Working on B and not on F^T F keeps the small singular values accurate. */
 #include "math/svd3.h"
 
 #include <float.h>
@@ -33,7 +33,8 @@ static inline int rotate_columns(double b[3][3], double v[3][3], int p, int q, d
   double pp = flesh_vec3_dot(b[p], b[p]), qq = flesh_vec3_dot(b[q], b[q]);
   double pq = flesh_vec3_dot(b[p], b[q]), product = pp * qq, pq2 = pq * pq;
   if (pq2 <= ORTHOGONAL * ORTHOGONAL * product || fabs(pq) <= floor) return 0;
-  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)) with the sign of d = qq - pp. */
+  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)) with the sign of d = qq - pp.
+   */
   double d = qq - pp, o = 2 * pq;
   double r = fabs(d) + sqrt(d * d + o * o);
   if (d < 0) o = -o;
@@ -100,7 +101,8 @@ void flesh_svd3(const double F[9], double U[9], double sigma[3], double V[9])
     swap_columns(v[p], v[q]);
   }
 
-  /* U's columns are B's, normalised; what rank deficiency leaves open is completed to a rotation. */
+  /* U's columns are B's, normalised; what rank deficiency leaves open is completed to a rotation.
+   */
   double u[3][3];
   double s0 = sqrt(n[0]), s1 = sqrt(n[1]);
   for (int i = 0; i < 3; i++) u[0][i] = b[0][i] / s0;
@@ -109,8 +111,7 @@ void flesh_svd3(const double F[9], double U[9], double sigma[3], double V[9])
   double n1 = sqrt(flesh_vec3_dot(rest, rest));
   if (s1 > NEGLIGIBLE * s0 && n1 > 0.5 * s1) /* its squares are then no denormal numbers */
     for (int i = 0; i < 3; i++) u[1][i] = rest[i] / n1;
-  else
-    perpendicular(u[0], u[1]);
+  else perpendicular(u[0], u[1]);
   flesh_vec3_cross(u[0], u[1], u[2]);
   double s2 = flesh_vec3_dot(u[2], b[2]);
 

@@ -1,5 +1,4 @@
 /* read.c: flesh_mesh_read: loads a file and tells its format by its content. */
-#include <ctype.h>
 #include <locale.h>
 #include <stdlib.h>
 #include <string.h>
@@ -37,6 +36,9 @@ static int read_by_content(flesh_scanner *s, flesh_draft *draft)
     s->at -= strlen("nodes");
     return flesh_plain_read(s, draft);
   }
+  if (s->end - s->at >= 11 && !memcmp(s->at, "$MeshFormat", 11)) return flesh_gmsh_read(s, draft);
+  if (s->end - s->at >= 20 && !memcmp(s->at, "MeshVersionFormatted", 20))
+    return flesh_medit_read(s, draft);
   if ((*s->at >= '0' && *s->at <= '9') || *s->at == '-' || *s->at == '+')
     return flesh_tetgen_read(s, draft);
   return refuse(s);

@@ -1,0 +1,24 @@
+#!/bin/sh
+# Makes the meshes of this folder again: hand and finger from their gmsh recipes, bars and cube by
+# `flesh mesh box`. The other tiny meshes are written by hand.
+#   sh data/meshes/make.sh [path of the flesh program]
+set -eu
+flesh=$(realpath "${1:-$(dirname "$0")/../../build/drivers/flesh}")
+cd "$(dirname "$0")"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# recipe, element size [m], mesh: gmsh also writes the surface; flesh keeps the tets.
+make_mesh() {
+  gmsh -3 -nt 1 -setnumber size "$2" "$1.geo" -o "$work/$3" > "$work/log" ||
+    { cat "$work/log" >&2; exit 1; }
+  "$flesh" mesh convert "$work/$3" "$3"
+}
+make_mesh hand 0.0064 hand_coarse.msh
+make_mesh hand 0.0029 hand_fine.msh
+make_mesh finger 0.0039 finger_coarse.msh
+make_mesh finger 0.0022 finger_fine.msh
+
+"$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out bar_8x2x2.mesh
+"$flesh" mesh box --cells 16,4,4 --size 4,1,1 --out bar_16x4x4.mesh
+"$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out cube_of_six_tets.mesh

@@ -1,0 +1,8 @@
+/* command_mesh.h: `flesh mesh`: inspecting, converting and making meshes. */
+#ifndef FLESH_DRIVERS_COMMAND_MESH_H
+#define FLESH_DRIVERS_COMMAND_MESH_H
+
+/* argv[0] is "mesh". Returns the exit code: 0 fine, 2 usage, 3 file or mesh. */
+int flesh_command_mesh(int argc, char **argv);
+
+#endif

@@ -1,0 +1,173 @@
+/* gmsh4.c: $Entities, $Nodes and $Elements of Gmsh's format 4.1. */
+#include <limits.h>
+
+#include "base/error.h"
+#include "mesh/gmsh.h"
+
+/* A list: its length, then as many ints, of which the first is wanted. */
+static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *first)
+{
+  int64_t ignored;
+  int status = flesh_gmsh_size(g, count);
+  if (!status) status = flesh_gmsh_check_count(g, item, *count, 0, 2, 4);
+  for (int64_t i = 0; i < *count && !status; i++)
+    status = flesh_gmsh_int(g, i ? &ignored : first);
+  return status;
+}
+
+/* Notes the region of a volume: its first physical tag, or else, for a part of a partitioned mesh, the
+ * volume it is a part of. */
+static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
+{
+  int64_t tag, parent[2] = {0, 0}, physicals = 0, region = 0, count, ignored;
+  double corner;
+  int status = flesh_gmsh_int(g, &tag);
+  for (int i = 0; i < 2 && partitioned && !status; i++) status = flesh_gmsh_int(g, &parent[i]);
+  if (partitioned && !status) status = read_list(g, "partitions of an entity", &count, &ignored);
+  for (int i = 0; i < (dimension ? 6 : 3) && !status; i++) status = flesh_gmsh_real(g, &corner);
+  if (!status) status = read_list(g, "physical tags of an entity", &physicals, &region);
+  if (dimension && !status) status = read_list(g, "boundaries of an entity", &count, &ignored);
+  if (status || dimension < 3) return status;
+  if (!physicals && parent[0] != 3) return FLESH_OK;
+  if (!physicals) region = parent[1];
+  if (region < INT_MIN || region > INT_MAX)
+    return flesh_gmsh_fail(g, "the physical tag %lld of volume %lld does not fit into 32 bits",
+                           (long long)region, (long long)tag);
+  status = flesh_tag_map_set(&g->volumes, tag, (int)region);
+  return status < 0 ? status : FLESH_OK;
+}
+
+int flesh_gmsh4_entities(flesh_gmsh *g, int partitioned)
+{
+  int64_t count[4], ignored;
+  int status = FLESH_OK;
+  g->s->free_rows = 1;
+  flesh_gmsh_row(g, "entity", 0, "points curves surfaces volumes");
+  if (partitioned) {
+    status = flesh_gmsh_size(g, &ignored);
+    if (!status) status = flesh_gmsh_size(g, &count[0]);
+    if (!status) status = flesh_gmsh_check_count(g, "ghost entities", count[0], 0, 4, 8);
+    for (int64_t i = 0; !status && i < 2 * count[0]; i++) status = flesh_gmsh_int(g, &ignored);
+  }
+  for (int d = 0; d < 4 && !status; d++) {
+    status = flesh_gmsh_size(g, &count[d]);
+    if (!status)
+      status = flesh_gmsh_check_count(g, "entities", count[d], 0, d ? 18 : 10, d ? 68 : 36);
+  }
+  int64_t index = 0;
+  for (int d = 0; d < 4 && !status; d++)
+    for (int64_t e = 0; e < count[d] && !status; e++) {
+      flesh_gmsh_row(g, "entity", ++index, "tag box physical-tags boundary");
+      status = read_entity(g, d, partitioned);
+    }
+  g->s->free_rows = 0;
+  return status;
+}
+
+/* The four sizes before the blocks: blocks, items, smallest and largest tag. */
+static int read_head(flesh_gmsh *g, const char *item, int64_t *blocks, int64_t *count)
+{
+  int64_t ignored;
+  flesh_gmsh_row(g, item, 0, "blocks count smallest-tag largest-tag");
+  int status = flesh_gmsh_size(g, blocks);
+  if (!status) status = flesh_gmsh_size(g, count);
+  for (int i = 0; i < 2 && !status; i++) status = flesh_gmsh_size(g, &ignored);
+  if (!status) status = flesh_gmsh_row_end(g);
+  if (!status) status = flesh_gmsh_check_count(g, "blocks", *blocks, 1, 8, 20);
+  return status;
+}
+
+/* One block's line: dimension, entity, a third int, number of items. */
+static int read_block_head(flesh_gmsh *g, const char *item, int64_t done, int64_t left,
+                           int64_t head[3], int64_t *count)
+{
+  flesh_gmsh_row(g, item, done + 1, "dimension entity kind count");
+  int status = FLESH_OK;
+  for (int i = 0; i < 3 && !status; i++) status = flesh_gmsh_int(g, &head[i]);
+  if (!status) status = flesh_gmsh_size(g, count);
+  if (!status) status = flesh_gmsh_row_end(g);
+  if (!status && (*count < 0 || *count > left))
+    status = flesh_gmsh_fail(g, "a block has %lld %ss; it must be 0 to the remaining %lld",
+                             (long long)*count, item, (long long)left);
+  return status;
+}
+
+int flesh_gmsh4_nodes(flesh_gmsh *g)
+{
+  int64_t blocks, nodes, head[3], count, tag, done = 0;
+  double ignored;
+  int status = read_head(g, "node", &blocks, &nodes);
+  if (!status) status = flesh_gmsh_check_count(g, "nodes", nodes, 1, 8, 32);
+  if (!status) status = flesh_gmsh_set_nodes(g, (int)nodes);
+  for (int64_t b = 0; b < blocks && !status; b++, done += count) {
+    status = read_block_head(g, "node", done, nodes - done, head, &count);
+    if (!status && (head[0] < 0 || head[0] > 3))
+      status = flesh_gmsh_fail(g, "a block of nodes has dimension %lld; it must be 0 to 3",
+                               (long long)head[0]);
+    for (int64_t n = done; !status && n < done + count; n++) {
+      flesh_gmsh_row(g, "node", n + 1, "tag");
+      status = flesh_gmsh_size(g, &tag);
+      if (!status) status = flesh_gmsh_row_end(g);
+      if (!status) status = flesh_gmsh_add_node(g, (int)n, tag);
+    }
+    for (int64_t n = done; !status && n < done + count; n++) {
+      flesh_gmsh_row(g, "node", g->draft->node_tag[n], "x y z");
+      for (int d = 0; d < 3 && !status; d++)
+        status = flesh_gmsh_real(g, &g->draft->positions[3 * n + d]);
+      for (int d = 0; head[2] && d < head[0] && !status; d++) status = flesh_gmsh_real(g, &ignored);
+      if (!status) status = flesh_gmsh_row_end(g);
+    }
+  }
+  if (!status && done != nodes)
+    status = flesh_gmsh_fail(g, "the blocks hold %lld nodes, but $Nodes says %lld", (long long)done,
+                             (long long)nodes);
+  return status;
+}
+
+static int skip_elements(flesh_gmsh *g, int64_t type, int64_t count)
+{
+  g->others += count;
+  if (!g->binary) {
+    for (int64_t e = 0; e < count && flesh_scan_next(g->s); e++) flesh_scan_skip_line(g->s);
+    return FLESH_OK;
+  }
+  int bytes = 8 * (1 + flesh_gmsh_type_nodes(type));
+  if (bytes == 8)
+    return flesh_gmsh_fail(g, "the element type %lld is unknown; save the mesh as ASCII",
+                           (long long)type);
+  int status = flesh_gmsh_check_count(g, "elements", count, 0, 1, bytes);
+  if (!status) flesh_gmsh_skip_bytes(g, count * bytes);
+  return status;
+}
+
+int flesh_gmsh4_elements(flesh_gmsh *g)
+{
+  int64_t blocks, elements, head[3], count, tag, nodes[4], done = 0;
+  int status = read_head(g, "element", &blocks, &elements);
+  if (!status) status = flesh_gmsh_check_count(g, "elements", elements, 1, 4, 16);
+  for (int64_t b = 0; b < blocks && !status; b++, done += count) {
+    status = read_block_head(g, "element", done, elements - done, head, &count);
+    if (!status && count) status = flesh_gmsh_check_type(g, head[2], done + 1);
+    if (status) return status;
+    if (head[2] != FLESH_GMSH_TET4) {
+      status = skip_elements(g, head[2], count);
+      continue;
+    }
+    int region;
+    int64_t kind = flesh_tag_map_find(&g->volumes, head[1], &region) ? region : head[1];
+    status = flesh_gmsh_check_count(g, "tets", count, 0, 10, 40);
+    if (!status && !g->draft->tets) status = flesh_draft_reserve_tets(g->draft, (int)count);
+    for (int64_t e = 0; e < count && !status; e++) {
+      flesh_gmsh_row(g, "element", done + e + 1, "tag a b c d");
+      int64_t where = flesh_gmsh_where(g);
+      status = flesh_gmsh_size(g, &tag);
+      for (int i = 0; i < 4 && !status; i++) status = flesh_gmsh_size(g, &nodes[i]);
+      if (!status) status = flesh_gmsh_row_end(g);
+      if (!status) status = flesh_gmsh_add_tet(g, tag, nodes, kind, where);
+    }
+  }
+  if (!status && done != elements)
+    status = flesh_gmsh_fail(g, "the blocks hold %lld elements, but $Elements says %lld",
+                             (long long)done, (long long)elements);
+  return status;
+}

@@ -1,0 +1,136 @@
+/* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; numbers may be
+ * spread over lines at will. Vertices and Tetrahedra are read, the other lists are left out. */
+#include "mesh/formats.h"
+
+#include <ctype.h>
+#include <limits.h>
+#include <string.h>
+
+#include "base/error.h"
+
+static int is_letter(char c) { return isalpha((unsigned char)c) != 0; }
+
+/* Keywords with their place in the file, so that the lists can come in any order. */
+typedef struct places {
+  flesh_scanner vertices, tets;
+  int have_vertices, have_tets;
+} places;
+
+static int note_place(const flesh_scanner *s, const char *word, flesh_scanner *place, int *have)
+{
+  if (*have)
+    return flesh_scan_fail(s, "a second list of %s; there must be one", word);
+  *have = 1;
+  *place = *s;
+  return FLESH_OK;
+}
+
+static int read_small_integer(flesh_scanner *s, const char *word, int64_t *value)
+{
+  s->item = word, s->index = -1, s->form = "an integer";
+  return flesh_scan_integer(s, value);
+}
+
+static int find_lists(flesh_scanner *s, places *found)
+{
+  int status = FLESH_OK;
+  int64_t value;
+  while (!status && flesh_scan_next(s)) {
+    if (!is_letter(*s->at)) { /* a number of a list that is left out */
+      while (s->at < s->end && !isspace((unsigned char)*s->at) && *s->at != '#') s->at++;
+      continue;
+    }
+    if (flesh_scan_word(s, "Vertices"))
+      status = note_place(s, "Vertices", &found->vertices, &found->have_vertices);
+    else if (flesh_scan_word(s, "Tetrahedra"))
+      status = note_place(s, "Tetrahedra", &found->tets, &found->have_tets);
+    else if (flesh_scan_word(s, "MeshVersionFormatted"))
+      status = read_small_integer(s, "MeshVersionFormatted", &value);
+    else if (flesh_scan_word(s, "Dimension")) {
+      status = read_small_integer(s, "Dimension", &value);
+      if (!status && value != 3)
+        status = flesh_scan_fail(s, "Dimension is %lld; it must be 3", (long long)value);
+    } else if (flesh_scan_word(s, "TetrahedraP2"))
+      status = flesh_scan_fail(s, "the tets have 10 nodes (TetrahedraP2); only tets of 4 nodes can "
+                               "be read");
+    else if (flesh_scan_word(s, "End"))
+      return FLESH_OK;
+    else
+      while (s->at < s->end && !isspace((unsigned char)*s->at) && *s->at != '#') s->at++;
+  }
+  return status;
+}
+
+/* A reference: an integer of 32 bits. */
+static int read_reference(flesh_scanner *s, int *reference)
+{
+  int64_t value;
+  int status = flesh_scan_integer(s, &value);
+  if (!status && (value < INT_MIN || value > INT_MAX))
+    status = flesh_scan_fail(s, "%s %lld: the reference %lld does not fit into 32 bits", s->item,
+                             (long long)s->index, (long long)value);
+  *reference = status ? 0 : (int)value;
+  return status;
+}
+
+/* The lists end at a keyword or at the end of the file: more numbers mean a wrong count. */
+static int check_list_end(flesh_scanner *s, const char *word, int count)
+{
+  if (!flesh_scan_next(s) || is_letter(*s->at)) return FLESH_OK;
+  return flesh_scan_fail(s, "%s stands behind the last of %d %s; a keyword is expected",
+                         flesh_scan_show(s), count, word);
+}
+
+static int read_vertices(flesh_scanner *s, flesh_draft *draft)
+{
+  int count, reference;
+  s->form = "a count";
+  int status = flesh_scan_count(s, "number of Vertices", 1, 8, &count);
+  if (!status) status = flesh_draft_set_nodes(draft, count);
+  s->item = "vertex", s->form = "x y z reference";
+  for (int n = 0; n < count && !status; n++) {
+    s->index = n + 1;
+    for (int d = 0; d < 3 && !status; d++)
+      status = flesh_scan_real(s, &draft->positions[3 * (size_t)n + d]);
+    if (!status) status = read_reference(s, &reference);
+  }
+  return status ? status : check_list_end(s, "Vertices", count);
+}
+
+static int read_tets(flesh_scanner *s, flesh_draft *draft)
+{
+  int count;
+  s->form = "a count";
+  int status = flesh_scan_count(s, "number of Tetrahedra", 1, 10, &count);
+  if (!status) status = flesh_draft_reserve_tets(draft, count);
+  s->item = "tet", s->form = "a b c d reference";
+  for (int t = 0; t < count && !status; t++) {
+    int tet[4], region = 0;
+    int64_t number, line = 0;
+    s->index = t + 1;
+    for (int i = 0; i < 4 && !status; i++) {
+      status = flesh_scan_integer(s, &number);
+      if (!i) line = s->line;
+      if (!status && (tet[i] = flesh_draft_node(draft, number)) < 0)
+        status = flesh_scan_fail(s, "tet %d uses node %lld; the nodes are 1 to %d", t + 1,
+                                 (long long)number, draft->nodes);
+    }
+    if (!status) status = read_reference(s, &region);
+    if (!status) status = flesh_draft_add_tet(draft, tet, region, line, t + 1);
+  }
+  return status ? status : check_list_end(s, "Tetrahedra", count);
+}
+
+int flesh_medit_read(flesh_scanner *s, flesh_draft *draft)
+{
+  places found = {.have_vertices = 0};
+  s->free_rows = 1;
+  draft->node_base = 1;
+  int status = find_lists(s, &found);
+  if (!status && !found.have_vertices)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Vertices`", s->path);
+  if (!status && !found.have_tets)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Tetrahedra`", s->path);
+  if (!status) status = read_vertices(&found.vertices, draft);
+  return status ? status : read_tets(&found.tets, draft);
+}

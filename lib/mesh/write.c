@@ -1,0 +1,170 @@
+/* write.c: flesh_mesh_write: one mesh in the format of the path's suffix. */
+#include <locale.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/inspect.h"
+#include "mesh/output.h"
+
+static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
+{
+  const double *x = mesh->positions + 3 * (size_t)node;
+  fprintf(file, "%.17g %.17g %.17g", x[0], x[1], x[2]);
+}
+
+static int write_tetgen_nodes(FILE *file, const flesh_mesh *mesh)
+{
+  fprintf(file, "%d 3 0 0\n", mesh->nodes);
+  for (int n = 0; n < mesh->nodes; n++) {
+    fprintf(file, "%d ", n);
+    write_positions(file, mesh, n);
+    putc('\n', file);
+  }
+  return FLESH_OK;
+}
+
+static int write_tetgen_tets(FILE *file, const flesh_mesh *mesh)
+{
+  fprintf(file, "%d 4 1\n", mesh->tets);
+  for (int t = 0; t < mesh->tets; t++) {
+    const int *n = mesh->tet_nodes + 4 * (size_t)t;
+    fprintf(file, "%d %d %d %d %d %d\n", t, n[0], n[1], n[2], n[3], mesh->regions[t]);
+  }
+  return FLESH_OK;
+}
+
+static int write_medit(FILE *file, const flesh_mesh *mesh)
+{
+  fprintf(file, "MeshVersionFormatted 2\nDimension 3\nVertices\n%d\n", mesh->nodes);
+  for (int n = 0; n < mesh->nodes; n++) {
+    write_positions(file, mesh, n);
+    fputs(" 0\n", file);
+  }
+  fprintf(file, "Tetrahedra\n%d\n", mesh->tets);
+  for (int t = 0; t < mesh->tets; t++) {
+    const int *n = mesh->tet_nodes + 4 * (size_t)t;
+    fprintf(file, "%d %d %d %d %d\n", n[0] + 1, n[1] + 1, n[2] + 1, n[3] + 1, mesh->regions[t]);
+  }
+  fputs("End\n", file);
+  return FLESH_OK;
+}
+
+static void put_int(FILE *file, int value)
+{
+  int32_t number = value;
+  fwrite(&number, sizeof number, 1, file);
+}
+
+static void put_size(FILE *file, int64_t value) { fwrite(&value, sizeof value, 1, file); }
+
+static int compare_ints(const void *a, const void *b)
+{
+  int p = *(const int *)a, q = *(const int *)b;
+  return (p > q) - (p < q);
+}
+
+/* Tets of one region in a row are one block, so that their order stays. */
+static int run_length(const flesh_mesh *mesh, int first)
+{
+  int end = first;
+  while (end < mesh->tets && mesh->regions[end] == mesh->regions[first]) end++;
+  return end - first;
+}
+
+/* Gmsh 4.1 in this machine's byte order: one volume with one physical tag for each region. */
+static int write_gmsh(FILE *file, const flesh_mesh *mesh)
+{
+  int *tags, regions = flesh_mesh_region_list(mesh, &tags), blocks = 0;
+  if (!tags) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the regions of a mesh");
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  fputs("$MeshFormat\n4.1 1 8\n", file);
+  put_int(file, 1);
+  fputs("\n$EndMeshFormat\n$Entities\n", file);
+  for (int d = 0; d < 4; d++) put_size(file, d == 3 ? regions : 0);
+  for (int r = 0; r < regions; r++) {
+    put_int(file, r + 1);
+    fwrite(info.low, sizeof *info.low, 3, file);
+    fwrite(info.high, sizeof *info.high, 3, file);
+    put_size(file, 1);
+    put_int(file, tags[r]);
+    put_size(file, 0);
+  }
+  fputs("\n$EndEntities\n$Nodes\n", file);
+  put_size(file, 1), put_size(file, mesh->nodes), put_size(file, 1), put_size(file, mesh->nodes);
+  put_int(file, 3), put_int(file, 1), put_int(file, 0), put_size(file, mesh->nodes);
+  for (int n = 0; n < mesh->nodes; n++) put_size(file, n + 1);
+  fwrite(mesh->positions, sizeof *mesh->positions, 3 * (size_t)mesh->nodes, file);
+  fputs("\n$EndNodes\n$Elements\n", file);
+  for (int t = 0; t < mesh->tets; t += run_length(mesh, t)) blocks++;
+  put_size(file, blocks), put_size(file, mesh->tets), put_size(file, 1), put_size(file, mesh->tets);
+  for (int t = 0; t < mesh->tets;) {
+    int count = run_length(mesh, t);
+    int *found = bsearch(&mesh->regions[t], tags, (size_t)regions, sizeof *tags, compare_ints);
+    put_int(file, 3), put_int(file, (int)(found - tags) + 1), put_int(file, 4);
+    put_size(file, count);
+    for (int end = t + count; t < end; t++) {
+      put_size(file, t + 1);
+      for (int i = 0; i < 4; i++) put_size(file, mesh->tet_nodes[4 * (size_t)t + i] + 1);
+    }
+  }
+  fputs("\n$EndElements\n", file);
+  free(tags);
+  return FLESH_OK;
+}
+
+typedef int (*writer)(FILE *file, const flesh_mesh *mesh);
+
+/* One file per writer; all get their names only when all are complete. */
+static int write_files(const flesh_mesh *mesh, int count, const char *const *paths,
+                       const writer *writers)
+{
+  flesh_output outputs[2] = {{0}, {0}};
+  int status = FLESH_OK;
+  for (int f = 0; f < count && !status; f++) {
+    status = flesh_output_open(paths[f], &outputs[f]);
+    if (!status) status = writers[f](outputs[f].file, mesh);
+    if (!status) status = flesh_output_close(&outputs[f]);
+  }
+  for (int f = 0; f < count && !status; f++) status = flesh_output_commit(&outputs[f]);
+  for (int f = 0; f < count; f++) flesh_output_discard(&outputs[f]);
+  return status;
+}
+
+static int write_by_suffix(const flesh_mesh *mesh, const char *path)
+{
+  const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+  const char *suffix = strrchr(name, '.');
+  if (suffix && suffix > name) {
+    if (!strcmp(suffix, ".msh")) return write_files(mesh, 1, &path, (writer[]){write_gmsh});
+    if (!strcmp(suffix, ".mesh")) return write_files(mesh, 1, &path, (writer[]){write_medit});
+    if (!strcmp(suffix, ".node") || !strcmp(suffix, ".ele")) {
+      size_t stem = (size_t)(suffix - path);
+      char *both = malloc(2 * stem + 16);
+      if (!both) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a path");
+      char *nodes = both, *tets = both + stem + 6;
+      sprintf(nodes, "%.*s.node", (int)stem, path);
+      sprintf(tets, "%.*s.ele", (int)stem, path);
+      int status = write_files(mesh, 2, (const char *[]){nodes, tets},
+                               (writer[]){write_tetgen_nodes, write_tetgen_tets});
+      free(both);
+      return status;
+    }
+  }
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the suffix %s%s%s names no mesh format; it must be "
+                    ".node or .ele (TetGen), .msh (Gmsh) or .mesh (Medit)", path,
+                    suffix ? "'" : "", suffix ? suffix : "(none)", suffix ? "'" : "");
+}
+
+int flesh_mesh_write(const flesh_mesh *mesh, const char *path)
+{
+  /* A decimal comma of the caller's locale must not reach the file. */
+  locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+  if (!plain) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a locale");
+  locale_t before = uselocale(plain);
+  int status = write_by_suffix(mesh, path);
+  uselocale(before);
+  freelocale(plain);
+  return status;
+}
