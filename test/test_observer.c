@@ -1,4 +1,5 @@
-/* test_observer.c: a run ends where it should, its history and frames say what happened and are valid at all times. */
+/* test_observer.c: a run ends where it should, its history and frames say what happened and are
+ * valid at all times. */
 #include "temporary.h"
 
 #include <signal.h>
@@ -16,7 +17,8 @@ static const char *in_folder(const char *name)
   return path;
 }
 
-/* A bar of 2 x 1 x 1 m, its face x = 0 pinned, under gravity; with `handle`, its other face is moved. */
+/* A bar of 2 x 1 x 1 m, its face x = 0 pinned, under gravity; with `handle`, its other face is
+ * moved. */
 typedef struct bar {
   flesh_mesh *mesh;
   flesh_material material;
@@ -36,7 +38,8 @@ static void open_bar(bar *b, unsigned with, flesh_method method)
   static const flesh_keyframe keyframes[] = {{.t = 0}, {.t = 1, .translation = {0.2, 0, 0}}};
   *b = (bar){0};
   CHECK_OK(flesh_mesh_box(cells, size, origin, &b->mesh));
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &b->material));
+  CHECK_OK(
+      flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &b->material));
   int tets = flesh_mesh_tet_count(b->mesh), n = 3 * flesh_mesh_node_count(b->mesh);
   b->density = malloc(sizeof(double) * (size_t)tets);
   for (int t = 0; t < tets; t++) b->density[t] = 1000;
@@ -57,7 +60,8 @@ static void open_bar(bar *b, unsigned with, flesh_method method)
   CHECK_OK(flesh_system_add_pin(b->system, 4, held, FLESH_AXES_ALL, -INFINITY, INFINITY));
   const flesh_motion motion = {2, keyframes, {0}, 0};
   if (with & WITH_HANDLE)
-    CHECK_OK(flesh_system_add_handle(b->system, 4, moved, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+    CHECK_OK(
+        flesh_system_add_handle(b->system, 4, moved, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
   CHECK_OK(flesh_system_finish(b->system));
   flesh_solver_options options;
   flesh_solver_options_default(&options);
@@ -121,8 +125,8 @@ static void steps_end_exactly_at_the_end(void)
   } cases[] = {{0, 0.1, 0.3, 3, 0.1},
                {0, 1.0 / 60, 0.5, 30, 1.0 / 60},
                {0, 0.1, 0.35, 4, 0.05},
-               {0.3, 0.1, 1, 7, 0.1},          /* 0.3 + 7 * 0.1 rounds above 1 */
-               {0, 0.1, 0.3 + 1e-9, 3, 0.1},   /* no sliver of 1e-9 s */
+               {0.3, 0.1, 1, 7, 0.1},        /* 0.3 + 7 * 0.1 rounds above 1 */
+               {0, 0.1, 0.3 + 1e-9, 3, 0.1}, /* no sliver of 1e-9 s */
                {0, 0.1, 0.3 - 1e-9, 3, 0.1},
                {0, 0.5, 0.2, 1, 0.2},
                {1e6, 1.0 / 60, 1e6 + 1, 60, 1.0 / 60}};
@@ -186,7 +190,8 @@ static void statics_make_one_solve_unless_something_moves(void)
 static int split(char *text, const char **columns, int limit)
 {
   int count = 0;
-  for (char *word = strtok(text, ",\n"); word && count < limit; word = strtok(NULL, ",\n")) columns[count++] = word;
+  for (char *word = strtok(text, ",\n"); word && count < limit; word = strtok(NULL, ",\n"))
+    columns[count++] = word;
   return count;
 }
 
@@ -199,19 +204,22 @@ static void the_history_has_a_row_per_step(void)
   const flesh_observer observer = {flesh_history_observe, history};
   const flesh_run_options options = {0.1, 0.5, 1, &observer, NULL, NULL};
   CHECK_OK(flesh_run(b.system, b.integrator, &options, &b.state, NULL));
-  FILE *stream = fopen(in_folder("history.csv"), "r"); /* before it is closed: every row is on disk */
+  FILE *stream =
+      fopen(in_folder("history.csv"), "r"); /* before it is closed: every row is on disk */
   char header[1024], line[1024];
   CHECK(stream && fgets(header, sizeof header, stream));
-  CHECK(!strcmp(header, "t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,"
-                        "energy_inertia,energy_elasticity,energy_gravity,energy_gravity_2,energy_gravity_3,"
-                        "energy_total,volume,volume_ratio,min_J,min_J_tet,inverted\n"));
+  CHECK(!strcmp(header,
+                "t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,"
+                "energy_inertia,energy_elasticity,energy_gravity,energy_gravity_2,energy_gravity_3,"
+                "energy_total,volume,volume_ratio,min_J,min_J_tet,inverted\n"));
   const char *columns[32];
   int rows = 0;
   double value[32] = {0};
   for (; fgets(line, sizeof line, stream); rows++) {
     CHECK(split(line, columns, 32) == 21);
     for (int c = 0; c < 21; c++) value[c] = strtod(columns[c], NULL);
-    if (!rows) CHECK_NEAR(value[11], 0, 1e-9); /* elastic energy relative to rest: S is not 0 there */
+    if (!rows)
+      CHECK_NEAR(value[11], 0, 1e-9); /* elastic energy relative to rest: S is not 0 there */
     CHECK_NEAR(value[15], value[10] + value[11] + value[12] + value[13] + value[14], 1e-9);
     CHECK(value[1] == rows);
   }
@@ -228,14 +236,16 @@ static void the_history_has_a_row_per_step(void)
   const double *v = b.state.v;
   double mass[16], kinetic = 0;
   flesh_mesh_lumped_mass(b.mesh, b.density, mass);
-  for (int d = 0; d < 3 * flesh_mesh_node_count(b.mesh); d++) kinetic += 0.5 * mass[d / 3] * v[d] * v[d];
+  for (int d = 0; d < 3 * flesh_mesh_node_count(b.mesh); d++)
+    kinetic += 0.5 * mass[d / 3] * v[d] * v[d];
   CHECK_NEAR(value[10], kinetic, 1e-12 * kinetic);
   CHECK_OK(flesh_history_close(&history));
   CHECK_OK(flesh_history_close(&history));
   close_bar(&b);
 }
 
-/* A limit on file sizes stands for a disk that fills up: the run ends and the file has whole rows. */
+/* A limit on file sizes stands for a disk that fills up: the run ends and the file has whole rows.
+ */
 static void a_full_disk_ends_the_run(void)
 {
   bar b;
@@ -256,7 +266,8 @@ static void a_full_disk_ends_the_run(void)
   flesh_history_close(&history);
   FILE *stream = fopen(in_folder("full.csv"), "r");
   int rows = 0;
-  for (char line[1024]; stream && fgets(line, sizeof line, stream); rows++) CHECK(strchr(line, '\n') != NULL);
+  for (char line[1024]; stream && fgets(line, sizeof line, stream); rows++)
+    CHECK(strchr(line, '\n') != NULL);
   if (stream) fclose(stream);
   CHECK(rows == steps + 1); /* the header, the start and all steps but the last */
   close_bar(&b);
@@ -330,8 +341,9 @@ static void bad_places_are_refused(void)
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
-  int result = RUN_TESTS(argc, argv, TEST(steps_end_exactly_at_the_end), TEST(an_empty_run_shows_the_start),
-                         TEST(a_stopped_run_ends_in_order), TEST(statics_make_one_solve_unless_something_moves),
+  int result = RUN_TESTS(argc, argv, TEST(steps_end_exactly_at_the_end),
+                         TEST(an_empty_run_shows_the_start), TEST(a_stopped_run_ends_in_order),
+                         TEST(statics_make_one_solve_unless_something_moves),
                          TEST(the_history_has_a_row_per_step), TEST(a_full_disk_ends_the_run),
                          TEST(frames_are_listed_as_they_come), TEST(bad_places_are_refused));
   test_folder_remove(folder);

@@ -2,6 +2,7 @@
 #include "flesh/observer.h"
 
 #include <errno.h>
+#include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -23,6 +24,7 @@ static int written(flesh_history *history)
     return FLESH_OK;
   }
   int reason = errno;
+  __fpurge(history->stream); /* closing must not try again */
   if (ftruncate(fileno(history->stream), history->whole)) errno = 0; /* half a row may stay */
   return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", history->path,
                     reason ? strerror(reason) : "the disk may be full");
