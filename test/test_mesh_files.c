@@ -1,4 +1,5 @@
 /* test_mesh_files.c: every format reads what is right, and what is written reads back the same. */
+#define _GNU_SOURCE /* memmem, nftw */
 #include "test_mesh_files.h"
 
 #include <locale.h>
@@ -209,14 +210,24 @@ static void files_of_the_gmsh_program_agree(void)
   flesh_mesh_destroy(&first);
 }
 
+/* Enters a locale with a decimal comma: one that is installed, or one made for the occasion. */
+static int enter_comma_locale(void)
+{
+  static const char *const names[] = {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "it_IT.UTF-8"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (setlocale(LC_ALL, names[i]) && *localeconv()->decimal_point == ',') return 1;
+  char command[1400];
+  snprintf(command, sizeof command, "localedef -i de_DE -f UTF-8 '%s/de_DE.UTF-8' >'%s/log' 2>&1",
+           work_folder, work_folder);
+  int made = system(command);
+  setenv("LOCPATH", work_folder, 1);
+  return !made && setlocale(LC_ALL, "de_DE.UTF-8") && *localeconv()->decimal_point == ',';
+}
+
 static void a_decimal_comma_changes_nothing(void)
 {
-  /* Any locale with a decimal comma will do; without one installed there is nothing to try. */
-  static const char *const names[] = {"de_DE.UTF-8", "de_DE", "fr_FR.UTF-8", "it_IT.UTF-8"};
-  int found = 0;
-  for (size_t i = 0; i < sizeof names / sizeof *names && !found; i++)
-    found = setlocale(LC_ALL, names[i]) && *localeconv()->decimal_point == ',';
-  if (!found) printf("# no locale with a decimal comma is installed: tried in the plain one\n");
+  int found = enter_comma_locale();
+  if (!found) printf("# no locale with a decimal comma can be had: tried in the plain one\n");
   flesh_mesh *mesh = motley_mesh(), *back;
   char shown[32];
   CHECK_OK(flesh_mesh_write(mesh, in_work_folder("comma.mesh")));
@@ -225,8 +236,8 @@ static void a_decimal_comma_changes_nothing(void)
   /* The caller's locale is as it was. */
   snprintf(shown, sizeof shown, "%.1f", 0.5);
   CHECK_TEXT(shown, found ? "0,5" : "0.5");
-  setlocale(LC_ALL, "C");
   check_two_tets(write_text("comma.txt", plain_text), 0, 0);
+  setlocale(LC_ALL, "C");
   flesh_mesh_destroy(&back);
   flesh_mesh_destroy(&mesh);
 }

@@ -3,8 +3,10 @@
 #define FLESH_TEST_MESH_FILES_H
 
 #include <dirent.h>
+#include <ftw.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "flesh/mesh.h"
@@ -12,20 +14,14 @@
 
 static char work_folder[512];
 
-/* A fresh folder; its removal is registered. */
-static void remove_work_folder(void)
+static int remove_entry(const char *path, const struct stat *what, int kind, struct FTW *place)
 {
-  char path[1024];
-  DIR *folder = opendir(work_folder);
-  if (!folder) return;
-  for (struct dirent *entry; (entry = readdir(folder));) {
-    snprintf(path, sizeof path, "%s/%s", work_folder, entry->d_name);
-    if (entry->d_name[0] != '.' && unlink(path)) rmdir(path);
-  }
-  closedir(folder);
-  rmdir(work_folder);
+  return remove(path);
 }
 
+static void remove_work_folder(void) { nftw(work_folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS); }
+
+/* A fresh folder, removed at the end. */
 static int make_work_folder(void)
 {
   const char *root = getenv("TMPDIR");
@@ -45,6 +41,7 @@ static const char *in_work_folder(const char *name)
 static inline const char *write_bytes(const char *name, const void *bytes, size_t size)
 {
   const char *path = in_work_folder(name);
+  unlink(path); /* much faster than to cut the old file to nothing */
   FILE *file = fopen(path, "wb");
   CHECK(file && fwrite(bytes, 1, size, file) == size);
   if (file) fclose(file);
