@@ -20,37 +20,40 @@ static const char mesh_help[] =
     "  convert  write a mesh in another format\n"
     "  box      make a regular grid of boxes, six tets each\n"
     "\n"
-    "Read: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary), Medit .mesh (ASCII), and\n"
-    "plain lists; told apart by content. Written: .node or .ele (both files), .msh (4.1 binary), .mesh.\n"
+    "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+    "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
+    ".msh (Gmsh 4.1 binary), .mesh (Medit).\n"
     "`flesh mesh COMMAND --help` tells more. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
 
 static const char info_help[] =
     "usage: flesh mesh info FILE...\n"
     "\n"
     "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding was\n"
-    "inverted and has been flipped), surface triangles, regions, volume, bounding box, edge lengths,\n"
-    "and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular tet, 0 for a flat one;\n"
-    "as a histogram and with the worst tet's place. Lengths are metres; indices count from 0.\n"
-    "Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
+    "inverted and has been flipped), surface triangles, regions, volume, bounding box, edge\n"
+    "lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular tet, 0 for\n"
+    "a flat one; as a histogram and with the worst tet's place. Lengths are metres; indices count\n"
+    "from 0. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
 
 static const char convert_help[] =
     "usage: flesh mesh convert IN OUT\n"
     "\n"
-    "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele (TetGen,\n"
-    "both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region tags keep their order;\n"
-    "inverted tets are flipped; unused nodes are kept. An existing OUT is replaced only when the new\n"
-    "one is complete. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
+    "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
+    "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region tags "
+    "keep\n"
+    "their order; inverted tets are flipped; unused nodes are kept. An existing OUT is replaced\n"
+    "only when the new one is complete. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
 
 static const char box_help[] =
     "usage: flesh mesh box --cells NX,NY,NZ --size X,Y,Z [--origin X,Y,Z] --out OUT\n"
     "\n"
-    "Makes a regular grid of NX x NY x NZ boxes, six tets each around the diagonal from the low to\n"
-    "the high corner (Kuhn), and writes it to OUT (.node, .ele, .msh, .mesh).\n"
+    "Makes a regular grid of NX x NY x NZ boxes, six tets each around the diagonal from the low\n"
+    "to the high corner (Kuhn), and writes it to OUT (.node, .ele, .msh, .mesh).\n"
     "  --cells NX,NY,NZ  boxes along each axis, at least 1\n"
     "  --size X,Y,Z      size of the whole grid, m\n"
     "  --origin X,Y,Z    its low corner, m (0,0,0)\n"
     "  --out OUT         file to write\n"
-    "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n"
+    "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i.\n"
+    "Exit codes: 0 fine, 2 usage, 3 file or mesh.\n"
     "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n";
 
 /* Reports the library's last error. */
@@ -226,11 +229,14 @@ static int command_box(int argc, char **argv)
   for (int a = 1; a < argc; a++) {
     int option = 0;
     size_t length = strcspn(argv[a], "=");
-    while (option < 4 && (strlen(names[option]) != length || strncmp(argv[a], names[option], length)))
+    while (option < 4 &&
+           (strlen(names[option]) != length || strncmp(argv[a], names[option], length)))
       option++;
     if (option == 4) {
-      fprintf(stderr, "flesh mesh box: unknown argument '%s'; it takes --cells, --size, --origin and "
-              "--out\n", argv[a]);
+      fprintf(stderr,
+              "flesh mesh box: unknown argument '%s'; it takes --cells, --size, --origin and "
+              "--out\n",
+              argv[a]);
       return EXIT_USAGE;
     }
     if (!argv[a][length] && a + 1 == argc) {
@@ -246,7 +252,10 @@ static int command_box(int argc, char **argv)
     }
     if (option < 3 && !parse_three(given[option], values[option])) {
       fprintf(stderr, "flesh mesh box: %s is '%s'; it must be three numbers, such as %s\n",
-              names[option], given[option], option == 0 ? "16,4,4" : option == 1 ? "4,1,1" : "0,0,0");
+              names[option], given[option],
+              option == 0   ? "16,4,4"
+              : option == 1 ? "4,1,1"
+                            : "0,0,0");
       return EXIT_USAGE;
     }
   }

@@ -12,7 +12,8 @@ static int same(const flesh_mesh *a, const flesh_mesh *b)
 {
   int nodes = flesh_mesh_node_count(a), tets = flesh_mesh_tet_count(a);
   return nodes == flesh_mesh_node_count(b) && tets == flesh_mesh_tet_count(b) &&
-         !memcmp(flesh_mesh_positions(a), flesh_mesh_positions(b), 3 * (size_t)nodes * sizeof(double)) &&
+         !memcmp(flesh_mesh_positions(a), flesh_mesh_positions(b),
+                 3 * (size_t)nodes * sizeof(double)) &&
          !memcmp(flesh_mesh_tets(a), flesh_mesh_tets(b), 4 * (size_t)tets * sizeof(int)) &&
          !memcmp(flesh_mesh_regions(a), flesh_mesh_regions(b), (size_t)tets * sizeof(int));
 }
@@ -30,7 +31,8 @@ static flesh_mesh *motley_mesh(void)
   for (int i = 0; i < 3 * nodes; i++)
     x[i] = (flesh_mesh_positions(grid)[i] + 0.1 * test_uniform(&seed)) * 1e-3;
   x[3 * 36] = -1e300, x[3 * 36 + 1] = 5e-324, x[3 * 36 + 2] = 1. / 3;
-  for (int t = 0; t < tets; t++) regions[t] = t < 30 ? 5 : t % 3 == 0 ? 0 : t % 3 == 1 ? -2147483647 : 1 << 30;
+  for (int t = 0; t < tets; t++)
+    regions[t] = t < 30 ? 5 : t % 3 == 0 ? 0 : t % 3 == 1 ? -2147483647 : 1 << 30;
   CHECK_OK(flesh_mesh_create(37, x, tets, flesh_mesh_tets(grid), regions, &mesh));
   flesh_mesh_destroy(&grid);
   return mesh;
@@ -128,11 +130,9 @@ static void each_text_format_reads(void)
   static const struct {
     const char *name, *text;
     int first, second;
-  } files[] = {{"two.txt", plain_text, 0, 0},
-               {"two.mesh", medit_text, 3, 40},
-               {"two22.msh", gmsh22_text, 3, 40},
-               {"two41.msh", gmsh41_text, 3, 40},
-               {"two.dat", gmsh41_text, 3, 40},  /* the name does not matter */
+  } files[] = {{"two.txt", plain_text, 0, 0},     {"two.mesh", medit_text, 3, 40},
+               {"two22.msh", gmsh22_text, 3, 40}, {"two41.msh", gmsh41_text, 3, 40},
+               {"two.dat", gmsh41_text, 3, 40}, /* the name does not matter */
                {"odd.node", medit_text, 3, 40}};
   static const char *const ends[] = {"\n", "\r\n", " \t\n"};
   for (size_t f = 0; f < sizeof files / sizeof *files; f++)
@@ -153,9 +153,11 @@ static void each_text_format_reads(void)
   write_text("zero.node", "  \n5 3\n 0 0 0 0\n 1 1 0 0\n 2 0 1.5 0\n 3 0 0 1\n 4 0 0 -0.1");
   check_two_tets(write_text("zero.ele", "2 4\n 0 0 1 2 3\n 1 0 2 1 4"), 0, 0);
   /* Leading comments and blanks, no line end at the end, no End. */
-  check_two_tets(write_text("lead.mesh", "\xef\xbb\xbf# made by hand\n\n  MeshVersionFormatted 1 Dimension 3 "
-                                         "Vertices 5 0 0 0 0 1 0 0 0 0 1.5 0 0 0 0 1 0 0 0 -1e-1 0 "
-                                         "Tetrahedra 2 1 2 3 4 -1 1 3 2 5 -2"), -1, -2);
+  check_two_tets(write_text("lead.mesh",
+                            "\xef\xbb\xbf# made by hand\n\n  MeshVersionFormatted 1 Dimension 3 "
+                            "Vertices 5 0 0 0 0 1 0 0 0 0 1.5 0 0 0 0 1 0 0 0 -1e-1 0 "
+                            "Tetrahedra 2 1 2 3 4 -1 1 3 2 5 -2"),
+                 -1, -2);
 }
 
 static void binary_gmsh_reads_in_either_byte_order(void)

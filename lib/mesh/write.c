@@ -152,9 +152,10 @@ static int write_by_suffix(const flesh_mesh *mesh, const char *path)
       return status;
     }
   }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the suffix %s%s%s names no mesh format; it must be "
-                    ".node or .ele (TetGen), .msh (Gmsh) or .mesh (Medit)", path,
-                    suffix ? "'" : "", suffix ? suffix : "(none)", suffix ? "'" : "");
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: the suffix %s%s%s names no mesh format; it must be "
+                    ".node or .ele (TetGen), .msh (Gmsh) or .mesh (Medit)",
+                    path, suffix ? "'" : "", suffix ? suffix : "(none)", suffix ? "'" : "");
 }
 
 int flesh_mesh_write(const flesh_mesh *mesh, const char *path)
