@@ -14,8 +14,9 @@
  *   S    E's form - mu/2 log(I_C+1),  alpha = 1 + mu/lambda - mu/(4 lambda)
  *                                                         Smith, de Goes & Kim 2018, eq. 14
  *
- * Neo, A, B and C are undefined for J <= 0: every function then returns FLESH_UNDEFINED and
- * leaves its outputs as they were. */
+ * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A
+ * non-finite F, or a result too large for a double, gives FLESH_NONFINITE. Whatever is not FLESH_OK
+ * leaves the outputs as they were. */
 #ifndef FLESH_MATERIAL_H
 #define FLESH_MATERIAL_H
 
@@ -41,7 +42,7 @@ typedef enum flesh_energy {
 /* How the given small-strain Lame constants (mu_L, lambda_L) become the mu, lambda of a form. */
 typedef enum flesh_constants {
   FLESH_CONSTANTS_RAW,     /* mu = mu_L, lambda = lambda_L put straight into the formula */
-  FLESH_CONSTANTS_MATCHED, /* the form's linearisation at rest is (mu_L, lambda_L): Neo, A, B, E, S */
+  FLESH_CONSTANTS_MATCHED, /* linearised at rest it is (mu_L, lambda_L): Neo, A, B, E, S only */
   FLESH_CONSTANTS_AS_E     /* D only: E's constants, mu = mu_L, lambda = lambda_L + mu_L */
 } flesh_constants;
 
@@ -62,31 +63,37 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
   flesh_psi_function psi;
-  double mu, lambda, alpha; /* of the formula [Pa, Pa, 1]; alpha is J's rest offset (E, S; else 1) */
+  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them */
+  double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
   flesh_energy energy;
   flesh_constants constants;
   double young, poisson; /* as given; NaN when the material was given by mu and lambda */
   const void *user;      /* for FLESH_ENERGY_USER: the user's own data, borrowed */
 } flesh_material;
 
-/* From the constants (mu, lambda) [Pa]. mu > 0 and finite. Limits of raw constants: E needs lambda > mu/3,
- * S lambda > mu/8, B lambda > 0 for a stable rest state; matched and as_e need the given bulk modulus
- * lambda_L + 2/3 mu_L > 0 and 0 <= poisson < 0.5. FLESH_ERR_ARGUMENT with the reason otherwise. */
+/* From the small-strain constants (mu_L, lambda_L) [Pa], finite, mu_L > 0; raw puts them straight
+ * into the formula. Matched: S mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L; E lambda = lambda_L +
+ * mu_L; B lambda = lambda_L + 2/3 mu_L; Neo and A as they are; M, C and D have no matched
+ * constants. Limits: raw E needs lambda > mu/3, S lambda > mu/8, B lambda > 0, Neo and A lambda >
+ * -2/3 mu for a stable rest state, C and D lambda >= 0 to be bounded from below; matched and as_e
+ * need lambda_L >= 0 (0 <= poisson < 0.5). FLESH_ERR_ARGUMENT with the reason otherwise. */
 FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
                                        double lambda, flesh_material *material);
 
-/* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)), lambda_L = E nu/((1+nu)(1-2nu)). */
-FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants, double young,
-                                        double poisson, flesh_material *material);
+/* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
+ * lambda_L = E nu/((1+nu)(1-2nu)); nu in [0, 0.5), raw also (-1, 0). */
+FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
+                                        double young, double poisson, flesh_material *material);
 
 /* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
                                       flesh_material *material);
 
-/* "Neo", "A" ... "S", "user"; "raw", "matched", "as_e". */
+/* "Neo", "A" ... "S", "user"; "raw", "matched", "as_e"; "unknown" for anything else. */
 FLESH_API const char *flesh_energy_name(flesh_energy energy);
 FLESH_API const char *flesh_constants_name(flesh_constants constants);
-/* Inverse of the above, exact spelling; FLESH_ERR_ARGUMENT (with the valid names) otherwise. */
+/* Inverse of the above (not for "user"), exact spelling; FLESH_ERR_ARGUMENT (with the valid names)
+ * otherwise. */
 FLESH_API int flesh_energy_from_name(const char *name, flesh_energy *energy);
 FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *constants);
 
@@ -96,9 +103,10 @@ FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *const
 FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
                                           double *lambda, double *rest_stress);
 
-/* Uniform scale s at which a free body is at rest, s^3 = J*: the stress-free larger root along F = s I.
- * 1 for the rest-stable forms; FLESH_UNDEFINED where none exists (D below lambda/mu = 2.1165, M, C without a
- * minimum). `volume_ratio` = J*. */
+/* J* = s^3 of the uniform scale s at which a free body is at rest: the first minimum of psi(s I)
+ * that it meets when it shrinks under tension (or else swells) from F = I. 1 for the forms without
+ * stress at rest; for D the larger root of mu + lambda (s^3-1) s = 0; FLESH_UNDEFINED where none
+ * exists (M, C, and D below lambda/mu = 4^(4/3)/3 = 2.1165). */
 FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio);
 
 /* Energy density psi(F) [J/m^3]. */
@@ -112,8 +120,9 @@ FLESH_API int flesh_material_hessian(const flesh_material *material, const doubl
                                      double H[81]);
 
 /* The nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section 4):
- * values[0..2] the scaling block's, [3..5] twists 2 psi_I + psi_J s_k, [6..8] flips 2 psi_I - psi_J s_k;
- * vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k]. */
+ * values[0..2] the scaling block's, ascending, [3..5] twists 2 psi_I + psi_J s_k,
+ * [6..8] flips 2 psi_I - psi_J s_k; vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k].
+ */
 FLESH_API int flesh_material_eigen(const flesh_material *material, const double F[9],
                                    double values[9], double vectors[81]);
 

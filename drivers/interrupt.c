@@ -1,0 +1,24 @@
+/* interrupt.c: remembers the first signal. */
+#include "interrupt.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+static volatile sig_atomic_t remembered;
+
+static void remember(int signal_number)
+{
+  static const char text[] =
+      "\nflesh: stopping after the step in flight; once more to stop at once\n";
+  remembered = signal_number;
+  if (isatty(STDERR_FILENO) && write(STDERR_FILENO, text, sizeof text - 1) < 0) return;
+}
+
+void flesh_interrupt_watch(void)
+{
+  struct sigaction action = {.sa_handler = remember, .sa_flags = (int)SA_RESETHAND | SA_RESTART};
+  sigaction(SIGINT, &action, NULL);
+  sigaction(SIGTERM, &action, NULL);
+}
+
+int flesh_interrupt_signal(void) { return remembered; }

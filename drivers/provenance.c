@@ -1,0 +1,131 @@
+/* provenance.c: program, machine and inputs of a result. */
+#include "provenance.h"
+
+#include <sha256.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/utsname.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "build_info.h"
+#include "commit.h"
+
+static const char *instruction_set(void)
+{
+#if defined(__AVX512F__)
+  return "x86-64 with AVX-512";
+#elif defined(__AVX2__) && defined(__FMA__)
+  return "x86-64 with AVX2 and FMA";
+#elif defined(__AVX__)
+  return "x86-64 with AVX";
+#elif defined(__x86_64__)
+  return "x86-64";
+#elif defined(__aarch64__)
+  return "aarch64";
+#else
+  return "generic";
+#endif
+}
+
+void flesh_provenance_print_version(void)
+{
+  printf("flesh %s%s%s%s\n", FLESH_VERSION, *FLESH_COMMIT ? " (" : "", FLESH_COMMIT,
+         *FLESH_COMMIT ? ")" : "");
+  printf("%s, %s, %s; %s\n", FLESH_COMPILER, FLESH_BUILD_TYPE, instruction_set(),
+         FLESH_BUILD_OPTIONS);
+  printf("SUNDIALS %s, SuiteSparse %s, libfyaml %s, GSL %s, jansson %s\n", FLESH_SUNDIALS_VERSION,
+         FLESH_SUITESPARSE_VERSION, FLESH_FYAML_VERSION, FLESH_GSL_VERSION, FLESH_JANSSON_VERSION);
+}
+
+static void cpu_model(char *text, size_t size)
+{
+  snprintf(text, size, "unknown");
+  FILE *stream = fopen("/proc/cpuinfo", "r");
+  if (!stream) return;
+  for (char line[512]; fgets(line, sizeof line, stream);) {
+    char *colon = strchr(line, ':');
+    if (strncmp(line, "model name", 10) || !colon) continue;
+    snprintf(text, size, "%s", colon + 1 + strspn(colon + 1, " \t"));
+    text[strcspn(text, "\n")] = 0;
+    break;
+  }
+  fclose(stream);
+}
+
+/* Text from outside may not be UTF-8, which JSON demands. */
+static json_t *text_value(const char *text)
+{
+  json_t *value = json_string(text);
+  return value ? value : json_string("(not UTF-8)");
+}
+
+json_t *flesh_provenance_program(int argc, char **argv)
+{
+  json_t *program = json_object(), *words = json_array();
+  for (int a = 0; a < argc; a++) json_array_append_new(words, text_value(argv[a]));
+  json_object_set_new(program, "flesh", json_string(FLESH_VERSION));
+  json_object_set_new(program, "commit", *FLESH_COMMIT ? json_string(FLESH_COMMIT) : json_null());
+  json_object_set_new(program, "compiler", json_string(FLESH_COMPILER));
+  json_object_set_new(program, "compiler_flags", json_string(FLESH_COMPILER_FLAGS));
+  json_object_set_new(program, "build_type", json_string(FLESH_BUILD_TYPE));
+  json_object_set_new(program, "build_options", json_string(FLESH_BUILD_OPTIONS));
+  json_object_set_new(program, "instruction_set", json_string(instruction_set()));
+  json_object_set_new(program, "libraries",
+                      json_pack("{ssssssssss}", "SUNDIALS", FLESH_SUNDIALS_VERSION, "SuiteSparse",
+                                FLESH_SUITESPARSE_VERSION, "libfyaml", FLESH_FYAML_VERSION, "GSL",
+                                FLESH_GSL_VERSION, "jansson", FLESH_JANSSON_VERSION));
+  json_object_set_new(program, "arguments", words);
+  json_object_set_new(program, "threads", json_integer(1));
+  char text[256];
+  cpu_model(text, sizeof text);
+  json_object_set_new(program, "cpu", text_value(text));
+  struct utsname system;
+  if (!uname(&system)) {
+    snprintf(text, sizeof text, "%.60s %.60s %.60s", system.sysname, system.release,
+             system.machine);
+    json_object_set_new(program, "system", text_value(text));
+  }
+  time_t now = time(NULL);
+  struct tm utc;
+  strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
+  json_object_set_new(program, "date", json_string(text));
+  return program;
+}
+
+static void add_file(json_t *files, const char *path)
+{
+  char digest[SHA256_DIGEST_STRING_LENGTH];
+  if (access(path, R_OK) || !SHA256File(path, digest)) return;
+  json_array_append_new(files, json_pack("{soss}", "path", text_value(path), "sha256", digest));
+}
+
+json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
+{
+  json_t *inputs = json_object(), *files = json_array();
+  add_file(files, path);
+  const char *mesh = flesh_scene_mesh_path(scene);
+  add_file(files, mesh);
+  /* TetGen's meshes are two files. */
+  size_t length = strlen(mesh);
+  const char *suffix = length > 5 ? mesh + length - 5 : "", *partner = NULL;
+  if (!strcmp(suffix, ".node")) partner = ".ele";
+  if (length > 4 && !strcmp(mesh + length - 4, ".ele")) partner = ".node";
+  char *name = partner ? malloc(length + 8) : NULL;
+  if (name) {
+    int stem = (int)(strrchr(mesh, '.') - mesh);
+    sprintf(name, "%.*s%s", stem, mesh, partner);
+    add_file(files, name);
+    free(name);
+  }
+  json_object_set_new(inputs, "files", files);
+  flesh_mesh_info info;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  json_object_set_new(inputs, "mesh",
+                      json_pack("{sisisisisisf}", "nodes", info.nodes, "tets", info.tets,
+                                "surface_triangles", info.triangles, "flipped_tets", info.flipped,
+                                "unused_nodes", info.unused_nodes, "volume", info.volume));
+  json_object_set_new(inputs, "seed", json_integer(flesh_scene_outputs(scene)->seed));
+  return inputs;
+}

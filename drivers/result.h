@@ -1,0 +1,66 @@
+/* result.h: the figures of a run and result.json. */
+#ifndef FLESH_DRIVERS_RESULT_H
+#define FLESH_DRIVERS_RESULT_H
+
+#include <jansson.h>
+
+#include "flesh/observer.h"
+#include "flesh/scene.h"
+
+/* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
+typedef struct flesh_figures {
+  int steps;
+  double t;
+  double max_volume_drift;   /* max over time of |V/V_rest - 1| */
+  double final_volume_drift; /* V/V_rest - 1 at the end, signed */
+  double min_J;              /* over the run */
+  double min_J_t;            /* when */
+  int max_inverted;
+  double first_inverted_t; /* first time with a J <= 0; NaN: never */
+  long newton, linear, assemblies, projections, backtracks, solves;
+  double residual, residual_target; /* of the last step */
+  int effects;
+  double *energies; /* [effects] at the end, J, elasticity relative to rest */
+  double wall_s, cpu_s;
+  long peak_memory_kB;
+} flesh_figures;
+
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system);
+void flesh_figures_close(flesh_figures *figures); /* NULL-safe members */
+int flesh_figures_observe(void *figures, const flesh_step_record *record);
+
+/* How a run ended. */
+typedef struct flesh_outcome {
+  int status, exit_code;
+  char message[1200]; /* empty when fine */
+  int has_failure;    /* a step failed: `failure` and `advice` tell */
+  flesh_failure failure;
+  const char *advice;
+} flesh_outcome;
+
+/* "complete", "failed", "interrupted", "out of budget". */
+const char *flesh_outcome_word(const flesh_outcome *outcome);
+
+/* What to try when a step failed. */
+const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene *scene);
+
+/* The failure in a few lines on `stream`. */
+void flesh_failure_print(FILE *stream, const flesh_outcome *outcome);
+
+/* Constants of every material in force, as text or as a new array. */
+void flesh_materials_print(FILE *stream, const flesh_scene *scene);
+json_t *flesh_materials_json(const flesh_scene *scene);
+
+/* A number; null when it is not finite. */
+json_t *flesh_json_number(double value);
+
+/* The figures as a new object; `system` names the energies. */
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system);
+
+/* A new object of the outcome alone: status, exit_code, message, failure. */
+json_t *flesh_outcome_json(const flesh_outcome *outcome);
+
+/* Writes `value` (taken, also on failure) to `path`, whole or not at all. */
+int flesh_json_write(const char *path, json_t *value);
+
+#endif

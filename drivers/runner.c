@@ -1,0 +1,241 @@
+/* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid.
+ */
+#include "runner.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "interrupt.h"
+#include "io/file.h"
+#include "options.h"
+#include "provenance.h"
+
+enum { OBSERVER_LIMIT = 16 };
+
+typedef struct runner {
+  const flesh_scene *scene;
+  const flesh_runner_options *options;
+  char *path; /* room for out/name */
+  flesh_history *history;
+  flesh_frames *frames;
+  flesh_integrator *integrator;
+  flesh_state state;
+  double started; /* monotonic seconds */
+  double last_progress;
+  double start_t;
+  int progress; /* show a line */
+  json_t *program, *inputs;
+} runner;
+
+static double seconds(clockid_t clock)
+{
+  struct timespec now;
+  clock_gettime(clock, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static const char *in_out(runner *r, const char *name)
+{
+  sprintf(r->path, "%s/%s", r->options->out, name);
+  return r->path;
+}
+
+static int show_progress(void *data, const flesh_step_record *record)
+{
+  runner *r = data;
+  double now = seconds(CLOCK_MONOTONIC);
+  if (now - r->last_progress < 0.1 && !record->last) return FLESH_OK;
+  r->last_progress = now;
+  double end = flesh_scene_times(r->scene)->end, t = record->state->t;
+  double part = end > r->start_t ? (t - r->start_t) / (end - r->start_t) : 1;
+  double left = part > 0 ? (now - r->started) * (1 - part) / part : NAN;
+  fprintf(stderr, "\r\033[Kt %.4g / %.4g s  %3.0f %%  newton %d  min J %.3f  ", t, end, 100 * part,
+          record->stats->newton, record->min_J);
+  if (isfinite(left)) fprintf(stderr, "%.0f s left", ceil(left));
+  fflush(stderr);
+  return FLESH_OK;
+}
+
+static int stop(void *data)
+{
+  runner *r = data;
+  int signal_number = flesh_interrupt_signal();
+  if (signal_number)
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s",
+                      signal_number == SIGTERM ? "SIGTERM" : "SIGINT", r->state.t);
+  if (r->options->max_seconds > 0 &&
+      seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
+    return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s",
+                      r->options->max_seconds, r->state.t);
+  return FLESH_OK;
+}
+
+static json_t *result_of(runner *r, json_t *outcome, const flesh_figures *figures)
+{
+  json_object_set_new(outcome, "figures",
+                      flesh_figures_json(figures, flesh_scene_system(r->scene)));
+  json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
+  json_object_set(outcome, "inputs", r->inputs);
+  json_object_set(outcome, "program", r->program);
+  return outcome;
+}
+
+/* Frames of an older run would not belong to this one's history. */
+static void drop_frames(runner *r)
+{
+  char *folder = strdup(in_out(r, "frames"));
+  struct stat info;
+  flesh_frames *frames = NULL;
+  if (folder && !stat(folder, &info) && S_ISDIR(info.st_mode) &&
+      !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
+    flesh_frames_close(&frames);
+    unlink(in_out(r, "frames/frames.pvd"));
+    rmdir(folder); /* stays where something else is in it */
+  }
+  free(folder);
+}
+
+/* Everything that can fail for want of a writable place fails here, before any solve. */
+static int open_outputs(runner *r, flesh_figures *figures)
+{
+  const flesh_runner_options *options = r->options;
+  int status = flesh_folder_make(options->out);
+  if (status) return status;
+  r->path = malloc(strlen(options->out) + 64);
+  if (!r->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  r->program = flesh_provenance_program(options->argc, options->argv);
+  r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
+  unlink(in_out(r, "state.txt"));
+  json_t *running = json_pack("{ss}", "status", "running");
+  status = flesh_json_write(in_out(r, "result.json"), result_of(r, running, figures));
+  if (!status) status = flesh_scene_write(r->scene, in_out(r, "scene.yaml"));
+  if (!status)
+    status =
+        flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
+  if (status) return status;
+  int every = flesh_scene_outputs(r->scene)->frame_interval;
+  if (options->no_frames || every < 1) drop_frames(r);
+  else
+    status =
+        flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  return status;
+}
+
+static int open_state(runner *r)
+{
+  size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(r->scene));
+  r->state.x = malloc(sizeof(double) * unknowns);
+  r->state.v = malloc(sizeof(double) * unknowns);
+  if (!r->state.x || !r->state.v) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  flesh_scene_start(r->scene, &r->state);
+  r->start_t = r->state.t;
+  if (r->start_t > flesh_scene_times(r->scene)->end)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: the start state is at t = %g s, after time.end = %g s",
+                      r->options->scene_path, r->start_t, flesh_scene_times(r->scene)->end);
+  return FLESH_OK;
+}
+
+static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
+{
+  const flesh_runner_options *options = r->options;
+  const flesh_system *system = flesh_scene_system(r->scene);
+  const flesh_scene_time *time = flesh_scene_times(r->scene);
+  int status =
+      flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene), &r->integrator);
+  if (status) return status;
+  flesh_observer observers[OBSERVER_LIMIT];
+  int count = 0;
+  observers[count++] = (flesh_observer){flesh_figures_observe, figures};
+  if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
+  if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
+  if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
+  for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT; o++)
+    observers[count++] = options->observers[o];
+  const flesh_run_options run = {.h = time->step,
+                                 .end = time->end,
+                                 .observer_count = count,
+                                 .observers = observers,
+                                 .stop = stop,
+                                 .stop_data = r};
+  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  r->started = seconds(CLOCK_MONOTONIC);
+  status = flesh_run(system, r->integrator, &run, &r->state, NULL);
+  figures->wall_s = seconds(CLOCK_MONOTONIC) - r->started;
+  figures->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  struct rusage usage;
+  if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
+  if (r->progress) fputs("\r\033[K", stderr);
+  if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR) {
+    const flesh_failure *failure = flesh_integrator_failure(r->integrator);
+    outcome->has_failure = failure != NULL;
+    if (failure) outcome->failure = *failure;
+    if (failure) outcome->advice = flesh_failure_advice(failure, r->scene);
+  }
+  return status;
+}
+
+/* The last good state is kept however the run ended. */
+static int keep_state(runner *r)
+{
+  int nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene));
+  int status =
+      r->options->out ? flesh_state_write(in_out(r, "state.txt"), nodes, &r->state) : FLESH_OK;
+  if (r->options->save_state) {
+    int saved = flesh_state_write(r->options->save_state, nodes, &r->state);
+    if (!status) status = saved;
+  }
+  return status;
+}
+
+static void note(flesh_outcome *outcome, int status)
+{
+  const char *text = flesh_error_text();
+  outcome->status = status;
+  outcome->exit_code = flesh_exit_code(status);
+  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == SIGTERM)
+    outcome->exit_code = 143;
+  snprintf(outcome->message, sizeof outcome->message, "%s",
+           !status ? ""
+           : *text ? text
+                   : flesh_status_text(status));
+}
+
+int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *options,
+                     flesh_figures *figures, flesh_outcome *outcome)
+{
+  runner r = {
+      .scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO)};
+  *outcome = (flesh_outcome){.advice = ""};
+  int status = flesh_figures_open(figures, flesh_scene_system(scene));
+  if (!status) status = open_state(&r);
+  if (!status && options->out) status = open_outputs(&r, figures);
+  int prepared = !status;
+  if (!status) status = simulate(&r, figures, outcome);
+  note(outcome, status);
+  /* Each of these is written even when another could not be. */
+  int kept[3] = {FLESH_OK, FLESH_OK, FLESH_OK};
+  if (prepared) kept[0] = keep_state(&r);
+  if (kept[0] && !outcome->status) note(outcome, kept[0]);
+  kept[1] = flesh_history_close(&r.history);
+  if (kept[1] && !outcome->status) note(outcome, kept[1]);
+  flesh_frames_close(&r.frames);
+  if (prepared && options->out)
+    kept[2] = flesh_json_write(in_out(&r, "result.json"),
+                               result_of(&r, flesh_outcome_json(outcome), figures));
+  if (kept[2] && !outcome->status) note(outcome, kept[2]);
+  flesh_integrator_destroy(&r.integrator);
+  json_decref(r.program);
+  json_decref(r.inputs);
+  free(r.state.x);
+  free(r.state.v);
+  free(r.path);
+  return outcome->status;
+}

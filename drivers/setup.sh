@@ -1,0 +1,117 @@
+# setup.sh: what demo.sh and test/run.sh share: Debian packages that are missing, and the build.
+# To be sourced by a POSIX shell with `root` set to the top of the tree.
+# shellcheck shell=sh disable=SC2154
+
+die() {
+  printf '%s: %s\n' "${0##*/}" "$*" >&2
+  exit 1
+}
+
+# present PACKAGE KIND NAME: is the package installed, or what it is wanted for there without it?
+present() {
+  if command -v dpkg-query >/dev/null 2>&1 &&
+    dpkg-query -W -f '${db:Status-Status}\n' "$1" 2>/dev/null | grep -qx installed; then
+    return 0
+  fi
+  case $2 in
+    tool) command -v "$3" >/dev/null 2>&1 ;;
+    pkg-config) pkg-config --exists "$3" 2>/dev/null ;;
+    python) /usr/bin/python3 -c "import $3" 2>/dev/null ;;
+    header) printf '#include <%s>\n' "$3" |
+      ${CC:-cc} -E -I/usr/include/suitesparse - >/dev/null 2>&1 ;;
+  esac
+}
+
+# The packages, each with the thing whose presence will do instead of it, and what it is for.
+build_packages() {
+  if [ -z "${CC:-}" ]; then
+    echo 'gcc tool cc the C compiler'
+  fi
+  cat <<'END'
+libc6-dev header stdio.h the C library's headers
+meson tool meson the build
+ninja-build tool ninja the build
+pkg-config tool pkg-config finds libraries
+libsundials-dev header sundials/sundials_config.h SUNDIALS: KINSOL and IDA
+libsuitesparse-dev header klu.h SuiteSparse: the direct solver KLU
+libfyaml-dev pkg-config libfyaml reads scenes
+libgsl-dev pkg-config gsl root finding and dense linear algebra of the program and tests
+libjansson-dev pkg-config jansson writes results as JSON
+libmd-dev pkg-config libmd checksums of inputs
+gnuplot-nox tool gnuplot plots and pictures
+END
+}
+
+test_packages() {
+  cat <<'END'
+gcc tool gcc proves that one compiler has no warnings
+g++ tool g++ proves that the headers are C++ too
+clang tool clang proves that another has none
+python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
+END
+}
+
+# install_missing LIST: installs those of LIST (a function that prints rows) that are not there.
+install_missing() {
+  if [ -n "${CC:-}" ] && ! command -v "${CC%% *}" >/dev/null 2>&1; then
+    die "CC is '$CC', and there is no such command; give a C compiler or unset CC."
+  fi
+  missing=$(
+    "$1" | while read -r package kind name why; do
+      present "$package" "$kind" "$name" || printf '%s: %s\n' "$package" "$why"
+    done
+  )
+  if [ -z "$missing" ]; then return 0; fi
+  names=$(printf '%s\n' "$missing" | sed 's/:.*//' | tr '\n' ' ')
+  names=${names% }
+  if ! command -v apt-get >/dev/null 2>&1; then
+    die "missing: $names. These are Debian's names and there is no apt-get here;" \
+      "install their equivalents and start again."
+  fi
+  as_root=
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null 2>&1 ||
+      die "missing: $names. Installing them needs root or sudo; as root: apt-get install $names"
+    as_root=sudo
+  fi
+  printf 'Installing from Debian:\n'
+  printf '%s\n' "$missing" | sed 's/^/  /'
+  # A list that does not update may still be good enough; the installation decides.
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q update || true
+  # shellcheck disable=SC2086
+  $as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 --no-install-recommends install $names ||
+    die "apt-get could not install: $names. Its own words are above;" \
+      "without network, install them by hand and start again."
+}
+
+# belongs DIR: is DIR a build directory of this tree, made with $CC if that is set?
+belongs() {
+  [ -f "$1/build.ninja" ] && python3 - "$1" "$root" "${CC:-}" <<'END' 2>/dev/null
+import json, os, sys
+build, root, compiler = sys.argv[1:]
+source = json.load(open(build + "/meson-info/meson-info.json"))["directories"]["source"]
+command = json.load(open(build + "/compile_commands.json"))[0]["command"]
+right_tree = os.path.samefile(source, root)
+right_compiler = not compiler or f" {compiler} " in f" {command} "
+sys.exit(0 if right_tree and right_compiler else 1)
+END
+}
+
+# build DIR [meson options]: configures DIR unless it is of use as it stands, and compiles.
+build() {
+  directory=$1
+  shift
+  if [ -e "$directory" ] && [ ! -d "$directory/meson-private" ] &&
+    [ -n "$(ls -A "$directory" 2>/dev/null)" ]; then
+    die "$directory is in the way: it is not a build directory of meson; move it and start again."
+  fi
+  # Options given by hand stay; `ninja build.ninja` only brings the configuration up to date.
+  if ! belongs "$directory" ||
+    { [ $# -gt 0 ] && [ "$(cat "$directory/options" 2>/dev/null)" != "$*" ]; } ||
+    ! ninja -C "$directory" build.ninja >/dev/null 2>&1; then
+    rm -rf "$directory"
+    meson setup "$directory" "$root" "$@" || return 1
+    printf '%s\n' "$*" >"$directory/options"
+  fi
+  ninja -C "$directory"
+}

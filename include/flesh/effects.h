@@ -1,0 +1,63 @@
+/* effects.h: the effects that come with the library. */
+#ifndef FLESH_EFFECTS_H
+#define FLESH_EFFECTS_H
+
+#include "flesh/effect.h"
+#include "flesh/material.h"
+#include "flesh/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
+
+/* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
+typedef struct flesh_body {
+  const flesh_mesh *mesh;
+  const double *density;           /* [tets] kg/m^3, > 0 */
+  const flesh_material *materials; /* the different ones; NULL for a body without elasticity */
+  const int *tet_material;         /* [tets] index into materials; NULL: all are materials[0] */
+  flesh_mass mass;
+} flesh_body;
+
+/* Points of a motion in time: linear between keyframes, constant before the first and after the last. */
+typedef struct flesh_keyframe {
+  double t;              /* s, ascending */
+  double translation[3]; /* m; for a drag, the target's position */
+  double rotation[3];    /* rotation vector about the motion's centre, radians */
+} flesh_keyframe;
+
+typedef struct flesh_motion {
+  int count; /* >= 1 */
+  const flesh_keyframe *keyframes;
+  double centre[3]; /* of the rotations, m */
+  int smooth;       /* 0: linear between keyframes; 1: cubic easing, at rest at every keyframe */
+} flesh_motion;
+
+/* Each constructor returns a new effect that borrows `body`'s arrays and copies the rest. */
+
+/* r = M a. Kinetic energy v.Mv/2; lumped or consistent by body->mass. */
+FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect);
+
+/* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point. */
+FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
+
+/* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
+FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
+                                   flesh_effect **effect);
+
+/* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
+ * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k [N/m],
+ * while from <= t < until. */
+FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], double stiffness,
+                                const flesh_motion *target, double from, double until,
+                                flesh_effect **effect);
+
+/* NULL-safe; sets *effect to NULL. */
+FLESH_API void flesh_effect_destroy(flesh_effect **effect);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,16 @@
+/* flesh.h: everything that needs no SUNDIALS type. */
+#ifndef FLESH_FLESH_H
+#define FLESH_FLESH_H
+
+#include "flesh/effect.h"
+#include "flesh/effects.h"
+#include "flesh/integrator.h"
+#include "flesh/material.h"
+#include "flesh/mesh.h"
+#include "flesh/observer.h"
+#include "flesh/scene.h"
+#include "flesh/solver.h"
+#include "flesh/status.h"
+#include "flesh/system.h"
+
+#endif

@@ -1,0 +1,68 @@
+/* solver.h: options and statistics of the nonlinear solve, without any SUNDIALS type. */
+#ifndef FLESH_SOLVER_H
+#define FLESH_SOLVER_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_linear_solver {
+  FLESH_LINEAR_PCG,
+  FLESH_LINEAR_KLU,
+  FLESH_LINEAR_CHOLMOD /* only where built in */
+} flesh_linear_solver;
+
+typedef enum flesh_preconditioner {
+  FLESH_PRECONDITIONER_IC, /* incomplete Cholesky on 3x3 blocks, no fill */
+  FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
+  FLESH_PRECONDITIONER_NONE
+} flesh_preconditioner;
+
+typedef enum flesh_projection {
+  FLESH_PROJECTION_DEMAND, /* true Hessian first; projected where it shows negative curvature */
+  FLESH_PROJECTION_ALWAYS,
+  FLESH_PROJECTION_NEVER
+} flesh_projection;
+
+typedef enum flesh_globalization {
+  FLESH_GLOBALIZATION_ENERGY, /* full steps guarded by an Armijo search on the incremental potential */
+  FLESH_GLOBALIZATION_NONE,   /* plain full Newton steps */
+  FLESH_GLOBALIZATION_KINSOL  /* KINSOL's own line search on the residual norm */
+} flesh_globalization;
+
+typedef struct flesh_solver_options {
+  /* Converged when ||r||_2 over the free dofs <= newton_tolerance * max(||r at the first iterate||_2,
+   * ||applied load||_2), or r is at rounding. */
+  double newton_tolerance;
+  double linear_tolerance; /* residual reduction of each linear solve */
+  int max_newton;          /* iterations per solve */
+  int max_linear;          /* iterations per linear solve */
+  int max_halvings;        /* how often a failing step (or load increment) may be halved */
+  flesh_linear_solver linear_solver;
+  flesh_preconditioner preconditioner;
+  flesh_projection projection;
+  flesh_globalization globalization;
+  /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number of
+   * iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and fails. */
+  int accept_unconverged;
+} flesh_solver_options;
+
+/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search, unconverged
+ * solves refused. */
+FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
+
+/* Of one solve, or summed over a step with its halvings. */
+typedef struct flesh_solve_stats {
+  int solves, newton, linear, assemblies, projections, residuals, potentials;
+  int backtracks; /* line-search reductions */
+  int at_rounding; /* solves that ended at rounding above the tolerance */
+  int unconverged; /* solves accepted without convergence (accept_unconverged) */
+  double residual_first, residual_last, residual_target; /* 2-norms over the free dofs [N], last solve */
+} flesh_solve_stats;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,59 @@
+/* key.h: rows that describe the keys of a scene: what parsing, validation, the schema and the docs are made of.
+ *
+ * A table of keys describes a mapping that is read into a plain struct; `offset` says where each value goes. */
+#ifndef FLESH_BASE_KEY_H
+#define FLESH_BASE_KEY_H
+
+#include <stddef.h>
+
+typedef enum flesh_key_type {
+  FLESH_KEY_NUMBER,   /* double; NaN when absent without default. Also written a/b */
+  FLESH_KEY_INTEGER,  /* int; INT_MIN when absent without default */
+  FLESH_KEY_BOOLEAN,  /* int 0 or 1; -1 when absent without default */
+  FLESH_KEY_CHOICE,   /* int, the index in `choices`; -1 when absent without default */
+  FLESH_KEY_TEXT,     /* char *, NULL when absent */
+  FLESH_KEY_PATH,     /* char *, made relative to the scene's file; NULL when absent */
+  FLESH_KEY_VECTOR,   /* double[3]; NaN when absent */
+  FLESH_KEY_BOX,      /* double[6], [[low], [high]], may be infinite; NaN when absent */
+  FLESH_KEY_AXES,     /* unsigned bit mask of FLESH_AXIS_*: a list of x, y, z; 0 when absent */
+  FLESH_KEY_INTEGERS, /* flesh_integers */
+  FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
+  FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
+  FLESH_KEY_EFFECTS   /* list of one-key mappings named by the registry of effects: flesh_objects */
+} flesh_key_type;
+
+typedef struct flesh_integers {
+  int count;
+  int *values;
+} flesh_integers;
+
+typedef struct flesh_objects {
+  int count;
+  void *values; /* [count] structs of child_size */
+} flesh_objects;
+
+/* Which numbers are valid; the texts of errors and docs come from it. */
+typedef enum flesh_key_range {
+  FLESH_RANGE_ANY,          /* finite */
+  FLESH_RANGE_POSITIVE,     /* > 0 */
+  FLESH_RANGE_NOT_NEGATIVE, /* >= 0 */
+  FLESH_RANGE_FRACTION,     /* > 0 and < 1 */
+  FLESH_RANGE_POISSON       /* >= 0 and < 0.5 */
+} flesh_key_range;
+
+typedef struct flesh_key {
+  const char *name; /* NULL ends a table */
+  flesh_key_type type;
+  size_t offset;
+  flesh_key_range range;
+  const char *unit;          /* "m", "kg/m^3", ...; NULL: none */
+  /* As it would stand in a scene; "" absent is allowed (an object's values are then all absent), "{}" for an object:
+   * its children's defaults; NULL required. A number takes .inf when its default is infinite. */
+  const char *default_value;
+  const char *doc;
+  const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE */
+  const struct flesh_key *children;
+  size_t child_size;
+} flesh_key;
+
+#endif

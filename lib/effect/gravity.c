@@ -1,0 +1,79 @@
+/* gravity.c: a uniform acceleration on the lumped masses (the exact load of linear tets). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+
+typedef struct gravity {
+  int nodes;
+  double *force; /* [3*nodes] m g */
+} gravity;
+
+static int gravity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const gravity *self = effect->data;
+  for (int d = 0; d < 3 * self->nodes; d++) r[d] -= point->load * self->force[d];
+  return FLESH_OK;
+}
+
+static int gravity_potential(const flesh_effect *effect, const flesh_point *point,
+                             const flesh_shift *shift, double *phi, double *magnitude)
+{
+  if (shift->x == 0) return FLESH_OK;
+  const gravity *self = effect->data;
+  double value = 0, size = 0;
+  for (int d = 0; d < 3 * self->nodes; d++) {
+    double term = self->force[d] * point->x[d];
+    value -= term;
+    size += fabs(term);
+  }
+  *phi += point->load * value / shift->x;
+  *magnitude += point->load * size / shift->x;
+  return FLESH_OK;
+}
+
+static int gravity_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  double magnitude = 0;
+  *energy = 0;
+  return gravity_potential(effect, point, &(flesh_shift){.x = 1}, energy, &magnitude);
+}
+
+static void gravity_destroy(void *data)
+{
+  gravity *self = data;
+  if (!self) return;
+  free(self->force);
+  free(self);
+}
+
+static const flesh_effect_operations gravity_operations = {
+    .name = "gravity",
+    .external = 1,
+    .residual = gravity_residual,
+    .potential = gravity_potential,
+    .energy = gravity_energy,
+    .destroy = gravity_destroy,
+};
+
+int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
+                         flesh_effect **effect)
+{
+  int nodes = flesh_mesh_node_count(body->mesh);
+  gravity *self = calloc(1, sizeof *self);
+  double *mass = calloc((size_t)nodes, sizeof *mass);
+  if (self) self->force = malloc((size_t)nodes * 3 * sizeof *self->force);
+  if (!self || !mass || !self->force) {
+    free(mass);
+    gravity_destroy(self);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the weights of %d nodes", nodes);
+  }
+  flesh_mesh_lumped_mass(body->mesh, body->density, mass);
+  self->nodes = nodes;
+  for (int i = 0; i < nodes; i++)
+    for (int c = 0; c < 3; c++) self->force[3 * i + c] = mass[i] * acceleration[c];
+  free(mass);
+  return flesh_effect_create(&gravity_operations, self, effect);
+}

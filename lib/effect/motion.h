@@ -1,0 +1,25 @@
+/* motion.h: evaluates keyframed motions. */
+#ifndef FLESH_EFFECT_MOTION_H
+#define FLESH_EFFECT_MOTION_H
+
+#include "base/key.h"
+#include "flesh/effects.h"
+
+/* Checks and copies `motion` with its keyframes; free with flesh_motion_clear. */
+int flesh_motion_copy(const flesh_motion *motion, flesh_motion *copy);
+void flesh_motion_clear(flesh_motion *motion);
+
+/* Translation [3] and rotation vector [3] at time t; either may be NULL. */
+void flesh_motion_at(const flesh_motion *motion, double t, double translation[3],
+                     double rotation[3]);
+
+/* y = centre + R(t)(X - centre) + translation(t). */
+void flesh_motion_apply(const flesh_motion *motion, double t, const double X[3], double y[3]);
+
+/* First keyframe after t, INFINITY if none. */
+double flesh_motion_next_event(const flesh_motion *motion, double t);
+
+/* A motion as a scene writes it: a list of keyframes {time, translation, rotation}. */
+extern const flesh_key flesh_keyframe_keys[];
+
+#endif

@@ -1,0 +1,190 @@
+/* registry.c: the effects that a scene can name. Add a row here and the rest follows: parsing, docs, tests. */
+#include "effect/registry.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "effect/motion.h"
+#include "effect/selection.h"
+
+static const flesh_key no_keys[] = {{0}};
+
+static int add(flesh_system *system, int status, flesh_effect **effect)
+{
+  return status ? status : flesh_system_add_effect(system, effect);
+}
+
+static int add_inertia(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  (void)parameters;
+  flesh_effect *effect = NULL;
+  return add(system, flesh_effect_inertia(body, &effect), &effect);
+}
+
+static int add_elasticity(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  (void)parameters;
+  flesh_effect *effect = NULL;
+  return add(system, flesh_effect_elasticity(body, &effect), &effect);
+}
+
+typedef struct gravity_parameters {
+  double acceleration[3];
+} gravity_parameters;
+
+static const flesh_key gravity_keys[] = {
+    {.name = "acceleration", .type = FLESH_KEY_VECTOR,
+     .offset = offsetof(gravity_parameters, acceleration), .unit = "m/s^2",
+     .default_value = "[0, 0, -9.81]", .doc = "of free fall"},
+    {0}};
+
+static int add_gravity(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const gravity_parameters *p = parameters;
+  flesh_effect *effect = NULL;
+  return add(system, flesh_effect_gravity(body, p->acceleration, &effect), &effect);
+}
+
+#define INTERVAL_KEYS(parameters)                                                                        \
+  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",          \
+   .default_value = "-.inf", .doc = "start of its action"},                                        \
+  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",        \
+   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
+
+#define AXES_KEY(parameters)                                                                             \
+  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                         \
+   .default_value = "[x, y, z]", .doc = "the components held"}
+
+typedef struct pin_parameters {
+  flesh_selection selection;
+  unsigned axes;
+  double from, until;
+} pin_parameters;
+
+static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, selection),
+                                     AXES_KEY(pin_parameters),
+                                     INTERVAL_KEYS(pin_parameters),
+                                     {0}};
+
+static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const pin_parameters *p = parameters;
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  if (status) return status;
+  status = flesh_system_add_pin(system, count, nodes, p->axes, p->from, p->until);
+  free(nodes);
+  return status;
+}
+
+enum { MOTION_LINEAR, MOTION_SMOOTH };
+static const char *const interpolations[] = {"linear", "smooth", NULL};
+
+typedef struct handle_parameters {
+  flesh_selection selection;
+  unsigned axes;
+  double from, until, centre[3];
+  int interpolation;
+  flesh_objects motion;
+} handle_parameters;
+
+static const flesh_key handle_keys[] = {
+    FLESH_SELECTION_KEYS(handle_parameters, selection),
+    AXES_KEY(handle_parameters),
+    {.name = "motion", .type = FLESH_KEY_OBJECTS, .offset = offsetof(handle_parameters, motion),
+     .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
+     .doc = "keyframes; before the first and after the last the handle holds still"},
+    {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(handle_parameters, centre),
+     .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
+    {.name = "interpolation", .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(handle_parameters, interpolation), .choices = interpolations,
+     .default_value = "linear",
+     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    INTERVAL_KEYS(handle_parameters),
+    {0}};
+
+static int add_handle(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const handle_parameters *p = parameters;
+  flesh_motion motion = {p->motion.count, p->motion.values,
+                         {p->centre[0], p->centre[1], p->centre[2]},
+                         p->interpolation == MOTION_SMOOTH};
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  if (status) return status;
+  status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
+  free(nodes);
+  return status;
+}
+
+typedef struct target {
+  double t, position[3];
+} target;
+
+static const flesh_key target_keys[] = {
+    {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(target, t), .unit = "s",
+     .doc = "when; keyframes ascend in time"},
+    {.name = "position", .type = FLESH_KEY_VECTOR, .offset = offsetof(target, position),
+     .unit = "m", .doc = "of the target"},
+    {0}};
+
+typedef struct drag_parameters {
+  double point[3], stiffness, from, until;
+  int interpolation;
+  flesh_objects target;
+} drag_parameters;
+
+static const flesh_key drag_keys[] = {
+    {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(drag_parameters, point),
+     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates"},
+    {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(drag_parameters, stiffness),
+     .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring"},
+    {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(drag_parameters, target),
+     .children = target_keys, .child_size = sizeof(target),
+     .doc = "keyframes of the spring's other end"},
+    {.name = "interpolation", .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(drag_parameters, interpolation), .choices = interpolations,
+     .default_value = "linear",
+     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    INTERVAL_KEYS(drag_parameters),
+    {0}};
+
+static int add_drag(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const drag_parameters *p = parameters;
+  const target *targets = p->target.values;
+  flesh_keyframe *keyframes = calloc((size_t)p->target.count + 1, sizeof *keyframes);
+  if (!keyframes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d keyframes", p->target.count);
+  for (int k = 0; k < p->target.count; k++) {
+    keyframes[k].t = targets[k].t;
+    for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
+  }
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation == MOTION_SMOOTH};
+  flesh_effect *effect = NULL;
+  int status = flesh_effect_drag(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
+  free(keyframes);
+  return add(system, status, &effect);
+}
+
+static const flesh_effect_row rows[] = {
+    {"inertia", "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
+     no_keys, 0, "{}", add_inertia},
+    {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
+     no_keys, 0, "{}", add_elasticity},
+    {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
+     sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity},
+    {"pin", "Nodes, or single components of them, held at their rest positions.", pin_keys,
+     sizeof(pin_parameters), "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}", add_pin},
+    {"handle", "Nodes that follow a keyframed motion.", handle_keys, sizeof(handle_parameters),
+     "{sphere: {centre: [1, 1, 1], radius: 0.1}, motion: [{time: 0}, {time: 1, translation: "
+     "[0.1, 0, 0], rotation: [0, 0, 0.5]}]}",
+     add_handle},
+    {"drag", "A spring from a point of the body to a moving target: the mouse pull.", drag_keys,
+     sizeof(drag_parameters),
+     "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}", add_drag},
+};
+
+const flesh_effect_row *flesh_effect_registry(int *count)
+{
+  *count = (int)(sizeof rows / sizeof rows[0]);
+  return rows;
+}

@@ -1,0 +1,24 @@
+/* registry.h: the effects that a scene can name: one row each. Adding an effect is a file and a row.
+ *
+ * A row's keys are read into its parameter struct, and `add` puts what they mean into the system. The row's sample
+ * is a mapping in scene syntax that the derivative tests, the docs and the schema use. */
+#ifndef FLESH_EFFECT_REGISTRY_H
+#define FLESH_EFFECT_REGISTRY_H
+
+#include "base/key.h"
+#include "flesh/system.h"
+
+typedef struct flesh_effect_row {
+  const char *name;
+  const char *doc;
+  const flesh_key *keys; /* of the mapping below the name; ended by a row without name */
+  size_t parameters_size;
+  const char *sample; /* for the unit cube [0,1]^3, "{...}" */
+  /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller knows them). */
+  int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
+} flesh_effect_row;
+
+/* All rows, in the order of the docs; *count of them. */
+const flesh_effect_row *flesh_effect_registry(int *count);
+
+#endif

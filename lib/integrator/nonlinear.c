@@ -1,0 +1,176 @@
+/* nonlinear.c: owns a KINSOL and solves stages with it. */
+#include "integrator/nonlinear.h"
+
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sundials/compatibility.h"
+#include "sundials/problem.h"
+
+struct flesh_nonlinear {
+  flesh_problem *problem;
+  SUNContext context;
+  void *kinsol;
+  SUNMatrix matrix;
+  SUNLinearSolver solver;
+  N_Vector u, ones;
+};
+
+/* KINSOL stops on N_VMaxNorm of the scaled residual. Ours is the 2-norm, so that its test is the one that every
+ * tolerance of flesh means. */
+static sunrealtype two_norm(N_Vector v)
+{
+  return flesh_norm((int)N_VGetLength(v), N_VGetArrayPointer(v));
+}
+
+static int kinsol_options(flesh_nonlinear *self)
+{
+  const flesh_solver_options *options = &self->problem->options;
+  void *kinsol = self->kinsol;
+  int failed = KINInit(kinsol, flesh_kinsol_residual, self->u);
+  failed |= KINSetUserData(kinsol, self->problem);
+  failed |= KINSetLinearSolver(kinsol, self->solver, self->matrix);
+  failed |= KINSetJacFn(kinsol, flesh_kinsol_jacobian);
+  failed |= KINSetNumMaxIters(kinsol, options->max_newton);
+  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* a fresh Jacobian in every iteration */
+  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
+  failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
+  failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);
+  failed |= KINSetEtaConstValue(kinsol, options->linear_tolerance);
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL refused an option") : FLESH_OK;
+}
+
+int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
+                           flesh_nonlinear **nonlinear)
+{
+  *nonlinear = NULL;
+  flesh_nonlinear *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
+  int status = flesh_problem_create(system, options, &self->problem);
+  if (!status && flesh_suncontext_create(&self->context))
+    status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
+  if (!status) {
+    self->u = N_VNew_Serial(self->problem->n, self->context);
+    if (self->u) {
+      self->u->ops->nvmaxnorm = two_norm;
+      self->ones = N_VClone(self->u);
+    }
+    self->kinsol = KINCreate(self->context);
+    if (!self->u || !self->ones || !self->kinsol)
+      status = flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", self->problem->n);
+  }
+  if (!status) {
+    flesh_sundials_silence(self->context, self->kinsol);
+    N_VConst(0, self->u);
+    N_VConst(1, self->ones);
+    status = flesh_sunmatrix_create(self->problem, self->context, &self->matrix);
+  }
+  if (!status) status = flesh_sunlinsol_create(self->problem, self->context, &self->solver);
+  if (!status) status = kinsol_options(self);
+  if (status) {
+    flesh_nonlinear_destroy(&self);
+    return status;
+  }
+  *nonlinear = self;
+  return FLESH_OK;
+}
+
+void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
+{
+  if (!nonlinear || !*nonlinear) return;
+  flesh_nonlinear *self = *nonlinear;
+  if (self->kinsol) KINFree(&self->kinsol);
+  if (self->solver) SUNLinSolFree(self->solver);
+  if (self->matrix) SUNMatDestroy(self->matrix);
+  if (self->ones) N_VDestroy(self->ones);
+  if (self->u) N_VDestroy(self->u);
+  if (self->context) SUNContext_Free(&self->context);
+  flesh_problem_destroy(&self->problem);
+  free(self);
+  *nonlinear = NULL;
+}
+
+const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
+{
+  return N_VGetArrayPointer(self->u);
+}
+
+const double *flesh_nonlinear_positions(const flesh_nonlinear *self) { return self->problem->x; }
+
+int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
+{
+  if (!self->problem->residual.known) return -1;
+  const double *r = self->problem->residual.r;
+  int worst = 0;
+  for (int d = 0; d < self->problem->n; d++)
+    if (fabs(r[d]) > fabs(r[worst])) worst = d;
+  return worst / 3;
+}
+
+size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
+{
+  /* KINSOL clones seven vectors of its own beside u and ones. */
+  return sizeof *self + flesh_problem_memory(self->problem) +
+         9 * (size_t)self->problem->n * sizeof(double);
+}
+
+/* What KINSOL's return means for the stage. */
+static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_stats *stats)
+{
+  flesh_problem *problem = self->problem;
+  const double *u = N_VGetArrayPointer(self->u);
+  if (flag == KIN_MEM_FAIL) return flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory");
+  /* A step into where an energy has no value, without a shorter one that KINSOL could find. */
+  if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)
+    return problem->refused ? problem->refused : FLESH_NOT_CONVERGED;
+  int status = flesh_problem_residual(problem, u, problem->work);
+  if (status) return status;
+  double norm = flesh_norm(problem->n, problem->work);
+  stats->residual_last = norm;
+  if (norm <= target) return FLESH_OK;
+  /* The line search may have given up, or KINSOL stopped, on a residual that cannot be made smaller. */
+  if (problem->at_rounding || norm <= 2 * flesh_problem_rounding(problem, u)) {
+    stats->at_rounding++;
+    return FLESH_OK;
+  }
+  if (flag == KIN_MAXITER_REACHED && problem->options.accept_unconverged) {
+    stats->unconverged++;
+    return FLESH_OK;
+  }
+  return FLESH_NOT_CONVERGED;
+}
+
+int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh_solve_stats *stats)
+{
+  flesh_problem *problem = self->problem;
+  double *u = N_VGetArrayPointer(self->u), load;
+  int status = flesh_problem_set_stage(problem, stage);
+  if (status) return status;
+  memset(&problem->stats, 0, sizeof problem->stats);
+  flesh_problem_start(problem, u);
+  status = flesh_problem_residual(problem, u, problem->work);
+  double first = status ? 0 : flesh_norm(problem->n, problem->work);
+  if (!status) status = flesh_problem_load_norm(problem, u, &load);
+  if (status) return status;
+  double target = problem->options.newton_tolerance * fmax(first, load);
+  stats->solves++;
+  stats->residual_first = stats->residual_last = first;
+  stats->residual_target = target;
+  if (first > target) {
+    KINSetFuncNormTol(self->kinsol, target);
+    int search = problem->options.globalization == FLESH_GLOBALIZATION_KINSOL;
+    int flag = KINSol(self->kinsol, self->u, search ? KIN_LINESEARCH : KIN_NONE, self->ones, self->ones);
+    status = judge(self, flag, target, stats);
+  }
+  stats->newton += problem->stats.newton;
+  stats->linear += problem->stats.linear;
+  stats->assemblies += problem->stats.assemblies;
+  stats->projections += problem->stats.projections;
+  stats->residuals += problem->stats.residuals;
+  stats->potentials += problem->stats.potentials;
+  stats->backtracks += problem->stats.backtracks;
+  return status;
+}

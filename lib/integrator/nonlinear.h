@@ -1,0 +1,26 @@
+/* nonlinear.h: one nonlinear solve of a stage by KINSOL. */
+#ifndef FLESH_INTEGRATOR_NONLINEAR_H
+#define FLESH_INTEGRATOR_NONLINEAR_H
+
+#include "flesh/kinsol.h"
+
+typedef struct flesh_nonlinear flesh_nonlinear;
+
+int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
+                           flesh_nonlinear **nonlinear);
+void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
+
+/* Solves the stage. The solution is flesh_nonlinear_unknowns() [3*n], also (the last iterate) after
+ * FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no residual. Adds to *stats. */
+int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage,
+                          flesh_solve_stats *stats);
+const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
+
+/* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
+const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
+
+/* Node with the largest residual at the last iterate; -1 when it has none. */
+int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
+size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
+
+#endif

@@ -1,0 +1,14 @@
+/* psi.h: the built-in energies psi(I_C, J), one flesh_psi_function each. */
+#ifndef FLESH_MATERIAL_PSI_H
+#define FLESH_MATERIAL_PSI_H
+
+#include "flesh/material.h"
+
+/* The function of a built-in energy; NULL for FLESH_ENERGY_USER and anything unknown. */
+flesh_psi_function flesh_psi_builtin(flesh_energy energy);
+
+/* psi and its derivatives at F, with I_C and J; FLESH_NONFINITE for a non-finite F or where
+ * anything overflows, else what psi returns. Nothing is written unless FLESH_OK. */
+int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J);
+
+#endif

@@ -1,0 +1,62 @@
+/* stress.c: energy, first Piola-Kirchhoff stress and Hessian from psi's derivatives. */
+#include <math.h>
+#include <string.h>
+
+#include "material/psi.h"
+#include "math/mat3.h"
+
+int flesh_material_energy(const flesh_material *material, const double F[9], double *psi)
+{
+  flesh_psi at;
+  int status = flesh_psi_at(material, F, &at, NULL);
+  if (status == FLESH_OK) *psi = at.value;
+  return status;
+}
+
+int flesh_material_stress(const flesh_material *material, const double F[9], double P[9])
+{
+  flesh_psi at;
+  int status = flesh_psi_at(material, F, &at, NULL);
+  if (status) return status;
+  double C[9], result[9];
+  flesh_mat3_cofactor(F, C);
+  for (int k = 0; k < 9; k++) result[k] = 2 * at.I * F[k] + at.J * C[k];
+  if (!flesh_mat3_finite(result)) return FLESH_NONFINITE;
+  memcpy(P, result, sizeof result);
+  return FLESH_OK;
+}
+
+/* H = 2 psi_I 1 + psi_J d cof F/dF + 4 psi_II f f^T + 2 psi_IJ (f g^T + g f^T) + psi_JJ g g^T,
+ * f = vec F, g = vec cof F. */
+int flesh_material_hessian(const flesh_material *material, const double F[9], double H[81])
+{
+  flesh_psi at;
+  int status = flesh_psi_at(material, F, &at, NULL);
+  if (status) return status;
+  double g[9], result[81], check = 0;
+  flesh_mat3_cofactor(F, g);
+  for (int p = 0; p < 9; p++) {
+    /* Column p of H: one combination of f and g, plus what acts on the unit direction p. */
+    double along_f = 4 * at.II * F[p] + 2 * at.IJ * g[p];
+    double along_g = 2 * at.IJ * F[p] + at.JJ * g[p];
+    for (int q = 0; q <= p; q++) result[9 * p + q] = along_f * F[q] + along_g * g[q];
+    result[10 * p] += 2 * at.I;
+  }
+  /* d cof_ij/dF_kl = +-F_mn with m, n the remaining row and column. */
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      int k = (i + 1) % 3, m = (i + 2) % 3, l = (j + 1) % 3, n = (j + 2) % 3;
+      int p = 3 * i + j, same = 3 * k + l, cross = 3 * k + n;
+      double plus = at.J * F[3 * m + n], minus = -at.J * F[3 * m + l];
+      result[p > same ? 9 * p + same : 9 * same + p] += plus;
+      result[p > cross ? 9 * p + cross : 9 * cross + p] += minus;
+    }
+  for (int p = 0; p < 9; p++)
+    for (int q = 0; q <= p; q++) {
+      check += 0 * result[9 * p + q];
+      result[9 * q + p] = result[9 * p + q];
+    }
+  if (check != 0) return FLESH_NONFINITE;
+  memcpy(H, result, sizeof result);
+  return FLESH_OK;
+}

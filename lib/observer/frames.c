@@ -1,0 +1,137 @@
+/* frames.c: VTU files of the body as it moves, and their index. */
+#include "flesh/observer.h"
+
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "io/file.h"
+#include "io/vtu.h"
+
+enum { NAME_SIZE = 32 };
+
+struct flesh_frames {
+  const flesh_mesh *mesh;
+  char *directory, *path; /* path: room for directory/name */
+  double *displacement;   /* [3*nodes] */
+  int every, count, capacity;
+  double *times; /* [capacity] */
+  char (*names)[NAME_SIZE];
+  const char **files; /* [capacity] pointers to the names */
+};
+
+static const char *path_of(flesh_frames *frames, const char *name)
+{
+  sprintf(frames->path, "%s/%s", frames->directory, name);
+  return frames->path;
+}
+
+static int is_frame(const char *name)
+{
+  size_t length = strlen(name);
+  return length > 10 && !strncmp(name, "frame_", 6) && !strcmp(name + length - 4, ".vtu") &&
+         strspn(name + 6, "0123456789") == length - 10;
+}
+
+static void remove_old_frames(flesh_frames *frames)
+{
+  DIR *folder = opendir(frames->directory);
+  if (!folder) return;
+  for (struct dirent *entry; (entry = readdir(folder));)
+    if (is_frame(entry->d_name) && strlen(entry->d_name) < NAME_SIZE)
+      unlink(path_of(frames, entry->d_name));
+  closedir(folder);
+}
+
+int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
+                        flesh_frames **result)
+{
+  *result = NULL;
+  if (every < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: every is %d; it must be at least 1", every);
+  int status = flesh_folder_make(directory);
+  if (status) return status;
+  flesh_frames *frames = calloc(1, sizeof *frames);
+  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  frames->mesh = mesh;
+  frames->every = every;
+  frames->directory = strdup(directory);
+  frames->path = malloc(strlen(directory) + NAME_SIZE + 1);
+  frames->displacement = malloc(3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh));
+  if (!frames->directory || !frames->path || !frames->displacement) {
+    flesh_frames_close(&frames);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  }
+  /* The index first, so that it never lists a file that is gone. */
+  status = flesh_pvd_write(path_of(frames, "frames.pvd"), 0, NULL, NULL);
+  if (status) flesh_frames_close(&frames);
+  else remove_old_frames(frames);
+  *result = frames;
+  return status;
+}
+
+int flesh_frames_close(flesh_frames **frames)
+{
+  if (!*frames) return FLESH_OK;
+  free((*frames)->directory);
+  free((*frames)->path);
+  free((*frames)->displacement);
+  free((*frames)->times);
+  free((*frames)->names);
+  free((*frames)->files);
+  free(*frames);
+  *frames = NULL;
+  return FLESH_OK;
+}
+
+static int grow(flesh_frames *frames)
+{
+  if (frames->count < frames->capacity) return FLESH_OK;
+  int capacity = frames->capacity ? 2 * frames->capacity : 256;
+  void *times = realloc(frames->times, sizeof *frames->times * (size_t)capacity);
+  if (times) frames->times = times;
+  void *names = realloc(frames->names, sizeof *frames->names * (size_t)capacity);
+  if (names) frames->names = names;
+  void *files = realloc(frames->files, sizeof *frames->files * (size_t)capacity);
+  if (files) frames->files = files;
+  if (!times || !names || !files)
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for %d frames", frames->directory,
+                      capacity);
+  for (int f = 0; f < frames->count; f++) frames->files[f] = frames->names[f];
+  frames->capacity = capacity;
+  return FLESH_OK;
+}
+
+int flesh_frames_observe(void *data, const flesh_step_record *record)
+{
+  flesh_frames *frames = data;
+  if (record->step % frames->every && !record->last) return FLESH_OK;
+  int status = grow(frames);
+  if (status) return status;
+  const double *rest = flesh_mesh_positions(frames->mesh), *x = record->state->x;
+  int nodes = flesh_mesh_node_count(frames->mesh);
+  for (int d = 0; d < 3 * nodes; d++) frames->displacement[d] = x[d] - rest[d];
+  const flesh_vtu_array point_arrays[] = {{"displacement", 3, frames->displacement, NULL},
+                                          {"velocity", 3, record->state->v, NULL}};
+  const flesh_vtu_array cell_arrays[] = {{"J", 1, record->J, NULL},
+                                         {"region", 1, NULL, flesh_mesh_regions(frames->mesh)}};
+  const flesh_vtu content = {.points = nodes,
+                             .tets = flesh_mesh_tet_count(frames->mesh),
+                             .positions = x,
+                             .tet_nodes = flesh_mesh_tets(frames->mesh),
+                             .point_array_count = 2,
+                             .cell_array_count = 2,
+                             .point_arrays = point_arrays,
+                             .cell_arrays = cell_arrays};
+  int f = frames->count;
+  snprintf(frames->names[f], NAME_SIZE, "frame_%06d.vtu", record->step);
+  frames->files[f] = frames->names[f];
+  frames->times[f] = record->state->t;
+  status = flesh_vtu_write(path_of(frames, frames->names[f]), &content);
+  if (status) return status;
+  frames->count++;
+  return flesh_pvd_write(path_of(frames, "frames.pvd"), frames->count, frames->times,
+                         frames->files);
+}

@@ -1,0 +1,110 @@
+/* history.c: a CSV file with a row per step. */
+#include "flesh/observer.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "io/file.h"
+
+struct flesh_history {
+  FILE *stream;
+  char *path;
+};
+
+static int written(flesh_history *history)
+{
+  errno = 0;
+  if (!fflush(history->stream) && !ferror(history->stream)) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", history->path,
+                    errno ? strerror(errno) : "the disk may be full");
+}
+
+/* energy_drag, energy_drag_2, ... */
+static void print_energy_name(FILE *stream, const flesh_system *system, int index)
+{
+  const char *name = flesh_system_effect(system, index)->operations->name;
+  int occurrence = 1;
+  for (int e = 0; e < index; e++)
+    occurrence += !strcmp(flesh_system_effect(system, e)->operations->name, name);
+  fprintf(stream, "energy_%s", name);
+  if (occurrence > 1) fprintf(stream, "_%d", occurrence);
+}
+
+int flesh_history_create(const char *path, const flesh_system *system, flesh_history **result)
+{
+  *result = NULL;
+  flesh_history *history = calloc(1, sizeof *history);
+  if (!history || !(history->path = strdup(path))) {
+    free(history);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  }
+  /* A fresh file: an older one may be open in someone's viewer, and links are not written through.
+   */
+  unlink(path);
+  history->stream = fopen(path, "w");
+  if (!history->stream) {
+    int status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
+    flesh_history_close(&history);
+    return status;
+  }
+  fputs("t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
+        history->stream);
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    print_energy_name(history->stream, system, e);
+    putc(',', history->stream);
+  }
+  fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted\n", history->stream);
+  int status = written(history);
+  if (status) flesh_history_close(&history);
+  *result = history;
+  return status;
+}
+
+int flesh_history_close(flesh_history **history)
+{
+  if (!*history) return FLESH_OK;
+  int status = FLESH_OK;
+  if ((*history)->stream) {
+    status = written(*history);
+    fclose((*history)->stream);
+  }
+  free((*history)->path);
+  free(*history);
+  *history = NULL;
+  return status;
+}
+
+static void put(FILE *stream, double value)
+{
+  flesh_number_print(stream, value);
+  putc(',', stream);
+}
+
+int flesh_history_observe(void *data, const flesh_step_record *record)
+{
+  flesh_history *history = data;
+  FILE *stream = history->stream;
+  const flesh_solve_stats *stats = record->stats;
+  put(stream, record->state->t);
+  fprintf(stream, "%d,", record->step);
+  put(stream, record->h);
+  fprintf(stream, "%d,%d,%d,%d,%d,", stats->newton, stats->linear, stats->assemblies,
+          stats->projections, stats->backtracks);
+  put(stream, stats->residual_last);
+  put(stream, stats->residual_target);
+  double total = 0;
+  for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
+    double energy = record->energies[e] - record->rest_energies[e];
+    total += energy;
+    put(stream, energy);
+  }
+  put(stream, total);
+  put(stream, record->volume);
+  put(stream, record->volume / record->rest_volume);
+  put(stream, record->min_J);
+  fprintf(stream, "%d,%d\n", record->min_J_tet, record->inverted);
+  return written(history);
+}

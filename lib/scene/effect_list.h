@@ -1,0 +1,24 @@
+/* effect_list.h: the scene's list of effects: one-key mappings whose rows are the registry's. */
+#ifndef FLESH_SCENE_EFFECT_LIST_H
+#define FLESH_SCENE_EFFECT_LIST_H
+
+#include "effect/registry.h"
+#include "scene/keys.h"
+
+typedef struct flesh_effect_entry {
+  const flesh_effect_row *row;
+  void *parameters;       /* read from the row's keys */
+  const flesh_node *node; /* of the parameters; NULL for one that was added without being listed */
+  const char *path;       /* "effects[1].gravity" */
+} flesh_effect_entry;
+
+/* The row of that name; NULL if none. */
+const flesh_effect_row *flesh_effect_row_named(const char *name);
+/* Makes `- inertia` and `- inertia:` into `- inertia: {}` everywhere in the list. */
+int flesh_effect_list_normalise(flesh_arena *arena, flesh_node *list);
+/* Reads the list into entries (flesh_objects of flesh_effect_entry). */
+int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *list, const char *path,
+                           flesh_objects *entries);
+void flesh_effect_list_write(const flesh_objects *entries, int indent, flesh_text *text);
+
+#endif

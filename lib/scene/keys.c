@@ -1,0 +1,414 @@
+/* keys.c: reads a mapping into a struct by a table of keys, with a sentence for everything that is
+ * wrong. */
+#include "scene/keys.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/error.h"
+#include "flesh/system.h"
+#include "scene/effect_list.h"
+#include "scene/words.h"
+
+static int no_memory(void)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
+}
+
+const flesh_key *flesh_key_named(const flesh_key *keys, const char *name)
+{
+  for (; keys->name; keys++)
+    if (!strcmp(keys->name, name)) return keys;
+  return NULL;
+}
+
+const flesh_key *flesh_key_at(const flesh_key *keys, size_t offset)
+{
+  for (; keys->name; keys++)
+    if (keys->offset == offset) return keys;
+  return NULL;
+}
+
+char *flesh_key_path(flesh_arena *arena, const char *path, const char *name)
+{
+  return flesh_arena_print(arena, "%s%s%s", path, *path ? "." : "", name);
+}
+
+const char *flesh_range_text(flesh_key_range range)
+{
+  switch (range) {
+  case FLESH_RANGE_POSITIVE:
+    return " > 0";
+  case FLESH_RANGE_NOT_NEGATIVE:
+    return " >= 0";
+  case FLESH_RANGE_FRACTION:
+    return " > 0 and < 1";
+  case FLESH_RANGE_POISSON:
+    return " in [0, 0.5)";
+  default:
+    return "";
+  }
+}
+
+static int in_range(flesh_key_range range, double value)
+{
+  switch (range) {
+  case FLESH_RANGE_POSITIVE:
+    return value > 0;
+  case FLESH_RANGE_NOT_NEGATIVE:
+    return value >= 0;
+  case FLESH_RANGE_FRACTION:
+    return value > 0 && value < 1;
+  case FLESH_RANGE_POISSON:
+    return value >= 0 && value < 0.5;
+  default:
+    return 1;
+  }
+}
+
+int flesh_key_takes_infinity(const flesh_key *key)
+{
+  return key->type == FLESH_KEY_BOX || (key->default_value && strstr(key->default_value, "inf"));
+}
+
+const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE])
+{
+  const char *range = flesh_range_text(key->range), *each = *range ? ", each" : "";
+  size_t size = FLESH_EXPECTATION_SIZE, used = 0;
+#define SAY(...) used += (size_t)snprintf(text + used, used < size ? size - used : 0, __VA_ARGS__)
+  switch (key->type) {
+  case FLESH_KEY_NUMBER:
+    SAY("a number%s%s", range, flesh_key_takes_infinity(key) ? ", .inf or -.inf" : "");
+    break;
+  case FLESH_KEY_INTEGER:
+    SAY("a whole number%s", range);
+    break;
+  case FLESH_KEY_BOOLEAN:
+    SAY("true or false");
+    break;
+  case FLESH_KEY_CHOICE:
+    SAY("one of");
+    for (const char *const *choice = key->choices; *choice && used < size - 40; choice++)
+      SAY("%s %s", choice == key->choices ? "" : ",", *choice);
+    break;
+  case FLESH_KEY_TEXT:
+    SAY("text");
+    break;
+  case FLESH_KEY_PATH:
+    SAY("the path of a file");
+    break;
+  case FLESH_KEY_VECTOR:
+    SAY("three numbers [x, y, z]%s%s", each, range);
+    break;
+  case FLESH_KEY_BOX:
+    SAY("two corners [[x, y, z], [x, y, z]], the low one first");
+    break;
+  case FLESH_KEY_AXES:
+    SAY("a list of the axes x, y, z");
+    break;
+  case FLESH_KEY_INTEGERS:
+    SAY("a list of whole numbers%s%s", each, range);
+    break;
+  case FLESH_KEY_OBJECT:
+    SAY("a mapping of the keys");
+    for (const flesh_key *child = key->children; child && child->name && used < size - 40; child++)
+      SAY("%s %s", child == key->children ? "" : ",", child->name);
+    break;
+  case FLESH_KEY_OBJECTS:
+    SAY("a list of mappings");
+    break;
+  case FLESH_KEY_EFFECTS:
+    SAY("a list of effects, each \"- name: {its keys}\"");
+    break;
+  }
+  if (key->unit && used < size) SAY(" [%s]", key->unit);
+#undef SAY
+  return text;
+}
+
+int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *path)
+{
+  char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
+  return flesh_node_fail(node, "%s is %s; it must be %s", path, flesh_node_show(node, shown),
+                         flesh_key_expectation(key, expected));
+}
+
+void flesh_keys_blank(const flesh_key *keys, void *target)
+{
+  for (const flesh_key *key = keys; key->name; key++) {
+    void *value = (char *)target + key->offset;
+    int numbers = 0;
+    switch (key->type) {
+    case FLESH_KEY_NUMBER:
+      numbers = 1;
+      break;
+    case FLESH_KEY_VECTOR:
+      numbers = 3;
+      break;
+    case FLESH_KEY_BOX:
+      numbers = 6;
+      break;
+    case FLESH_KEY_INTEGER:
+      *(int *)value = INT_MIN;
+      break;
+    case FLESH_KEY_BOOLEAN:
+    case FLESH_KEY_CHOICE:
+      *(int *)value = -1;
+      break;
+    case FLESH_KEY_TEXT:
+    case FLESH_KEY_PATH:
+      *(char **)value = NULL;
+      break;
+    case FLESH_KEY_AXES:
+      *(unsigned *)value = 0;
+      break;
+    case FLESH_KEY_INTEGERS:
+      *(flesh_integers *)value = (flesh_integers){0};
+      break;
+    case FLESH_KEY_OBJECTS:
+    case FLESH_KEY_EFFECTS:
+      *(flesh_objects *)value = (flesh_objects){0};
+      break;
+    case FLESH_KEY_OBJECT:
+      flesh_keys_blank(key->children, value);
+      break;
+    }
+    for (int i = 0; i < numbers; i++) ((double *)value)[i] = NAN;
+  }
+}
+
+/* Returns whether the node is a number that the key takes. */
+static int read_number(const flesh_key *key, const flesh_node *node, double *value)
+{
+  return node && node->kind == FLESH_NODE_SCALAR && flesh_number_parse(node->text, value) &&
+         (isfinite(*value) || flesh_key_takes_infinity(key)) && in_range(key->range, *value);
+}
+
+static int read_numbers(const flesh_key *key, const flesh_node *list, int count, double *values)
+{
+  if (list->kind != FLESH_NODE_LIST || list->count != count) return 0;
+  const flesh_node *child = list->first;
+  for (int i = 0; i < count; i++, child = child->next)
+    if (!read_number(key, child, &values[i])) return 0;
+  return 1;
+}
+
+static int read_integer(const flesh_key *key, const flesh_node *node, int *value)
+{
+  double number;
+  if (!read_number(key, node, &number) || number != floor(number)) return 0;
+  if (!(number > INT_MIN && number <= INT_MAX)) return 0;
+  *value = (int)number;
+  return 1;
+}
+
+static int read_box(const flesh_key *key, const flesh_node *node, double box[6])
+{
+  if (node->kind != FLESH_NODE_LIST || node->count != 2) return 0;
+  if (!read_numbers(key, node->first, 3, box) || !read_numbers(key, node->last, 3, box + 3))
+    return 0;
+  for (int d = 0; d < 3; d++)
+    if (box[d] > box[3 + d]) return 0;
+  return 1;
+}
+
+static int read_boolean(const flesh_node *node, int *value)
+{
+  if (node->kind != FLESH_NODE_SCALAR) return 0;
+  *value = !strcasecmp(node->text, "true") || !strcasecmp(node->text, "yes");
+  return *value || !strcasecmp(node->text, "false") || !strcasecmp(node->text, "no");
+}
+
+static int read_choice(const flesh_key *key, const flesh_node *node, int *value)
+{
+  if (node->kind != FLESH_NODE_SCALAR) return 0;
+  for (*value = 0; key->choices[*value]; ++*value)
+    if (!strcmp(key->choices[*value], node->text)) return 1;
+  return 0;
+}
+
+static int read_axes(const flesh_node *node, unsigned *axes)
+{
+  if (node->kind != FLESH_NODE_LIST || !node->count) return 0;
+  *axes = 0;
+  for (const flesh_node *child = node->first; child; child = child->next) {
+    if (child->kind != FLESH_NODE_SCALAR) return 0;
+    if (!strcmp(child->text, "x")) *axes |= FLESH_AXIS_X;
+    else if (!strcmp(child->text, "y")) *axes |= FLESH_AXIS_Y;
+    else if (!strcmp(child->text, "z")) *axes |= FLESH_AXIS_Z;
+    else return 0;
+  }
+  return 1;
+}
+
+static int read_text(const flesh_key_reader *reader, const flesh_key *key, const flesh_node *node,
+                     const char *path, char **value)
+{
+  if (node->kind != FLESH_NODE_SCALAR || flesh_node_is_null(node) || !*node->text)
+    return flesh_key_fail(key, node, path);
+  int relative = key->type == FLESH_KEY_PATH && node->text[0] != '/' && !node->override &&
+                 reader->directory && *reader->directory;
+  *value = relative ? flesh_arena_print(reader->arena, "%s/%s", reader->directory, node->text)
+                    : flesh_arena_text(reader->arena, node->text, strlen(node->text));
+  return *value ? FLESH_OK : no_memory();
+}
+
+/* A list: the item that is wrong is named, since the list may be long. */
+static int read_integers(const flesh_key_reader *reader, const flesh_key *key,
+                         const flesh_node *node, const char *path, flesh_integers *integers)
+{
+  if (node->kind != FLESH_NODE_LIST || !node->count) return flesh_key_fail(key, node, path);
+  integers->values =
+      flesh_arena_take(reader->arena, (size_t)node->count * sizeof *integers->values);
+  if (!integers->values) return no_memory();
+  integers->count = node->count;
+  int i = 0;
+  for (const flesh_node *child = node->first; child; child = child->next, i++)
+    if (!read_integer(key, child, &integers->values[i])) {
+      char shown[FLESH_SHOW_SIZE];
+      return flesh_node_fail(child, "%s[%d] is %s; it must be a whole number%s", path, i,
+                             flesh_node_show(child, shown), flesh_range_text(key->range));
+    }
+  return FLESH_OK;
+}
+
+static int read_objects(const flesh_key_reader *reader, const flesh_key *key,
+                        const flesh_node *node, const char *path, flesh_objects *objects)
+{
+  if (node->kind != FLESH_NODE_LIST) return flesh_key_fail(key, node, path);
+  objects->values = flesh_arena_take(reader->arena, (size_t)node->count * key->child_size);
+  if (!objects->values) return no_memory();
+  objects->count = node->count;
+  int i = 0;
+  for (const flesh_node *child = node->first; child; child = child->next, i++) {
+    char *item_path = flesh_arena_print(reader->arena, "%s[%d]", path, i);
+    if (!item_path) return no_memory();
+    if (child->kind != FLESH_NODE_MAPPING) {
+      char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
+      flesh_key item = {.type = FLESH_KEY_OBJECT, .children = key->children};
+      return flesh_node_fail(child, "%s is %s; it must be %s", item_path,
+                             flesh_node_show(child, shown), flesh_key_expectation(&item, expected));
+    }
+    int status = flesh_keys_read(reader, key->children, child, child, item_path,
+                                 (char *)objects->values + (size_t)i * key->child_size);
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
+
+static int read_value(const flesh_key_reader *reader, const flesh_key *key, const flesh_node *node,
+                      const char *path, void *value)
+{
+  int good = 0;
+  switch (key->type) {
+  case FLESH_KEY_NUMBER:
+    good = read_number(key, node, value);
+    break;
+  case FLESH_KEY_INTEGER:
+    good = read_integer(key, node, value);
+    break;
+  case FLESH_KEY_BOOLEAN:
+    good = read_boolean(node, value);
+    break;
+  case FLESH_KEY_CHOICE:
+    good = read_choice(key, node, value);
+    break;
+  case FLESH_KEY_VECTOR:
+    good = read_numbers(key, node, 3, value);
+    break;
+  case FLESH_KEY_BOX:
+    good = read_box(key, node, value);
+    break;
+  case FLESH_KEY_AXES:
+    good = read_axes(node, value);
+    break;
+  case FLESH_KEY_TEXT:
+  case FLESH_KEY_PATH:
+    return read_text(reader, key, node, path, value);
+  case FLESH_KEY_INTEGERS:
+    return read_integers(reader, key, node, path, value);
+  case FLESH_KEY_OBJECTS:
+    return read_objects(reader, key, node, path, value);
+  case FLESH_KEY_EFFECTS:
+    return flesh_effect_list_read(reader, node, path, value);
+  case FLESH_KEY_OBJECT:
+    if (flesh_node_is_null(node))
+      return flesh_keys_read(reader, key->children, NULL, node, path, value);
+    if (node->kind != FLESH_NODE_MAPPING) break;
+    return flesh_keys_read(reader, key->children, node, node, path, value);
+  }
+  return good ? FLESH_OK : flesh_key_fail(key, node, path);
+}
+
+int flesh_key_default(flesh_arena *arena, const flesh_key *key, flesh_node **node)
+{
+  flesh_source source = {key->name, 0};
+  if (strchr("[{", key->default_value[0]))
+    return flesh_yaml_parse(arena, key->default_value, strlen(key->default_value), &source, node);
+  *node = flesh_node_create(arena, FLESH_NODE_SCALAR, &source);
+  if (!*node) return no_memory();
+  (*node)->text = key->default_value;
+  return FLESH_OK;
+}
+
+static int read_absent(const flesh_key_reader *reader, const flesh_key *key,
+                       const flesh_node *place, const char *path, void *value)
+{
+  if (!key->default_value) {
+    char expected[FLESH_EXPECTATION_SIZE];
+    return flesh_node_fail(place, "%s is missing; it must be %s", path,
+                           flesh_key_expectation(key, expected));
+  }
+  if (!*key->default_value) return FLESH_OK; /* stays blank */
+  if (key->type == FLESH_KEY_OBJECT)
+    return flesh_keys_read(reader, key->children, NULL, place, path, value);
+  flesh_node *node = NULL;
+  int status = flesh_key_default(reader->arena, key, &node);
+  return status ? status : read_value(reader, key, node, path, value);
+}
+
+/* Refuses names that no row has; below what was removed as well, so that a misspelt removal is
+ * noticed. */
+static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
+                       const flesh_node *mapping, const char *path)
+{
+  for (const flesh_node *child = mapping->first; child; child = child->next) {
+    const flesh_key *key = flesh_key_named(keys, child->key);
+    if (!key) {
+      flesh_suggestion suggestion = {.word = child->key};
+      char text[512];
+      for (key = keys; key->name; key++) flesh_suggestion_offer(&suggestion, key->name);
+      return flesh_node_fail_at_key(child, "%s%s%.80s is unknown%s%s", path, *path ? "." : "",
+                                    child->key, keys->name ? "; " : ": there are no keys here",
+                                    flesh_suggestion_text(&suggestion, text));
+    }
+    if (child->removed && child->kind == FLESH_NODE_MAPPING && key->type == FLESH_KEY_OBJECT) {
+      char *below = flesh_key_path(reader->arena, path, child->key);
+      if (!below) return no_memory();
+      int status = check_names(reader, key->children, child, below);
+      if (status) return status;
+    }
+  }
+  return FLESH_OK;
+}
+
+int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
+                    const flesh_node *mapping, const flesh_node *place, const char *path,
+                    void *target)
+{
+  flesh_keys_blank(keys, target);
+  int status = mapping ? check_names(reader, keys, mapping, path) : FLESH_OK;
+  for (const flesh_key *key = keys; !status && key->name; key++) {
+    void *value = (char *)target + key->offset;
+    const flesh_node *node = flesh_node_find(mapping, key->name);
+    char *below = flesh_key_path(reader->arena, path, key->name);
+    if (!below) return no_memory();
+    status = node && !node->removed ? read_value(reader, key, node, below, value)
+                                    : read_absent(reader, key, place, below, value);
+  }
+  return status;
+}

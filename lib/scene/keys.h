@@ -1,0 +1,49 @@
+/* keys.h: what tables of keys (base/key.h) are good for: reading a mapping into a struct, writing a
+ * struct as a mapping, saying in words what is valid. */
+#ifndef FLESH_SCENE_KEYS_H
+#define FLESH_SCENE_KEYS_H
+
+#include "base/key.h"
+#include "scene/node.h"
+
+typedef struct flesh_key_reader {
+  flesh_arena *arena; /* holds texts and lists */
+  const char
+      *directory; /* paths from a file are relative to it; NULL or "": the working directory */
+} flesh_key_reader;
+
+/* Reads `mapping` (NULL: none given, defaults only) into `target`. `path` is what leads to it
+ * ("body.material";
+ * "" at the top), `place` where a missing key is reported. FLESH_ERR_ARGUMENT with place, full key,
+ * value and what is valid. */
+int flesh_keys_read(const flesh_key_reader *reader, const flesh_key *keys,
+                    const flesh_node *mapping, const flesh_node *place, const char *path,
+                    void *target);
+/* Sets every value to what stands for "absent" in base/key.h. */
+void flesh_keys_blank(const flesh_key *keys, void *target);
+
+/* Appends the values of `target` that are not absent as YAML, a key per line, indented. */
+void flesh_keys_write(const flesh_key *keys, const void *target, int indent, flesh_text *text);
+/* Whether there is nothing to write. */
+int flesh_keys_absent(const flesh_key *keys, const void *target);
+
+/* The row of that name, or of the value at `offset`; NULL if none. */
+const flesh_key *flesh_key_named(const flesh_key *keys, const char *name);
+const flesh_key *flesh_key_at(const flesh_key *keys, size_t offset);
+
+/* "a number > 0 [kg/m^3]": ends the sentence "it must be ...". Returns `text`. */
+enum { FLESH_EXPECTATION_SIZE = 400 };
+const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTATION_SIZE]);
+/* The bounds that a range means, for numbers: " > 0"; "" for none. */
+const char *flesh_range_text(flesh_key_range range);
+/* Whether the key takes infinity: its default is infinite. */
+int flesh_key_takes_infinity(const flesh_key *key);
+
+/* "path.name", or "name" at the top; NULL when there is no memory. */
+char *flesh_key_path(flesh_arena *arena, const char *path, const char *name);
+/* Fails with "place: path is VALUE; it must be ...". */
+int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *path);
+/* A default's text as a tree; a scalar needs no parser. */
+int flesh_key_default(flesh_arena *arena, const flesh_key *key, flesh_node **node);
+
+#endif

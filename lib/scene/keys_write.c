@@ -1,0 +1,161 @@
+/* keys_write.c: writes a struct as YAML by its table of keys, so that reading it gives the same
+ * struct. */
+#include "scene/keys.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "flesh/system.h"
+#include "io/file.h"
+#include "scene/effect_list.h"
+
+static int value_absent(const flesh_key *key, const void *value)
+{
+  switch (key->type) {
+  case FLESH_KEY_NUMBER:
+  case FLESH_KEY_VECTOR:
+  case FLESH_KEY_BOX:
+    return isnan(*(const double *)value);
+  case FLESH_KEY_INTEGER:
+    return *(const int *)value == INT_MIN;
+  case FLESH_KEY_BOOLEAN:
+  case FLESH_KEY_CHOICE:
+    return *(const int *)value < 0;
+  case FLESH_KEY_TEXT:
+  case FLESH_KEY_PATH:
+    return !*(char *const *)value;
+  case FLESH_KEY_AXES:
+    return !*(const unsigned *)value;
+  case FLESH_KEY_INTEGERS:
+    return !((const flesh_integers *)value)->count;
+  case FLESH_KEY_OBJECTS:
+  case FLESH_KEY_EFFECTS:
+    return !((const flesh_objects *)value)->count;
+  case FLESH_KEY_OBJECT:
+    return flesh_keys_absent(key->children, value);
+  }
+  return 1;
+}
+
+int flesh_keys_absent(const flesh_key *keys, const void *target)
+{
+  for (; keys->name; keys++)
+    if (!value_absent(keys, (const char *)target + keys->offset)) return 0;
+  return 1;
+}
+
+static void write_number(double value, flesh_text *text)
+{
+  char digits[FLESH_NUMBER_SIZE];
+  if (isinf(value)) flesh_text_print(text, value < 0 ? "-.inf" : ".inf");
+  else flesh_text_print(text, "%s", flesh_number_text(value, digits));
+}
+
+static void write_numbers(const double *values, int count, flesh_text *text)
+{
+  for (int i = 0; i < count; i++) {
+    flesh_text_print(text, i ? ", " : "[");
+    write_number(values[i], text);
+  }
+  flesh_text_print(text, "]");
+}
+
+static void write_integers(const flesh_integers *integers, int indent, flesh_text *text)
+{
+  enum { PER_LINE = 16 };
+  flesh_text_print(text, "[");
+  for (int i = 0; i < integers->count; i++) {
+    if (i)
+      flesh_text_print(text, i % PER_LINE ? ", " : ",\n%*s", i % PER_LINE ? 0 : indent + 2, "");
+    flesh_text_print(text, "%d", integers->values[i]);
+  }
+  flesh_text_print(text, "]");
+}
+
+static void write_objects(const flesh_key *key, const flesh_objects *objects, int indent,
+                          flesh_text *text)
+{
+  for (int i = 0; i < objects->count; i++) {
+    const void *item = (const char *)objects->values + (size_t)i * key->child_size;
+    if (flesh_keys_absent(key->children, item)) {
+      flesh_text_print(text, "\n%*s- {}", indent + 2, "");
+      continue;
+    }
+    flesh_text_print(text, "\n");
+    size_t start = text->size;
+    flesh_keys_write(key->children, item, indent + 4, text);
+    if (text->failed) return;
+    text->data[start + (size_t)indent + 2] = '-'; /* in the indentation of the first key */
+    text->size--;                                 /* the caller ends the line */
+    text->data[text->size] = 0;
+  }
+}
+
+static void write_value(const flesh_key *key, const void *value, int indent, flesh_text *text)
+{
+  switch (key->type) {
+  case FLESH_KEY_NUMBER:
+    write_number(*(const double *)value, text);
+    break;
+  case FLESH_KEY_VECTOR:
+    write_numbers(value, 3, text);
+    break;
+  case FLESH_KEY_BOX:
+    flesh_text_print(text, "[");
+    write_numbers(value, 3, text);
+    flesh_text_print(text, ", ");
+    write_numbers((const double *)value + 3, 3, text);
+    flesh_text_print(text, "]");
+    break;
+  case FLESH_KEY_INTEGER:
+    flesh_text_print(text, "%d", *(const int *)value);
+    break;
+  case FLESH_KEY_BOOLEAN:
+    flesh_text_print(text, *(const int *)value ? "true" : "false");
+    break;
+  case FLESH_KEY_CHOICE:
+    flesh_text_print(text, "%s", key->choices[*(const int *)value]);
+    break;
+  case FLESH_KEY_TEXT:
+  case FLESH_KEY_PATH:
+    flesh_text_quote(text, *(char *const *)value);
+    break;
+  case FLESH_KEY_AXES: {
+    unsigned axes = *(const unsigned *)value;
+    const char *x = axes & FLESH_AXIS_X ? "x" : "", *y = axes & FLESH_AXIS_Y ? "y" : "";
+    flesh_text_print(text, "[%s%s%s%s%s]", x, *x && axes > FLESH_AXIS_X ? ", " : "", y,
+                     *y && (axes & FLESH_AXIS_Z) ? ", " : "", axes & FLESH_AXIS_Z ? "z" : "");
+    break;
+  }
+  case FLESH_KEY_INTEGERS:
+    write_integers(value, indent, text);
+    break;
+  case FLESH_KEY_OBJECTS:
+    write_objects(key, value, indent, text);
+    break;
+  case FLESH_KEY_OBJECT:
+    flesh_text_print(text, "\n");
+    flesh_keys_write(key->children, value, indent + 2, text);
+    if (!text->failed) text->data[--text->size] = 0; /* the caller ends the line */
+    break;
+  case FLESH_KEY_EFFECTS:
+    flesh_effect_list_write(value, indent, text);
+    break;
+  }
+}
+
+void flesh_keys_write(const flesh_key *keys, const void *target, int indent, flesh_text *text)
+{
+  for (const flesh_key *key = keys; key->name; key++) {
+    const void *value = (const char *)target + key->offset;
+    if (value_absent(key, value)) continue;
+    flesh_text_print(text, "%*s%s:", indent, "", key->name);
+    if (key->type != FLESH_KEY_OBJECT && key->type != FLESH_KEY_OBJECTS &&
+        key->type != FLESH_KEY_EFFECTS)
+      flesh_text_print(text, " ");
+    write_value(key, value, indent, text);
+    flesh_text_print(text, "\n");
+  }
+}

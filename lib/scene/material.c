@@ -1,0 +1,86 @@
+/* material.c: from a scene's material keys to a material: which pair of constants counts, and how
+ * it enters. */
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "scene/keys.h"
+#include "scene/scene.h"
+
+/* Two constants that belong together: how many are given, and the last override that gave one. */
+typedef struct pair {
+  size_t offsets[2];
+  int given, last;
+} pair;
+
+static const flesh_key *constant(const pair *p, int i)
+{
+  return flesh_key_at(flesh_material_table, p->offsets[i]);
+}
+
+static void look(pair *p, const flesh_node *node)
+{
+  for (int i = 0; i < 2; i++) {
+    const flesh_node *child = flesh_node_find(node, constant(p, i)->name);
+    if (!child || child->removed) continue;
+    p->given++;
+    if (child->override > p->last) p->last = child->override;
+  }
+}
+
+static void forget(const pair *p, flesh_scene_material *keys)
+{
+  for (int i = 0; i < 2; i++) *(double *)((char *)keys + p->offsets[i]) = NAN;
+}
+
+/* Whether p is to be used rather than q: whole, and alone or given later than q. */
+static int wins(const pair *p, const pair *q)
+{
+  return p->given == 2 && (!q->given || p->last > q->last);
+}
+
+static int no_pair(const flesh_node *node, const char *path, const pair *lame, const pair *young)
+{
+  char given[128] = "";
+  const pair *pairs[] = {lame, young};
+  for (int i = 0; i < 4; i++) {
+    const char *name = constant(pairs[i / 2], i % 2)->name;
+    const flesh_node *child = flesh_node_find(node, name);
+    if (!child || child->removed) continue;
+    size_t used = strlen(given);
+    snprintf(given + used, sizeof given - used, "%s%s", used ? ", " : "", name);
+  }
+  return flesh_node_fail(
+      node, "%s gives %s; it must give %s and %s, or %s and %s: exactly one of the pairs", path,
+      *given ? given : "no constants", constant(lame, 0)->name, constant(lame, 1)->name,
+      constant(young, 0)->name, constant(young, 1)->name);
+}
+
+static int can_be_matched(int energy)
+{
+  return energy != FLESH_ENERGY_C && energy != FLESH_ENERGY_M && energy != FLESH_ENERGY_D;
+}
+
+int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
+                              flesh_material *material)
+{
+  pair lame = {
+      .offsets = {offsetof(flesh_scene_material, mu), offsetof(flesh_scene_material, lambda)}};
+  pair young = {
+      .offsets = {offsetof(flesh_scene_material, young), offsetof(flesh_scene_material, poisson)}};
+  look(&lame, node);
+  look(&young, node);
+  int use_lame = wins(&lame, &young);
+  if (!use_lame && !wins(&young, &lame)) return no_pair(node, path, &lame, &young);
+  forget(use_lame ? &young : &lame, keys);
+  if (keys->constants < 0)
+    keys->constants = can_be_matched(keys->energy) ? FLESH_CONSTANTS_MATCHED : FLESH_CONSTANTS_RAW;
+  flesh_energy energy = (flesh_energy)keys->energy;
+  flesh_constants constants = (flesh_constants)keys->constants;
+  int status =
+      use_lame ? flesh_material_from_lame(energy, constants, keys->mu, keys->lambda, material)
+               : flesh_material_from_young(energy, constants, keys->young, keys->poisson, material);
+  return status ? flesh_node_fail_within(status, node, "%s: ", path) : FLESH_OK;
+}

@@ -1,0 +1,148 @@
+/* node.c: the tree of a scene's text: making, finding, changing, and sentences that say where it
+ * stands. */
+#include "scene/node.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/error.h"
+
+flesh_node *flesh_node_create(flesh_arena *arena, flesh_node_kind kind, const flesh_source *source)
+{
+  flesh_node *node = flesh_arena_take(arena, sizeof *node);
+  if (!node) return NULL;
+  node->kind = kind;
+  node->source = source->name;
+  node->override = source->override;
+  node->text = "";
+  return node;
+}
+
+void flesh_node_append(flesh_node *parent, flesh_node *child)
+{
+  child->next = NULL;
+  if (parent->last) parent->last->next = child;
+  else parent->first = child;
+  parent->last = child;
+  parent->count++;
+}
+
+/* The link that points to `child`, and the sibling before it in *before. */
+static flesh_node **link_to(flesh_node *parent, const flesh_node *child, flesh_node **before)
+{
+  flesh_node **link = &parent->first;
+  *before = NULL;
+  while (*link && *link != child) {
+    *before = *link;
+    link = &(*link)->next;
+  }
+  return link;
+}
+
+void flesh_node_replace(flesh_node *parent, const flesh_node *old, flesh_node *child)
+{
+  flesh_node *before, **link = link_to(parent, old, &before);
+  child->key = old->key;
+  child->next = old->next;
+  *link = child;
+  if (parent->last == old) parent->last = child;
+}
+
+void flesh_node_remove(flesh_node *parent, const flesh_node *old)
+{
+  flesh_node *before, **link = link_to(parent, old, &before);
+  *link = old->next;
+  if (parent->last == old) parent->last = before;
+  parent->count--;
+}
+
+flesh_node *flesh_node_find(const flesh_node *mapping, const char *key)
+{
+  if (!mapping || mapping->kind != FLESH_NODE_MAPPING) return NULL;
+  for (flesh_node *child = mapping->first; child; child = child->next)
+    if (!strcmp(child->key, key)) return child;
+  return NULL;
+}
+
+flesh_node *flesh_node_item(const flesh_node *list, int index)
+{
+  flesh_node *child = list->first;
+  while (child && index-- > 0) child = child->next;
+  return child;
+}
+
+int flesh_node_is_null(const flesh_node *node)
+{
+  static const char *const nulls[] = {"", "~", "null", "Null", "NULL"};
+  if (node->kind != FLESH_NODE_SCALAR || node->quoted) return 0;
+  for (size_t i = 0; i < sizeof nulls / sizeof *nulls; i++)
+    if (!strcmp(node->text, nulls[i])) return 1;
+  return 0;
+}
+
+static int fail_at(int status, const flesh_node *node, int line, int column)
+{
+  if (!node) return status;
+  if (node->override || !line) return flesh_fail_within(status, "%s: ", node->source);
+  return flesh_fail_within(status, "%s:%d:%d: ", node->source, line, column);
+}
+
+/* Longer than any error text that is kept. */
+enum { SENTENCE_SIZE = 2048 };
+
+int flesh_node_fail(const flesh_node *node, const char *format, ...)
+{
+  char sentence[SENTENCE_SIZE];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(sentence, sizeof sentence, format, args);
+  va_end(args);
+  flesh_fail(FLESH_ERR_ARGUMENT, "%s", sentence);
+  return fail_at(FLESH_ERR_ARGUMENT, node, node ? node->line : 0, node ? node->column : 0);
+}
+
+int flesh_node_fail_at_key(const flesh_node *node, const char *format, ...)
+{
+  char sentence[SENTENCE_SIZE];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(sentence, sizeof sentence, format, args);
+  va_end(args);
+  flesh_fail(FLESH_ERR_ARGUMENT, "%s", sentence);
+  int has_key = node->key && node->key_line;
+  return fail_at(FLESH_ERR_ARGUMENT, node, has_key ? node->key_line : node->line,
+                 has_key ? node->key_column : node->column);
+}
+
+int flesh_node_fail_within(int status, const flesh_node *node, const char *format, ...)
+{
+  char sentence[SENTENCE_SIZE];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(sentence, sizeof sentence, format, args);
+  va_end(args);
+  flesh_fail_within(status, "%s", sentence);
+  return fail_at(status, node, node ? node->line : 0, node ? node->column : 0);
+}
+
+const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
+{
+  enum { CUT = 60 };
+  if (node->kind == FLESH_NODE_LIST) {
+    snprintf(text, FLESH_SHOW_SIZE, node->count ? "a list of %d" : "an empty list", node->count);
+    return text;
+  }
+  if (node->kind == FLESH_NODE_MAPPING) return strcpy(text, "a mapping");
+  if (!*node->text) return strcpy(text, "empty");
+  size_t size = strlen(node->text), cut = size;
+  if (cut > CUT) {
+    cut = CUT;
+    while (cut > 0 && ((unsigned char)node->text[cut] & 0xc0) == 0x80) cut--; /* whole letters */
+  }
+  snprintf(text, FLESH_SHOW_SIZE, node->quoted ? "\"%.*s%s\"" : "%.*s%s", (int)cut, node->text,
+           cut < size ? "..." : "");
+  for (char *c = text; *c; c++)
+    if ((unsigned char)*c < 32 || *c == 127) *c = '?';
+  return text;
+}

@@ -1,0 +1,201 @@
+/* override.c: "path.to.key=value" applied to a scene's tree before it is read. */
+#include "scene/override.h"
+
+#include <limits.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "scene/effect_list.h"
+
+enum { MAX_SEGMENTS = 24 };
+
+/* One step of a path: a name or an index. */
+typedef struct segment {
+  const char *name; /* NULL for an index */
+  int index;        /* -1 for a name */
+  int end;          /* where it ends in the path, for sentences */
+} segment;
+
+typedef struct change {
+  flesh_arena *arena;
+  flesh_source source;
+  const flesh_key *keys;
+  const char *path;
+  segment segments[MAX_SEGMENTS];
+  int count;
+  flesh_node *value; /* removed: take away */
+} change;
+
+static int no_memory(void)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "out of memory while reading a scene");
+}
+
+static int bad_path(const change *c)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: the path is not of the form body.material.young, body.regions[0].density, "
+                    "effects.gravity.acceleration or effects.pin[1].until",
+                    c->source.name);
+}
+
+/* A decimal index, or -1. */
+static int index_of(const char *digits, size_t size)
+{
+  int value = 0;
+  if (!size || size > 7) return -1;
+  for (size_t i = 0; i < size; i++) {
+    if (digits[i] < '0' || digits[i] > '9') return -1;
+    value = 10 * value + (digits[i] - '0');
+  }
+  return value;
+}
+
+static int split_path(change *c)
+{
+  const char *at = c->path;
+  while (*at) {
+    if (c->count == MAX_SEGMENTS) return bad_path(c);
+    segment *s = &c->segments[c->count++];
+    if (*at == '[') {
+      size_t size = strcspn(at + 1, "]");
+      *s = (segment){.index = index_of(at + 1, size)};
+      if (s->index < 0 || at[1 + size] != ']' || c->count == 1) return bad_path(c);
+      at += size + 2;
+    } else {
+      if (c->count > 1 && *at++ != '.') return bad_path(c);
+      size_t size = strcspn(at, ".[]");
+      if (!size) return bad_path(c);
+      *s = (segment){.name = flesh_arena_text(c->arena, at, size), .index = -1};
+      if (!s->name) return no_memory();
+      int index = index_of(at, size);
+      if (index >= 0) *s = (segment){.index = index}; /* regions.0 */
+      at += size;
+    }
+    s->end = (int)(at - c->path);
+  }
+  return c->count ? FLESH_OK : bad_path(c);
+}
+
+/* Whether the path's first step leads to the list of effects, whose items have names. */
+static int names_items(const change *c, int depth)
+{
+  if (depth != 1 || !c->segments[0].name) return 0;
+  const flesh_key *key = flesh_key_named(c->keys, c->segments[0].name);
+  return key && key->type == FLESH_KEY_EFFECTS;
+}
+
+/* Makes what is null or was removed into the list or mapping that step `depth` needs. */
+static int open_node(const change *c, flesh_node *node, int depth)
+{
+  const segment *s = &c->segments[depth];
+  flesh_node_kind kind = s->name && !names_items(c, depth) ? FLESH_NODE_MAPPING : FLESH_NODE_LIST;
+  if (flesh_node_is_null(node) || (node->removed && node->kind == FLESH_NODE_SCALAR))
+    node->kind = kind;
+  if (!c->value->removed) node->removed = 0;
+  if (node->kind == kind) return FLESH_OK;
+  char shown[FLESH_SHOW_SIZE];
+  int end = c->segments[depth ? depth - 1 : 0].end;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %.*s is %s; nothing below it can be set by %s",
+                    c->source.name, end, c->path, flesh_node_show(node, shown),
+                    s->name ? "name" : "index");
+}
+
+static int no_such_item(const change *c, int depth, int items, const char *name)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %.*s does not exist; there %s %d%s%s, counted from 0",
+                    c->source.name, c->segments[depth].end, c->path, items == 1 ? "is" : "are",
+                    items, name ? " named " : "", name ? name : "");
+}
+
+static flesh_node *new_child(const change *c, flesh_node *parent, const char *key)
+{
+  flesh_node *child = flesh_node_create(c->arena, FLESH_NODE_SCALAR, &c->source);
+  if (!child) return NULL;
+  child->key = key;
+  child->removed = c->value->removed; /* only there so that its name is checked */
+  flesh_node_append(parent, child);
+  return child;
+}
+
+/* The parent of the named effect's parameters: the n-th item of the list that has the name. Takes
+ * the index that may follow the name. */
+static int find_effect(const change *c, flesh_node *list, int *depth, flesh_node **item)
+{
+  const char *name = c->segments[*depth].name;
+  int wanted = 0, found = 0;
+  if (*depth + 1 < c->count && !c->segments[*depth + 1].name) wanted = c->segments[++*depth].index;
+  for (*item = list->first; *item; *item = (*item)->next)
+    if (flesh_node_find(*item, name) && found++ == wanted) return FLESH_OK;
+  if (found != wanted) return no_such_item(c, *depth, found, name);
+  *item = flesh_node_create(c->arena, FLESH_NODE_MAPPING, &c->source);
+  if (!*item) return no_memory();
+  flesh_node_append(list, *item);
+  return new_child(c, *item, name) ? FLESH_OK : no_memory();
+}
+
+/* The child of `node` by step *depth and the parent it hangs on; made when missing. *depth moves to
+ * the step's last segment. */
+static int step(const change *c, flesh_node *node, int *depth, flesh_node **parent,
+                flesh_node **child)
+{
+  int status = open_node(c, node, *depth);
+  if (status) return status;
+  const segment *s = &c->segments[*depth];
+  *parent = node;
+  if (names_items(c, *depth) && s->name) {
+    if ((status = find_effect(c, node, depth, parent))) return status;
+    *child = flesh_node_find(*parent, s->name);
+    return FLESH_OK;
+  }
+  if (s->name) {
+    *child = flesh_node_find(node, s->name);
+  } else {
+    *child = flesh_node_item(node, s->index);
+    if (!*child && (s->index != node->count || c->value->removed))
+      return no_such_item(c, *depth, node->count, NULL);
+  }
+  if (!*child) *child = new_child(c, node, s->name);
+  return *child ? FLESH_OK : no_memory();
+}
+
+static int apply(const change *c, flesh_node *root)
+{
+  flesh_node *node = root, *parent = NULL, *child = NULL;
+  for (int depth = 0; depth < c->count; depth++) {
+    flesh_node *list = node;
+    int by_name = names_items(c, depth) && c->segments[depth].name;
+    int status = step(c, node, &depth, &parent, &child);
+    if (status) return status;
+    if (depth + 1 < c->count) {
+      node = child;
+      continue;
+    }
+    if (c->value->removed && by_name && !child->removed)
+      flesh_node_remove(list, parent); /* the whole effect */
+    else if (c->value->removed && !by_name && parent->kind == FLESH_NODE_LIST)
+      flesh_node_remove(parent, child);
+    else flesh_node_replace(parent, child, c->value);
+  }
+  return FLESH_OK;
+}
+
+int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *text, int number,
+                         flesh_node *root)
+{
+  change c = {.arena = arena, .keys = keys};
+  c.source = (flesh_source){flesh_arena_print(arena, "--set %s", text), number};
+  if (!c.source.name) return no_memory();
+  const char *equals = strchr(text, '=');
+  if (!equals) return bad_path(&c);
+  c.path = flesh_arena_text(arena, text, (size_t)(equals - text));
+  if (!c.path) return no_memory();
+  int status = split_path(&c);
+  if (!status)
+    status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
+  if (status) return status;
+  if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source)))
+    return no_memory();
+  c.value->removed = flesh_node_is_null(c.value);
+  return apply(&c, root);
+}

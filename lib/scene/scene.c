@@ -1,0 +1,239 @@
+/* scene.c: reads a scene's file into everything a run needs, and gives it out. */
+#include "scene/scene.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/error.h"
+#include "io/file.h"
+#include "mesh/scan.h"
+#include "scene/effect_list.h"
+#include "scene/keys.h"
+#include "scene/override.h"
+
+enum { MAX_FILE = 64 << 20 };
+
+static int no_memory(const char *path)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+}
+
+static int load_text(const char *path, char **text, size_t *size)
+{
+  struct stat info;
+  if (stat(path, &info))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
+  if (S_ISDIR(info.st_mode))
+    return flesh_fail(FLESH_ERR_FILE, "%s: is a directory; a scene is a YAML or JSON file", path);
+  if (!S_ISREG(info.st_mode))
+    return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file; a scene is a YAML or JSON file",
+                      path);
+  if (info.st_size > MAX_FILE)
+    return flesh_fail(FLESH_ERR_FILE, "%s: has %lld bytes; a scene has at most %d", path,
+                      (long long)info.st_size, MAX_FILE);
+  return flesh_file_load(path, text, size);
+}
+
+/* The tree of the file with the overrides applied. */
+static int read_tree(flesh_scene *scene, int count, const char *const *overrides, flesh_node **root)
+{
+  char *text;
+  size_t size;
+  int status = load_text(scene->path, &text, &size);
+  if (status) return status;
+  flesh_source source = {scene->path, 0};
+  status = flesh_yaml_parse(&scene->arena, text, size, &source, root);
+  free(text);
+  if (status) return status;
+  flesh_key as_key = {.type = FLESH_KEY_OBJECT, .children = flesh_scene_table};
+  char expected[FLESH_EXPECTATION_SIZE];
+  if (!*root)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s:1:1: the scene is empty; it must be %s", scene->path,
+                      flesh_key_expectation(&as_key, expected));
+  if ((*root)->kind != FLESH_NODE_MAPPING) return flesh_key_fail(&as_key, *root, "the scene");
+  const flesh_key *effects = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, effects));
+  status = flesh_effect_list_normalise(&scene->arena, flesh_node_find(*root, effects->name));
+  for (int i = 0; !status && i < count; i++) {
+    status = flesh_override_apply(&scene->arena, flesh_scene_table, overrides[i], i + 1, *root);
+    if (!status)
+      status = flesh_effect_list_normalise(&scene->arena, flesh_node_find(*root, effects->name));
+  }
+  return status;
+}
+
+/* What a path names from now on, whatever the working directory becomes. */
+static int make_absolute(flesh_scene *scene, char **path)
+{
+  char *whole = realpath(*path, NULL);
+  if (!whole) return flesh_fail(FLESH_ERR_FILE, "%s: %s", *path, strerror(errno));
+  *path = flesh_arena_text(&scene->arena, whole, strlen(whole));
+  free(whole);
+  return *path ? FLESH_OK : no_memory(scene->path);
+}
+
+static int read_mesh(flesh_scene *scene)
+{
+  const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, body->offset);
+  const flesh_key *mesh =
+      flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
+  place = flesh_scene_place(place, body->children, mesh->offset);
+  int status = flesh_mesh_read(scene->keys.body.mesh, &scene->mesh);
+  if (!status) status = make_absolute(scene, &scene->keys.body.mesh);
+  return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
+                : FLESH_OK;
+}
+
+/* The method and end in force: without inertia there is nothing to step. */
+static int settle_time(flesh_scene *scene)
+{
+  const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
+  if (!flesh_system_has_effect(scene->system, "inertia"))
+    scene->keys.time.method = FLESH_METHOD_STATIC;
+  if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
+    const flesh_key *end =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.end) - time->offset);
+    char expected[FLESH_EXPECTATION_SIZE];
+    return flesh_node_fail(place, "%s.%s is missing; it must be %s when the scene has inertia",
+                           time->name, end->name, flesh_key_expectation(end, expected));
+  }
+  if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
+  scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
+                                   scene->keys.time.end};
+  return FLESH_OK;
+}
+
+static int read_start(flesh_scene *scene)
+{
+  int nodes = flesh_mesh_node_count(scene->mesh);
+  size_t size = 3 * (size_t)nodes * sizeof(double);
+  scene->start.x = flesh_arena_take(&scene->arena, size);
+  scene->start.v = flesh_arena_take(&scene->arena, size);
+  if (!scene->start.x || !scene->start.v) return no_memory(scene->path);
+  double *velocity = scene->keys.start.velocity;
+  if (!scene->keys.start.state) {
+    memcpy(scene->start.x, flesh_mesh_positions(scene->mesh), size);
+    for (int i = 0; i < 3 * nodes; i++) scene->start.v[i] = velocity[i % 3];
+    return FLESH_OK;
+  }
+  for (int d = 0; d < 3; d++) velocity[d] = NAN; /* not in force */
+  const flesh_key *start = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, start));
+  const flesh_key *state =
+      flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
+  place = flesh_scene_place(place, start->children, state->offset);
+  int status = flesh_state_read(scene->keys.start.state, nodes, &scene->start);
+  if (!status) status = make_absolute(scene, &scene->keys.start.state);
+  return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
+                : FLESH_OK;
+}
+
+static int check_solver(const flesh_scene *scene)
+{
+#ifndef FLESH_HAVE_CHOLMOD
+  if (scene->keys.solver.linear_solver == FLESH_LINEAR_CHOLMOD) {
+    const flesh_key *solver = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, solver));
+    const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, solver->offset);
+    const flesh_key *key =
+        flesh_key_at(solver->children, offsetof(flesh_solver_options, linear_solver));
+    place = flesh_scene_place(place, solver->children, key->offset);
+    return flesh_node_fail(place, "%s.%s is %s, which is not built in; it must be %s or %s",
+                           solver->name, key->name, key->choices[FLESH_LINEAR_CHOLMOD],
+                           key->choices[FLESH_LINEAR_PCG], key->choices[FLESH_LINEAR_KLU]);
+  }
+#endif
+  (void)scene;
+  return FLESH_OK;
+}
+
+static int read_scene(flesh_scene *scene, int count, const char *const *overrides)
+{
+  flesh_node *root = NULL;
+  int status = read_tree(scene, count, overrides, &root);
+  if (status) return status;
+  scene->root = root;
+  const char *slash = strrchr(scene->path, '/');
+  flesh_key_reader reader = {.arena = &scene->arena};
+  /* The root's own slash stays: "/scene.yaml" lies in "/". */
+  reader.directory =
+      flesh_arena_text(&scene->arena, scene->path,
+                       slash ? (size_t)(slash - scene->path) + (slash == scene->path) : 0);
+  if (!reader.directory) return no_memory(scene->path);
+  status = flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
+  if (!status) status = check_solver(scene);
+  if (!status) status = read_mesh(scene);
+  if (!status) status = flesh_scene_make_body(scene);
+  if (!status) status = flesh_scene_make_system(scene);
+  if (!status) status = settle_time(scene);
+  if (!status) status = read_start(scene);
+  return status;
+}
+
+int flesh_scene_read(const char *path, int count, const char *const *overrides, flesh_scene **scene)
+{
+  *scene = NULL;
+  flesh_scene *made = calloc(1, sizeof *made);
+  if (!made) return no_memory(path);
+  made->path = flesh_arena_text(&made->arena, path, strlen(path));
+  int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
+  if (status) flesh_scene_destroy(&made);
+  else *scene = made;
+  return status;
+}
+
+void flesh_scene_destroy(flesh_scene **scene)
+{
+  if (!*scene) return;
+  flesh_system_destroy(&(*scene)->system);
+  flesh_mesh_destroy(&(*scene)->mesh);
+  flesh_arena_free(&(*scene)->arena);
+  free(*scene);
+  *scene = NULL;
+}
+
+const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene) { return scene->mesh; }
+const char *flesh_scene_mesh_path(const flesh_scene *scene) { return scene->keys.body.mesh; }
+const flesh_body *flesh_scene_body(const flesh_scene *scene) { return &scene->body; }
+const flesh_system *flesh_scene_system(const flesh_scene *scene) { return scene->system; }
+const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene)
+{
+  return &scene->keys.solver;
+}
+int flesh_scene_material_count(const flesh_scene *scene) { return scene->material_count; }
+const flesh_scene_time *flesh_scene_times(const flesh_scene *scene) { return &scene->time; }
+const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene)
+{
+  return &scene->keys.output;
+}
+
+void flesh_scene_start(const flesh_scene *scene, flesh_state *state)
+{
+  size_t size = 3 * (size_t)flesh_mesh_node_count(scene->mesh) * sizeof(double);
+  state->t = scene->start.t;
+  memcpy(state->x, scene->start.x, size);
+  memcpy(state->v, scene->start.v, size);
+}
+
+int flesh_scene_write(const flesh_scene *scene, const char *path)
+{
+  flesh_text text = {0};
+  flesh_text_print(&text, "# Every key in force; running this file repeats the run.\n");
+  flesh_keys_write(flesh_scene_table, &scene->keys, 0, &text);
+  if (text.failed) {
+    free(text.data);
+    return no_memory(path);
+  }
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (!status) {
+    fwrite(text.data, 1, text.size, file.stream);
+    status = flesh_file_commit(&file);
+  }
+  free(text.data);
+  return status;
+}

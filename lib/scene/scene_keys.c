@@ -1,0 +1,299 @@
+/* scene_keys.c: every key of a scene but those of the effects, which stand in the effects' own
+ * rows. */
+#include "scene/scene_keys.h"
+
+#include <assert.h>
+#include <stddef.h>
+
+/* Choices are read as int into fields of enum type. */
+static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
+
+/* In the order of the enums. */
+static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S", NULL};
+static const char *const constants[] = {"raw", "matched", "as_e", NULL};
+static const char *const masses[] = {"lumped", "consistent", NULL};
+static const char *const methods[] = {"backward-euler", "static", NULL};
+static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
+static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
+static const char *const projections[] = {"demand", "always", "never", NULL};
+static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
+
+const flesh_key flesh_material_table[] = {
+    {.name = "energy",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_scene_material, energy),
+     .choices = energies,
+     .doc = "the form of the energy density psi(I_C, J)"},
+    {.name = "constants",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_scene_material, constants),
+     .choices = constants,
+     .default_value = "",
+     .doc = "how the given constants enter the form: raw as they are; matched so that small "
+            "strains obey them "
+            "(Neo, A, B, E, S); as_e like E's (D only). Default: matched where the form can be, "
+            "else raw"},
+    {.name = "mu",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_scene_material, mu),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "Pa",
+     .default_value = "",
+     .doc = "shear modulus; give mu and lambda, or young and poisson"},
+    {.name = "lambda",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_scene_material, lambda),
+     .unit = "Pa",
+     .default_value = "",
+     .doc = "first Lame constant"},
+    {.name = "young",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_scene_material, young),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "Pa",
+     .default_value = "",
+     .doc = "Young's modulus; of two whole pairs the one that --set gave last is used"},
+    {.name = "poisson",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_scene_material, poisson),
+     .range = FLESH_RANGE_POISSON,
+     .default_value = "",
+     .doc = "Poisson's ratio"},
+    {.name = NULL},
+};
+
+static const flesh_key region_table[] = {
+    {.name = "tags",
+     .type = FLESH_KEY_INTEGERS,
+     .offset = offsetof(flesh_scene_region, tags),
+     .doc = "region tags of the mesh that this entry is for"},
+    {.name = "density",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_scene_region, density),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "kg/m^3",
+     .default_value = "",
+     .doc = "instead of the body's"},
+    {.name = "material",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_region, material),
+     .default_value = "",
+     .children = flesh_material_table,
+     .doc = "instead of the body's"},
+    {.name = NULL},
+};
+
+#define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, body)
+static const flesh_key body_table[] = {
+    {.name = "mesh",
+     .type = FLESH_KEY_PATH,
+     AT(body.mesh),
+     .doc = "file of the tetrahedral mesh (TetGen .node or .ele, Gmsh .msh, Medit .mesh), relative "
+            "to the scene"},
+    {.name = "density",
+     .type = FLESH_KEY_NUMBER,
+     AT(body.density),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "kg/m^3",
+     .default_value = "1000",
+     .doc = "mass per rest volume"},
+    {.name = "mass",
+     .type = FLESH_KEY_CHOICE,
+     AT(body.mass),
+     .choices = masses,
+     .default_value = "lumped",
+     .doc = "lumped: a quarter of each tet's mass to each of its nodes; consistent: the mass "
+            "matrix of linear tets"},
+    {.name = "material",
+     .type = FLESH_KEY_OBJECT,
+     AT(body.material),
+     .default_value = "",
+     .children = flesh_material_table,
+     .doc = "without it the body has no elasticity; with it the effect elasticity is added when "
+            "not listed"},
+    {.name = "regions",
+     .type = FLESH_KEY_OBJECTS,
+     AT(body.regions),
+     .default_value = "",
+     .children = region_table,
+     .child_size = sizeof(flesh_scene_region),
+     .doc = "other densities and materials for regions of the mesh"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, time)
+static const flesh_key time_table[] = {
+    {.name = "method",
+     .type = FLESH_KEY_CHOICE,
+     AT(time.method),
+     .choices = methods,
+     .default_value = "backward-euler",
+     .doc = "static solves for equilibrium; a scene without inertia is always static"},
+    {.name = "step",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.step),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "s",
+     .default_value = "1/60",
+     .doc = "length of a time step"},
+    {.name = "end",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.end),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .unit = "s",
+     .default_value = "",
+     .doc = "when the run ends; required by backward-euler, 0 by default when static"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, start)
+static const flesh_key start_table[] = {
+    {.name = "state",
+     .type = FLESH_KEY_PATH,
+     AT(start.state),
+     .default_value = "",
+     .doc = "file of rows x y z vx vy vz, one per node, to start from; velocity is then not used"},
+    {.name = "velocity",
+     .type = FLESH_KEY_VECTOR,
+     AT(start.velocity),
+     .unit = "m/s",
+     .default_value = "[0, 0, 0]",
+     .doc = "of all nodes at the start, from the rest shape"},
+    {.name = NULL},
+};
+#undef AT
+
+/* The defaults are those of flesh_solver_options_default; a test compares them. */
+static const flesh_key solver_table[] = {
+    {.name = "newton_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, newton_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-6",
+     .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this "
+            "times the larger of "
+            "the first iterate's and the applied load's"},
+    {.name = "linear_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, linear_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-2",
+     .doc = "residual reduction of each iterative linear solve"},
+    {.name = "max_newton",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_newton),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "100",
+     .doc = "Newton iterations per solve"},
+    {.name = "max_linear",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_linear),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "2000",
+     .doc = "iterations per linear solve"},
+    {.name = "max_halvings",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_halvings),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "8",
+     .doc = "how often a step or load increment that fails may be halved"},
+    {.name = "linear_solver",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, linear_solver),
+     .choices = linear_solvers,
+     .default_value = "pcg",
+     .doc = "pcg: preconditioned conjugate gradients; klu: sparse LU; cholmod: sparse Cholesky, "
+            "where built in"},
+    {.name = "preconditioner",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, preconditioner),
+     .choices = preconditioners,
+     .default_value = "ic",
+     .doc = "of pcg: incomplete Cholesky on 3x3 blocks, inverse diagonal blocks, or none"},
+    {.name = "projection",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, projection),
+     .choices = projections,
+     .default_value = "demand",
+     .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
+            "shows, always, "
+            "or never"},
+    {.name = "globalization",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, globalization),
+     .choices = globalizations,
+     .default_value = "energy",
+     .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
+            "Newton steps; "
+            "kinsol: KINSOL's line search on the residual"},
+    {.name = "accept_unconverged",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, accept_unconverged),
+     .default_value = "false",
+     .doc = "true: a solve that ends at max_newton counts all the same, as in programs that take a "
+            "fixed number of iterations; false: the step is retried in halves and fails"},
+    {.name = NULL},
+};
+
+static const flesh_key output_table[] = {
+    {.name = "frame_interval",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_scene_output, frame_interval),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "1",
+     .doc = "steps between written frames; 0: no frames"},
+    {.name = "seed",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_scene_output, seed),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "0",
+     .doc = "of everything random in a run"},
+    {.name = NULL},
+};
+
+const flesh_key flesh_scene_table[] = {
+    {.name = "title",
+     .type = FLESH_KEY_TEXT,
+     .offset = offsetof(flesh_scene_keys, title),
+     .default_value = "",
+     .doc = "what the scene shows"},
+    {.name = "body",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_keys, body),
+     .children = body_table,
+     .doc = "the soft body"},
+    {.name = "effects",
+     .type = FLESH_KEY_EFFECTS,
+     .offset = offsetof(flesh_scene_keys, effects),
+     .default_value = "[]",
+     .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "
+            "none; the same name "
+            "may stand several times"},
+    {.name = "time",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_keys, time),
+     .default_value = "{}",
+     .children = time_table,
+     .doc = "time stepping"},
+    {.name = "start",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_keys, start),
+     .default_value = "{}",
+     .children = start_table,
+     .doc = "the state at the start"},
+    {.name = "solver",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_keys, solver),
+     .default_value = "{}",
+     .children = solver_table,
+     .doc = "the nonlinear and linear solves"},
+    {.name = "output",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_keys, output),
+     .default_value = "{}",
+     .children = output_table,
+     .doc = "what a run writes"},
+    {.name = NULL},
+};

@@ -1,0 +1,44 @@
+/* scene_keys.h: what a scene's keys are read into, and the table of the top keys. */
+#ifndef FLESH_SCENE_SCENE_KEYS_H
+#define FLESH_SCENE_SCENE_KEYS_H
+
+#include "base/key.h"
+#include "flesh/scene.h"
+
+typedef struct flesh_scene_material {
+  int energy, constants; /* flesh_energy, flesh_constants; -1: not given */
+  double mu, lambda, young, poisson;
+} flesh_scene_material;
+
+typedef struct flesh_scene_region {
+  flesh_integers tags;
+  double density;
+  flesh_scene_material material;
+} flesh_scene_region;
+
+typedef struct flesh_scene_keys {
+  char *title;
+  struct {
+    char *mesh;
+    double density;
+    int mass; /* flesh_mass */
+    flesh_scene_material material;
+    flesh_objects regions; /* of flesh_scene_region */
+  } body;
+  flesh_objects effects; /* of flesh_effect_entry */
+  struct {
+    int method; /* flesh_method */
+    double step, end;
+  } time;
+  struct {
+    char *state;
+    double velocity[3];
+  } start;
+  flesh_solver_options solver;
+  flesh_scene_output output;
+} flesh_scene_keys;
+
+extern const flesh_key flesh_scene_table[];    /* into flesh_scene_keys */
+extern const flesh_key flesh_material_table[]; /* into flesh_scene_material */
+
+#endif

@@ -1,0 +1,27 @@
+/* schema.h: the documentation of a part of a scene's keys. */
+#ifndef FLESH_SCENE_SCHEMA_H
+#define FLESH_SCENE_SCHEMA_H
+
+#include "flesh/scene.h"
+#include "scene/keys.h"
+
+/* A part of the keys: of a mapping (key->children), or a single value. */
+typedef struct flesh_schema_part {
+  const char *path, *doc;
+  const flesh_key *keys;  /* of a mapping; NULL for a single value */
+  const flesh_key *value; /* the row of a single value or of the list of effects */
+  const char *sample;     /* of an effect; NULL otherwise */
+} flesh_schema_part;
+
+/* Finds "body.material", "solver.projection", "effects.pin", or "pin"; NULL or "": everything. The
+ * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
+int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part *part);
+
+void flesh_schema_markdown(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
+/* JSON Schema, draft 2020-12. */
+void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
+
+/* As flesh_scene_schema, of a section. */
+int flesh_scene_schema_section(flesh_schema_format format, const char *section, char **text);
+
+#endif

@@ -1,0 +1,350 @@
+/* yaml.c: libfyaml's events made into a tree, with limits on depth and size so that no text can
+ * exhaust us. */
+#include "scene/node.h"
+
+#include <libfyaml.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/error.h"
+
+enum { MAX_DEPTH = 48, MAX_NODES = 1000000, MAX_KEYS = 1000 };
+
+/* An open list or mapping, and the key that waits for its value. */
+typedef struct frame {
+  flesh_node *node;
+  const char *anchor, *key;
+  int key_line, key_column;
+} frame;
+
+typedef struct anchor {
+  const char *name;
+  const flesh_node *node;
+  struct anchor *before;
+} anchor;
+
+typedef struct builder {
+  flesh_arena *arena;
+  const flesh_source *source;
+  flesh_node *root;
+  anchor *anchors;
+  int depth, nodes, documents;
+  frame stack[MAX_DEPTH];
+} builder;
+
+static int no_memory(const builder *b)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", b->source->name);
+}
+
+static int fail_at(const builder *b, int line, int column, const char *sentence)
+{
+  if (b->source->override)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s", b->source->name, sentence);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s:%d:%d: %s", b->source->name, line, column, sentence);
+}
+
+/* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them.
+ */
+static int check_text(const builder *b, const unsigned char *text, size_t size)
+{
+  int line = 1, column = 1;
+  for (size_t i = 0; i < size; column++) {
+    unsigned c = text[i];
+    int more = c < 0x80                ? 0
+               : c >= 0xc2 && c < 0xe0 ? 1
+               : (c & 0xf0) == 0xe0    ? 2
+               : c >= 0xf0 && c < 0xf5 ? 3
+                                       : -1;
+    unsigned code = more <= 0 ? c : c & (0x3fu >> more);
+    int good = more >= 0 && i + (size_t)more < size;
+    for (int k = 1; good && k <= more; k++) {
+      good = (text[i + (size_t)k] & 0xc0) == 0x80;
+      code = code << 6 | (text[i + (size_t)k] & 0x3f);
+    }
+    good = good && !(more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) &&
+           !(more == 3 && (code < 0x10000 || code > 0x10ffff));
+    if (!good || (code < 32 && c != '\n' && c != '\r' && c != '\t') ||
+        (code >= 127 && code < 160)) {
+      char sentence[96];
+      snprintf(sentence, sizeof sentence,
+               "byte 0x%02x is not text; a scene is YAML or JSON in UTF-8", c);
+      return fail_at(b, line, column, sentence);
+    }
+    if (c == '\n') line++, column = 0;
+    i += (size_t)more + 1;
+  }
+  return FLESH_OK;
+}
+
+static char *token_text(builder *b, struct fy_token *token)
+{
+  size_t size = 0;
+  const char *text = token ? fy_token_get_text(token, &size) : NULL;
+  return flesh_arena_text(b->arena, text ? text : "", text ? size : 0);
+}
+
+static void token_place(struct fy_token *token, int quoted, int *line, int *column)
+{
+  const struct fy_mark *mark = token ? fy_token_start_mark(token) : NULL;
+  if (!mark) return;
+  *line = mark->line + 1;
+  *column = mark->column + 1 - (quoted && mark->column > 0); /* the mark is behind the quote */
+}
+
+/* "body.material.mu": the keys of the open mappings, then `key`. */
+static void path_of(const builder *b, const char *key, char *path, size_t size)
+{
+  size_t used = 0;
+  path[0] = 0;
+  for (int i = 0; i <= b->depth && used < size; i++) {
+    const char *name = i < b->depth ? b->stack[i].key : key;
+    if (i < b->depth && b->stack[i].node->kind == FLESH_NODE_LIST)
+      used += (size_t)snprintf(path + used, size - used, "[%d]", b->stack[i].node->count);
+    else if (name && (i == b->depth || i + 1 < b->depth))
+      used += (size_t)snprintf(path + used, size - used, "%s%.60s", used ? "." : "", name);
+  }
+}
+
+/* A scalar that is a key of the innermost mapping. */
+static int take_key(builder *b, struct fy_token *token, int quoted)
+{
+  frame *top = &b->stack[b->depth - 1];
+  top->key = token_text(b, token);
+  if (!top->key) return no_memory(b);
+  top->key_line = top->node->line;
+  top->key_column = top->node->column;
+  token_place(token, quoted, &top->key_line, &top->key_column);
+  const flesh_node *twin = flesh_node_find(top->node, top->key);
+  char path[256], sentence[400];
+  if (twin) {
+    path_of(b, top->key, path, sizeof path);
+    snprintf(sentence, sizeof sentence, "%s stands twice, first in line %d; a key stands once",
+             path, twin->key_line);
+    return fail_at(b, top->key_line, top->key_column, sentence);
+  }
+  if (top->node->count >= MAX_KEYS) {
+    snprintf(sentence, sizeof sentence,
+             "a mapping of more than %d keys; no mapping of a scene has as many", MAX_KEYS);
+    return fail_at(b, top->key_line, top->key_column, sentence);
+  }
+  return FLESH_OK;
+}
+
+static int count_node(builder *b, int line, int column)
+{
+  char sentence[200];
+  if (++b->nodes <= MAX_NODES) return FLESH_OK;
+  snprintf(sentence, sizeof sentence,
+           "more than %d values, aliases written out; a scene has at most that many", MAX_NODES);
+  return fail_at(b, line, column, sentence);
+}
+
+/* Gives a finished or opened node its place in the innermost list or mapping. */
+static int place_node(builder *b, flesh_node *node)
+{
+  if (!b->depth) {
+    b->root = node;
+    return FLESH_OK;
+  }
+  frame *top = &b->stack[b->depth - 1];
+  node->key = NULL;
+  if (top->node->kind == FLESH_NODE_MAPPING) {
+    node->key = top->key;
+    node->key_line = top->key_line;
+    node->key_column = top->key_column;
+    top->key = NULL;
+  }
+  flesh_node_append(top->node, node);
+  return FLESH_OK;
+}
+
+static int set_anchor(builder *b, const char *name, const flesh_node *node)
+{
+  if (!name) return FLESH_OK;
+  anchor *entry = flesh_arena_take(b->arena, sizeof *entry);
+  if (!entry) return no_memory(b);
+  *entry = (anchor){name, node, b->anchors};
+  b->anchors = entry;
+  return FLESH_OK;
+}
+
+static int copy_node(builder *b, const flesh_node *from, flesh_node **copy)
+{
+  int status = count_node(b, from->line, from->column);
+  if (status) return status;
+  *copy = flesh_arena_take(b->arena, sizeof **copy);
+  if (!*copy) return no_memory(b);
+  **copy = *from;
+  (*copy)->first = (*copy)->last = (*copy)->next = NULL;
+  (*copy)->count = 0;
+  for (const flesh_node *child = from->first; child; child = child->next) {
+    flesh_node *twin = NULL;
+    if ((status = copy_node(b, child, &twin))) return status;
+    flesh_node_append(*copy, twin);
+  }
+  return FLESH_OK;
+}
+
+/* Height of a tree; bounded because every tree that is built is at most MAX_DEPTH high. */
+static int height(const flesh_node *node)
+{
+  int most = 0;
+  for (const flesh_node *child = node->first; child; child = child->next) {
+    int h = height(child);
+    if (h > most) most = h;
+  }
+  return most + 1;
+}
+
+static int too_deep(const builder *b, int line, int column)
+{
+  char sentence[96];
+  snprintf(sentence, sizeof sentence, "nested deeper than %d levels; no scene is", MAX_DEPTH);
+  return fail_at(b, line, column, sentence);
+}
+
+static int take_alias(builder *b, struct fy_token *token)
+{
+  int line = 1, column = 1;
+  token_place(token, 1, &line, &column);
+  const char *name = token_text(b, token);
+  if (!name) return no_memory(b);
+  const anchor *entry = b->anchors;
+  while (entry && strcmp(entry->name, name)) entry = entry->before;
+  char sentence[200];
+  if (!entry) {
+    snprintf(sentence, sizeof sentence, "*%.60s names no anchor that stands before it (&%.60s)",
+             name, name);
+    return fail_at(b, line, column, sentence);
+  }
+  if (b->depth + height(entry->node) > MAX_DEPTH) return too_deep(b, line, column);
+  flesh_node *copy = NULL;
+  int status = copy_node(b, entry->node, &copy);
+  return status ? status : place_node(b, copy);
+}
+
+/* A scalar value, or the opening of a list or mapping. */
+static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
+                      struct fy_token *name, int quoted)
+{
+  flesh_node *node = flesh_node_create(b->arena, kind, b->source);
+  if (!node) return no_memory(b);
+  const frame *top = b->depth ? &b->stack[b->depth - 1] : NULL;
+  node->line = top && top->key ? top->key_line : top ? top->node->line : 1;
+  node->column = top && top->key ? top->key_column : top ? top->node->column : 1;
+  node->quoted = quoted;
+  token_place(token, quoted, &node->line, &node->column);
+  int status = count_node(b, node->line, node->column);
+  if (status) return status;
+  if (kind == FLESH_NODE_SCALAR && !(node->text = token_text(b, token))) return no_memory(b);
+  const char *anchor_name = name ? token_text(b, name) : NULL;
+  if (name && !anchor_name) return no_memory(b);
+  if ((status = place_node(b, node))) return status;
+  if (kind == FLESH_NODE_SCALAR) return set_anchor(b, anchor_name, node);
+  if (b->depth == MAX_DEPTH) return too_deep(b, node->line, node->column);
+  b->stack[b->depth++] = (frame){.node = node, .anchor = anchor_name};
+  return FLESH_OK;
+}
+
+static int take_event(builder *b, struct fy_event *event)
+{
+  int in_mapping = b->depth && b->stack[b->depth - 1].node->kind == FLESH_NODE_MAPPING;
+  int key_expected = in_mapping && !b->stack[b->depth - 1].key;
+  struct fy_token *token;
+  switch (event->type) {
+  case FYET_DOCUMENT_START:
+    return b->documents++ ? fail_at(b, 1, 1, "more than one YAML document (---); a scene is one")
+                          : FLESH_OK;
+  case FYET_SCALAR: {
+    token = event->scalar.value;
+    enum fy_scalar_style style = token ? fy_token_scalar_style(token) : FYSS_PLAIN;
+    if (key_expected)
+      return take_key(b, token, style == FYSS_SINGLE_QUOTED || style == FYSS_DOUBLE_QUOTED);
+    return take_value(b, FLESH_NODE_SCALAR, token, event->scalar.anchor,
+                      token && style != FYSS_PLAIN);
+  }
+  case FYET_MAPPING_START:
+  case FYET_SEQUENCE_START: {
+    int mapping = event->type == FYET_MAPPING_START;
+    token = mapping ? event->mapping_start.mapping_start : event->sequence_start.sequence_start;
+    if (key_expected) {
+      int line = 1, column = 1;
+      token_place(token, 0, &line, &column);
+      return fail_at(b, line, column, "a key is a list or mapping; keys are words");
+    }
+    return take_value(b, mapping ? FLESH_NODE_MAPPING : FLESH_NODE_LIST, token,
+                      mapping ? event->mapping_start.anchor : event->sequence_start.anchor, 0);
+  }
+  case FYET_ALIAS:
+    if (!key_expected) return take_alias(b, event->alias.anchor);
+    return fail_at(b, b->stack[b->depth - 1].node->line, b->stack[b->depth - 1].node->column,
+                   "a key of this mapping is an alias; keys are words");
+  case FYET_MAPPING_END:
+  case FYET_SEQUENCE_END:
+    if (!b->depth) return FLESH_OK;
+    b->depth--;
+    return set_anchor(b, b->stack[b->depth].anchor, b->stack[b->depth].node);
+  default:
+    return FLESH_OK;
+  }
+}
+
+static void discard(struct fy_diag *diag, void *user, const char *text, size_t size)
+{
+  (void)diag, (void)user, (void)text, (void)size;
+}
+
+/* The first error that libfyaml collected, in its words. */
+static int syntax_error(const builder *b, struct fy_diag *diag)
+{
+  void *at = NULL;
+  const struct fy_diag_error *error = fy_diag_errors_iterate(diag, &at);
+  char sentence[400];
+  snprintf(sentence, sizeof sentence, "not valid YAML or JSON: %s",
+           error && error->msg ? error->msg : "the text cannot be parsed");
+  return fail_at(b, error && error->line > 0 ? error->line : 1,
+                 error && error->column > 0 ? error->column : 1, sentence);
+}
+
+static int parse(builder *b, struct fy_diag *diag, const char *text, size_t size)
+{
+  struct fy_parse_cfg cfg = {.flags = FYPCF_QUIET | FYPCF_DEFAULT_VERSION_1_2, .diag = diag};
+  struct fy_parser *parser = fy_parser_create(&cfg);
+  if (!parser) return no_memory(b);
+  int status = FLESH_OK;
+  if (fy_parser_set_string(parser, text, size)) status = no_memory(b);
+  struct fy_event *event = NULL;
+  while (!status && (event = fy_parser_parse(parser))) {
+    status = take_event(b, event);
+    fy_parser_event_free(parser, event);
+  }
+  if (!status && (fy_parser_get_stream_error(parser) || fy_diag_got_error(diag)))
+    status = syntax_error(b, diag);
+  fy_parser_destroy(parser);
+  return status;
+}
+
+int flesh_yaml_parse(flesh_arena *arena, const char *text, size_t size, const flesh_source *source,
+                     flesh_node **root)
+{
+  builder b = {.arena = arena, .source = source};
+  *root = NULL;
+  int status = check_text(&b, (const unsigned char *)text, size);
+  if (status) return status;
+  if (size >= 3 && !memcmp(text, "\xef\xbb\xbf", 3)) text += 3, size -= 3; /* a byte order mark */
+  if (!size) return FLESH_OK;
+  struct fy_diag_cfg cfg;
+  fy_diag_cfg_default(&cfg);
+  cfg.fp = NULL;
+  cfg.output_fn = discard;
+  struct fy_diag *diag = fy_diag_create(&cfg);
+  if (!diag) return no_memory(&b);
+  fy_diag_set_collect_errors(diag, true);
+  status = parse(&b, diag, text, size);
+  fy_diag_destroy(diag);
+  if (!status && b.depth)
+    status = fail_at(&b, 1, 1, "not valid YAML or JSON: the text ends too early");
+  if (!status) *root = b.root;
+  return status;
+}

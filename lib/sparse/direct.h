@@ -1,0 +1,26 @@
+/* direct.h: direct factorisations of the block matrix by SuiteSparse: KLU, and CHOLMOD where built in. */
+#ifndef FLESH_SPARSE_DIRECT_H
+#define FLESH_SPARSE_DIRECT_H
+
+#include <stddef.h>
+
+#include "flesh/effect.h"
+#include "flesh/solver.h"
+
+typedef struct flesh_direct flesh_direct;
+
+/* Analyses the pattern of A. FLESH_ERR_ARGUMENT when `kind` is not built in. Returns new. */
+int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
+                        flesh_direct **direct);
+void flesh_direct_destroy(flesh_direct **direct);
+
+/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (CHOLMOD), not positive
+ * definite. */
+int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
+
+/* x = A^-1 b [3*rows]; x and b must not overlap. */
+int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
+
+size_t flesh_direct_memory(const flesh_direct *direct);
+
+#endif

@@ -1,0 +1,28 @@
+/* preconditioner.h: symmetric positive definite approximations of a block matrix's inverse. */
+#ifndef FLESH_SPARSE_PRECONDITIONER_H
+#define FLESH_SPARSE_PRECONDITIONER_H
+
+#include <stddef.h>
+
+#include "flesh/effect.h"
+#include "flesh/solver.h"
+
+typedef struct flesh_preconditioner_data flesh_preconditioner_data;
+
+/* Symbolic set-up for the pattern of A, all memory included. Returns new. */
+int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                flesh_preconditioner_data **preconditioner);
+void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
+
+/* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's diagonal as far
+ * as it must. FLESH_NONFINITE when A has a non-finite diagonal. */
+int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
+                               const flesh_block_matrix *A);
+
+/* z = P^-1 r; z may be r. */
+void flesh_preconditioner_apply(const flesh_preconditioner_data *preconditioner, const double *r,
+                                double *z);
+
+size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
+
+#endif

@@ -1,0 +1,39 @@
+/* compatibility.h: one spelling for SUNDIALS 6.4 (Debian 12) and 7.x (Debian 13). */
+#ifndef FLESH_SUNDIALS_COMPATIBILITY_H
+#define FLESH_SUNDIALS_COMPATIBILITY_H
+
+#include <kinsol/kinsol.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_version.h>
+
+#if SUNDIALS_VERSION_MAJOR >= 7
+#define FLESH_SUN_SUCCESS SUN_SUCCESS
+static inline int flesh_suncontext_create(SUNContext *context)
+{
+  return SUNContext_Create(SUN_COMM_NULL, context);
+}
+/* Failures come back as statuses; nothing is printed. */
+static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
+{
+  (void)kinsol;
+  SUNContext_ClearErrHandlers(context);
+}
+#else
+#define FLESH_SUN_SUCCESS 0
+static inline int flesh_suncontext_create(SUNContext *context)
+{
+  return SUNContext_Create(NULL, context);
+}
+static inline void flesh_sundials_ignore(int code, const char *module, const char *function,
+                                         char *message, void *data)
+{
+  (void)code, (void)module, (void)function, (void)message, (void)data;
+}
+static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
+{
+  (void)context;
+  if (kinsol) KINSetErrHandlerFn(kinsol, flesh_sundials_ignore, NULL);
+}
+#endif
+
+#endif

@@ -1,0 +1,158 @@
+/* linear_solver.c: PCG or a direct factorisation as a SUNLinearSolver that returns guarded Newton steps. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/pcg.h"
+#include "sundials/problem.h"
+
+typedef struct solver {
+  flesh_problem *problem;
+  N_Vector scaling; /* of the residual, from KINSOL; NULL: none */
+  int iterations, last_flag;
+  double residual;
+} solver;
+
+static SUNLinearSolver_Type solver_type(SUNLinearSolver S)
+{
+  (void)S;
+  return SUNLINEARSOLVER_MATRIX_ITERATIVE;
+}
+
+static int solver_initialize(SUNLinearSolver S)
+{
+  ((solver *)S->content)->last_flag = 0;
+  return 0;
+}
+
+/* KINSOL wants to know that products with the matrix could be given; ours come from the block matrix. */
+static int solver_set_products(SUNLinearSolver S, void *data, SUNATimesFn times)
+{
+  (void)S, (void)data, (void)times;
+  return 0;
+}
+
+static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Vector unknown_scaling)
+{
+  (void)unknown_scaling;
+  ((solver *)S->content)->scaling = residual_scaling;
+  return 0;
+}
+
+static int solver_setup(SUNLinearSolver S, SUNMatrix A)
+{
+  (void)A;
+  solver *self = S->content;
+  int status = flesh_problem_factor(self->problem);
+  /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
+  if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
+    status = FLESH_OK, self->problem->projected = -1;
+  return self->last_flag = status;
+}
+
+/* K p = b by the method of the options; b is not touched. */
+static int solve_linear(solver *self, const double *b, double tolerance, double *p)
+{
+  flesh_problem *problem = self->problem;
+  if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
+  flesh_pcg_result result;
+  const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
+  int status = flesh_pcg(problem->K, problem->preconditioner, weights, tolerance,
+                         problem->options.max_linear, b, p, problem->work, &result);
+  self->iterations += result.iterations;
+  self->residual = result.residual;
+  problem->stats.linear += result.iterations;
+  /* A truncated solve still descends. */
+  return status == FLESH_NOT_CONVERGED && result.iterations > 0 ? FLESH_OK : status;
+}
+
+/* The step from the matrix as it is, scaled by the guard where there is one. `r` = -b. */
+static int guarded_step(solver *self, const double *b, double tolerance, const double *r, double *p)
+{
+  int status = solve_linear(self, b, tolerance, p);
+  if (status || self->problem->options.globalization != FLESH_GLOBALIZATION_ENERGY) return status;
+  return flesh_guard_step(self->problem, self->problem->u_matrix, r, p);
+}
+
+/* Whether a residual of this norm is one that rounding alone would leave. Measuring that costs a residual, so it is
+ * done only when the norm is suspiciously small or has stopped falling. */
+static int at_rounding(flesh_problem *problem, double norm)
+{
+  double largest = 0, before = problem->previous_norm;
+  problem->previous_norm = norm;
+  if (before == 0) {
+    for (int d = 0; d < problem->n; d++) largest = fmax(largest, fabs(problem->x[d]));
+    double guess = 1e-16 * problem->fixed_scale * largest * sqrt((double)problem->n);
+    if (norm > 1e3 * guess) return 0;
+  } else if (norm < 0.3 * before) {
+    return 0;
+  }
+  return norm <= 2 * flesh_problem_rounding(problem, problem->u_matrix);
+}
+
+static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
+{
+  (void)A;
+  solver *self = S->content;
+  flesh_problem *problem = self->problem;
+  const double *right = N_VGetArrayPointer(b);
+  double *p = N_VGetArrayPointer(x), *gradient = problem->gradient;
+  self->iterations = 0;
+  if (at_rounding(problem, flesh_norm(problem->n, right))) {
+    problem->at_rounding = 1;
+    memset(p, 0, (size_t)problem->n * sizeof *p);
+    return self->last_flag = 0;
+  }
+  for (int d = 0; d < problem->n; d++) gradient[d] = -right[d];
+  int demand = problem->options.projection == FLESH_PROJECTION_DEMAND;
+  int status = problem->projected < 0 ? FLESH_NOT_POSITIVE
+                                      : guarded_step(self, right, tolerance, gradient, p);
+  if (status == FLESH_NOT_POSITIVE && demand) {
+    status = flesh_problem_assemble(problem, problem->u_matrix, 1);
+    if (!status) status = flesh_problem_factor(problem);
+    if (!status) status = guarded_step(self, right, tolerance, gradient, p);
+  }
+  problem->stats.newton += !status;
+  return self->last_flag = status;
+}
+
+static int solver_iterations(SUNLinearSolver S) { return ((solver *)S->content)->iterations; }
+
+static sunrealtype solver_residual_norm(SUNLinearSolver S) { return ((solver *)S->content)->residual; }
+
+static sunindextype solver_last_flag(SUNLinearSolver S) { return ((solver *)S->content)->last_flag; }
+
+static int solver_free(SUNLinearSolver S)
+{
+  if (!S) return 0;
+  free(S->content);
+  S->content = NULL;
+  SUNLinSolFreeEmpty(S);
+  return 0;
+}
+
+int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context, SUNLinearSolver *linear_solver)
+{
+  SUNLinearSolver S = SUNLinSolNewEmpty(context);
+  solver *self = calloc(1, sizeof *self);
+  if (!S || !self) {
+    free(self);
+    if (S) SUNLinSolFreeEmpty(S);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNLinearSolver");
+  }
+  self->problem = problem;
+  S->content = self;
+  S->ops->gettype = solver_type;
+  S->ops->initialize = solver_initialize;
+  S->ops->setatimes = solver_set_products;
+  S->ops->setscalingvectors = solver_set_scaling;
+  S->ops->setup = solver_setup;
+  S->ops->solve = solver_solve;
+  S->ops->numiters = solver_iterations;
+  S->ops->resnorm = solver_residual_norm;
+  S->ops->lastflag = solver_last_flag;
+  S->ops->free = solver_free;
+  *linear_solver = S;
+  return FLESH_OK;
+}

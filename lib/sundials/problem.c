@@ -1,0 +1,277 @@
+/* problem.c: evaluates the equations of a stage. */
+#include "sundials/problem.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/block_matrix.h"
+
+/* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
+static double typical_stiffness(flesh_problem *self)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  memset(self->v, 0, (size_t)self->n * sizeof *self->v);
+  flesh_point point = {.t = 0, .load = 1, .x = X, .v = self->v, .a = self->v};
+  double sum = 0;
+  int count = 0;
+  if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.x = 1, .v = 1, .a = 1}, self->K)) return 1;
+  for (int i = 0; i < self->K->rows; i++)
+    for (int c = 0; c < 3; c++) {
+      double d = self->K->values[9 * (size_t)self->K->row_start[i] + 4 * c];
+      if (d > 0 && d < INFINITY) {
+        sum += d;
+        count++;
+      }
+    }
+  return count ? sum / count : 1;
+}
+
+int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options,
+                         flesh_problem **problem)
+{
+  *problem = NULL;
+  flesh_problem *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
+  self->system = system;
+  self->options = *options;
+  self->n = flesh_system_unknowns(system);
+  size_t bytes = (size_t)self->n * sizeof(double);
+  self->fixed = calloc((size_t)self->n + 1, 1);
+  double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
+                       &self->residual.r, &self->potential.u, &self->u_matrix};
+  int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
+    failed |= !(*arrays[k] = calloc(1, bytes + 1));
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
+                      : flesh_system_matrix_create(system, &self->K);
+  if (!status) {
+    if (options->linear_solver == FLESH_LINEAR_PCG)
+      status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
+    else
+      status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+  }
+  if (status) {
+    flesh_problem_destroy(&self);
+    return status;
+  }
+  self->fixed_scale = typical_stiffness(self);
+  *problem = self;
+  return FLESH_OK;
+}
+
+void flesh_problem_destroy(flesh_problem **problem)
+{
+  if (!problem || !*problem) return;
+  flesh_problem *self = *problem;
+  free(self->fixed);
+  free(self->u_fixed);
+  free(self->x);
+  free(self->v);
+  free(self->a);
+  free(self->work);
+  free(self->step);
+  free(self->gradient);
+  free(self->residual.u);
+  free(self->residual.r);
+  free(self->potential.u);
+  free(self->u_matrix);
+  flesh_block_matrix_destroy(&self->K);
+  flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_direct_destroy(&self->direct);
+  flesh_scalar_view_clear(&self->view);
+  free(self);
+  *problem = NULL;
+}
+
+int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
+{
+  self->stage = *stage;
+  self->residual.known = self->potential.known = 0;
+  self->previous_norm = 0;
+  self->at_rounding = self->refused = 0;
+  flesh_system_fixed(self->system, stage->t, self->fixed);
+  memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
+  flesh_system_prescribe(self->system, stage->t, self->u_fixed);
+  for (int d = 0; d < self->n; d++)
+    self->u_fixed[d] =
+        self->fixed[d] ? stage->share * (self->u_fixed[d] - stage->x0[d]) / stage->shift.x : 0;
+  return FLESH_OK;
+}
+
+void flesh_problem_start(const flesh_problem *self, double *u)
+{
+  memcpy(u, self->u_fixed, (size_t)self->n * sizeof *u);
+}
+
+flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->stats; }
+
+static flesh_point point_at(flesh_problem *self, const double *u)
+{
+  const flesh_stage *s = &self->stage;
+  for (int d = 0; d < self->n; d++) self->x[d] = s->x0[d] + s->shift.x * u[d];
+  if (s->v0)
+    for (int d = 0; d < self->n; d++) self->v[d] = s->v0[d] + s->shift.v * u[d];
+  else
+    for (int d = 0; d < self->n; d++) self->v[d] = s->shift.v * u[d];
+  if (s->a0)
+    for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * u[d];
+  else
+    for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * u[d];
+  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a};
+}
+
+static int same(const flesh_problem *self, const double *u, const double *other)
+{
+  return !memcmp(u, other, (size_t)self->n * sizeof *u);
+}
+
+int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
+{
+  if (!self->residual.known || !same(self, u, self->residual.u)) {
+    flesh_point point = point_at(self, u);
+    self->residual.known = 0;
+    self->stats.residuals++;
+    int status = flesh_system_residual(self->system, &point, self->residual.r);
+    if (status) return self->refused = status;
+    for (int d = 0; d < self->n; d++)
+      if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
+    if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return self->refused = FLESH_NONFINITE;
+    memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
+    self->residual.known = 1;
+  }
+  if (r != self->residual.r) memcpy(r, self->residual.r, (size_t)self->n * sizeof *r);
+  return FLESH_OK;
+}
+
+int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, double *magnitude)
+{
+  if (!self->potential.known || !same(self, u, self->potential.u)) {
+    flesh_point point = point_at(self, u);
+    self->potential.known = 0;
+    self->stats.potentials++;
+    int status = flesh_system_potential(self->system, &point, &self->stage.shift,
+                                        &self->potential.value, &self->potential.magnitude);
+    if (status) return status;
+    memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
+    self->potential.known = 1;
+  }
+  *phi = self->potential.value;
+  *magnitude = self->potential.magnitude;
+  return FLESH_OK;
+}
+
+int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
+{
+  flesh_point point = point_at(self, u);
+  flesh_shift shift = self->stage.shift;
+  shift.project = project;
+  self->stats.assemblies++;
+  self->stats.projections += project;
+  int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
+  if (status) return status;
+  flesh_block_fix(self->K, self->fixed, self->fixed_scale);
+  if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
+  self->projected = project;
+  return FLESH_OK;
+}
+
+int flesh_problem_factor(flesh_problem *self)
+{
+  return self->direct ? flesh_direct_factor(self->direct, self->K)
+                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+}
+
+int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
+{
+  flesh_point point = point_at(self, u);
+  double *r = self->work;
+  int status = flesh_system_load(self->system, &point, r);
+  if (status) return status;
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d]) r[d] = 0;
+  *norm = flesh_norm(self->n, r);
+  return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
+}
+
+double flesh_problem_rounding(flesh_problem *self, const double *u)
+{
+  double *exact = self->work, *moved = self->work + self->n, largest = 0;
+  if (flesh_problem_residual(self, u, exact)) return 0;
+  flesh_point point = point_at(self, u);
+  for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(self->x[d]));
+  uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
+  for (int d = 0; d < self->n; d++) {
+    random ^= random << 13;
+    random ^= random >> 17;
+    random ^= random << 5;
+    double relative = DBL_EPSILON * (random * 0x1p-31 - 1);
+    self->x[d] += relative * largest;
+    self->v[d] += relative * self->v[d];
+    self->a[d] += relative * self->a[d];
+  }
+  self->stats.residuals++;
+  if (flesh_system_residual(self->system, &point, moved)) return 0;
+  for (int d = 0; d < self->n; d++) moved[d] = self->fixed[d] ? 0 : moved[d] - exact[d];
+  return flesh_norm(self->n, moved);
+}
+
+double flesh_norm(int n, const double *x)
+{
+  double s[8] = {0};
+  int i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int l = 0; l < 8; l++) s[l] += x[i + l] * x[i + l];
+  for (; i < n; i++) s[0] += x[i] * x[i];
+  return sqrt(((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])));
+}
+
+size_t flesh_problem_memory(const flesh_problem *self)
+{
+  size_t bytes = sizeof *self + (size_t)self->n * (14 * sizeof(double) + 1);
+  bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
+  if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->direct) bytes += flesh_direct_memory(self->direct);
+  return bytes;
+}
+
+/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
+static const double decrease = 1e-4;
+
+int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
+{
+  double slope = 0, start, magnitude;
+  for (int d = 0; d < self->n; d++) slope += r[d] * p[d];
+  if (!(slope < 0)) return FLESH_NOT_POSITIVE;
+  int status = flesh_problem_potential(self, u, &start, &magnitude);
+  if (status) return status;
+  double rounding = 1e-13 * magnitude;
+  for (double scale = 1; scale > 1e-14;) {
+    double value, ignored;
+    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
+    status = flesh_problem_potential(self, self->step, &value, &ignored);
+    if (status < 0) return status;
+    if (!status) {
+      int accepted = value <= start + decrease * scale * slope;
+      /* Where the expected decrease drowns in rounding, the slope at the end tells what the values
+       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
+      if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
+          !flesh_problem_residual(self, self->step, self->work)) {
+        double end = 0;
+        for (int d = 0; d < self->n; d++) end += self->work[d] * p[d];
+        accepted = end <= -(1 - 2 * decrease) * slope;
+      }
+      if (accepted) {
+        for (int d = 0; d < self->n; d++) p[d] *= scale;
+        return FLESH_OK;
+      }
+    }
+    self->stats.backtracks++;
+    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
+    double parabola = status ? 0.5 : -slope * scale / (2 * (value - start - scale * slope));
+    scale *= fmin(fmax(parabola, 0.1), 0.5);
+  }
+  return FLESH_NOT_CONVERGED;
+}

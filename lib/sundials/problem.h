@@ -1,0 +1,66 @@
+/* problem.h: a stage of an integrator as equations r(u) = 0 on plain arrays; what the SUNDIALS callbacks,
+ * the linear solver and the integrators share. */
+#ifndef FLESH_SUNDIALS_PROBLEM_H
+#define FLESH_SUNDIALS_PROBLEM_H
+
+#include <stdint.h>
+
+#include "flesh/kinsol.h"
+#include "sparse/direct.h"
+#include "sparse/preconditioner.h"
+#include "sparse/scalar_view.h"
+
+struct flesh_problem {
+  const flesh_system *system;
+  flesh_solver_options options;
+  int n; /* unknowns */
+  flesh_stage stage;
+  uint8_t *fixed;      /* [n] */
+  double *u_fixed;     /* [n] values of the fixed unknowns */
+  double fixed_scale;  /* typical stiffness, of the constrained rows */
+  double *x, *v, *a;   /* [n] the point last evaluated */
+  flesh_block_matrix *K;
+  flesh_preconditioner_data *preconditioner;
+  flesh_direct *direct;
+  flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
+  double *work;           /* [4*n] of the linear solver */
+  double *step;           /* [n] trial of the line search */
+  double *gradient;       /* [n] residual at the linear solve */
+  /* Caches, valid where `known`; compared by value, because KINSOL forms its iterates itself. */
+  struct {
+    int known;
+    double *u, *r; /* [n] */
+  } residual;
+  struct {
+    int known;
+    double *u; /* [n] */
+    double value, magnitude;
+  } potential;
+  double *u_matrix;      /* [n] where K was assembled */
+  int projected;         /* whether K is */
+  double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
+  int refused;           /* status of the last residual that had no value in this stage; 0: none */
+  int at_rounding;       /* the last solve stopped because its residual is at rounding */
+  flesh_solve_stats stats;
+};
+
+/* r(u) [n], constraint rows included; status > 0 when it has no value. */
+int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
+/* Potential at u and the sum of its terms' absolute values. */
+int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
+/* Assembles K at u with constraints applied. */
+int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
+/* Prepares the linear solver for K. */
+int flesh_problem_factor(flesh_problem *problem);
+/* 2-norm of the applied load over the free dofs at u. */
+int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
+/* 2-norm of how far rounding of x, v and a moves the residual. */
+double flesh_problem_rounding(flesh_problem *problem, const double *u);
+double flesh_norm(int n, const double *x);
+size_t flesh_problem_memory(const flesh_problem *problem);
+
+/* Scales the Newton step p [n] at u, where the residual is r, so that the potential falls (Armijo). FLESH_OK;
+ * FLESH_NOT_POSITIVE when p is no descent direction; FLESH_NOT_CONVERGED when no scale serves. */
+int flesh_guard_step(flesh_problem *problem, const double *u, const double *r, double *p);
+
+#endif

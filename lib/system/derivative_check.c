@@ -1,0 +1,259 @@
+/* derivative_check.c: fourth-order central differences of an effect's potential and residual. */
+#include "system/derivative_check.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/block_matrix.h"
+#include "system/pattern.h"
+
+const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 1, .v = 60, .a = 3600}};
+
+enum { DIRECTIONS = 2, POWER_STEPS = 80 };
+static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5};
+enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0] };
+
+/* f'(0) is the sum of weight * f(offset * s) / s. */
+static const double offsets[] = {-2, -1, 1, 2},
+                    weights[] = {1.0 / 12, -2.0 / 3, 2.0 / 3, -1.0 / 12};
+
+typedef struct check {
+  const flesh_effect *effect;
+  size_t unknowns;
+  double edge, t;
+  const double *x;
+  double *v, *a;             /* the point */
+  double *xs, *vs, *as;      /* the point moved */
+  double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
+  unsigned long long random;
+  flesh_pattern pattern;
+  int *slots;
+  flesh_block_matrix K;
+} check;
+
+static double uniform(unsigned long long *state) /* splitmix64; [-1, 1) */
+{
+  unsigned long long z = (*state += 0x9e3779b97f4a7c15ULL);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return (double)((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
+}
+
+static void randomize(check *c, double *vector, double size)
+{
+  for (size_t d = 0; d < c->unknowns; d++) vector[d] = size * uniform(&c->random);
+}
+
+static double dot(const check *c, const double *p, const double *q)
+{
+  double sum = 0;
+  for (size_t d = 0; d < c->unknowns; d++) sum += p[d] * q[d];
+  return sum;
+}
+
+static double dot_absolute(const check *c, const double *p, const double *q)
+{
+  double sum = 0;
+  for (size_t d = 0; d < c->unknowns; d++) sum += fabs(p[d] * q[d]);
+  return sum;
+}
+
+/* The point after a change s*du of the unknown; at rest where the shift says statics, as an unknown
+ * that does not move v or a has no potential for what depends on them. */
+static flesh_point moved(check *c, const flesh_shift *shift, double s)
+{
+  for (size_t d = 0; d < c->unknowns; d++) {
+    c->xs[d] = c->x[d] + s * shift->x * c->du[d];
+    c->vs[d] = shift->v != 0 ? c->v[d] + s * shift->v * c->du[d] : 0;
+    c->as[d] = shift->a != 0 ? c->a[d] + s * shift->a * c->du[d] : 0;
+  }
+  return (flesh_point){c->t, 1, c->xs, c->vs, c->as};
+}
+
+static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
+{
+  flesh_point point = moved(c, shift, s);
+  memset(r, 0, c->unknowns * sizeof *r);
+  return c->effect->operations->residual ? c->effect->operations->residual(c->effect, &point, r)
+                                         : FLESH_OK;
+}
+
+static double ratio(double error, double scale) { return error > 0 ? error / scale : error; }
+
+/* Differences over s of terms this large are uncertain by their rounding. */
+static double beyond_rounding(double error, double terms, double s)
+{
+  return error <= 32 * DBL_EPSILON * terms / s ? 0 : error;
+}
+
+static int check_potential(check *c, const flesh_shift *shift, double *worst)
+{
+  int status = residual_at(c, shift, 0, c->r);
+  if (status) return status;
+  double expected = dot(c, c->r, c->du), scale = dot_absolute(c, c->r, c->du), best = INFINITY;
+  for (int l = 0; l < STEP_LENGTHS; l++) {
+    double s = step_lengths[l], slope = 0, terms = 0;
+    for (int k = 0; k < 4 && !status; k++) {
+      flesh_point point = moved(c, shift, offsets[k] * s);
+      double phi = 0, magnitude = 0;
+      status = c->effect->operations->potential(c->effect, &point, shift, &phi, &magnitude);
+      slope += weights[k] * phi / s;
+      terms = fmax(terms, magnitude);
+    }
+    if (status) return status;
+    best = fmin(best, ratio(beyond_rounding(fabs(slope - expected), terms, s), scale));
+  }
+  *worst = fmax(*worst, best);
+  return FLESH_OK;
+}
+
+static int assemble(check *c, const flesh_shift *shift)
+{
+  memset(c->K.values, 0, 9 * sizeof(double) * (size_t)c->K.row_start[c->K.rows]);
+  if (!c->effect->operations->jacobian) return FLESH_OK;
+  flesh_point point = moved(c, shift, 0);
+  return c->effect->operations->jacobian(c->effect, &point, shift, &c->K, c->slots);
+}
+
+static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
+{
+  flesh_block_multiply(&c->K, c->du, c->Kdu);
+  double scale = sqrt(dot(c, c->Kdu, c->Kdu)), best = INFINITY;
+  for (int l = 0; l < STEP_LENGTHS; l++) {
+    double s = step_lengths[l], error = 0, terms = 0;
+    memset(c->dr, 0, c->unknowns * sizeof *c->dr);
+    for (int k = 0; k < 4; k++) {
+      int status = residual_at(c, shift, offsets[k] * s, c->r);
+      if (status) return status;
+      for (size_t d = 0; d < c->unknowns; d++) c->dr[d] += weights[k] * c->r[d] / s;
+      terms = fmax(terms, sqrt(dot(c, c->r, c->r)));
+    }
+    for (size_t d = 0; d < c->unknowns; d++)
+      error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
+    best = fmin(best, ratio(beyond_rounding(sqrt(error), terms, s), scale));
+  }
+  *worst = fmax(*worst, best);
+  return FLESH_OK;
+}
+
+static double diagonal_asymmetry(const flesh_block_matrix *K)
+{
+  double largest = 0, asymmetry = 0;
+  for (int i = 0; i < K->rows; i++) {
+    const double *B = K->values + 9 * (size_t)K->row_start[i];
+    for (int e = 0; e < 9; e++) {
+      largest = fmax(largest, fabs(B[e]));
+      asymmetry = fmax(asymmetry, fabs(B[e] - B[3 * (e % 3) + e / 3]));
+    }
+  }
+  return ratio(asymmetry, largest);
+}
+
+/* Power iteration from du on shift*I - K when `shift` is not 0, on K otherwise; returns the
+ * Rayleigh quotient of K it ends with. */
+static double extreme_curvature(check *c, double shift, double *lowest)
+{
+  double quotient = 0;
+  for (int step = 0; step < POWER_STEPS; step++) {
+    double norm = sqrt(dot(c, c->du, c->du));
+    if (!(norm > 0)) break;
+    for (size_t d = 0; d < c->unknowns; d++) c->du[d] /= norm;
+    flesh_block_multiply(&c->K, c->du, c->Kdu);
+    quotient = dot(c, c->du, c->Kdu);
+    *lowest = fmin(*lowest, quotient);
+    for (size_t d = 0; d < c->unknowns; d++)
+      c->du[d] = shift > 0 ? shift * c->du[d] - c->Kdu[d] : c->Kdu[d];
+  }
+  return quotient;
+}
+
+static double negative_curvature(check *c)
+{
+  double lowest = 0;
+  randomize(c, c->du, 1);
+  double largest = fabs(extreme_curvature(c, 0, &lowest));
+  if (!(largest > 0)) return 0;
+  randomize(c, c->du, 1);
+  extreme_curvature(c, largest, &lowest);
+  return -lowest / largest;
+}
+
+static int check_shift(check *c, int s, flesh_derivative_report *report)
+{
+  const flesh_effect_operations *operations = c->effect->operations;
+  const flesh_shift *shift = &flesh_check_shifts[s];
+  int status = assemble(c, shift);
+  if (status) return status;
+  report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
+  for (int d = 0; d < DIRECTIONS && !status; d++) {
+    randomize(c, c->du, c->edge);
+    if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
+    if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
+  }
+  if (status) return status;
+  flesh_shift projected = *shift;
+  projected.project = 1;
+  status = assemble(c, &projected);
+  if (!status) report->negative = fmax(report->negative, negative_curvature(c));
+  return status;
+}
+
+static int check_open(check *c, const flesh_mesh *mesh)
+{
+  int nodes = flesh_mesh_node_count(mesh);
+  const flesh_effect_operations *operations = c->effect->operations;
+  const flesh_cells *cells = operations->cells ? operations->cells(c->effect) : NULL;
+  int status = flesh_pattern_create(nodes, cells != NULL, &cells, &c->pattern);
+  if (!status && cells) status = flesh_pattern_slots(&c->pattern, cells, &c->slots);
+  if (status) return status;
+  double *values = calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
+  c->K = (flesh_block_matrix){nodes, c->pattern.row_start, c->pattern.column, values};
+  double **vectors[] = {&c->v, &c->a, &c->xs, &c->vs, &c->as, &c->du, &c->r, &c->dr, &c->Kdu};
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+    if (!(*vectors[k] = calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
+  return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+}
+
+static void check_close(check *c)
+{
+  flesh_pattern_clear(&c->pattern);
+  free(c->slots);
+  free(c->K.values);
+  double *vectors[] = {c->v, c->a, c->xs, c->vs, c->as, c->du, c->r, c->dr, c->Kdu};
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) free(vectors[k]);
+}
+
+int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh, double t,
+                                   const double *x, unsigned long long seed,
+                                   flesh_derivative_report *report)
+{
+  *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN}};
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  check c = {.effect = effect,
+             .unknowns = 3 * (size_t)info.nodes,
+             .edge = info.edge_mean,
+             .t = t,
+             .x = x,
+             .random = seed};
+  int status = check_open(&c, mesh);
+  if (!status) {
+    randomize(&c, c.v, c.edge);
+    randomize(&c, c.a, c.edge);
+  }
+  for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
+  check_close(&c);
+  return status;
+}
+
+int flesh_derivative_report_passes(const flesh_derivative_report *report, double tolerance)
+{
+  double worst = fmax(report->asymmetry, report->negative);
+  for (int s = 0; s < FLESH_CHECK_SHIFTS; s++)
+    worst = fmax(worst, fmax(report->potential[s], report->jacobian[s])); /* fmax skips NaN */
+  return worst <= tolerance;
+}

@@ -1,0 +1,112 @@
+/* pattern.c: block pattern of the Jacobian from the cells of the effects. */
+#include "system/pattern.h"
+
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+static int compare_int(const void *a, const void *b)
+{
+  int x = *(const int *)a, y = *(const int *)b;
+  return (x > y) - (x < y);
+}
+
+int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
+                         flesh_pattern *pattern)
+{
+  *pattern = (flesh_pattern){.rows = rows};
+  size_t *start = calloc((size_t)rows + 2, sizeof *start), total = 0;
+  int *entries = NULL;
+  pattern->row_start = malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
+  if (!start || !pattern->row_start) goto no_memory;
+
+  /* Every pair once per cell that has it, bucketed by row; then each row is sorted and thinned. */
+  for (int i = 0; i < rows; i++) start[i + 1] = 1;
+  for (int k = 0; k < count; k++) {
+    int m = cells[k]->nodes_per_cell;
+    for (int e = 0; e < cells[k]->count; e++)
+      for (int a = 0; a < m; a++) start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
+  }
+  for (int i = 0; i < rows; i++) start[i + 1] += start[i];
+  entries = malloc((start[rows] + 1) * sizeof *entries);
+  size_t *fill = malloc(((size_t)rows + 1) * sizeof *fill);
+  if (!entries || !fill) {
+    free(fill);
+    goto no_memory;
+  }
+  memcpy(fill, start, (size_t)rows * sizeof *fill);
+  for (int i = 0; i < rows; i++) entries[fill[i]++] = i;
+  for (int k = 0; k < count; k++) {
+    int m = cells[k]->nodes_per_cell;
+    for (int e = 0; e < cells[k]->count; e++) {
+      const int *node = cells[k]->nodes + (size_t)e * m;
+      for (int a = 0; a < m; a++)
+        for (int b = a + 1; b < m; b++) entries[fill[node[a]]++] = node[b];
+    }
+  }
+  free(fill);
+  for (int i = 0; i < rows; i++) {
+    int *row = entries + start[i];
+    size_t length = start[i + 1] - start[i], kept = 0;
+    qsort(row, length, sizeof *row, compare_int);
+    pattern->row_start[i] = (int)total;
+    for (size_t k = 0; k < length; k++)
+      if (k == 0 || row[k] != row[k - 1]) entries[total + kept++] = row[k];
+    total += kept;
+    if (total > INT_MAX / 9) {
+      free(start);
+      free(entries);
+      flesh_pattern_clear(pattern);
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the Jacobian has more than %d blocks", INT_MAX / 9);
+    }
+  }
+  pattern->row_start[rows] = (int)total;
+  pattern->column = realloc(entries, (total + 1) * sizeof *entries);
+  if (!pattern->column) goto no_memory;
+  free(start);
+  return FLESH_OK;
+
+no_memory:
+  free(start);
+  free(entries);
+  flesh_pattern_clear(pattern);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
+}
+
+void flesh_pattern_clear(flesh_pattern *pattern)
+{
+  free(pattern->row_start);
+  free(pattern->column);
+  *pattern = (flesh_pattern){0};
+}
+
+int flesh_pattern_find(const int *row_start, const int *columns, int row, int column)
+{
+  int low = row_start[row], high = row_start[row + 1] - 1;
+  while (low <= high) {
+    int middle = low + (high - low) / 2;
+    if (columns[middle] == column) return middle;
+    if (columns[middle] < column)
+      low = middle + 1;
+    else
+      high = middle - 1;
+  }
+  return -1;
+}
+
+int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
+{
+  int m = cells->nodes_per_cell, pairs = m * (m + 1) / 2;
+  *slots = malloc(((size_t)cells->count * pairs + 1) * sizeof **slots);
+  if (!*slots) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
+  int *slot = *slots;
+  for (int e = 0; e < cells->count; e++) {
+    const int *node = cells->nodes + (size_t)e * m;
+    for (int a = 0; a < m; a++)
+      for (int b = a; b < m; b++)
+        *slot++ = flesh_pattern_find(pattern->row_start, pattern->column, node[a], node[b]);
+  }
+  return FLESH_OK;
+}

@@ -1,0 +1,343 @@
+/* system.c: the sum of the effects and the constraints. */
+#include "flesh/system.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "effect/motion.h"
+#include "system/pattern.h"
+
+typedef struct constraint {
+  int count, *nodes;
+  unsigned axes;
+  double from, until;
+  flesh_motion motion; /* count 0: a pin */
+} constraint;
+
+typedef struct entry {
+  flesh_effect *effect;
+  int *slots; /* of its cells; owned by the entry with owns_slots */
+  int owns_slots;
+} entry;
+
+struct flesh_system {
+  const flesh_mesh *mesh;
+  int nodes, finished;
+  int entry_count, constraint_count;
+  entry *entries;
+  constraint *constraints;
+  flesh_pattern pattern;
+};
+
+int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
+{
+  *system = calloc(1, sizeof **system);
+  if (!*system) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a system");
+  (*system)->mesh = mesh;
+  (*system)->nodes = flesh_mesh_node_count(mesh);
+  return FLESH_OK;
+}
+
+void flesh_system_destroy(flesh_system **system)
+{
+  if (!system || !*system) return;
+  flesh_system *self = *system;
+  for (int k = 0; k < self->entry_count; k++) {
+    flesh_effect_destroy(&self->entries[k].effect);
+    if (self->entries[k].owns_slots) free(self->entries[k].slots);
+  }
+  for (int k = 0; k < self->constraint_count; k++) {
+    free(self->constraints[k].nodes);
+    flesh_motion_clear(&self->constraints[k].motion);
+  }
+  free(self->entries);
+  free(self->constraints);
+  flesh_pattern_clear(&self->pattern);
+  free(self);
+  *system = NULL;
+}
+
+static int still_open(const flesh_system *system)
+{
+  return system->finished
+             ? flesh_fail(FLESH_ERR_ARGUMENT, "the system is finished; nothing can be added to it")
+             : FLESH_OK;
+}
+
+int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
+{
+  int status = still_open(system);
+  entry *grown = status ? NULL
+                        : realloc(system->entries,
+                                  ((size_t)system->entry_count + 1) * sizeof *system->entries);
+  if (!grown) {
+    flesh_effect_destroy(effect);
+    return status ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for one more effect");
+  }
+  system->entries = grown;
+  system->entries[system->entry_count++] = (entry){.effect = *effect};
+  *effect = NULL;
+  return FLESH_OK;
+}
+
+static int add_constraint(flesh_system *system, int count, const int *nodes, unsigned axes,
+                          const flesh_motion *motion, double from, double until)
+{
+  int status = still_open(system);
+  if (status) return status;
+  if (count < 1 || axes == 0 || axes > FLESH_AXES_ALL)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a constraint needs at least one node and one axis");
+  if (!(until > from))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
+  for (int k = 0; k < count; k++)
+    if (nodes[k] < 0 || nodes[k] >= system->nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "node %d is constrained; the mesh has the nodes 0 to %d",
+                        nodes[k], system->nodes - 1);
+  constraint *grown = realloc(system->constraints,
+                              ((size_t)system->constraint_count + 1) * sizeof *grown);
+  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for one more constraint");
+  system->constraints = grown;
+  constraint *c = &grown[system->constraint_count];
+  *c = (constraint){.count = count, .axes = axes, .from = from, .until = until};
+  if (motion && (status = flesh_motion_copy(motion, &c->motion))) return status;
+  c->nodes = malloc((size_t)count * sizeof *c->nodes);
+  if (!c->nodes) {
+    flesh_motion_clear(&c->motion);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d constrained nodes", count);
+  }
+  memcpy(c->nodes, nodes, (size_t)count * sizeof *c->nodes);
+  system->constraint_count++;
+  return FLESH_OK;
+}
+
+int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
+                         double from, double until)
+{
+  return add_constraint(system, count, nodes, axes, NULL, from, until);
+}
+
+int flesh_system_add_handle(flesh_system *system, int count, const int *nodes, unsigned axes,
+                            const flesh_motion *motion, double from, double until)
+{
+  return add_constraint(system, count, nodes, axes, motion, from, until);
+}
+
+static int same_cells(const flesh_cells *a, const flesh_cells *b)
+{
+  return a == b ||
+         (a->count == b->count && a->nodes_per_cell == b->nodes_per_cell &&
+          !memcmp(a->nodes, b->nodes, (size_t)a->count * a->nodes_per_cell * sizeof *a->nodes));
+}
+
+static const flesh_cells *cells_of(const flesh_effect *effect)
+{
+  return effect->operations->cells ? effect->operations->cells(effect) : NULL;
+}
+
+static int check_cells(const flesh_system *system, const flesh_effect *effect)
+{
+  const flesh_cells *cells = cells_of(effect);
+  for (int e = 0; cells && e < cells->count; e++)
+    for (int a = 0; a < cells->nodes_per_cell; a++) {
+      int node = cells->nodes[(size_t)e * cells->nodes_per_cell + a];
+      if (node < 0 || node >= system->nodes ||
+          (a > 0 && node <= cells->nodes[(size_t)e * cells->nodes_per_cell + a - 1]))
+        return flesh_fail(FLESH_ERR_ARGUMENT,
+                          "effect %s: cell %d has node %d at place %d; nodes of a cell must ascend "
+                          "within 0 to %d",
+                          effect->operations->name, e, node, a, system->nodes - 1);
+    }
+  return FLESH_OK;
+}
+
+int flesh_system_finish(flesh_system *system)
+{
+  int status = still_open(system);
+  if (status) return status;
+  const flesh_cells **cells = malloc(((size_t)system->entry_count + 1) * sizeof *cells);
+  if (!cells) return flesh_fail(FLESH_ERR_MEMORY, "no memory to finish a system");
+  int count = 0;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    status = check_cells(system, system->entries[k].effect);
+    const flesh_cells *own = cells_of(system->entries[k].effect);
+    int known = !own;
+    for (int j = 0; j < count && !known; j++) known = same_cells(cells[j], own);
+    if (!known) cells[count++] = own;
+  }
+  if (!status) status = flesh_pattern_create(system->nodes, count, cells, &system->pattern);
+  free(cells);
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    entry *e = &system->entries[k];
+    const flesh_cells *own = cells_of(e->effect);
+    if (!own) continue;
+    for (int j = 0; j < k && !e->slots; j++) {
+      const flesh_cells *other = cells_of(system->entries[j].effect);
+      if (other && same_cells(other, own)) e->slots = system->entries[j].slots;
+    }
+    if (e->slots) continue;
+    status = flesh_pattern_slots(&system->pattern, own, &e->slots);
+    e->owns_slots = !status;
+  }
+  system->finished = !status;
+  return status;
+}
+
+const flesh_mesh *flesh_system_mesh(const flesh_system *system) { return system->mesh; }
+
+int flesh_system_unknowns(const flesh_system *system) { return 3 * system->nodes; }
+
+int flesh_system_effect_count(const flesh_system *system) { return system->entry_count; }
+
+const flesh_effect *flesh_system_effect(const flesh_system *system, int index)
+{
+  return system->entries[index].effect;
+}
+
+int flesh_system_has_effect(const flesh_system *system, const char *name)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (!strcmp(system->entries[k].effect->operations->name, name)) return 1;
+  return 0;
+}
+
+double flesh_system_next_event(const flesh_system *system, double t)
+{
+  double next = INFINITY;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->next_event)
+      next = fmin(next, effect->operations->next_event(effect, t));
+  }
+  for (int k = 0; k < system->constraint_count; k++) {
+    const constraint *c = &system->constraints[k];
+    next = fmin(next, flesh_interval_next_event(c->from, c->until, t));
+    next = fmin(next, flesh_motion_next_event(&c->motion, t));
+  }
+  return next;
+}
+
+int flesh_system_moves(const flesh_system *system)
+{
+  return flesh_system_next_event(system, -INFINITY) < INFINITY;
+}
+
+static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
+                         double *r)
+{
+  memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
+    int status = effect->operations->residual(effect, point, r);
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, point, 0, r);
+}
+
+int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, point, 1, r);
+}
+
+int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
+                          const flesh_shift *shift, flesh_block_matrix *K)
+{
+  memset(K->values, 0, (size_t)K->row_start[K->rows] * 9 * sizeof *K->values);
+  for (int k = 0; k < system->entry_count; k++) {
+    const entry *e = &system->entries[k];
+    if (!e->effect->operations->jacobian) continue;
+    int status = e->effect->operations->jacobian(e->effect, point, shift, K, e->slots);
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_potential(const flesh_system *system, const flesh_point *point,
+                           const flesh_shift *shift, double *phi, double *magnitude)
+{
+  *phi = *magnitude = 0;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (!effect->operations->potential) continue;
+    int status = effect->operations->potential(effect, point, shift, phi, magnitude);
+    if (status) return status;
+  }
+  return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
+}
+
+int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
+{
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    energies[k] = 0;
+    if (!effect->operations->energy) continue;
+    int status = effect->operations->energy(effect, point, &energies[k]);
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)
+{
+  const flesh_pattern *pattern = &system->pattern;
+  *matrix = malloc(sizeof **matrix);
+  double *values = calloc((size_t)pattern->row_start[pattern->rows] * 9 + 1, sizeof *values);
+  if (!*matrix || !values) {
+    free(*matrix);
+    free(values);
+    *matrix = NULL;
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %d blocks",
+                      pattern->row_start[pattern->rows]);
+  }
+  **matrix = (flesh_block_matrix){pattern->rows, pattern->row_start, pattern->column, values};
+  return FLESH_OK;
+}
+
+void flesh_block_matrix_destroy(flesh_block_matrix **matrix)
+{
+  if (!matrix || !*matrix) return;
+  free((*matrix)->values);
+  free(*matrix);
+  *matrix = NULL;
+}
+
+int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
+{
+  const uint8_t *used = flesh_mesh_node_used(system->mesh);
+  int count = 0;
+  for (int i = 0; i < system->nodes; i++)
+    for (int c = 0; c < 3; c++) fixed[3 * i + c] = !used[i];
+  for (int k = 0; k < system->constraint_count; k++) {
+    const constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++)
+      for (int c = 0; c < 3; c++)
+        if (held->axes >> c & 1) fixed[3 * held->nodes[j] + c] = 1;
+  }
+  for (int d = 0; d < 3 * system->nodes; d++) count += fixed[d];
+  return count;
+}
+
+void flesh_system_prescribe(const flesh_system *system, double t, double *x)
+{
+  const double *X = flesh_mesh_positions(system->mesh);
+  for (int k = 0; k < system->constraint_count; k++) {
+    const constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++) {
+      int node = held->nodes[j];
+      double y[3] = {X[3 * node], X[3 * node + 1], X[3 * node + 2]};
+      if (held->motion.count) flesh_motion_apply(&held->motion, t, X + 3 * node, y);
+      for (int c = 0; c < 3; c++)
+        if (held->axes >> c & 1) x[3 * node + c] = y[c];
+    }
+  }
+}

@@ -1,0 +1,110 @@
+"""check_vtu.py: VTK itself reads what the writers wrote.
+
+    check_vtu.py PROGRAM    runs `PROGRAM --write DIR`, which writes sample.vtu and sample.pvd from the same
+                            formulas as below, and compares (TAP; exit 77 without VTK)
+    check_vtu.py FILE...    checks any .vtu or .pvd: it reads, its cells are tets of finite points
+"""
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+
+try:
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+except ImportError as error:
+    print(f"1..0 # SKIP VTK for Python is missing ({error}); Debian's package is python3-vtk9")
+    sys.exit(77)
+
+failures = 0
+number = 0
+
+
+def check(name, condition):
+    global failures, number
+    number += 1
+    failures += not condition
+    print(("ok" if condition else "not ok"), number, "-", name)
+
+
+def read(path):
+    errors = []
+    reader = vtkXMLUnstructuredGridReader()
+    reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput(), not errors
+
+
+def values(array):
+    """Rows of a VTK array; plain values where it has one component."""
+    rows = [array.GetTuple(i) for i in range(array.GetNumberOfTuples())]
+    return [row[0] for row in rows] if array.GetNumberOfComponents() == 1 else rows
+
+
+def arrays(data):
+    return {data.GetArrayName(a): values(data.GetArray(a)) for a in range(data.GetNumberOfArrays())}
+
+
+def collection(path):
+    """The (time, file) pairs of a .pvd."""
+    rows = ElementTree.parse(path).getroot().iter("DataSet")
+    return [(float(r.get("timestep")), os.path.join(os.path.dirname(path), r.get("file"))) for r in rows]
+
+
+def tets_of(grid):
+    return [[grid.GetCell(c).GetPointId(k) for k in range(4)] for c in range(grid.GetNumberOfCells())]
+
+
+def volume(points, tet):
+    o, *others = (points[k] for k in tet)
+    a, b, c = ([p - q for p, q in zip(other, o)] for other in others)
+    return sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3)) / 6
+
+
+def check_grid(path):
+    grid, fine = read(path)
+    fine = fine and grid.GetNumberOfCells() > 0
+    check(f"{path} reads", fine)
+    if not fine:
+        return grid, []
+    points = values(grid.GetPoints().GetData())
+    check(f"{path}: points are finite", all(math.isfinite(p) for point in points for p in point))
+    check(f"{path}: every cell is a tet",
+          all(grid.GetCellType(c) == 10 for c in range(grid.GetNumberOfCells())))
+    return grid, points
+
+
+def check_sample(folder):
+    grid, points = check_grid(os.path.join(folder, "sample.vtu"))
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    check("points are exact", points == [tuple(c / 3 for c in corner) for corner in corners])
+    tets = tets_of(grid)
+    check("tets are exact", tets == [[0, 1, 2, 3], [1, 2, 3, 4]])
+    check("volumes", all(abs(volume(points, tet) - expected) < 1e-16
+                         for tet, expected in zip(tets, [1 / 162, 2 / 162])))
+    point, cell = arrays(grid.GetPointData()), arrays(grid.GetCellData())
+    check("point arrays", sorted(point) == ["mark", "velocity"])
+    check("vectors are exact", point["velocity"] == [(i + .1, i * .1, -i / 7) for i in range(5)])
+    check("integers are exact", point["mark"] == [0, -1, -2, -3, -4])
+    check("cell arrays", sorted(cell) == ["J & more", "region"])
+    check("cell values are exact", cell["J & more"] == [.5, 1 / 3])
+    check("regions are exact", cell["region"] == [7, -2147483648])
+    rows = collection(os.path.join(folder, "sample.pvd"))
+    check("times of the collection", [row[0] for row in rows] == [0, 1 / 3])
+    for _, path in rows:
+        check_grid(path)
+
+
+arguments = sys.argv[1:]
+if all(a.endswith((".vtu", ".pvd")) for a in arguments):
+    for argument in arguments:
+        for path in [row[1] for row in collection(argument)] if argument.endswith(".pvd") else [argument]:
+            check_grid(path)
+else:
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([arguments[0], "--write", folder], check=True)
+        check_sample(folder)
+print(f"1..{number}")
+sys.exit(failures > 0)

@@ -1,0 +1,81 @@
+#!/bin/sh
+# run.sh: every test there is. Installs what is missing from Debian, builds, tests.
+#
+#   sh test/run.sh              everything
+#   sh test/run.sh --quick      the quick suite alone, on the plain build
+#   sh test/run.sh test_math    these tests alone (arguments of `meson test`), on the plain build
+#
+# The last line is `N passed, N failed`, and the exit status is 0 only when nothing failed.
+set -eu
+
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+. "$root/drivers/setup.sh"
+
+everything=yes
+if [ "${1:-}" = --quick ]; then
+  shift
+  set -- --suite quick "$@"
+fi
+if [ $# -gt 0 ]; then everything=; fi
+
+install_missing build_packages
+install_missing test_packages
+cd "$root"
+
+notes=$(mktemp -d)
+trap 'rm -rf "$notes"' EXIT
+: >"$notes/results"
+
+# step NAME COMMAND...: one test of its own, silent unless it fails.
+step() {
+  name=$1
+  shift
+  printf '\n== %s\n' "$name"
+  if ("$@") >"$notes/log" 2>&1; then
+    printf 'ok %s\n' "$name" >>"$notes/results"
+  else
+    cat "$notes/log"
+    printf 'not-ok %s\n' "$name" >>"$notes/results"
+    return 1
+  fi
+}
+
+strict_build() {
+  CC=$1
+  export CC
+  build "build-$1" -Dwerror=true
+}
+
+# suite NAME DIR [arguments of meson test]: the tests of one build.
+suite() {
+  name=$1
+  directory=$2
+  shift 2
+  printf '\n== %s\n' "$name"
+  rm -f "$directory/meson-logs/testlog.json"
+  status=0
+  meson test -C "$directory" --no-rebuild "$@" || status=$?
+  printf 'suite %s %s %s\n' "$status" "$directory" "$name" >>"$notes/results"
+}
+
+if step 'the build' build build; then
+  # The limits on a test's time are there for hangs, not for busy machines.
+  suite 'the tests' build --timeout-multiplier 3 "$@"
+else
+  everything=
+fi
+
+if [ -n "$everything" ]; then
+  for compiler in gcc clang; do
+    step "no warnings from $compiler" strict_build "$compiler" || true
+  done
+  if step 'the build with sanitizers' build build-sanitize -Dbuildtype=debugoptimized \
+    -Db_sanitize=address,undefined -Db_lundef=false; then
+    ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+    export ASAN_OPTIONS UBSAN_OPTIONS
+    suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
+      --suite quick --no-suite source
+  fi
+fi
+
+python3 test/summarise.py "$notes/results"

@@ -1,0 +1,183 @@
+/* test_derivative_check.c: the differentiation of effects passes right ones and sees small errors
+ * in wrong ones. */
+#include <stdlib.h>
+
+#include "flesh/effects.h"
+#include "flesh/system.h"
+#include "system/derivative_check.h"
+#include "test.h"
+
+/* An effect that spoils what another one gives, by one part in ten thousand. */
+typedef enum spoiled {
+  SPOIL_NOTHING,
+  SPOIL_RESIDUAL,
+  SPOIL_POTENTIAL,
+  SPOIL_JACOBIAN,
+  SPOIL_PROJECTION
+} spoiled;
+
+typedef struct spoiler {
+  const flesh_effect *inner;
+  spoiled what;
+} spoiler;
+
+static const spoiler *of(const flesh_effect *effect) { return effect->data; }
+
+static const flesh_cells *cells(const flesh_effect *effect)
+{
+  return of(effect)->inner->operations->cells(of(effect)->inner);
+}
+
+static int residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  int status = of(effect)->inner->operations->residual(of(effect)->inner, point, r);
+  if (of(effect)->what == SPOIL_RESIDUAL) r[4] *= 1.0001;
+  return status;
+}
+
+static int potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                     double *phi, double *magnitude)
+{
+  int status =
+      of(effect)->inner->operations->potential(of(effect)->inner, point, shift, phi, magnitude);
+  if (of(effect)->what == SPOIL_POTENTIAL) *phi *= 1.0001;
+  return status;
+}
+
+static int jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                    flesh_block_matrix *K, const int *slots)
+{
+  flesh_shift used = *shift;
+  if (of(effect)->what == SPOIL_PROJECTION) used.project = 0;
+  int status = of(effect)->inner->operations->jacobian(of(effect)->inner, point, &used, K, slots);
+  if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
+  return status;
+}
+
+static const flesh_effect_operations spoiled_operations = {.name = "spoiled",
+                                                           .cells = cells,
+                                                           .residual = residual,
+                                                           .jacobian = jacobian,
+                                                           .potential = potential};
+
+typedef struct set_up {
+  flesh_mesh *mesh;
+  flesh_material material;
+  double *density, *x;
+  flesh_body body;
+  flesh_effect *elasticity;
+} set_up;
+
+static void make(set_up *s, double stretch)
+{
+  static const double size[3] = {2, 1, 1}, origin[3] = {0};
+  static const int counts[3] = {3, 2, 2};
+  *s = (set_up){0};
+  CHECK_OK(flesh_mesh_box(counts, size, origin, &s->mesh));
+  CHECK_OK(
+      flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &s->material));
+  int nodes = flesh_mesh_node_count(s->mesh), tets = flesh_mesh_tet_count(s->mesh);
+  s->density = malloc(sizeof(double) * (size_t)tets);
+  for (int t = 0; t < tets; t++) s->density[t] = 1000;
+  s->x = malloc(sizeof(double) * 3 * (size_t)nodes);
+  unsigned long long random = 5;
+  for (int d = 0; d < 3 * nodes; d++)
+    s->x[d] = flesh_mesh_positions(s->mesh)[d] * (d % 3 ? 1 : stretch) +
+              0.1 * (test_uniform(&random) - 0.5);
+  s->body = (flesh_body){s->mesh, s->density, &s->material, NULL, FLESH_MASS_CONSISTENT};
+  CHECK_OK(flesh_effect_elasticity(&s->body, &s->elasticity));
+}
+
+static void drop(set_up *s)
+{
+  flesh_effect_destroy(&s->elasticity);
+  flesh_mesh_destroy(&s->mesh);
+  free(s->density);
+  free(s->x);
+}
+
+static flesh_derivative_report report_of(const flesh_effect *effect, const set_up *s)
+{
+  flesh_derivative_report report;
+  CHECK_OK(flesh_effect_check_derivatives(effect, s->mesh, 0, s->x, 7, &report));
+  return report;
+}
+
+static flesh_derivative_report report_spoiled(const set_up *s, spoiled what)
+{
+  spoiler data = {s->elasticity, what};
+  const flesh_effect effect = {&spoiled_operations, &data};
+  return report_of(&effect, s);
+}
+
+static void right_effects_pass(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_effect *inertia = NULL, *gravity = NULL;
+  CHECK_OK(flesh_effect_inertia(&s.body, &inertia));
+  const double g[3] = {1, 2, -9.81};
+  CHECK_OK(flesh_effect_gravity(&s.body, g, &gravity));
+  const flesh_effect *effects[] = {s.elasticity, inertia, gravity};
+  for (int e = 0; e < 3; e++) {
+    flesh_derivative_report report = report_of(effects[e], &s);
+    for (int k = 0; k < FLESH_CHECK_SHIFTS; k++) {
+      CHECK_BELOW(report.potential[k], 1e-9);
+      CHECK_BELOW(report.jacobian[k], 1e-9);
+    }
+    CHECK(flesh_derivative_report_passes(&report, 1e-9));
+  }
+  flesh_effect_destroy(&inertia);
+  flesh_effect_destroy(&gravity);
+  drop(&s);
+}
+
+static void a_wrong_residual_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_NOTHING);
+  CHECK(flesh_derivative_report_passes(&report, 1e-8));
+  report = report_spoiled(&s, SPOIL_RESIDUAL);
+  CHECK(report.potential[0] > 1e-8 && report.potential[1] > 1e-8 && report.jacobian[0] > 1e-8);
+  CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  drop(&s);
+}
+
+static void a_wrong_potential_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_POTENTIAL);
+  CHECK(report.potential[0] > 1e-6 && report.jacobian[0] < 1e-8);
+  CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  drop(&s);
+}
+
+static void a_wrong_jacobian_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_JACOBIAN);
+  CHECK(report.jacobian[0] > 1e-8 && report.asymmetry > 1e-6 && report.potential[0] < 1e-8);
+  CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  drop(&s);
+}
+
+static void negative_curvature_is_seen(void)
+{
+  set_up s;
+  make(&s, 0.3); /* flattened: the true Hessian is indefinite */
+  flesh_derivative_report report = report_of(s.elasticity, &s);
+  CHECK_BELOW(report.negative, 1e-12);
+  report = report_spoiled(&s, SPOIL_PROJECTION);
+  CHECK(report.negative > 1e-6);
+  drop(&s);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(right_effects_pass), TEST(a_wrong_residual_is_seen),
+                   TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen),
+                   TEST(negative_curvature_is_seen));
+}

@@ -1,0 +1,32 @@
+/* test_io_vtu.c: writes the sample that check_vtu.py reads with VTK (`--write DIR`). */
+#include <limits.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "flesh/status.h"
+#include "io/vtu.h"
+
+int main(int argc, char **argv)
+{
+  if (argc != 3 || strcmp(argv[1], "--write")) return 2;
+  double positions[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1}, velocity[15];
+  int mark[5], tets[8] = {0, 1, 2, 3, 1, 2, 3, 4}, region[2] = {7, INT_MIN};
+  double J[2] = {0.5, 1.0 / 3};
+  for (int i = 0; i < 15; i++) positions[i] /= 3;
+  for (int i = 0; i < 5; i++) {
+    velocity[3 * i] = i + 0.1, velocity[3 * i + 1] = i * 0.1, velocity[3 * i + 2] = -i / 7.0;
+    mark[i] = -i;
+  }
+  const flesh_vtu_array point_arrays[] = {{"velocity", 3, velocity, NULL}, {"mark", 1, NULL, mark}};
+  const flesh_vtu_array cell_arrays[] = {{"J & more", 1, J, NULL}, {"region", 1, NULL, region}};
+  const flesh_vtu content = {5, 2, positions, tets, 2, 2, point_arrays, cell_arrays};
+  char path[1024];
+  snprintf(path, sizeof path, "%s/sample.vtu", argv[2]);
+  int status = flesh_vtu_write(path, &content);
+  const char *files[] = {"sample.vtu", "sample.vtu"};
+  const double times[] = {0, 1.0 / 3};
+  snprintf(path, sizeof path, "%s/sample.pvd", argv[2]);
+  if (!status) status = flesh_pvd_write(path, 2, times, files);
+  if (status) fprintf(stderr, "%s\n", flesh_error_text());
+  return status != 0;
+}
