@@ -1,6 +1,5 @@
 /* test_mesh_bad_files.c: every kind of bad file gets its sentence; cut and damaged files do no
  * harm. */
-#define _GNU_SOURCE /* memmem, nftw */
 #include "test_mesh_files.h"
 
 #define GMSH22   "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
@@ -482,7 +481,7 @@ static void damaged_files_do_no_harm(void)
     char *bytes = malloc(s->size);
     int refused = 0;
     restore_pair();
-    for (int trial = 0; trial < 1500; trial++) {
+    for (int trial = 0; trial < 700; trial++) {
       flesh_mesh *mesh;
       memcpy(bytes, s->bytes, s->size);
       int changes = 1 + (int)(4 * test_uniform(&seed));
@@ -504,7 +503,7 @@ static void damaged_files_do_no_harm(void)
       refused += status != FLESH_OK;
       flesh_mesh_destroy(&mesh);
     }
-    CHECK(refused > 150); /* the damage is real */
+    CHECK(refused > 70); /* the damage is real */
     free(bytes);
   }
 }

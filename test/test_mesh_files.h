@@ -2,8 +2,9 @@
 #ifndef FLESH_TEST_MESH_FILES_H
 #define FLESH_TEST_MESH_FILES_H
 
+#include "temporary.h"
+
 #include <dirent.h>
-#include <ftw.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <sys/stat.h>
@@ -14,19 +15,12 @@
 
 static char work_folder[512];
 
-static int remove_entry(const char *path, const struct stat *what, int kind, struct FTW *place)
-{
-  return remove(path);
-}
-
-static void remove_work_folder(void) { nftw(work_folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS); }
+static void remove_work_folder(void) { test_folder_remove(work_folder); }
 
 /* A fresh folder, removed at the end. */
 static int make_work_folder(void)
 {
-  const char *root = getenv("TMPDIR");
-  snprintf(work_folder, sizeof work_folder, "%s/flesh-mesh-XXXXXX", root ? root : P_tmpdir);
-  return mkdtemp(work_folder) && !atexit(remove_work_folder);
+  return !test_folder_make(work_folder, sizeof work_folder) && !atexit(remove_work_folder);
 }
 
 static const char *in_work_folder(const char *name)
