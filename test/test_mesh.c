@@ -307,6 +307,39 @@ static void bad_arrays_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "nodes 0 1 2 belongs to tets 0, 1 and 2");
 }
 
+static void distance_from_rest_ignores_rigid_motion(void)
+{
+  /* Rotation by 120 degrees about (1,1,1) and by 100 degrees about z, and a shift. */
+  double c = cos(100 * acos(-1) / 180), s = sin(100 * acos(-1) / 180);
+  double R[3][3] = {{0, c, -s}, {0, s, c}, {1, 0, 0}}, shift[3] = {10, -20, 5};
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_box((int[]){4, 2, 2}, (double[]){4, 1, 2}, (double[]){-1, 3, 0}, &mesh));
+  int nodes = flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x);
+  CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, X), 0, 1e-15);
+  /* Stretched by 1+e along x about the centre and then moved rigidly, the fit is that motion: the
+   * ends are e/2 of the length away. e = 0 is rigid; a mirror image is no rigid motion. */
+  for (int trial = 0; trial < 3; trial++) {
+    double stretch = (double[]){1, 1.1, 0.75}[trial];
+    for (int n = 0; n < nodes; n++) {
+      double y[3] = {1 + (X[3 * n] - 1) * stretch, X[3 * n + 1], X[3 * n + 2]};
+      for (int d = 0; d < 3; d++)
+        x[3 * n + d] = R[d][0] * y[0] + R[d][1] * y[1] + R[d][2] * y[2] + shift[d];
+    }
+    CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), fabs(stretch - 1) / 2, 1e-14);
+  }
+  /* Mirrored along its thinnest side y, the best rotation leaves that side mirrored: 1 of length 4.
+   */
+  for (int n = 0; n < nodes; n++)
+    for (int d = 0; d < 3; d++) x[3 * n + d] = d == 1 ? 7 - X[3 * n + d] : X[3 * n + d];
+  CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), 0.25, 1e-14);
+  x[7] = NAN;
+  CHECK(!(flesh_mesh_distance_from_rest(mesh, x) < 1e300));
+  free(x);
+  flesh_mesh_destroy(&mesh);
+}
+
 /* A tet of a radius ratio near 1e-4, which must be taken. */
 static void check_bad_but_not_flat(const double x[12])
 {
@@ -336,5 +369,6 @@ int main(int argc, char **argv)
                    TEST(volume_and_jacobians_follow_an_affine_map),
                    TEST(surface_is_closed_and_looks_outwards), TEST(masses_match_closed_forms),
                    TEST(one_tet_is_measured), TEST(inverted_tets_are_flipped_and_counted),
-                   TEST(bad_arrays_are_refused), TEST(slivers_are_accepted));
+                   TEST(bad_arrays_are_refused), TEST(distance_from_rest_ignores_rigid_motion),
+                   TEST(slivers_are_accepted));
 }
