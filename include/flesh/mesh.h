@@ -83,6 +83,10 @@ FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
                                       int *inverted);
 
+/* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best rigid fit
+ * (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
+FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
+
 /* Lumped mass rho V/4 per node and tet [nodes], kg; density [tets], kg/m^3. */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
