@@ -77,20 +77,19 @@ static void dense_times(int n, const double *A, const double *x, double *y)
 }
 
 /* x of A x = b by GSL's LU. */
-static double *solve_by_gsl(int unknowns, const double *A, const double *b)
+static double *solve_by_gsl(unsigned n, const double *A, const double *b)
 {
-  size_t n = (size_t)unknowns;
-  double *x = malloc(n * sizeof *x), *copy = malloc(n * n * sizeof *copy);
-  memcpy(copy, A, n * n * sizeof *copy);
-  gsl_matrix_view matrix = gsl_matrix_view_array(copy, n, n);
+  double *x = calloc(n, sizeof *x);
+  gsl_matrix *matrix = gsl_matrix_alloc(n, n);
+  memcpy(matrix->data, A, n * n * sizeof *A);
   gsl_vector_const_view right = gsl_vector_const_view_array(b, n);
   gsl_vector_view solution = gsl_vector_view_array(x, n);
   gsl_permutation *order = gsl_permutation_alloc(n);
   int sign;
-  gsl_linalg_LU_decomp(&matrix.matrix, order, &sign);
-  gsl_linalg_LU_solve(&matrix.matrix, order, &right.vector, &solution.vector);
+  gsl_linalg_LU_decomp(matrix, order, &sign);
+  gsl_linalg_LU_solve(matrix, order, &right.vector, &solution.vector);
   gsl_permutation_free(order);
-  free(copy);
+  gsl_matrix_free(matrix);
   return x;
 }
 
