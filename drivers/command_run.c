@@ -43,6 +43,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->unconverged)
+    printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
+           figures->solves);
   printf("results: %s\n", out);
 }
 

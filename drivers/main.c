@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "command_check.h"
+#include "command_drift.h"
 #include "command_material.h"
 #include "command_mesh.h"
 #include "command_run.h"
@@ -20,6 +21,7 @@ typedef struct command {
 /* A command is a row here, an include above and its file in drivers/meson.build. */
 static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
+    {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},

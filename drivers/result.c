@@ -54,6 +54,8 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->projections += stats->projections;
   figures->backtracks += stats->backtracks;
   figures->solves += stats->solves;
+  figures->at_rounding += stats->at_rounding;
+  figures->unconverged += stats->unconverged;
   if (record->step) {
     figures->residual = stats->residual_last;
     figures->residual_target = stats->residual_target;
@@ -205,6 +207,8 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "max_inverted", figures->max_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);
   set_integer(object, "solves", figures->solves);
+  set_integer(object, "solves_at_rounding", figures->at_rounding);
+  set_integer(object, "solves_unconverged", figures->unconverged);
   set_integer(object, "newton", figures->newton);
   set_integer(object, "linear", figures->linear);
   set_integer(object, "assemblies", figures->assemblies);

@@ -102,6 +102,15 @@ static void drop_frames(runner *r)
   free(folder);
 }
 
+/* Whether a file could be written there; it is not touched. */
+static int probe(const char *path)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  flesh_file_abandon(&file);
+  return status;
+}
+
 /* Everything that can fail for want of a writable place fails here, before any solve. */
 static int open_outputs(runner *r, flesh_figures *figures)
 {
@@ -216,6 +225,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   *outcome = (flesh_outcome){.advice = ""};
   int status = flesh_figures_open(figures, flesh_scene_system(scene));
   if (!status) status = open_state(&r);
+  if (!status && options->save_state) status = probe(options->save_state);
   if (!status && options->out) status = open_outputs(&r, figures);
   int prepared = !status;
   if (!status) status = simulate(&r, figures, outcome);

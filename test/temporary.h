@@ -22,6 +22,7 @@ static inline int test_folder_make(char *path, size_t size)
 static int test_folder_remove_entry(const char *path, const struct stat *info, int type,
                                     struct FTW *place)
 {
+  (void)info, (void)type, (void)place;
   return remove(path);
 }
 

@@ -44,9 +44,13 @@ typedef struct flesh_solver_options {
   flesh_preconditioner preconditioner;
   flesh_projection projection;
   flesh_globalization globalization;
+  /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number of
+   * iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and fails. */
+  int accept_unconverged;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search. */
+/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search, unconverged
+ * solves refused. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* Of one solve, or summed over a step with its halvings. */
@@ -54,6 +58,7 @@ typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   int at_rounding; /* solves that ended at rounding above the tolerance */
+  int unconverged; /* solves accepted without convergence (accept_unconverged) */
   double residual_first, residual_last, residual_target; /* 2-norms over the free dofs [N], last solve */
 } flesh_solve_stats;
 

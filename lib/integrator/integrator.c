@@ -78,10 +78,8 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
 static void record_failure(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
                            int status, const flesh_solve_stats *stats)
 {
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   const flesh_mesh *mesh = flesh_system_mesh(self->system);
-  double *x = self->base; /* free again after the solve */
-  for (int d = 0; d < self->n; d++) x[d] = stage->x0[d] + stage->shift.x * u[d];
+  const double *x = flesh_nonlinear_positions(self->nonlinear);
   flesh_failure *f = &self->failure;
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
                        .residual = stats->residual_last, .target = stats->residual_target};

@@ -98,6 +98,8 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
   return N_VGetArrayPointer(self->u);
 }
 
+const double *flesh_nonlinear_positions(const flesh_nonlinear *self) { return self->problem->x; }
+
 int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
 {
   if (!self->problem->residual.known) return -1;
@@ -121,6 +123,9 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
   flesh_problem *problem = self->problem;
   const double *u = N_VGetArrayPointer(self->u);
   if (flag == KIN_MEM_FAIL) return flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory");
+  /* A step into where an energy has no value, without a shorter one that KINSOL could find. */
+  if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)
+    return problem->refused ? problem->refused : FLESH_NOT_CONVERGED;
   int status = flesh_problem_residual(problem, u, problem->work);
   if (status) return status;
   double norm = flesh_norm(problem->n, problem->work);
@@ -129,6 +134,10 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
   /* The line search may have given up, or KINSOL stopped, on a residual that cannot be made smaller. */
   if (problem->at_rounding || norm <= 2 * flesh_problem_rounding(problem, u)) {
     stats->at_rounding++;
+    return FLESH_OK;
+  }
+  if (flag == KIN_MAXITER_REACHED && problem->options.accept_unconverged) {
+    stats->unconverged++;
     return FLESH_OK;
   }
   return FLESH_NOT_CONVERGED;

@@ -16,6 +16,9 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage,
                           flesh_solve_stats *stats);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
+/* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
+const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
+
 /* Node with the largest residual at the last iterate; -1 when it has none. */
 int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);

@@ -2,6 +2,7 @@
 #include "flesh/observer.h"
 
 #include <errno.h>
+#include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -12,14 +13,21 @@
 struct flesh_history {
   FILE *stream;
   char *path;
+  long whole; /* bytes up to the end of the last complete row */
 };
 
 static int written(flesh_history *history)
 {
   errno = 0;
-  if (!fflush(history->stream) && !ferror(history->stream)) return FLESH_OK;
+  if (!fflush(history->stream) && !ferror(history->stream)) {
+    history->whole = ftell(history->stream);
+    return FLESH_OK;
+  }
+  int reason = errno;
+  __fpurge(history->stream); /* closing must not try again */
+  if (ftruncate(fileno(history->stream), history->whole)) errno = 0; /* half a row may stay */
   return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", history->path,
-                    errno ? strerror(errno) : "the disk may be full");
+                    reason ? strerror(reason) : "the disk may be full");
 }
 
 /* energy_drag, energy_drag_2, ... */

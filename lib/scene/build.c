@@ -57,8 +57,7 @@ static void list_mesh_tags(const flesh_mesh *mesh, char *text, size_t size)
 }
 
 /* Fails at item `item` of the tags of entry `entry`. */
-static int bad_tag(const flesh_scene *scene, const flesh_node *regions, const tagged *tag,
-                   const char *sentence)
+static int bad_tag(const flesh_node *regions, const tagged *tag, const char *sentence)
 {
   const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
   const flesh_key *list =
@@ -86,7 +85,7 @@ static int collect_tags(flesh_scene *scene, const flesh_node *regions, int *coun
   qsort(*tags, (size_t)*count, sizeof **tags, compare_tags);
   for (int i = 1; i < *count; i++)
     if ((*tags)[i].tag == (*tags)[i - 1].tag)
-      return bad_tag(scene, regions, &(*tags)[i], "a tag must stand only once in all regions");
+      return bad_tag(regions, &(*tags)[i], "a tag must stand only once in all regions");
   return FLESH_OK;
 }
 
@@ -167,7 +166,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
       char existing[200], sentence[260];
       list_mesh_tags(scene->mesh, existing, sizeof existing);
       snprintf(sentence, sizeof sentence, "it must be a region tag of the mesh: %s", existing);
-      return bad_tag(scene, regions, &tags[i], sentence);
+      return bad_tag(regions, &tags[i], sentence);
     }
   scene->body = (flesh_body){.mesh = scene->mesh,
                              .density = density,

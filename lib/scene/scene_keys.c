@@ -228,6 +228,12 @@ static const flesh_key solver_table[] = {
      .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "kinsol: KINSOL's line search on the residual"},
+    {.name = "accept_unconverged",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, accept_unconverged),
+     .default_value = "false",
+     .doc = "true: a solve that ends at max_newton counts all the same, as in programs that take a "
+            "fixed number of iterations; false: the step is retried in halves and fails"},
     {.name = NULL},
 };
 

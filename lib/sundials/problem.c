@@ -122,7 +122,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->stage = *stage;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
-  self->at_rounding = 0;
+  self->at_rounding = self->refused = 0;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
@@ -170,10 +170,10 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     self->residual.known = 0;
     self->stats.residuals++;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
-    if (status) return status;
+    if (status) return self->refused = status;
     for (int d = 0; d < self->n; d++)
       if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
-    if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
+    if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return self->refused = FLESH_NONFINITE;
     memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
     self->residual.known = 1;
   }

@@ -39,6 +39,7 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled */
   int projected;         /* whether K is */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
+  int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
   flesh_solve_stats stats;
 };

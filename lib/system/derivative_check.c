@@ -84,10 +84,12 @@ static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
 
 static double ratio(double error, double scale) { return error > 0 ? error / scale : error; }
 
-/* Differences over s of terms this large are uncertain by their rounding. */
-static double beyond_rounding(double error, double terms, double s)
+/* The same for differences over s of terms this large: rounding alone is no error where nothing
+ * should be. */
+static double difference_ratio(double error, double scale, double terms, double s)
 {
-  return error <= 32 * DBL_EPSILON * terms / s ? 0 : error;
+  double rounding = 32 * DBL_EPSILON * terms / s;
+  return error <= rounding && scale <= rounding ? 0 : ratio(error, scale);
 }
 
 static int check_potential(check *c, const flesh_shift *shift, double *worst)
@@ -105,7 +107,7 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
       terms = fmax(terms, magnitude);
     }
     if (status) return status;
-    best = fmin(best, ratio(beyond_rounding(fabs(slope - expected), terms, s), scale));
+    best = fmin(best, difference_ratio(fabs(slope - expected), scale, terms, s));
   }
   *worst = fmax(*worst, best);
   return FLESH_OK;
@@ -134,7 +136,7 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
     }
     for (size_t d = 0; d < c->unknowns; d++)
       error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
-    best = fmin(best, ratio(beyond_rounding(sqrt(error), terms, s), scale));
+    best = fmin(best, difference_ratio(sqrt(error), scale, terms, s));
   }
   *worst = fmax(*worst, best);
   return FLESH_OK;
@@ -179,7 +181,7 @@ static double negative_curvature(check *c)
   if (!(largest > 0)) return 0;
   randomize(c, c->du, 1);
   extreme_curvature(c, largest, &lowest);
-  return -lowest / largest;
+  return lowest < 0 ? -lowest / largest : 0;
 }
 
 static int check_shift(check *c, int s, flesh_derivative_report *report)

@@ -1,0 +1,209 @@
+/* drift_pictures.c: the comparison in plots and pictures. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drift.h"
+#include "flesh/scene.h"
+#include "palette.h"
+#include "plot.h"
+
+/* Volume against time, a plot per scene and Poisson's ratio. */
+static int draw_volumes(const flesh_drift_plan *plan, int scene, int poisson)
+{
+  int room = plan->variant_count * plan->solver_count, count = 0;
+  flesh_plot_series *series = calloc((size_t)room, sizeof *series);
+  char(*titles)[48] = calloc((size_t)room, sizeof *titles), (*files)[300] = calloc((size_t)room, sizeof *files);
+  if (!series || !titles || !files) {
+    free(series), free(titles), free(files);
+    return FLESH_ERR_MEMORY;
+  }
+  for (int k = 0; k < plan->case_count; k++) {
+    const flesh_drift_case *c = &plan->cases[k];
+    if (c->scene != scene || c->poisson != poisson || c->figures.exit_code == 2) continue;
+    const flesh_drift_variant *v = &plan->variants[c->variant];
+    char folder[256], title[16];
+    flesh_drift_case_folder(plan, c, folder);
+    flesh_drift_variant_title(*v, title);
+    snprintf(files[count], sizeof *files, "%s/history.csv", folder);
+    snprintf(titles[count], sizeof *titles, "%s, %s%s", title, flesh_drift_solver_name(c->solver),
+             c->figures.status ? " (stops)" : "");
+    /* The two D's share a colour: the deflation sets them apart. */
+    series[count] = (flesh_plot_series){titles[count], files[count], "t", "volume_ratio",
+                                        v->constants == FLESH_CONSTANTS_AS_E ? "#d08ac8"
+                                                                             : flesh_palette_colour(v->energy),
+                                        c->solver == FLESH_DRIFT_PLAIN};
+    count++;
+  }
+  char name[128], title[160];
+  snprintf(name, sizeof name, "volume_%s_%g", plan->names[scene], plan->poissons[poisson]);
+  snprintf(title, sizeof title, "%s: volume against time, Poisson's ratio %g", plan->names[scene],
+           plan->poissons[poisson]);
+  /* What blows up leaves the picture instead of flattening everything else. */
+  double low = 0.9, high = 1.1;
+  for (int k = 0; k < plan->case_count; k++) {
+    const flesh_drift_case *c = &plan->cases[k];
+    if (c->scene != scene || c->poisson != poisson || c->figures.status) continue;
+    low = fmin(low, 1 - 1.1 * c->figures.max_volume_drift);
+    high = fmax(high, 1 + 1.1 * fmin(c->figures.max_volume_drift, 1));
+  }
+  char extra[96];
+  snprintf(extra, sizeof extra, "set yrange [%g:%g]\n", fmax(low, 0), high);
+  flesh_plot_lines lines = {title, "t [s]", "V / V_rest", extra, count, series};
+  int status = flesh_plot_lines_draw(plan->out, name, &lines);
+  free(series), free(titles), free(files);
+  return status;
+}
+
+/* A panel's body as it was at a state file of the case. */
+typedef struct body_panel {
+  double *x, *J;
+  char title[64], subtitle[96];
+} body_panel;
+
+/* Reads `file` of the case's folder into the panel; without one the panel stays empty. */
+static void read_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, const char *file,
+                       const flesh_mesh *mesh, body_panel *panel)
+{
+  size_t nodes = (size_t)flesh_mesh_node_count(mesh);
+  char folder[256], path[1700];
+  flesh_drift_case_folder(plan, c, folder);
+  snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, file);
+  panel->x = malloc(nodes * 3 * sizeof(double));
+  panel->J = malloc((size_t)flesh_mesh_tet_count(mesh) * sizeof(double));
+  double *v = malloc(nodes * 3 * sizeof(double));
+  flesh_state state = {0, panel->x, v};
+  if (!panel->x || !panel->J || !v || flesh_state_read(path, (int)nodes, &state)) {
+    free(panel->x);
+    panel->x = NULL;
+  } else {
+    flesh_mesh_jacobians(mesh, panel->x, panel->J, NULL, NULL);
+  }
+  free(v);
+}
+
+static void free_panels(int count, body_panel *bodies)
+{
+  for (int k = 0; k < count; k++) free(bodies[k].x), free(bodies[k].J);
+  free(bodies);
+}
+
+/* The window that shows the bodies that are whole: twice the rest shape about it at most. */
+static int draw_panels(const flesh_drift_plan *plan, const char *name, const flesh_mesh *mesh, int count,
+                       body_panel *bodies, int columns)
+{
+  flesh_plot_panel *panels = calloc((size_t)count, sizeof *panels);
+  if (!panels) return FLESH_ERR_MEMORY;
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double reach = 0;
+  for (int c = 0; c < 3; c++) reach = fmax(reach, 2 * (info.high[c] - info.low[c]));
+  for (int k = 0; k < count; k++) {
+    double *x = bodies[k].x;
+    int whole = x != NULL;
+    for (int d = 0; whole && d < 3 * info.nodes; d++)
+      whole = x[d] > info.low[d % 3] - reach && x[d] < info.high[d % 3] + reach;
+    panels[k] = (flesh_plot_panel){bodies[k].title, bodies[k].subtitle, mesh, whole ? x : NULL, bodies[k].J};
+  }
+  flesh_plot_surface_options options;
+  flesh_plot_surface_options_default(&options);
+  options.columns = columns;
+  options.panel_width = 360;
+  int status = flesh_plot_surface(plan->out, name, count, panels, &options);
+  free(panels);
+  return status;
+}
+
+/* Which frame of a case a panel shows. */
+typedef enum frame_kind { FRAME_WORST, FRAME_EVENT, FRAME_END } frame_kind;
+
+static void describe(const flesh_drift_plan *plan, const flesh_drift_case *c, frame_kind kind,
+                     body_panel *panel)
+{
+  const struct flesh_drift_figures *f = &c->figures;
+  char title[16];
+  flesh_drift_variant_title(plan->variants[c->variant], title);
+  snprintf(panel->title, sizeof panel->title, "%s, ν = %g, %s", title, plan->poissons[c->poisson],
+           flesh_drift_solver_name(c->solver));
+  if (kind == FRAME_END && f->status)
+    snprintf(panel->subtitle, sizeof panel->subtitle, "%s at t = %.3g s", flesh_drift_status_word(c),
+             f->failed_at);
+  else if (kind == FRAME_END)
+    snprintf(panel->subtitle, sizeof panel->subtitle, "at the end: volume %+.3f %%",
+             100 * f->final_volume_drift);
+  else
+    snprintf(panel->subtitle, sizeof panel->subtitle, "t = %.3g s: volume %+.2f %%",
+             kind == FRAME_WORST ? f->worst_t : f->event_t,
+             100 * (kind == FRAME_WORST ? f->worst_drift : f->event_drift));
+}
+
+static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, frame_kind kind,
+                      const flesh_mesh *mesh, body_panel *panel)
+{
+  static const char *const files[] = {
+      [FRAME_WORST] = "worst_state.txt", [FRAME_EVENT] = "event_state.txt", [FRAME_END] = "state.txt"};
+  read_panel(plan, c, files[kind], mesh, panel);
+  describe(plan, c, kind, panel);
+}
+
+/* The worst frame of an energy at every Poisson's ratio and with every solver, coloured by J. */
+static int draw_worst(const flesh_drift_plan *plan, int scene, int variant, const flesh_mesh *mesh)
+{
+  int room = plan->poisson_count * plan->solver_count, count = 0;
+  body_panel *bodies = calloc((size_t)room, sizeof *bodies);
+  if (!bodies) return FLESH_ERR_MEMORY;
+  for (int g = 0; g < plan->solver_count; g++)
+    for (int k = 0; k < plan->case_count; k++) {
+      const flesh_drift_case *c = &plan->cases[k];
+      if (c->scene != scene || c->variant != variant || c->solver != plan->solvers[g]) continue;
+      add_panel(plan, c, FRAME_WORST, mesh, &bodies[count++]);
+    }
+  char name[160];
+  snprintf(name, sizeof name, "worst_%s_%s_%s", plan->names[scene],
+           flesh_energy_name(plan->variants[variant].energy),
+           flesh_constants_name(plan->variants[variant].constants));
+  int status = draw_panels(plan, name, mesh, count, bodies, plan->poisson_count);
+  free_panels(room, bodies);
+  return status;
+}
+
+/* All energies side by side at one Poisson's ratio: before the last event (the release) above, the end below. */
+static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, flesh_drift_solver solver,
+                       const flesh_mesh *mesh)
+{
+  int room = 2 * plan->variant_count, count = 0;
+  body_panel *bodies = calloc((size_t)room, sizeof *bodies);
+  if (!bodies) return FLESH_ERR_MEMORY;
+  for (frame_kind kind = FRAME_EVENT; kind <= FRAME_END; kind++)
+    for (int k = 0; k < plan->case_count; k++) {
+      const flesh_drift_case *c = &plan->cases[k];
+      if (c->scene != scene || c->poisson != poisson || c->solver != solver) continue;
+      add_panel(plan, c, kind, mesh, &bodies[count++]);
+    }
+  char name[160];
+  snprintf(name, sizeof name, "shapes_%s_%g_%s", plan->names[scene], plan->poissons[poisson],
+           flesh_drift_solver_name(solver));
+  int status = draw_panels(plan, name, mesh, count, bodies, plan->variant_count);
+  free_panels(room, bodies);
+  return status;
+}
+
+int flesh_drift_draw(const flesh_drift_plan *plan)
+{
+  int status = FLESH_OK;
+  for (int s = 0; s < plan->scene_count && !status; s++) {
+    flesh_scene *scene = NULL;
+    status = flesh_scene_read(plan->scenes[s], plan->overrides->count, plan->overrides->values, &scene);
+    if (status) break;
+    const flesh_mesh *mesh = flesh_scene_mesh(scene);
+    for (int p = 0; p < plan->poisson_count && !status; p++) {
+      status = draw_volumes(plan, s, p);
+      for (int g = 0; g < plan->solver_count && !status; g++)
+        status = draw_shapes(plan, s, p, plan->solvers[g], mesh);
+    }
+    for (int v = 0; v < plan->variant_count && !status; v++) status = draw_worst(plan, s, v, mesh);
+    flesh_scene_destroy(&scene);
+  }
+  return status;
+}

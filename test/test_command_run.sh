@@ -1,0 +1,196 @@
+# test_command_run.sh: `flesh run` and `flesh check` as they are used: exit codes, files, signals, restarts.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/command.sh"
+
+# Largest difference between two state files, below $3.
+same_states() {
+  grep -v '^#' "$1" >one.txt
+  grep -v '^#' "$2" >two.txt
+  paste -d ' ' one.txt two.txt | awk -v limit="$3" '
+    NF != 12 { bad = 1 }
+    { for (c = 1; c <= 6; c++) { d = $c - $(c + 6); if (d < 0) d = -d; if (d > worst) worst = d } }
+    END { print "largest difference", worst; exit bad || NR == 0 || worst > limit }'
+}
+
+"$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  density: 1000
+  material: {energy: S, constants: matched, young: 1e5, poisson: 0.45}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {method: backward-euler, step: 1/60, end: 1/2}
+solver: {newton_tolerance: 1e-10}
+END
+
+a_good_run_writes_everything() {
+  expect 0 "$flesh" run bar.yaml || return 1
+  [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
+  has stdout.txt 'material 0: S (matched)' && has stdout.txt 'poisson 0.45$' || return 1
+  [ "$(lines out/bar/history.csv)" -eq 32 ] || return 1 # header, start, 30 steps
+  [ "$(ls out/bar/frames/*.vtu | wc -l)" -eq 31 ] || return 1
+  [ "$(grep -c DataSet out/bar/frames/frames.pvd)" -eq 31 ] || return 1
+  rows out/bar/state.txt 63 || return 1
+  has out/bar/result.json '"status": "complete"' && has out/bar/result.json '"steps": 30' &&
+    has out/bar/result.json "$(sha256sum bar.yaml | cut -d ' ' -f 1)" &&
+    has out/bar/result.json "$(sha256sum bar.msh | cut -d ' ' -f 1)" || return 1
+  ! find . -name '*.part-*' | grep .
+}
+
+vtk_reads_the_frames() {
+  /usr/bin/python3 -c 'import vtkmodules.vtkIOXML' || { echo skipped; return 0; }
+  /usr/bin/python3 "$source_folder/check_vtu.py" out/bar/frames/frames.pvd
+}
+
+the_resolved_scene_repeats_the_run() {
+  expect 0 "$flesh" run out/bar/scene.yaml --out again --quiet || return 1
+  [ ! -s stdout.txt ] || return 1
+  cmp out/bar/state.txt again/state.txt && cmp out/bar/scene.yaml again/scene.yaml
+}
+
+a_restart_goes_on_where_it_was() {
+  expect 0 "$flesh" run bar.yaml --out half --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
+  has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
+  expect 0 "$flesh" run bar.yaml --out rest --start-state "it's half.txt" --no-frames || return 1
+  [ "$(lines rest/history.csv)" -eq 17 ] || return 1
+  same_states out/bar/state.txt rest/state.txt 1e-12 || return 1
+  # What the restart was is in its resolved scene.
+  expect 0 "$flesh" run rest/scene.yaml --out rest2 --no-frames || return 1
+  cmp rest/state.txt rest2/state.txt
+}
+
+older_results_are_replaced() {
+  expect 0 "$flesh" run bar.yaml --out again --set time.end=1/10 || return 1
+  [ "$(ls again/frames/*.vtu | wc -l)" -eq 7 ] && [ "$(grep -c DataSet again/frames/frames.pvd)" -eq 7 ] || return 1
+  [ "$(lines again/history.csv)" -eq 8 ] || return 1
+  expect 0 "$flesh" run bar.yaml --out again --set time.end=1/10 --no-frames || return 1
+  [ ! -e again/frames ]
+}
+
+statics_make_one_solve() {
+  sed '/inertia/d; /^time/d' bar.yaml >static.yaml
+  expect 0 "$flesh" run static.yaml || return 1
+  [ "$(lines out/static/history.csv)" -eq 3 ] && has out/static/result.json '"steps": 1'
+}
+
+help_is_help() {
+  for words in --help 'run --help' 'check --help'; do
+    expect 0 "$flesh" $words && has stdout.txt '130/143' && has stdout.txt Usage || return 1
+  done
+  expect 0 "$flesh" --version && has stdout.txt 'SUNDIALS [67]'
+}
+
+bad_usage_is_refused() {
+  for words in '' nonsense run 'run a b' 'run bar.yaml --nonsense' 'run bar.yaml --out' 'check' \
+    'run bar.yaml --max-seconds 0' 'run bar.yaml --quiet=yes' 'run bar.yaml --set nonsense=1' \
+    'run bar.yaml --set time.step=-1'; do
+    expect 2 "$flesh" $words && [ "$(lines stderr.txt)" -eq 1 ] || { echo "words: $words"; cat stderr.txt; return 1; }
+  done
+  has stderr.txt 'time.step'
+}
+
+bad_scenes_are_refused() {
+  sed 's/density/dencity/' bar.yaml >bad.yaml
+  for command in run check; do
+    expect 2 "$flesh" $command bad.yaml && has stderr.txt 'bad.yaml:3' && has stderr.txt density || return 1
+    expect 3 "$flesh" $command missing.yaml && has stderr.txt missing.yaml || return 1
+  done
+  [ ! -e out/bad ] && [ ! -e out/missing ]
+}
+
+bad_meshes_are_refused() {
+  printf 'nodes 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\ntets 1\n0 1 2 3\n' >flat.mesh
+  for command in run check; do
+    expect 3 "$flesh" $command bar.yaml --set body.mesh=flat.mesh && has stderr.txt flat.mesh || return 1
+    expect 3 "$flesh" $command bar.yaml --set body.mesh=none.mesh && has stderr.txt none.mesh || return 1
+  done
+}
+
+a_bad_place_is_refused_before_solving() {
+  echo precious >file
+  expect 3 "$flesh" run bar.yaml --out file && has stderr.txt 'must be a directory' || return 1
+  expect 3 "$flesh" run bar.yaml --out file/below && has stderr.txt file/below || return 1
+  expect 3 "$flesh" run bar.yaml --out saved --save-state none/state.txt && has stderr.txt none/state.txt || return 1
+  [ ! -e saved ] || return 1
+  [ "$(cat file)" = precious ]
+}
+
+# interrupted SIGNAL CODE: a run that would take hours leaves valid files.
+interrupted() {
+  "$flesh" run bar.yaml --out "long$1" --set time.end=1e5 --set output.frame_interval=5 >stdout.txt 2>stderr.txt &
+  run=$!
+  for wait in 1 2 3 4 5 6 7 8 9 10; do
+    sleep 0.3
+    [ -e "long$1/frames/frame_000005.vtu" ] && break
+  done
+  kill "-$1" "$run"
+  wait "$run"
+  status=$?
+  [ "$status" -eq "$2" ] || { echo "ended with $status"; cat stderr.txt; return 1; }
+  has "long$1/result.json" '"status": "interrupted"' && has "long$1/result.json" "\"exit_code\": $2" || return 1
+  [ "$(tail -n 1 "long$1/result.json")" = '}' ] || return 1
+  rows "long$1/state.txt" 63 || return 1
+  # Whole rows, the last of which is the saved state's time; every listed frame is there.
+  awk -F , 'NR == 1 { n = NF } NF != n { exit 1 } END { exit NR < 3 }' "long$1/history.csv" || return 1
+  [ "# t $(tail -n 1 "long$1/history.csv" | cut -d , -f 1)" = "$(head -n 1 "long$1/state.txt")" ] || return 1
+  sed -n 's/.*file="\(.*\)".*/\1/p' "long$1/frames/frames.pvd" >listed
+  [ -s listed ] && while read -r frame; do [ -s "long$1/frames/$frame" ] || return 1; done <listed
+  ! find "long$1" -name '*.part-*' | grep .
+}
+sigint_keeps_what_was_done() { interrupted INT 130; }
+sigterm_keeps_what_was_done() { interrupted TERM 143; }
+
+a_spent_budget_keeps_what_was_done() {
+  expect 6 "$flesh" run bar.yaml --out budget --set time.end=1e5 --max-seconds 0.3 --no-frames || return 1
+  has stderr.txt 'budget of 0.3 s' && has budget/result.json '"status": "out of budget"' && rows budget/state.txt 63
+}
+
+a_failed_solve_is_explained() {
+  expect 4 "$flesh" run bar.yaml --out failed --set body.material.energy=B --set time.step=0.5 --set time.end=2 \
+    --set 'effects.gravity.acceleration=[0, 0, -2000]' --set solver.max_halvings=1 --set solver.max_newton=3 || return 1
+  has stderr.txt 'last try: t = .* s, h = .* after 1 halvings' && has stderr.txt 'worst tet: .* J = .* at (' &&
+    has stderr.txt 'residual: .* N; target' && has stderr.txt 'advice: try' || return 1
+  for key in '"status": "failed"' '"exit_code": 4' '"halvings": 1' '"worst_tet": [0-9]' '"worst_J"' \
+    '"worst_position"' '"residual_target"' '"worst_node"' '"advice"'; do
+    has failed/result.json "$key" || return 1
+  done
+  rows failed/state.txt 63 && [ "$(lines failed/history.csv)" -ge 2 ]
+}
+
+check_differentiates() {
+  expect 0 "$flesh" check bar.yaml --dump dump || return 1
+  has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
+  rows dump/gradient.txt 63 && rows dump/energy.txt 1 || return 1
+  # The announced number of entries, all in the lower triangle.
+  awk 'NR == 2 { n = $3 } NR > 2 && $1 < $2 { exit 1 } END { exit NR - 2 != n }' dump/hessian.mtx
+}
+
+full_output_is_noticed() {
+  [ -c /dev/full ] || return 0
+  "$flesh" run --help >/dev/full 2>stderr.txt
+  [ $? -eq 3 ]
+}
+
+tests='a_good_run_writes_everything
+vtk_reads_the_frames
+the_resolved_scene_repeats_the_run
+a_restart_goes_on_where_it_was
+older_results_are_replaced
+statics_make_one_solve
+help_is_help
+bad_usage_is_refused
+bad_scenes_are_refused
+bad_meshes_are_refused
+a_bad_place_is_refused_before_solving
+sigint_keeps_what_was_done
+sigterm_keeps_what_was_done
+a_spent_budget_keeps_what_was_done
+a_failed_solve_is_explained
+check_differentiates
+full_output_is_noticed'
+# shellcheck disable=SC2086
+run_tests $tests
