@@ -2,6 +2,7 @@
 #include "sundials/problem.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,10 +30,40 @@ static double typical_stiffness(flesh_problem *self)
   return count ? sum / count : 1;
 }
 
+/* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
+static int check_options(const flesh_solver_options *o)
+{
+  const struct {
+    const char *name;
+    double value;
+  } fractions[] = {{"newton_tolerance", o->newton_tolerance}, {"linear_tolerance", o->linear_tolerance}};
+  for (int k = 0; k < 2; k++)
+    if (!(fractions[k].value > 0 && fractions[k].value < 1))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %g; it must be > 0 and < 1", fractions[k].name,
+                        fractions[k].value);
+  const struct {
+    const char *name;
+    long long value, low, high;
+  } integers[] = {{"max_newton", o->max_newton, 1, INT_MAX},
+                  {"max_linear", o->max_linear, 1, INT_MAX},
+                  {"max_halvings", o->max_halvings, 0, 30},
+                  {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
+                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_NONE},
+                  {"projection", o->projection, 0, FLESH_PROJECTION_NEVER},
+                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL}};
+  for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
+    if (integers[k].value < integers[k].low || integers[k].value > integers[k].high)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %lld; it must be in %lld to %lld", integers[k].name,
+                        integers[k].value, integers[k].low, integers[k].high);
+  return FLESH_OK;
+}
+
 int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options,
                          flesh_problem **problem)
 {
   *problem = NULL;
+  int status = check_options(options);
+  if (status) return status;
   flesh_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
   self->system = system;
@@ -45,7 +76,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
+  status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) {
     if (options->linear_solver == FLESH_LINEAR_PCG)
