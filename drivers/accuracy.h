@@ -6,6 +6,8 @@
 #ifndef FLESH_DRIVERS_ACCURACY_H
 #define FLESH_DRIVERS_ACCURACY_H
 
+#include <stdio.h>
+
 #include "accuracy_track.h"
 #include "options.h"
 #include "overrides.h"
@@ -56,9 +58,9 @@ typedef struct flesh_accuracy_figures {
 
 typedef struct flesh_accuracy_row {
   flesh_accuracy_group group;
-  int method;       /* in flesh_accuracy_methods */
-  char setting[80]; /* "step=1/60", "solver.newton_tolerance=1e-4" */
-  double value;     /* of the setting; NaN for a word */
+  int method;                           /* in flesh_accuracy_methods */
+  char setting[80];                     /* "step=1/60", "solver.newton_tolerance=1e-4" */
+  double value;                         /* of the setting; NaN for a word */
   flesh_accuracy_value step, tolerance; /* in force; tolerance empty for fixed steps */
   char extra[80];                       /* one more override; may be empty */
   int done;
@@ -77,7 +79,7 @@ typedef struct flesh_accuracy_reference {
 /* A line through log(error) over log(step or tolerance). */
 typedef struct flesh_accuracy_fit {
   int points;
-  double slope, slope_error; /* NaN with fewer than three points */
+  double slope, slope_error;  /* NaN with fewer than three points */
   double low, high, constant; /* over these values; log(error) = constant + slope log(value) */
 } flesh_accuracy_fit;
 
@@ -94,7 +96,7 @@ typedef struct flesh_accuracy_plan {
   int repeat, quick, resume;
   double max_seconds, reference_seconds;
   char fingerprint[72], finer_fingerprint[72]; /* of the scenes as they stand */
-  int argc; /* the command line, for the provenance */
+  int argc;                                    /* the command line, for the provenance */
   char **argv;
   flesh_accuracy_grid grid;
   flesh_accuracy_measure measure;

@@ -74,7 +74,8 @@ static int integrate(flesh_integrator *integrator, double h, const flesh_accurac
     if (status) break;
     cost->steps++;
     state->t = target;
-    if (done || (step % between == 0 && place < grid->count - 1)) status = keep(state, place++, track);
+    if (done || (step % between == 0 && place < grid->count - 1))
+      status = keep(state, place++, track);
     if (!status && !done) status = ask(state, started, max_seconds);
   }
   cost->wall_s = seconds(CLOCK_MONOTONIC) - started;
@@ -98,8 +99,8 @@ int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid
   if (!status) flesh_scene_start(scene, &state);
   if (!status)
     status = flesh_integrator_create(system, time->method, flesh_scene_solver(scene), &integrator);
-  if (!status)
-    status = integrate(integrator, time->step, grid, max_seconds, &state, track, cost);
+  if (!status) status = flesh_integrator_set_method_options(integrator, &time->options);
+  if (!status) status = integrate(integrator, time->step, grid, max_seconds, &state, track, cost);
   flesh_integrator_destroy(&integrator);
   free(state.x);
   free(state.v);

@@ -62,9 +62,9 @@ static json_t *fields_json(const field *fields, const void *from)
   json_t *object = json_object();
   for (; fields->name; fields++) {
     const char *at = (const char *)from + fields->offset;
-    json_t *value = fields->kind == NUMBER  ? flesh_json_number(*(const double *)at)
-                    : fields->kind == LONG  ? json_integer(*(const long *)at)
-                                            : json_integer(*(const int *)at);
+    json_t *value = fields->kind == NUMBER ? flesh_json_number(*(const double *)at)
+                    : fields->kind == LONG ? json_integer(*(const long *)at)
+                                           : json_integer(*(const int *)at);
     json_object_set_new(object, fields->name, value);
   }
   return object;
@@ -76,7 +76,8 @@ static int read_fields(const field *fields, const json_t *object, void *to)
     char *at = (char *)to + fields->offset;
     const json_t *value = json_object_get(object, fields->name);
     if (!value) return -1;
-    if (fields->kind == NUMBER) *(double *)at = json_is_number(value) ? json_number_value(value) : NAN;
+    if (fields->kind == NUMBER)
+      *(double *)at = json_is_number(value) ? json_number_value(value) : NAN;
     else if (fields->kind == LONG) *(long *)at = (long)json_integer_value(value);
     else *(int *)at = (int)json_integer_value(value);
   }
@@ -88,7 +89,8 @@ static int hash_file(SHA2_CTX *hash, const char *path)
   FILE *stream = fopen(path, "rb");
   if (!stream) return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened", path);
   uint8_t bytes[4096];
-  for (size_t got; (got = fread(bytes, 1, sizeof bytes, stream)) > 0;) SHA256Update(hash, bytes, got);
+  for (size_t got; (got = fread(bytes, 1, sizeof bytes, stream)) > 0;)
+    SHA256Update(hash, bytes, got);
   fclose(stream);
   return FLESH_OK;
 }
@@ -137,8 +139,8 @@ static int fingerprint(const flesh_accuracy_plan *plan, const char *path,
 /* One text that names the build. */
 static json_t *build_json(void)
 {
-  static const char *const parts[] = {"flesh", "commit", "compiler", "compiler_flags", "instruction_set",
-                                      "libraries"};
+  static const char *const parts[] = {"flesh",          "commit",          "compiler",
+                                      "compiler_flags", "instruction_set", "libraries"};
   char *words[1] = {NULL};
   json_t *program = flesh_provenance_program(0, words), *build = json_object();
   for (size_t p = 0; p < sizeof parts / sizeof parts[0]; p++)
@@ -219,21 +221,22 @@ static void take_row(flesh_accuracy_plan *plan, const json_t *object, int same_f
 static int refuse(const flesh_accuracy_plan *plan, const json_t *root, const char *path)
 {
   if (strcmp(text_of(root, "scene"), plan->fingerprint))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--resume: %s is of another scene or other --set values, or its mesh or start "
-                      "state has changed; give another --out, or leave --resume out to start over",
-                      path);
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "--resume: %s is of another scene or other --set values, or its mesh or start "
+        "state has changed; give another --out, or leave --resume out to start over",
+        path);
   json_t *grid = grid_json(&plan->grid), *build = build_json();
   int same_grid = json_equal(grid, json_object_get(root, "grid"));
   int same_build = json_equal(build, json_object_get(root, "build"));
   json_decref(grid);
   json_decref(build);
   if (!same_grid)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--resume: %s has other times of comparison; the longest of --steps must be "
-                      "%.15g s as it was",
-                      path,
-                      json_number_value(json_object_get(json_object_get(root, "grid"), "interval")));
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "--resume: %s has other times of comparison; the longest of --steps must be "
+        "%.15g s as it was",
+        path, json_number_value(json_object_get(json_object_get(root, "grid"), "interval")));
   if (!same_build)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "--resume: %s was made by another build of flesh, whose times would not "
@@ -260,12 +263,12 @@ int flesh_accuracy_load(flesh_accuracy_plan *plan)
   if (!status && read_fields(reference_fields, reference, &plan->reference))
     status = flesh_fail(FLESH_ERR_FILE, "%s: its reference is not whole", path);
   if (!status) {
-    snprintf(plan->reference.first, sizeof plan->reference.first, "%s", text_of(reference, "first"));
+    snprintf(plan->reference.first, sizeof plan->reference.first, "%s",
+             text_of(reference, "first"));
     snprintf(plan->reference.second, sizeof plan->reference.second, "%s",
              text_of(reference, "second"));
     int same_finer = !strcmp(text_of(root, "finer"), plan->finer_fingerprint);
-    json_array_foreach (json_object_get(root, "rows"), index, row)
-      take_row(plan, row, same_finer);
+    json_array_foreach(json_object_get(root, "rows"), index, row) take_row(plan, row, same_finer);
   }
   json_decref(root);
   return status;

@@ -25,10 +25,12 @@ int flesh_accuracy_method_find(const char *name)
   return -1;
 }
 
-const char *const flesh_accuracy_group_names[] = {
-    [FLESH_ACCURACY_WORK] = "work",         [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
-    [FLESH_ACCURACY_LINEAR] = "linear_tolerance", [FLESH_ACCURACY_PROJECTION] = "projection",
-    [FLESH_ACCURACY_MASS] = "mass",         [FLESH_ACCURACY_MESH] = "mesh"};
+const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work",
+                                                  [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
+                                                  [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
+                                                  [FLESH_ACCURACY_PROJECTION] = "projection",
+                                                  [FLESH_ACCURACY_MASS] = "mass",
+                                                  [FLESH_ACCURACY_MESH] = "mesh"};
 
 /* What the row adds to the plan's overrides; returns how many. */
 enum { OWN_LIMIT = 5 };
@@ -71,7 +73,8 @@ int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_ro
 /* The word as a shell reads it back. */
 static void print_word(FILE *stream, const char *word)
 {
-  static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./=+-:,@%";
+  static const char plain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./=+-:,@%";
   if (*word && strspn(word, plain) == strlen(word)) {
     fputs(word, stream);
     return;
@@ -114,8 +117,11 @@ static flesh_accuracy_row *add_row(flesh_accuracy_plan *plan, flesh_accuracy_gro
   flesh_accuracy_row *row = &plan->rows[plan->row_count++];
   *row = (flesh_accuracy_row){.group = group, .method = method, .value = NAN, .step = step};
   const flesh_accuracy_errors none = {NAN, NAN, NAN, NAN, NAN};
-  row->figures = (flesh_accuracy_figures){.status = FLESH_ERR_INTERRUPTED, .cpu_s = NAN,
-                                          .wall_s_median = NAN, .wall_s_min = NAN, .errors = none,
+  row->figures = (flesh_accuracy_figures){.status = FLESH_ERR_INTERRUPTED,
+                                          .cpu_s = NAN,
+                                          .wall_s_median = NAN,
+                                          .wall_s_min = NAN,
+                                          .errors = none,
                                           .difference = NAN};
   return row;
 }
@@ -125,8 +131,7 @@ static void add_prices(flesh_accuracy_plan *plan, flesh_accuracy_group group, co
                        const char *const *values)
 {
   for (; *values; values++) {
-    flesh_accuracy_row *row =
-        add_row(plan, group, plan->representative, plan->representative_step);
+    flesh_accuracy_row *row = add_row(plan, group, plan->representative, plan->representative_step);
     snprintf(row->extra, sizeof row->extra, "%s=%s", key, *values);
     snprintf(row->setting, sizeof row->setting, "%s", row->extra);
     if (flesh_option_number(*values, &row->value)) row->value = NAN;
@@ -148,7 +153,8 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* The adaptive methods are asked for their state at the longest step; theirs are their own. */
+      /* The adaptive methods are asked for their state at the longest step; theirs are their own.
+       */
       flesh_accuracy_value step = plan->steps[adaptive ? 0 : k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];
@@ -165,8 +171,8 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.projection", projection);
   add_prices(plan, FLESH_ACCURACY_MASS, "body.mass", mass);
   if (plan->finer) {
-    flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_MESH, plan->representative,
-                                      plan->representative_step);
+    flesh_accuracy_row *row =
+        add_row(plan, FLESH_ACCURACY_MESH, plan->representative, plan->representative_step);
     snprintf(row->setting, sizeof row->setting, "finer mesh");
   }
   return FLESH_OK;

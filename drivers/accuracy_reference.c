@@ -1,5 +1,5 @@
-/* accuracy_reference.c: the reference: two different methods, each refined until it changes no more,
- * and how far they differ.
+/* accuracy_reference.c: the reference: two different methods, each refined until it changes no
+ * more, and how far they differ.
  *
  * Fixed steps are halved and extrapolated (Richardson; Hairer, Norsett and Wanner, Solving ODEs I,
  * II.9): the columns of the tableau remove one power of the step each. */
@@ -22,8 +22,11 @@ typedef struct source {
 } source;
 
 /* The first two that reach the end make the reference. */
-static const source sources[] = {
-    {"adaptive5", 0, 0}, {"midpoint", 2, 2}, {"newmark", 2, 2}, {"bdf2", 2, 1}, {"backward-euler", 1, 1}};
+static const source sources[] = {{"adaptive5", 0, 0},
+                                 {"midpoint", 2, 2},
+                                 {"newmark", 2, 2},
+                                 {"bdf2", 2, 1},
+                                 {"backward-euler", 1, 1}};
 enum { SOURCES = sizeof sources / sizeof sources[0], COLUMNS = 3, LEVELS = 14 };
 
 /* What a source's process brings back beside its states. */
@@ -56,7 +59,8 @@ static double difference(const flesh_accuracy_plan *plan, const flesh_accuracy_t
   return errors.position_rms;
 }
 
-/* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either. */
+/* to = finer + (finer - coarser) / (2^power - 1), for positions and velocities; `to` may be either.
+ */
 static void extrapolate(const flesh_accuracy_track *finer, const flesh_accuracy_track *coarser,
                         int power, flesh_accuracy_track *to)
 {
@@ -130,13 +134,15 @@ static int refine(const task *given, room *r, made *result)
     flesh_accuracy_row row;
     flesh_accuracy_cost cost;
     /* Two levels are needed for an estimate; they may take twice the time. */
-    status = run_level(given, level, fmax(left, 0) + plan->reference_seconds, &r->row[0], &row, &cost);
+    status =
+        run_level(given, level, fmax(left, 0) + plan->reference_seconds, &r->row[0], &row, &cost);
     if (status) break;
     last = cost.wall_s;
     int best = -1;
     for (int c = 0; c < columns && c <= level; c++) {
       if (c)
-        extrapolate(&r->row[c - 1], &r->before[c - 1], way->first + (c - 1) * way->stride, &r->row[c]);
+        extrapolate(&r->row[c - 1], &r->before[c - 1], way->first + (c - 1) * way->stride,
+                    &r->row[c]);
       if (c == level) continue; /* nothing to compare with yet */
       double change = difference(plan, &r->row[c], &r->before[c]);
       if (change < result->estimate) result->estimate = change, best = c;

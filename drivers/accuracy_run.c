@@ -69,15 +69,16 @@ static void judge(const task *given, const flesh_accuracy_track *track, flesh_ac
   flesh_accuracy_errors e;
   flesh_accuracy_compare(&given->plan->measure, &about->scale, track, given->reference, &e);
   f->below = e.position_rms <= u->position_rms;
-  f->errors = (flesh_accuracy_errors){
-      above(e.position_rms, u->position_rms), above(e.position_max, u->position_max),
-      above(e.tip, u->tip), above(e.volume, u->volume), above(e.energy, u->energy)};
+  f->errors = (flesh_accuracy_errors){above(e.position_rms, u->position_rms),
+                                      above(e.position_max, u->position_max), above(e.tip, u->tip),
+                                      above(e.volume, u->volume), above(e.energy, u->energy)};
   if (!given->tight) return;
   flesh_accuracy_compare(&given->plan->measure, &about->scale, track, given->tight, &e);
   f->difference = e.position_rms;
 }
 
-/* The finer mesh has other nodes: the one nearest to the tip speaks for its place, and the volumes. */
+/* The finer mesh has other nodes: the one nearest to the tip speaks for its place, and the volumes.
+ */
 static void judge_finer(const task *given, const flesh_scene *scene,
                         const flesh_accuracy_track *track, flesh_accuracy_figures *f)
 {
@@ -96,16 +97,16 @@ static void judge_finer(const task *given, const flesh_scene *scene,
   f->errors.tip = f->errors.volume = 0;
   for (int k = 0; k < track->times; k++) {
     const double *fine = track->x + (size_t)k * (size_t)track->unknowns + 3 * node;
-    const double *coarse = tight->x + (size_t)k * (size_t)tight->unknowns +
-                           3 * (size_t)plan->reference.scale.tip;
+    const double *coarse =
+        tight->x + (size_t)k * (size_t)tight->unknowns + 3 * (size_t)plan->reference.scale.tip;
     double d2 = 0;
     for (int c = 0; c < 3; c++) {
       double apart = fine[c] - X[3 * node + (size_t)c] - (coarse[c] - tip[c]);
       d2 += apart * apart;
     }
     f->errors.tip = fmax(f->errors.tip, sqrt(d2));
-    f->errors.volume = fmax(f->errors.volume, fabs(track->volume[k] / volume - tight->volume[k] /
-                                                                   plan->measure.rest_volume));
+    f->errors.volume = fmax(f->errors.volume, fabs(track->volume[k] / volume -
+                                                   tight->volume[k] / plan->measure.rest_volume));
   }
 }
 
@@ -189,7 +190,8 @@ static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
 {
   char path[1400];
   snprintf(path, sizeof path, "%s/tight.states", plan->out);
-  flesh_accuracy_row row = {.method = plan->representative, .step = plan->representative_step,
+  flesh_accuracy_row row = {.method = plan->representative,
+                            .step = plan->representative_step,
                             .setting = "solved tightly"};
   snprintf(row.extra, sizeof row.extra, "solver.newton_tolerance=1e-12");
   const task given = {plan, reference, NULL, &row, path};

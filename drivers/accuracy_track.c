@@ -163,8 +163,7 @@ static double distance(const flesh_accuracy_measure *measure, const double *a, c
   *node = 0;
   for (int i = 0; i < measure->nodes; i++) {
     double d2 = 0;
-    for (int c = 0; c < 3; c++)
-      d2 += (a[3 * i + c] - b[3 * i + c]) * (a[3 * i + c] - b[3 * i + c]);
+    for (int c = 0; c < 3; c++) d2 += (a[3 * i + c] - b[3 * i + c]) * (a[3 * i + c] - b[3 * i + c]);
     sum += measure->mass[i] * d2;
     mass += measure->mass[i];
     if (measure->mass[i] > 0 && d2 > most) most = d2, *node = i;
@@ -179,7 +178,8 @@ static double find_period(const flesh_accuracy_track *track, int dof, double sta
 {
   double mean = start, reach = 0, first = NAN, last = NAN, side = 0, previous = start - mean;
   int crossings = 0, times = track->times;
-  for (int k = 0; k < times; k++) mean += track->x[(size_t)k * (size_t)track->unknowns + (size_t)dof];
+  for (int k = 0; k < times; k++)
+    mean += track->x[(size_t)k * (size_t)track->unknowns + (size_t)dof];
   mean /= times + 1;
   previous = start - mean;
   for (int k = 0; k < times; k++)

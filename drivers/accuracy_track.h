@@ -18,8 +18,8 @@ void flesh_accuracy_grid_make(double start, double end, double interval, flesh_a
 /* States at the times; all arrays belong to it. */
 typedef struct flesh_accuracy_track {
   int times, unknowns;
-  double *t;              /* [times] */
-  double *x, *v;          /* [times][unknowns] */
+  double *t;               /* [times] */
+  double *x, *v;           /* [times][unknowns] */
   double *energy, *volume; /* [times] J, m^3 */
 } flesh_accuracy_track;
 
@@ -34,13 +34,13 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
 
 /* The size of the motion, from the reference. */
 typedef struct flesh_accuracy_scale {
-  double length;   /* longest side of the body at rest [m] */
-  double motion;   /* largest mass-weighted RMS distance from the start [m] */
-  int tip;         /* node that moves most */
-  int tip_axis;    /* along which */
+  double length;     /* longest side of the body at rest [m] */
+  double motion;     /* largest mass-weighted RMS distance from the start [m] */
+  int tip;           /* node that moves most */
+  int tip_axis;      /* along which */
   double tip_motion; /* how far [m] */
-  double energy;   /* largest kinetic energy [J] */
-  double period;   /* of the dominant motion [s]; NaN: the run is too short to show one */
+  double energy;     /* largest kinetic energy [J] */
+  double period;     /* of the dominant motion [s]; NaN: the run is too short to show one */
 } flesh_accuracy_scale;
 
 /* How differences are measured. */

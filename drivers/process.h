@@ -1,4 +1,5 @@
-/* process.h: work done in a process of its own, so that a crash or a hang in it is an answer too. */
+/* process.h: work done in a process of its own, so that a crash or a hang in it is an answer too.
+ */
 #ifndef FLESH_DRIVERS_PROCESS_H
 #define FLESH_DRIVERS_PROCESS_H
 
