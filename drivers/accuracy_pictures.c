@@ -10,6 +10,9 @@
 #include "plot.h"
 #include "plot_text.h"
 
+/* gnuplot's points, of flesh_accuracy_methods: nearly equal methods lie on each other. */
+static const int marks[] = {7, 13, 9, 2, 11, 5, 4};
+
 static void begin(FILE *stream, const char *name, const char *title, int height)
 {
   flesh_plot_begin(stream, name, 1040, height);
@@ -104,7 +107,7 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
     legend(plan, plan->methods[m], text);
     rows_of(stream, method->name, x, "100*column('error_over_motion')");
     fprintf(stream, " with linespoints lw 2 pt %d ps 0.9 lc rgb '%s' title ",
-            method->adaptive ? 5 : 7, method->colour);
+            marks[plan->methods[m]], method->colour);
     flesh_plot_quote(stream, text);
     fputs(", \\\n     ", stream);
     count++;
@@ -142,7 +145,7 @@ static int draw_orders(const flesh_accuracy_plan *plan)
     legend(plan, plan->methods[m], text);
     if (count++) fputs(", \\\n     ", stream);
     rows_of(stream, method->name, "column('value')", "column('error_position_rms')");
-    fprintf(stream, " with points pt %d ps 1.1 lc rgb '%s' title ", method->adaptive ? 5 : 7,
+    fprintf(stream, " with points pt %d ps 1.1 lc rgb '%s' title ", marks[plan->methods[m]],
             method->colour);
     flesh_plot_quote(stream, text);
     flesh_accuracy_fit_order(plan, plan->methods[m], &fit);
