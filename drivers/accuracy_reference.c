@@ -125,7 +125,10 @@ static int refine(const task *given, room *r, made *result)
 {
   const flesh_accuracy_plan *plan = given->plan;
   const source *way = given->way;
-  double started = now(), target = 1e-9 * plan->reference.scale.length, last = 0;
+  double started = now(), last = 0;
+  /* A thousandth of the smallest error that is asked for. */
+  double finest = fmin(plan->tolerances[plan->tolerance_count - 1].value, 1e-3);
+  double target = 1e-3 * finest * plan->reference.scale.length;
   int columns = way->stride ? COLUMNS : 1, worse = 0, status = FLESH_OK;
   result->estimate = INFINITY;
   for (int level = 0; level < LEVELS && worse < 2; level++) {
@@ -149,7 +152,10 @@ static int refine(const task *given, room *r, made *result)
     }
     if (best >= 0) {
       flesh_accuracy_track_copy(&r->row[best], &r->best);
-      if (way->stride)
+      if (way->stride && !best)
+        snprintf(result->words, sizeof result->words, "%s, step %.3g s", way->method,
+                 row.step.value);
+      else if (way->stride)
         snprintf(result->words, sizeof result->words, "%s, step %.3g s extrapolated %d times",
                  way->method, row.step.value, best);
       else

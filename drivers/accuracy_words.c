@@ -201,6 +201,22 @@ static void say_prices(const flesh_accuracy_plan *plan, FILE *stream)
         "mesh\n");
 }
 
+/* Times are those of a quiet machine or nobody's. */
+static void say_load(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  double wall = 0, cpu = 0;
+  for (int k = 0; k < plan->row_count; k++)
+    if (plan->rows[k].done && isfinite(plan->rows[k].figures.wall_s_min)) {
+      wall += plan->rows[k].figures.wall_s_min;
+      cpu += plan->rows[k].figures.cpu_s;
+    }
+  if (cpu > 0 && wall > 1.2 * cpu)
+    SAY("warning: the machine was busy: the runs took %.1f times their processor time, so the "
+        "times are "
+        "doubtful; cpu_s in accuracy.csv is less so\n",
+        wall / cpu);
+}
+
 static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
 {
   const flesh_accuracy_reference *about = &plan->reference;
@@ -229,6 +245,7 @@ int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan)
   if (status) return status;
   FILE *stream = file.stream;
   say_reference(plan, stream);
+  say_load(plan, stream);
   for (size_t s = 0; s < sizeof shares / sizeof shares[0]; s++) say_target(plan, shares[s], stream);
   say_orders(plan, stream);
   say_gains(plan, stream);
