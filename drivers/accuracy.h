@@ -63,6 +63,7 @@ typedef struct flesh_accuracy_row {
   double value;                         /* of the setting; NaN for a word */
   flesh_accuracy_value step, tolerance; /* in force; tolerance empty for fixed steps */
   char extra[80];                       /* one more override; may be empty */
+  int tight;                            /* every solve to rounding */
   int done;
   flesh_accuracy_figures figures;
   int on_front[2]; /* work: no other run is as good for less time, for fewer residuals */
@@ -72,7 +73,9 @@ typedef struct flesh_accuracy_row {
 typedef struct flesh_accuracy_reference {
   char first[120], second[120];      /* how the two were made; first is the one compared with */
   double seconds;                    /* it took */
-  flesh_accuracy_errors uncertainty; /* how far they differ, as the errors of runs are measured */
+  double apart;                      /* how far the two differ [m], as error_position_rms */
+  double change;                     /* of the first when it was refined last [m] */
+  flesh_accuracy_errors uncertainty; /* the larger of the two, and what goes with it */
   flesh_accuracy_scale scale;
 } flesh_accuracy_reference;
 

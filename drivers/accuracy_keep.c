@@ -43,6 +43,8 @@ static const field figures_fields[] = {
     {0}};
 static const field reference_fields[] = {
     {"seconds", NUMBER, AT(reference, seconds)},
+    {"apart", NUMBER, AT(reference, apart)},
+    {"change", NUMBER, AT(reference, change)},
     {"uncertainty_position_rms", NUMBER, AT(reference, uncertainty.position_rms)},
     {"uncertainty_position_max", NUMBER, AT(reference, uncertainty.position_max)},
     {"uncertainty_tip", NUMBER, AT(reference, uncertainty.tip)},

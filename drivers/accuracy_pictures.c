@@ -51,13 +51,15 @@ static void legend(const flesh_accuracy_plan *plan, int method, char text[96])
   else snprintf(text, 96, "%s, %s%.2f ± %.2f", m->name, what, fit.slope, fit.slope_error);
 }
 
-/* Whether the method has a run with a number there. */
-static int has_runs(const flesh_accuracy_plan *plan, int method)
+/* Whether the method has runs with a position error, with a difference of energy. */
+static int has_runs(const flesh_accuracy_plan *plan, int method, int energy)
 {
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
+    const flesh_accuracy_errors *errors = &row->figures.errors;
+    double shown = energy ? errors->energy : errors->position_rms;
     if (row->group == FLESH_ACCURACY_WORK && row->method == method && row->done &&
-        isfinite(row->figures.errors.position_rms))
+        isfinite(shown) && shown != 0)
       return 1;
   }
   return 0;
@@ -110,7 +112,7 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
   fputs("plot ", stream);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
-    if (!has_runs(plan, plan->methods[m])) continue;
+    if (!has_runs(plan, plan->methods[m], 0)) continue;
     legend(plan, plan->methods[m], text);
     rows_of(stream, method->name, x, "100*column('error_over_motion')");
     fprintf(stream, " with linespoints lw 2 pt %d ps 0.9 lc rgb '%s' title ",
@@ -152,7 +154,7 @@ static int draw_orders(const flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     flesh_accuracy_fit fit;
-    if (!has_runs(plan, plan->methods[m])) continue;
+    if (!has_runs(plan, plan->methods[m], 0)) continue;
     legend(plan, plan->methods[m], text);
     if (count++) fputs(", \\\n     ", stream);
     rows_of(stream, method->name, "column('value')", "column('error_position_rms')");
@@ -186,7 +188,7 @@ static int draw_energy(const flesh_accuracy_plan *plan)
   fputs("set logscale xy\nset format xy '%g'\nplot ", stream);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
-    if (!has_runs(plan, plan->methods[m])) continue;
+    if (!has_runs(plan, plan->methods[m], 1)) continue;
     if (count++) fputs(", \\\n     ", stream);
     rows_of(stream, method->name, "column('wall_s_min')", "100*abs(column('energy_drift'))");
     fprintf(stream, " with lines lw 2 lc rgb '%s' title '%s', \\\n     ", method->colour,

@@ -33,8 +33,17 @@ const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work"
                                                   [FLESH_ACCURACY_MESH] = "mesh"};
 
 /* What the row adds to the plan's overrides; returns how many. */
-enum { OWN_LIMIT = 5 };
+enum { OWN_LIMIT = 12 };
 typedef char own_texts[OWN_LIMIT][128];
+
+/* Every solve to rounding, whatever the scene makes do with. */
+static const char *const tight[] = {"solver.newton_tolerance=1e-12",
+                                    "solver.linear_tolerance=1e-3",
+                                    "solver.max_newton=100",
+                                    "solver.max_halvings=8",
+                                    "solver.globalization=energy",
+                                    "solver.accept_unconverged=false",
+                                    NULL};
 
 static int own_values(const flesh_accuracy_row *row, own_texts texts)
 {
@@ -47,6 +56,8 @@ static int own_values(const flesh_accuracy_row *row, own_texts texts)
     if (method->max_order)
       snprintf(texts[count++], sizeof texts[0], "time.max_order=%d", method->max_order);
   }
+  for (int k = 0; row->tight && tight[k]; k++)
+    snprintf(texts[count++], sizeof texts[0], "%s", tight[k]);
   if (*row->extra) snprintf(texts[count++], sizeof texts[0], "%s", row->extra);
   return count;
 }

@@ -78,8 +78,7 @@ static int run_level(const task *given, int level, double max_seconds, flesh_acc
                      flesh_accuracy_row *row, flesh_accuracy_cost *cost)
 {
   const flesh_accuracy_plan *plan = given->plan;
-  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(given->way->method)};
-  snprintf(row->extra, sizeof row->extra, "solver.newton_tolerance=1e-12");
+  *row = (flesh_accuracy_row){.method = flesh_accuracy_method_find(given->way->method), .tight = 1};
   if (flesh_accuracy_methods[row->method].adaptive) {
     row->step = plan->steps[0];
     snprintf(row->tolerance.text, sizeof row->tolerance.text, "1e-%d", 5 + level);
@@ -211,6 +210,17 @@ static void show(const char *words)
   fflush(stderr);
 }
 
+/* Two methods may agree and err alike: they are not known better than to their own last change. */
+static void widen(double estimate, flesh_accuracy_errors *u)
+{
+  double factor = u->position_rms > 0 ? fmax(1, estimate / u->position_rms) : 1;
+  u->position_rms = fmax(u->position_rms, estimate);
+  u->position_max *= factor;
+  u->tip *= factor;
+  u->volume *= factor;
+  u->energy = factor * fabs(u->energy);
+}
+
 /* Compares with the first and measures the second against it. */
 static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[2],
                   flesh_accuracy_track *reference)
@@ -229,7 +239,9 @@ static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[
                                  &tracks[first], &about->scale);
     flesh_accuracy_compare(&plan->measure, &about->scale, &tracks[!first], &tracks[first],
                            &about->uncertainty);
-    about->uncertainty.energy = fabs(about->uncertainty.energy);
+    about->apart = about->uncertainty.position_rms;
+    about->change = results[first].estimate;
+    widen(results[first].estimate, &about->uncertainty);
     snprintf(about->first, sizeof about->first, "%s", results[first].words);
     snprintf(about->second, sizeof about->second, "%s", results[!first].words);
     about->seconds = results[0].seconds + results[1].seconds;

@@ -192,8 +192,8 @@ static int make_tight(const flesh_accuracy_plan *plan, const flesh_accuracy_trac
   snprintf(path, sizeof path, "%s/tight.states", plan->out);
   flesh_accuracy_row row = {.method = plan->representative,
                             .step = plan->representative_step,
-                            .setting = "solved tightly"};
-  snprintf(row.extra, sizeof row.extra, "solver.newton_tolerance=1e-12");
+                            .setting = "solved tightly",
+                            .tight = 1};
   const task given = {plan, reference, NULL, &row, path};
   show_progress(plan, &row);
   int status = run_row(&given, &row);

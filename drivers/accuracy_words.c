@@ -221,10 +221,11 @@ static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
 {
   const flesh_accuracy_reference *about = &plan->reference;
   SAY("\nreference: %s; against %s\n", about->first, about->second);
-  SAY("  they differ by %.2e m rms (%.2g %% of the motion), %.2e m at most; smaller errors are not "
-      "reported\n",
-      about->uncertainty.position_rms, 100 * about->uncertainty.position_rms / about->scale.motion,
-      about->uncertainty.position_max);
+  SAY("  they differ by %.2e m rms, and the first changed by %.2e m when it was refined last: "
+      "errors below "
+      "%.2e m (%.2g %% of the motion) are not reported\n",
+      about->apart, about->change, about->uncertainty.position_rms,
+      100 * about->uncertainty.position_rms / about->scale.motion);
   SAY("  motion: %.3g m rms, node %d moves most, %.3g m", about->scale.motion, about->scale.tip,
       about->scale.tip_motion);
   if (isfinite(about->scale.period)) SAY(", period %.3g s\n", about->scale.period);
