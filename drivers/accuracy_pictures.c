@@ -273,8 +273,22 @@ static int draw_steps(const flesh_accuracy_plan *plan)
   return finish(plan, name, &file);
 }
 
+/* Those of an older comparison that this one does not draw again. */
+static void drop_pictures(const flesh_accuracy_plan *plan)
+{
+  static const char *const names[] = {"work_time", "work_residuals", "orders", "energy", "steps"};
+  char path[1500];
+  for (size_t k = 0; k < sizeof names / sizeof names[0]; k++) {
+    snprintf(path, sizeof path, "%s/%s.png", plan->out, names[k]);
+    unlink(path);
+    snprintf(path, sizeof path, "%s/%s.gp", plan->out, names[k]);
+    unlink(path);
+  }
+}
+
 int flesh_accuracy_draw(const flesh_accuracy_plan *plan)
 {
+  drop_pictures(plan);
   int status =
       draw_work(plan, "work_time", "wall_s_min", "time of the integration [s]", "front_time");
   if (!status)
