@@ -135,9 +135,9 @@ static int refine(const task *given, room *r, made *result)
     if (level >= 2 && (left <= 0 || (columns > 1 && 1.5 * last > left))) break;
     flesh_accuracy_row row;
     flesh_accuracy_cost cost;
-    /* Two levels are needed for an estimate; they may take twice the time. */
-    status =
-        run_level(given, level, fmax(left, 0) + plan->reference_seconds, &r->row[0], &row, &cost);
+    /* Two levels are needed for an estimate: they take what they take. */
+    double most = level < 2 ? plan->max_seconds : left + plan->reference_seconds;
+    status = run_level(given, level, most, &r->row[0], &row, &cost);
     if (status) break;
     last = cost.wall_s;
     int best = -1;
@@ -196,7 +196,7 @@ static void work(const void *data, void *result)
   if (!status) status = refine(given, &r, m);
   if (!status && !isfinite(m->estimate))
     status = flesh_fail(FLESH_ERR_BUDGET, "%g s are not enough for two levels",
-                        given->plan->reference_seconds);
+                        given->plan->max_seconds);
   status = finish(given, &r, status);
   m->status = status;
   if (status) snprintf(m->message, sizeof m->message, "%.399s", flesh_error_text());
@@ -271,13 +271,13 @@ static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
     made *result = &results[have];
     flesh_process process;
     *result = (made){.status = FLESH_ERR_SOLVE, .estimate = INFINITY};
-    snprintf(words, sizeof words, "reference: %s, %.0f s at most", sources[s].method,
-             2 * plan->reference_seconds);
+    snprintf(words, sizeof words, "reference: %s, about %.0f s", sources[s].method,
+             plan->reference_seconds);
     show(words);
     int status = flesh_process_start(work, &given, result, sizeof *result, &process);
     if (status) return status;
-    result->crashed_by =
-        flesh_process_wait(&process, 4 * plan->reference_seconds, result, sizeof *result);
+    result->crashed_by = flesh_process_wait(
+        &process, 2 * (plan->max_seconds + plan->reference_seconds), result, sizeof *result);
     show("");
     if (flesh_interrupt_signal())
       return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the reference was made");
@@ -285,15 +285,14 @@ static int make(flesh_accuracy_plan *plan, flesh_accuracy_track *reference)
       have++;
       continue;
     }
-    snprintf(words, sizeof words, "%s: %.120s; ", sources[s].method,
+    snprintf(words, sizeof words, "%s%s: %.120s", *why ? "; " : "", sources[s].method,
              result->crashed_by ? "its process died" : result->message);
     strncat(why, words, sizeof why - strlen(why) - 1);
   }
   if (have < 2)
     return flesh_fail(FLESH_ERR_SOLVE,
-                      "no reference: two methods must reach the end of %s, and %s did (%s"
-                      "--reference-seconds %g gives them more time)",
-                      plan->scene, have ? "only one" : "none", why, 4 * plan->reference_seconds);
+                      "no reference: two methods must reach the end of %s, and %s did (%s)",
+                      plan->scene, have ? "only one" : "none", why);
   const char *both[2] = {paths[0], paths[1]};
   return settle(plan, both, results, reference);
 }

@@ -16,7 +16,8 @@ static const char details[] =
     "measures each\n"
     "against a reference, which it makes itself with two different methods, refined until they "
     "change no more.\n"
-    "How far the two differ, or how much the better one changed last if that is more, is its uncertainty; errors\n"
+    "How far the two differ, or how much the better one changed last if that is more, is its "
+    "uncertainty; errors\n"
     "below it are not reported. Methods:\n"
     "backward-euler, bdf2, midpoint, newmark, hht, adaptive (IDA, order 1 to 2), adaptive5 (IDA, "
     "order 1 to 5).\n"
@@ -289,7 +290,8 @@ int flesh_command_accuracy(int argc, char **argv)
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
        "budget of each run (default 600; 60 with --quick)"},
       {"reference-seconds", "S", FLESH_OPTION_POSITIVE, &plan.reference_seconds,
-       "time to refine each of the two references for (default 60; 10 with --quick)"},
+       "how long each of the two references is refined, beyond what it needs at least (default 60; "
+       "10 with --quick)"},
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1,
                              1,          rows};
