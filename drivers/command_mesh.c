@@ -1,6 +1,7 @@
 /* command_mesh.c: `flesh mesh info|convert|box`. */
 #include "command_mesh.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,76 +9,14 @@
 
 #include "flesh/mesh.h"
 #include "mesh/inspect.h"
+#include "options.h"
 
-enum { EXIT_FINE = 0, EXIT_USAGE = 2, EXIT_MESH = 3 };
+static const char formats[] =
+    "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+    "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
+    ".msh (Gmsh 4.1 binary), .mesh (Medit).\n";
 
-static const char mesh_help[] =
-    "usage: flesh mesh info FILE...\n"
-    "       flesh mesh convert IN OUT\n"
-    "       flesh mesh box --cells NX,NY,NZ --size X,Y,Z [--origin X,Y,Z] --out OUT\n"
-    "\n"
-    "  info     counts, sizes and quality of a tetrahedral mesh\n"
-    "  convert  write a mesh in another format\n"
-    "  box      make a regular grid of boxes, six tets each\n"
-    "\n"
-    "Read: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary), Medit .mesh (ASCII), and\n"
-    "plain lists; told apart by content. Written: .node or .ele (both files), .msh (4.1 binary), .mesh.\n"
-    "`flesh mesh COMMAND --help` tells more. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
-
-static const char info_help[] =
-    "usage: flesh mesh info FILE...\n"
-    "\n"
-    "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding was\n"
-    "inverted and has been flipped), surface triangles, regions, volume, bounding box, edge lengths,\n"
-    "and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular tet, 0 for a flat one;\n"
-    "as a histogram and with the worst tet's place. Lengths are metres; indices count from 0.\n"
-    "Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
-
-static const char convert_help[] =
-    "usage: flesh mesh convert IN OUT\n"
-    "\n"
-    "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele (TetGen,\n"
-    "both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region tags keep their order;\n"
-    "inverted tets are flipped; unused nodes are kept. An existing OUT is replaced only when the new\n"
-    "one is complete. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n";
-
-static const char box_help[] =
-    "usage: flesh mesh box --cells NX,NY,NZ --size X,Y,Z [--origin X,Y,Z] --out OUT\n"
-    "\n"
-    "Makes a regular grid of NX x NY x NZ boxes, six tets each around the diagonal from the low to\n"
-    "the high corner (Kuhn), and writes it to OUT (.node, .ele, .msh, .mesh).\n"
-    "  --cells NX,NY,NZ  boxes along each axis, at least 1\n"
-    "  --size X,Y,Z      size of the whole grid, m\n"
-    "  --origin X,Y,Z    its low corner, m (0,0,0)\n"
-    "  --out OUT         file to write\n"
-    "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Exit codes: 0 fine, 2 usage, 3 file or mesh.\n"
-    "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n";
-
-/* Reports the library's last error. */
-static int report(int status)
-{
-  fprintf(stderr, "flesh mesh: %s\n", flesh_error_text());
-  return status == FLESH_ERR_ARGUMENT ? EXIT_USAGE : EXIT_MESH;
-}
-
-static int wants_help(int argc, char **argv)
-{
-  for (int a = 1; a < argc; a++)
-    if (!strcmp(argv[a], "--help") || !strcmp(argv[a], "-h")) return 1;
-  return 0;
-}
-
-/* Refuses anything that looks like an option where there is none. */
-static int refuse_options(const char *command, int argc, char **argv)
-{
-  for (int a = 1; a < argc; a++)
-    if (argv[a][0] == '-' && argv[a][1]) {
-      fprintf(stderr, "flesh mesh %s: unknown option '%s'; see flesh mesh %s --help\n", command,
-              argv[a], command);
-      return 1;
-    }
-  return 0;
-}
+static const flesh_option no_options[] = {{.name = NULL}};
 
 static void show_range(const char *name, double low, double high)
 {
@@ -161,134 +100,156 @@ static void show(const flesh_mesh *mesh, const char *path)
 
 static int command_info(int argc, char **argv)
 {
-  if (refuse_options("info", argc, argv)) return EXIT_USAGE;
-  if (argc < 2) {
-    fputs("flesh mesh info: no file is given; see flesh mesh info --help\n", stderr);
-    return EXIT_USAGE;
-  }
-  for (int a = 1; a < argc; a++) {
+  static const flesh_usage usage = {
+      .command = "mesh info",
+      .positionals = "FILE...",
+      .summary = "Show counts, sizes and quality of tetrahedral meshes.",
+      .details =
+          "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
+          "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
+          "edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
+          "tet, 0 for a flat one; as a histogram and with the worst tet's place. Lengths are\n"
+          "metres; indices count from 0.\n",
+      .positional_min = 1,
+      .positional_max = INT_MAX,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  for (int f = 1; f <= files; f++) {
     flesh_mesh *mesh;
-    int status = flesh_mesh_read(argv[a], &mesh);
-    if (status) return report(status);
-    if (a > 1) putchar('\n');
-    show(mesh, argv[a]);
+    int status = flesh_mesh_read(argv[f], &mesh);
+    if (status) return flesh_command_fail(usage.command, status);
+    if (f > 1) putchar('\n');
+    show(mesh, argv[f]);
     flesh_mesh_destroy(&mesh);
   }
-  return EXIT_FINE;
+  return 0;
 }
 
-static int write_and_say(const flesh_mesh *mesh, const char *path)
+static int write_and_say(const char *command, const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh_info info;
   int status = flesh_mesh_write(mesh, path);
-  if (status) return report(status);
+  if (status) return flesh_command_fail(command, status);
   flesh_mesh_inspect(mesh, &info);
   printf("%s: %d nodes, %d tets, %d region%s", path, info.nodes, info.tets, info.regions,
          info.regions == 1 ? "" : "s");
   if (info.flipped) printf("; %d inverted tets flipped", info.flipped);
   if (info.unused_nodes) printf("; %d nodes used by no tet", info.unused_nodes);
   putchar('\n');
-  return EXIT_FINE;
+  return 0;
 }
 
 static int command_convert(int argc, char **argv)
 {
-  if (refuse_options("convert", argc, argv)) return EXIT_USAGE;
-  if (argc != 3) {
-    fprintf(stderr, "flesh mesh convert: %d files are given; it takes IN and OUT\n", argc - 1);
-    return EXIT_USAGE;
-  }
+  static const flesh_usage usage = {
+      .command = "mesh convert",
+      .positionals = "IN OUT",
+      .summary = "Write a mesh in another format.",
+      .details =
+          "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
+          "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
+          "tags keep their order; inverted tets are flipped; unused nodes are kept. An existing\n"
+          "OUT is replaced only when the new one is complete.\n",
+      .positional_min = 2,
+      .positional_max = 2,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_mesh *mesh;
   int status = flesh_mesh_read(argv[1], &mesh);
-  if (status) return report(status);
-  status = write_and_say(mesh, argv[2]);
+  if (status) return flesh_command_fail(usage.command, status);
+  code = write_and_say(usage.command, mesh, argv[2]);
   flesh_mesh_destroy(&mesh);
-  return status;
+  return code;
 }
 
 /* "a,b,c" into three numbers; returns whether that is all of the text. */
 static int parse_three(const char *text, double values[3])
 {
+  char part[64];
   for (int d = 0; d < 3; d++) {
-    char *end;
-    values[d] = strtod(text, &end);
-    if (end == text || *end != (d < 2 ? ',' : 0) || !isfinite(values[d])) return 0;
-    text = end + 1;
+    size_t length = strcspn(text, ",");
+    if (length >= sizeof part || text[length] != (d < 2 ? ',' : 0)) return 0;
+    memcpy(part, text, length);
+    part[length] = 0;
+    if (flesh_option_number(part, &values[d])) return 0;
+    text += length + 1;
   }
   return 1;
 }
 
+static int refuse_box(const char *option, const char *value, const char *valid)
+{
+  if (!value) fprintf(stderr, "flesh mesh box: --%s is missing; it must be %s\n", option, valid);
+  else fprintf(stderr, "flesh mesh box: --%s is '%s'; it must be %s\n", option, value, valid);
+  return 2;
+}
+
 static int command_box(int argc, char **argv)
 {
-  static const char *const names[] = {"--cells", "--size", "--origin", "--out"};
-  const char *given[4] = {NULL, NULL, "0,0,0", NULL};
-  double values[3][3];
-  for (int a = 1; a < argc; a++) {
-    int option = 0;
-    size_t length = strcspn(argv[a], "=");
-    while (option < 4 && (strlen(names[option]) != length || strncmp(argv[a], names[option], length)))
-      option++;
-    if (option == 4) {
-      fprintf(stderr, "flesh mesh box: unknown argument '%s'; it takes --cells, --size, --origin and "
-              "--out\n", argv[a]);
-      return EXIT_USAGE;
-    }
-    if (!argv[a][length] && a + 1 == argc) {
-      fprintf(stderr, "flesh mesh box: %s has no value\n", names[option]);
-      return EXIT_USAGE;
-    }
-    given[option] = argv[a][length] ? argv[a] + length + 1 : argv[++a];
+  const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
+  const flesh_option options[] = {
+      {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "boxes along each axis, at least 1"},
+      {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
+      {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "its low corner, m (0,0,0)"},
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh"},
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "mesh box",
+      .positionals = "--cells NX,NY,NZ --size X,Y,Z --out FILE",
+      .summary = "Make a regular grid of boxes, six tets each.",
+      .details = "The six tets of a box stand around its diagonal from the low to the high corner "
+                 "(Kuhn).\n"
+                 "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Sizes may be written a/b.\n"
+                 "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n",
+      .options = options};
+  int none, code = flesh_options_read(&usage, argc, argv, &none);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  double count[3], size[3], origin[3];
+  int cells[3], whole = cells_text && parse_three(cells_text, count);
+  for (int d = 0; d < 3 && whole; d++) {
+    whole = count[d] == floor(count[d]) && count[d] >= 1 && count[d] <= 1e9;
+    if (whole) cells[d] = (int)count[d];
   }
-  for (int option = 0; option < 4; option++) {
-    if (!given[option]) {
-      fprintf(stderr, "flesh mesh box: %s is missing; see flesh mesh box --help\n", names[option]);
-      return EXIT_USAGE;
-    }
-    if (option < 3 && !parse_three(given[option], values[option])) {
-      fprintf(stderr, "flesh mesh box: %s is '%s'; it must be three numbers, such as %s\n",
-              names[option], given[option], option == 0 ? "16,4,4" : option == 1 ? "4,1,1" : "0,0,0");
-      return EXIT_USAGE;
-    }
-  }
-  int cells[3];
-  for (int d = 0; d < 3; d++) {
-    if (values[0][d] != floor(values[0][d]) || !(values[0][d] >= 1 && values[0][d] <= 1e9)) {
-      fprintf(stderr, "flesh mesh box: --cells is '%s'; it must be three whole numbers from 1\n",
-              given[0]);
-      return EXIT_USAGE;
-    }
-    cells[d] = (int)values[0][d];
-  }
+  if (!whole) return refuse_box("cells", cells_text, "three whole numbers from 1, such as 16,4,4");
+  if (!size_text || !parse_three(size_text, size))
+    return refuse_box("size", size_text, "three positive numbers, such as 4,1,1");
+  if (!parse_three(origin_text, origin))
+    return refuse_box("origin", origin_text, "three numbers, such as 0,0,0");
+  if (!out) return refuse_box("out", out, "a file named .node, .ele, .msh or .mesh");
   flesh_mesh *mesh;
-  int status = flesh_mesh_box(cells, values[1], values[2], &mesh);
-  if (status) return report(status);
-  status = write_and_say(mesh, given[3]);
+  int status = flesh_mesh_box(cells, size, origin, &mesh);
+  if (status) return flesh_command_fail(usage.command, status);
+  code = write_and_say(usage.command, mesh, out);
   flesh_mesh_destroy(&mesh);
-  return status;
+  return code;
 }
 
 int flesh_command_mesh(int argc, char **argv)
 {
   static const struct {
-    const char *name, *help;
+    const char *name, *summary;
     int (*run)(int argc, char **argv);
-  } commands[] = {{"info", info_help, command_info},
-                  {"convert", convert_help, command_convert},
-                  {"box", box_help, command_box}};
-  if (argc < 2) {
-    fputs(mesh_help, stderr);
-    return EXIT_USAGE;
+  } commands[] = {{"info", "show counts, sizes and quality of tetrahedral meshes", command_info},
+                  {"convert", "write a mesh in another format", command_convert},
+                  {"box", "make a regular grid of boxes, six tets each", command_box}};
+  enum { COMMANDS = sizeof commands / sizeof *commands };
+  const char *name = argc > 1 ? argv[1] : NULL;
+  for (int c = 0; c < COMMANDS && name; c++)
+    if (!strcmp(name, commands[c].name)) return commands[c].run(argc - 1, argv + 1);
+  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+    printf("Usage: flesh mesh COMMAND [ARGUMENT]...\nInspect, convert and make meshes.\n\n%s\n"
+           "Commands:\n",
+           formats);
+    for (int c = 0; c < COMMANDS; c++)
+      printf("  %-10s %s\n", commands[c].name, commands[c].summary);
+    printf("\n`flesh mesh COMMAND --help` tells more about a command.\n\n%s",
+           flesh_exit_codes_text);
+    return 0;
   }
-  for (size_t c = 0; c < sizeof commands / sizeof *commands; c++)
-    if (!strcmp(argv[1], commands[c].name)) {
-      if (!wants_help(argc - 1, argv + 1)) return commands[c].run(argc - 1, argv + 1);
-      fputs(commands[c].help, stdout);
-      return EXIT_FINE;
-    }
-  if (wants_help(argc, argv)) {
-    fputs(mesh_help, stdout);
-    return EXIT_FINE;
-  }
-  fprintf(stderr, "flesh mesh: unknown command '%s'; it must be info, convert or box\n", argv[1]);
-  return EXIT_USAGE;
+  if (name) fprintf(stderr, "flesh mesh: unknown command '%s'", name);
+  else fprintf(stderr, "flesh mesh: no command given");
+  fprintf(stderr, "; the commands are info, convert and box\n");
+  return 2;
 }

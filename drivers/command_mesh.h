@@ -2,7 +2,7 @@
 #ifndef FLESH_DRIVERS_COMMAND_MESH_H
 #define FLESH_DRIVERS_COMMAND_MESH_H
 
-/* argv[0] is "mesh". Returns the exit code: 0 fine, 2 usage, 3 file or mesh. */
+/* argv[0] is "mesh". Returns the exit code. */
 int flesh_command_mesh(int argc, char **argv);
 
 #endif

@@ -165,7 +165,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   if (status) {
     f->status = status;
     f->exit_code = flesh_exit_code(status);
-    snprintf(f->message, sizeof f->message, "%s", flesh_error_text());
+    snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
     return;
   }
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
@@ -178,7 +178,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   flesh_runner_run(scene, &options, &figures, &outcome);
   f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
   f->exit_code = outcome.exit_code;
-  snprintf(f->message, sizeof f->message, "%.*s", (int)sizeof f->message - 1, outcome.message);
+  snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
   f->tets = flesh_mesh_tet_count(mesh);
   f->steps = figures.steps;
   f->max_inverted = figures.max_inverted;

@@ -1,4 +1,5 @@
-/* test_mesh.c: making and measuring meshes, against closed forms and an independent list of tets. */
+/* test_mesh.c: making and measuring meshes, against closed forms and an independent list of tets.
+ */
 #include "test.h"
 
 #include <stdlib.h>
@@ -8,7 +9,8 @@
 
 static const double unit_tet[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/* A box grid whose nodes are moved by a fixed random field, small enough to keep every tet's sign. */
+/* A box grid whose nodes are moved by a fixed random field, small enough to keep every tet's sign.
+ */
 static flesh_mesh *jittered_box(int nx, int ny, int nz, double amount)
 {
   int cells[3] = {nx, ny, nz};
@@ -20,7 +22,8 @@ static flesh_mesh *jittered_box(int nx, int ny, int nz, double amount)
   unsigned long long seed = 7;
   for (int i = 0; i < 3 * nodes; i++)
     x[i] = flesh_mesh_positions(grid)[i] + amount * (2 * test_uniform(&seed) - 1);
-  CHECK_OK(flesh_mesh_create(nodes, x, flesh_mesh_tet_count(grid), flesh_mesh_tets(grid), NULL, &mesh));
+  CHECK_OK(
+      flesh_mesh_create(nodes, x, flesh_mesh_tet_count(grid), flesh_mesh_tets(grid), NULL, &mesh));
   flesh_mesh_destroy(&grid);
   free(x);
   return mesh;
@@ -78,7 +81,6 @@ static void box_fills_its_size(void)
   CHECK_TEXT(flesh_error_text(), "at most");
 }
 
-
 static void volume_and_jacobians_follow_an_affine_map(void)
 {
   static const double A[3][3] = {{1.2, 0.3, -0.1}, {0.05, 0.8, 0.2}, {-0.3, 0.1, 1.5}};
@@ -98,8 +100,8 @@ static void volume_and_jacobians_follow_an_affine_map(void)
     double sign = mirror ? -1 : 1;
     for (int n = 0; n < nodes; n++)
       for (int d = 0; d < 3; d++)
-        x[3 * n + d] = (d == 0 ? sign : 1) * (5 + A[d][0] * X[3 * n] + A[d][1] * X[3 * n + 1] +
-                                              A[d][2] * X[3 * n + 2]);
+        x[3 * n + d] = (d == 0 ? sign : 1) *
+                       (5 + A[d][0] * X[3 * n] + A[d][1] * X[3 * n + 1] + A[d][2] * X[3 * n + 2]);
     CHECK_NEAR(flesh_mesh_volume(mesh, x), sign * det * rest, 1e-12);
     CHECK_NEAR(flesh_mesh_jacobians(mesh, x, J, NULL, &inverted), sign * det, 1e-12);
     CHECK(inverted == (mirror ? tets : 0));
@@ -166,11 +168,20 @@ static void surface_is_closed_and_looks_outwards(void)
 
   /* Two tets that share a node, and two apart: every face is outside. */
   double x[24];
-  for (int i = 0; i < 24; i++) x[i] = i < 12 ? unit_tet[i] : -unit_tet[i - 12] - (i % 3 == 0 ? 2 : 0);
+  for (int i = 0; i < 24; i++)
+    x[i] = i < 12 ? unit_tet[i] : -unit_tet[i - 12] - (i % 3 == 0 ? 2 : 0);
   CHECK_OK(flesh_mesh_create(8, x, 2, (int[]){0, 1, 2, 3, 4, 5, 6, 7}, NULL, &mesh));
   flesh_mesh_surface(mesh, &count);
   CHECK(count == 8);
   CHECK_NEAR(enclosed_volume(mesh, area), 1. / 3, 1e-15);
+  flesh_mesh_destroy(&mesh);
+
+  /* Two tets on the same side of a face overlap: all eight faces count. */
+  double folded[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2};
+  CHECK_OK(flesh_mesh_create(5, folded, 2, (int[]){0, 1, 2, 3, 0, 1, 2, 4}, NULL, &mesh));
+  flesh_mesh_surface(mesh, &count);
+  CHECK(count == 8);
+  CHECK_NEAR(enclosed_volume(mesh, area), 0.5, 1e-15);
   flesh_mesh_destroy(&mesh);
 }
 
@@ -179,7 +190,8 @@ static void masses_match_closed_forms(void)
   flesh_mesh *mesh = jittered_box(4, 3, 2, 0.1);
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   const double *X = flesh_mesh_positions(mesh);
-  double *density = malloc((size_t)tets * sizeof *density), *mass = malloc((size_t)nodes * sizeof *mass);
+  double *density = malloc((size_t)tets * sizeof *density),
+         *mass = malloc((size_t)nodes * sizeof *mass);
   double *x = malloc(3 * (size_t)nodes * sizeof *x), *y = malloc(3 * (size_t)nodes * sizeof *y);
   double total = 0, sum = 0, moment[3] = {0}, closed[3] = {0};
   for (int t = 0; t < tets; t++) {
@@ -210,7 +222,8 @@ static void masses_match_closed_forms(void)
   for (int t = 0; t < tets; t++) density[t] = 7;
   X = flesh_mesh_positions(mesh);
   flesh_mesh_consistent_mass_times(mesh, density, X, y);
-  double square[3] = {0}, expected[3] = {7 * 1.5 * (27 - 1) / 3., 7 * 1. * (8 + 1) / 3., 7 * 6 * 0.125 / 3};
+  double square[3] = {0},
+         expected[3] = {7 * 1.5 * (27 - 1) / 3., 7 * 1. * (8 + 1) / 3., 7 * 6 * 0.125 / 3};
   for (int i = 0; i < 3 * nodes; i++) square[i % 3] += X[i] * y[i];
   for (int d = 0; d < 3; d++) CHECK_NEAR(square[d], expected[d], 1e-12 * expected[d]);
   free(density);
@@ -294,18 +307,59 @@ static void bad_arrays_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "nodes 0 1 2 belongs to tets 0, 1 and 2");
 }
 
+static void distance_from_rest_ignores_rigid_motion(void)
+{
+  /* Rotation by 120 degrees about (1,1,1) and by 100 degrees about z, and a shift. */
+  double c = cos(100 * acos(-1) / 180), s = sin(100 * acos(-1) / 180);
+  double R[3][3] = {{0, c, -s}, {0, s, c}, {1, 0, 0}}, shift[3] = {10, -20, 5};
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_box((int[]){4, 2, 2}, (double[]){4, 1, 2}, (double[]){-1, 3, 0}, &mesh));
+  int nodes = flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x);
+  CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, X), 0, 1e-15);
+  /* Stretched by 1+e along x about the centre and then moved rigidly, the fit is that motion: the
+   * ends are e/2 of the length away. e = 0 is rigid; a mirror image is no rigid motion. */
+  for (int trial = 0; trial < 3; trial++) {
+    double stretch = (double[]){1, 1.1, 0.75}[trial];
+    for (int n = 0; n < nodes; n++) {
+      double y[3] = {1 + (X[3 * n] - 1) * stretch, X[3 * n + 1], X[3 * n + 2]};
+      for (int d = 0; d < 3; d++)
+        x[3 * n + d] = R[d][0] * y[0] + R[d][1] * y[1] + R[d][2] * y[2] + shift[d];
+    }
+    CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), fabs(stretch - 1) / 2, 1e-14);
+  }
+  /* Mirrored along its thinnest side y, the best rotation leaves that side mirrored: 1 of length 4.
+   */
+  for (int n = 0; n < nodes; n++)
+    for (int d = 0; d < 3; d++) x[3 * n + d] = d == 1 ? 7 - X[3 * n + d] : X[3 * n + d];
+  CHECK_NEAR(flesh_mesh_distance_from_rest(mesh, x), 0.25, 1e-14);
+  x[7] = NAN;
+  CHECK(!(flesh_mesh_distance_from_rest(mesh, x) < 1e300));
+  free(x);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* A tet of a radius ratio near 1e-4, which must be taken. */
+static void check_bad_but_not_flat(const double x[12])
+{
+  flesh_mesh *mesh;
+  flesh_mesh_info info;
+  CHECK_OK(flesh_mesh_create(4, x, 1, (int[]){0, 1, 2, 3}, NULL, &mesh));
+  if (!mesh) return;
+  flesh_mesh_inspect(mesh, &info);
+  CHECK(info.radius_ratio_min > 0.5e-4 && info.radius_ratio_min < 3e-4);
+  flesh_mesh_destroy(&mesh);
+}
+
 static void slivers_are_accepted(void)
 {
-  /* A square whose fourth corner is lifted by h: the radius ratio goes with h, at any size. */
   for (int place = 0; place < 3; place++) {
     double size = (double[]){1, 1e-6, 1e6}[place], h = 1e-4 * size;
-    double x[12] = {0, 0, 0, size, 0, 0, size, size, 0, 0, size, h};
-    flesh_mesh *mesh;
-    flesh_mesh_info info;
-    CHECK_OK(flesh_mesh_create(4, x, 1, (int[]){0, 1, 2, 3}, NULL, &mesh));
-    flesh_mesh_inspect(mesh, &info);
-    CHECK(info.radius_ratio_min > 0.5e-4 && info.radius_ratio_min < 3e-4);
-    flesh_mesh_destroy(&mesh);
+    /* A square whose fourth corner is lifted by h, and a needle: the ratio goes with h, the volume
+     * with h and with h^2. */
+    check_bad_but_not_flat((double[]){0, 0, 0, size, 0, 0, size, size, 0, 0, size, h});
+    check_bad_but_not_flat((double[]){0, 0, 0, h, 0, 0, 0, h, 0, 0, 0, size});
   }
 }
 
@@ -315,5 +369,6 @@ int main(int argc, char **argv)
                    TEST(volume_and_jacobians_follow_an_affine_map),
                    TEST(surface_is_closed_and_looks_outwards), TEST(masses_match_closed_forms),
                    TEST(one_tet_is_measured), TEST(inverted_tets_are_flipped_and_counted),
-                   TEST(bad_arrays_are_refused), TEST(slivers_are_accepted));
+                   TEST(bad_arrays_are_refused), TEST(distance_from_rest_ignores_rigid_motion),
+                   TEST(slivers_are_accepted));
 }

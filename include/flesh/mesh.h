@@ -29,32 +29,35 @@ typedef struct flesh_mesh_info {
   int worst_tet; /* index of the tet with radius_ratio_min */
 } flesh_mesh_info;
 
-/* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or NULL
- * (all 0). Inverted tets are flipped (their last two nodes swapped) and counted. FLESH_ERR_FILE, with
- * the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding hides the sign of V), a
- * node out of range or repeated in a tet, a tet given twice, a face of more than two tets, a non-finite
- * coordinate, or an empty mesh. Positions are compared with no tolerance. Returns new. */
+/* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
+ * NULL (all 0). Inverted tets are flipped (their last two nodes swapped) and counted.
+ * FLESH_ERR_FILE, with the index, for a flat tet (6 |V| <= 1e-14 (longest edge)^3, where rounding
+ * hides the sign of V), a node out of range or repeated in a tet, a tet given twice, a face of more
+ * than two tets, a non-finite coordinate, or an empty mesh. Positions are compared with no
+ * tolerance. Returns new. */
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
- * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k)
- * has the tets from 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner.
- * FLESH_ERR_ARGUMENT for cells below 1, sizes that are not positive, or a grid too large. Returns new. */
+ * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
+ * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for
+ * cells below 1, sizes that are not positive, or a grid too large. Returns new. */
 FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                              flesh_mesh **mesh);
 
-/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or binary in
- * either byte order), Medit .mesh (ASCII), or the plain list `nodes N / x y z ... / tets T / a b c d`,
- * told apart by content; only TetGen's two files also by their names. Other elements than tets of 4 nodes
- * are left out; tets of higher order are refused. Regions: TetGen's first attribute, Gmsh's physical
- * tag or else the tag of the volume, Medit's reference, else 0. FLESH_ERR_FILE with file and line (byte
- * in binary parts) otherwise. Independent of the locale. Returns new. */
+/* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
+ * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
+ * `tets T`, rows `a b c d` from 0), told apart by content; only TetGen's two files also by their
+ * names. Other elements than tets of 4 nodes are left out; tets of higher order are refused.
+ * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
+ * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
+ * Independent of the locale. Returns new. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
 /* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
  * .mesh (Medit). Whole or not at all: a partial file is never left. 17 significant digits, so that
- * reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. */
+ * reading gives the same mesh. FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing
+ * fails. */
 FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 
 /* NULL-safe; sets *mesh to NULL. */
@@ -63,28 +66,33 @@ FLESH_API void flesh_mesh_destroy(flesh_mesh **mesh);
 FLESH_API int flesh_mesh_node_count(const flesh_mesh *mesh);
 FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */
-FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);   /* [3*nodes] rest positions, m */
-FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);           /* [4*tets] node indices */
-FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);        /* [tets] tags */
-FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh); /* [tets] rest volumes, m^3 */
+/* [3*nodes] rest positions, m. */
+FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
+/* [4*tets] node indices. */
+FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
+/* [tets] region tags. */
+FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
+/* [tets] rest volumes, m^3, all positive. */
+FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
 /* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
 /* [nodes] 1 where some tet uses the node, else 0. */
 FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 
+/* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
 
 /* Sum of the signed volumes of all tets with nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
-/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the smallest
- * (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL) the number
- * without J > 0. At the rest positions J is 1 to the last bit. */
-FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
-                                      int *inverted);
+/* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
+ * smallest (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL)
+ * the number without J > 0. At the rest positions J is 1 to the last bit. */
+FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J,
+                                      int *worst, int *inverted);
 
-/* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best rigid fit
- * (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
+/* Largest distance of a used node at `x` [3*nodes] from its place in the rest shape after the best
+ * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
 FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
 
 /* Lumped mass rho V/4 per node and tet [nodes], kg; density [tets], kg/m^3. */

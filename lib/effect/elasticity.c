@@ -50,8 +50,9 @@ static inline int energy_at(const flesh_material *material, const double F[9], d
   double J = flesh_vec3_dot(F, C);
   *I_C = flesh_mat3_norm2(F);
   int status = material->psi(*I_C, J, material, psi);
-  /* A non-finite F or an overflow would spread silently. */
+  /* A non-finite F or an overflow would spread silently, or be taken for J <= 0. */
   if (status == FLESH_OK && !(fabs(psi->value) < INFINITY)) return FLESH_NONFINITE;
+  if (status == FLESH_UNDEFINED && !(*I_C < INFINITY)) return FLESH_NONFINITE;
   return status;
 }
 

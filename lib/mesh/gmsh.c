@@ -34,8 +34,7 @@ static int take(flesh_gmsh *g, void *value, size_t bytes)
   unsigned char *to = value;
   if ((size_t)(g->s->end - g->s->at) < bytes)
     return flesh_gmsh_fail(g, "the file ends inside %s %lld", g->s->item, (long long)g->s->index);
-  for (size_t i = 0; i < bytes; i++)
-    to[g->swap ? bytes - 1 - i : i] = (unsigned char)g->s->at[i];
+  for (size_t i = 0; i < bytes; i++) to[g->swap ? bytes - 1 - i : i] = (unsigned char)g->s->at[i];
   g->s->at += bytes;
   return FLESH_OK;
 }
@@ -72,9 +71,10 @@ int flesh_gmsh_check_count(const flesh_gmsh *g, const char *item, int64_t count,
     return flesh_gmsh_fail(g, "the number of %s is %lld; it must be %lld to %d", item,
                            (long long)count, (long long)least, INT_MAX / 4);
   if (count > left / bytes + !g->binary)
-    return flesh_gmsh_fail(g, "the number of %s is %lld, but only %lld bytes of the file are left, "
-                           "enough for %lld", item, (long long)count, (long long)left,
-                           (long long)(left / bytes));
+    return flesh_gmsh_fail(g,
+                           "the number of %s is %lld, but only %lld bytes of the file are left, "
+                           "enough for %lld",
+                           item, (long long)count, (long long)left, (long long)(left / bytes));
   return FLESH_OK;
 }
 
@@ -125,9 +125,9 @@ int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t tag, const int64_t node_tags[4], i
 
 int flesh_gmsh_type_nodes(int64_t type)
 {
-  static const unsigned char nodes[] = {0,  2,  3,  4,  4,  8,  6,  5,  3,  6,  9,
-                                        10, 27, 18, 14, 1,  8,  20, 15, 13, 9,  10,
-                                        12, 15, 15, 21, 4,  5,  6,  20, 35, 56};
+  static const unsigned char nodes[] = {0,  2,  3,  4,  4, 8, 6,  5,  3,  6, 9,
+                                        10, 27, 18, 14, 1, 8, 20, 15, 13, 9, 10,
+                                        12, 15, 15, 21, 4, 5, 6,  20, 35, 56};
   if (type == 92) return 64;
   if (type == 93) return 125;
   return type > 0 && type < (int64_t)sizeof nodes ? nodes[type] : 0;
@@ -136,9 +136,10 @@ int flesh_gmsh_type_nodes(int64_t type)
 int flesh_gmsh_check_type(const flesh_gmsh *g, int64_t type, int64_t tag)
 {
   if (type == 11 || type == 29 || type == 30 || type == 31)
-    return flesh_gmsh_fail(g, "element %lld is a tet of %d nodes (higher order); only tets of 4 "
-                           "nodes can be read: run gmsh with -order 1", (long long)tag,
-                           flesh_gmsh_type_nodes(type));
+    return flesh_gmsh_fail(g,
+                           "element %lld is a tet of %d nodes (higher order); only tets of 4 "
+                           "nodes can be read: run gmsh with -order 1",
+                           (long long)tag, flesh_gmsh_type_nodes(type));
   return FLESH_OK;
 }
 
@@ -167,8 +168,10 @@ static int read_format(flesh_gmsh *g)
   if ((status = flesh_gmsh_int(g, &one))) return status;
   g->swap = one == 0x01000000;
   if (one != 1 && !g->swap)
-    return flesh_gmsh_fail(g, "the int that shows the byte order is %lld; it must be 1 in one order "
-                           "or the other", (long long)one);
+    return flesh_gmsh_fail(g,
+                           "the int that shows the byte order is %lld; it must be 1 in one order "
+                           "or the other",
+                           (long long)one);
   return FLESH_OK;
 }
 
@@ -203,22 +206,20 @@ static int read_section(flesh_gmsh *g, const char *name, size_t length)
   flesh_scan_skip_line(s);
   if (named(name, length, "MeshFormat"))
     status = g->major ? flesh_gmsh_fail(g, "a second $MeshFormat") : read_format(g);
-  else if (!g->major)
-    status = flesh_gmsh_fail(g, "$MeshFormat must be the first section");
+  else if (!g->major) status = flesh_gmsh_fail(g, "$MeshFormat must be the first section");
   else if (named(name, length, "Nodes")) {
     if (g->nodes_read++) return flesh_gmsh_fail(g, "a second section $Nodes; there must be one");
     status = g->major == 2 ? flesh_gmsh2_nodes(g) : flesh_gmsh4_nodes(g);
   } else if (named(name, length, "Elements")) {
-    if (!g->nodes_read) return flesh_gmsh_fail(g, "$Elements comes before $Nodes; it must follow it");
+    if (!g->nodes_read)
+      return flesh_gmsh_fail(g, "$Elements comes before $Nodes; it must follow it");
     if (g->elements_read++)
       return flesh_gmsh_fail(g, "a second section $Elements; there must be one");
     status = g->major == 2 ? flesh_gmsh2_elements(g) : flesh_gmsh4_elements(g);
-  } else if (g->major == 4 && named(name, length, "Entities"))
-    status = flesh_gmsh4_entities(g, 0);
+  } else if (g->major == 4 && named(name, length, "Entities")) status = flesh_gmsh4_entities(g, 0);
   else if (g->major == 4 && named(name, length, "PartitionedEntities"))
     status = flesh_gmsh4_entities(g, 1);
-  else
-    wanted = 0;
+  else wanted = 0;
   if (status) return status;
   if (!wanted) return skip_section(g, name, length);
   char end[32];
@@ -250,7 +251,8 @@ int flesh_gmsh_read(flesh_scanner *s, flesh_draft *draft)
   if (!status && !g->elements_read)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no section $Elements", s->path);
   if (!status && !draft->tets)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: there are no tets among its %lld elements; was the "
+    status = flesh_fail(FLESH_ERR_FILE,
+                        "%s: there are no tets among its %lld elements; was the "
                         "volume meshed (gmsh -3) and saved (a physical volume, or none at all)?",
                         s->path, (long long)g->others);
   flesh_tag_map_clear(&g->nodes);

@@ -9,10 +9,11 @@
 typedef struct flesh_gmsh {
   flesh_scanner *s;
   flesh_draft *draft;
-  int major;        /* 2 or 4 */
-  int binary, swap; /* swap: the file has the other byte order */
-  flesh_tag_map nodes;   /* node tag -> index */
-  flesh_tag_map volumes; /* 4.1: tag of a volume -> its first physical tag, a part's: its parent's */
+  int major;           /* 2 or 4 */
+  int binary, swap;    /* swap: the file has the other byte order */
+  flesh_tag_map nodes; /* node tag -> index */
+  flesh_tag_map
+      volumes; /* 4.1: tag of a volume -> its first physical tag, a part's: its parent's */
   int nodes_read, elements_read;
   int64_t others; /* elements that are no tets */
 } flesh_gmsh;

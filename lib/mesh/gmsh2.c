@@ -47,8 +47,7 @@ static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, 
     return status;
   }
   g->others++;
-  if (!g->binary)
-    flesh_scan_skip_line(g->s);
+  if (!g->binary) flesh_scan_skip_line(g->s);
   else
     for (int i = flesh_gmsh_type_nodes(type); i > 0 && !status; i--)
       status = flesh_gmsh_int(g, &ignored);

@@ -10,13 +10,12 @@ static int read_list(flesh_gmsh *g, const char *item, int64_t *count, int64_t *f
   int64_t ignored;
   int status = flesh_gmsh_size(g, count);
   if (!status) status = flesh_gmsh_check_count(g, item, *count, 0, 2, 4);
-  for (int64_t i = 0; i < *count && !status; i++)
-    status = flesh_gmsh_int(g, i ? &ignored : first);
+  for (int64_t i = 0; i < *count && !status; i++) status = flesh_gmsh_int(g, i ? &ignored : first);
   return status;
 }
 
-/* Notes the region of a volume: its first physical tag, or else, for a part of a partitioned mesh, the
- * volume it is a part of. */
+/* Notes the region of a volume: its first physical tag, or else, for a part of a partitioned mesh,
+ * the volume it is a part of. */
 static int read_entity(flesh_gmsh *g, int dimension, int partitioned)
 {
   int64_t tag, parent[2] = {0, 0}, physicals = 0, region = 0, count, ignored;

@@ -33,8 +33,8 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
     fourth[d] = bc[d] + ca[d] + ab[d];
     centre[d] = aa * bc[d] + bb * ca[d] + cc * ab[d];
   }
-  double areas = (sqrt(dot(bc, bc)) + sqrt(dot(ca, ca)) + sqrt(dot(ab, ab)) +
-                  sqrt(dot(fourth, fourth))) / 2;
+  double areas =
+      (sqrt(dot(bc, bc)) + sqrt(dot(ca, ca)) + sqrt(dot(ab, ab)) + sqrt(dot(fourth, fourth))) / 2;
   double volume = mesh->volumes[tet];
   return 108 * volume * (volume / areas) / sqrt(dot(centre, centre));
 }
@@ -86,8 +86,7 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
       for (int j = i + 1; j < 4; j++) {
         double along[3];
         for (int d = 0; d < 3; d++)
-          along[d] =
-              mesh->positions[3 * (size_t)n[i] + d] - mesh->positions[3 * (size_t)n[j] + d];
+          along[d] = mesh->positions[3 * (size_t)n[i] + d] - mesh->positions[3 * (size_t)n[j] + d];
         double edge = sqrt(dot(along, along));
         edges += edge;
         info->edge_min = fmin(info->edge_min, edge);

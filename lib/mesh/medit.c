@@ -1,5 +1,5 @@
-/* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; numbers may be
- * spread over lines at will. Vertices and Tetrahedra are read, the other lists are left out. */
+/* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; numbers may
+ * be spread over lines at will. Vertices and Tetrahedra are read, the other lists are left out. */
 #include "mesh/formats.h"
 
 #include <ctype.h>
@@ -18,8 +18,7 @@ typedef struct places {
 
 static int note_place(const flesh_scanner *s, const char *word, flesh_scanner *place, int *have)
 {
-  if (*have)
-    return flesh_scan_fail(s, "a second list of %s; there must be one", word);
+  if (*have) return flesh_scan_fail(s, "a second list of %s; there must be one", word);
   *have = 1;
   *place = *s;
   return FLESH_OK;
@@ -52,9 +51,8 @@ static int find_lists(flesh_scanner *s, places *found)
         status = flesh_scan_fail(s, "Dimension is %lld; it must be 3", (long long)value);
     } else if (flesh_scan_word(s, "TetrahedraP2"))
       status = flesh_scan_fail(s, "the tets have 10 nodes (TetrahedraP2); only tets of 4 nodes can "
-                               "be read");
-    else if (flesh_scan_word(s, "End"))
-      return FLESH_OK;
+                                  "be read");
+    else if (flesh_scan_word(s, "End")) return FLESH_OK;
     else
       while (s->at < s->end && !isspace((unsigned char)*s->at) && *s->at != '#') s->at++;
   }

@@ -84,14 +84,13 @@ static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
                                 "number",
                                 label, edge);
     if (6 * fabs(volume) <= flat_limit * cube)
-      return flesh_mesh_fail_at(origin, t,
-                                "tet %lld (nodes %lld %lld %lld %lld) is flat: 6 * volume is %.3g "
-                                "m^3, and must exceed %g * (longest edge)^3 = %.3g m^3",
-                                label, flesh_mesh_node_label(origin, n[0]),
-                                flesh_mesh_node_label(origin, n[1]),
-                                flesh_mesh_node_label(origin, n[2]),
-                                flesh_mesh_node_label(origin, n[3]), 6 * fabs(volume), flat_limit,
-                                flat_limit * cube);
+      return flesh_mesh_fail_at(
+          origin, t,
+          "tet %lld (nodes %lld %lld %lld %lld) is flat: 6 * volume is %.3g "
+          "m^3, and must exceed %g * (longest edge)^3 = %.3g m^3",
+          label, flesh_mesh_node_label(origin, n[0]), flesh_mesh_node_label(origin, n[1]),
+          flesh_mesh_node_label(origin, n[2]), flesh_mesh_node_label(origin, n[3]),
+          6 * fabs(volume), flat_limit, flat_limit * cube);
     if (volume < 0) {
       int last = n[3];
       n[3] = n[2], n[2] = last;

@@ -42,8 +42,8 @@ int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *for
 long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet);
 long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node);
 
-/* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers, so
- * that a body at rest has J = 1 to the last bit. */
+/* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers,
+ * so that a body at rest has J = 1 to the last bit. */
 double flesh_tet_volume(const double *x, const int nodes[4]);
 
 #endif

@@ -43,7 +43,9 @@ int flesh_plain_read(flesh_scanner *s, flesh_draft *draft)
     if (!status) status = flesh_draft_add_tet(draft, tet, 0, s->line, t);
   }
   if (!status && flesh_scan_next(s) && !flesh_scan_word(s, "fixed"))
-    status = flesh_scan_fail(s, "%s stands behind the last of %d tets; the file must end there or "
-                             "go on with `fixed N`", flesh_scan_show(s), tets);
+    status = flesh_scan_fail(s,
+                             "%s stands behind the last of %d tets; the file must end there or "
+                             "go on with `fixed N`",
+                             flesh_scan_show(s), tets);
   return status;
 }

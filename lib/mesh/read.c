@@ -22,11 +22,14 @@ static const struct {
 static int refuse(const flesh_scanner *s)
 {
   for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
-    if (s->end - s->at >= foreign[i].bytes && !memcmp(s->at, foreign[i].begin, (size_t)foreign[i].bytes))
+    if (s->end - s->at >= foreign[i].bytes &&
+        !memcmp(s->at, foreign[i].begin, (size_t)foreign[i].bytes))
       return flesh_fail(FLESH_ERR_FILE, "%s: the format is %s", s->path, foreign[i].advice);
-  return flesh_scan_fail(s, "%s begins no known mesh format; a mesh is TetGen .node and .ele, Gmsh "
+  return flesh_scan_fail(s,
+                         "%s begins no known mesh format; a mesh is TetGen .node and .ele, Gmsh "
                          ".msh (`$MeshFormat`), Medit .mesh (`MeshVersionFormatted`) or a plain "
-                         "list (`nodes N`)", flesh_scan_show(s));
+                         "list (`nodes N`)",
+                         flesh_scan_show(s));
 }
 
 static int read_by_content(flesh_scanner *s, flesh_draft *draft)

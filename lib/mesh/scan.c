@@ -121,10 +121,8 @@ int flesh_scan_fail(const flesh_scanner *s, const char *format, ...)
 /* Names what is being read: "node 5". */
 static const char *item_text(const flesh_scanner *s, char text[64])
 {
-  if (s->index < 0)
-    snprintf(text, 64, "%s", s->item);
-  else
-    snprintf(text, 64, "%s %lld", s->item, (long long)s->index);
+  if (s->index < 0) snprintf(text, 64, "%s", s->item);
+  else snprintf(text, 64, "%s %lld", s->item, (long long)s->index);
   return text;
 }
 
@@ -164,7 +162,8 @@ int flesh_scan_integer(flesh_scanner *s, int64_t *value)
 int flesh_scan_real(flesh_scanner *s, double *value)
 {
   if (next_in_row(s)) return FLESH_ERR_FILE;
-  /* strtod follows the thread's locale, which flesh_mesh_read has set to "C"; the text ends in a 0. */
+  /* strtod follows the thread's locale, which flesh_mesh_read has set to "C"; the text ends in a 0.
+   */
   char *stop, item[64];
   double number = strtod(s->at, &stop);
   if (stop == s->at || !is_break(s, stop))
@@ -196,9 +195,9 @@ int flesh_scan_count(flesh_scanner *s, const char *item, int least, int bytes, i
     return flesh_scan_fail(s, "%s is %lld; it must be %d to %d", item, (long long)value, least,
                            INT_MAX / 4);
   if (value > (s->end - s->at) / bytes + 1)
-    return flesh_scan_fail(s, "%s is %lld, but only %lld bytes of the file are left, enough for %lld",
-                           item, (long long)value, (long long)(s->end - s->at),
-                           (long long)((s->end - s->at) / bytes));
+    return flesh_scan_fail(
+        s, "%s is %lld, but only %lld bytes of the file are left, enough for %lld", item,
+        (long long)value, (long long)(s->end - s->at), (long long)((s->end - s->at) / bytes));
   *count = (int)value;
   return FLESH_OK;
 }

@@ -5,7 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Reads a regular file whole into *data (new; one 0 byte beyond `size`). FLESH_ERR_FILE otherwise. */
+/* Reads a regular file whole into *data (new; one 0 byte beyond `size`). FLESH_ERR_FILE otherwise.
+ */
 int flesh_file_load(const char *path, char **data, size_t *size);
 
 typedef struct flesh_scanner {
@@ -30,15 +31,15 @@ void flesh_scan_skip_line(flesh_scanner *s);
 /* Reads the word at the present place if it equals `word`; returns whether it did. */
 int flesh_scan_word(flesh_scanner *s, const char *word);
 
-/* Next number of the present row. FLESH_ERR_FILE when the row ends, for anything but a number, for an
- * integer outside 64 bits, for a real that is not finite. */
+/* Next number of the present row. FLESH_ERR_FILE when the row ends, for anything but a number, for
+ * an integer outside 64 bits, for a real that is not finite. */
 int flesh_scan_integer(flesh_scanner *s, int64_t *value);
 int flesh_scan_real(flesh_scanner *s, double *value);
 /* FLESH_ERR_FILE when something is left in the line. */
 int flesh_scan_row_end(flesh_scanner *s);
 
-/* Reads a count of `item`s of which each takes at least `bytes` bytes in the rest of the file, so that a
- * count can be trusted with memory. At least `least`, at most INT_MAX/4. */
+/* Reads a count of `item`s of which each takes at least `bytes` bytes in the rest of the file, so
+ * that a count can be trusted with memory. At least `least`, at most INT_MAX/4. */
 int flesh_scan_count(flesh_scanner *s, const char *item, int least, int bytes, int *count);
 
 /* Fails with "path:line: " before the sentence. */

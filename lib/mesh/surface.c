@@ -75,20 +75,21 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
     }
     int found = first[b], tet = (int)(face / 4);
     if (same_tet(mesh, face, found)) {
-      status = flesh_mesh_fail_at(origin, tet, "tet %lld has the same nodes as tet %lld; each tet "
-                                  "must be given once", flesh_mesh_tet_label(origin, tet),
+      status = flesh_mesh_fail_at(origin, tet,
+                                  "tet %lld has the same nodes as tet %lld; each tet "
+                                  "must be given once",
+                                  flesh_mesh_tet_label(origin, tet),
                                   flesh_mesh_tet_label(origin, found / 4));
       goto done;
     }
     if (second[found] >= 0) {
-      status = flesh_mesh_fail_at(origin, tet, "the face of nodes %lld %lld %lld belongs to tets "
-                                  "%lld, %lld and %lld; at most two tets can share a face",
-                                  flesh_mesh_node_label(origin, f[0]),
-                                  flesh_mesh_node_label(origin, f[1]),
-                                  flesh_mesh_node_label(origin, f[2]),
-                                  flesh_mesh_tet_label(origin, found / 4),
-                                  flesh_mesh_tet_label(origin, second[found] / 4),
-                                  flesh_mesh_tet_label(origin, tet));
+      status = flesh_mesh_fail_at(
+          origin, tet,
+          "the face of nodes %lld %lld %lld belongs to tets "
+          "%lld, %lld and %lld; at most two tets can share a face",
+          flesh_mesh_node_label(origin, f[0]), flesh_mesh_node_label(origin, f[1]),
+          flesh_mesh_node_label(origin, f[2]), flesh_mesh_tet_label(origin, found / 4),
+          flesh_mesh_tet_label(origin, second[found] / 4), flesh_mesh_tet_label(origin, tet));
       goto done;
     }
     second[found] = (int)face;

@@ -46,8 +46,9 @@ static int read_index(flesh_scanner *s, int64_t expected)
   flesh_scan_next(s);
   int status = flesh_scan_integer(s, &index);
   if (!status && index != expected)
-    status = flesh_scan_fail(s, "%s %lld stands where %s %lld is expected; rows are numbered in order",
-                             s->item, (long long)index, s->item, (long long)expected);
+    status =
+        flesh_scan_fail(s, "%s %lld stands where %s %lld is expected; rows are numbered in order",
+                        s->item, (long long)index, s->item, (long long)expected);
   return status;
 }
 
@@ -96,8 +97,10 @@ static int read_region(flesh_scanner *s, int *region)
   int status = flesh_scan_real(s, &value);
   if (status) return status;
   if (value != floor(value) || fabs(value) > INT_MAX)
-    return flesh_scan_fail(s, "tet %lld has the region attribute %.17g; it must be an integer of 32 "
-                           "bits", (long long)s->index, value);
+    return flesh_scan_fail(s,
+                           "tet %lld has the region attribute %.17g; it must be an integer of 32 "
+                           "bits",
+                           (long long)s->index, value);
   *region = (int)value;
   return FLESH_OK;
 }
@@ -110,7 +113,7 @@ static int read_tets(flesh_scanner *s, flesh_draft *draft)
   if (status) return status;
   if (header[1] == 10)
     return flesh_scan_fail(s, "the tets have 10 nodes (second order); only tets of 4 nodes can be "
-                           "read: run tetgen without -o2");
+                              "read: run tetgen without -o2");
   if (header[1] != 4)
     return flesh_scan_fail(s, "the tets have %lld nodes; they must have 4", (long long)header[1]);
   int tets = (int)header[0];
@@ -149,7 +152,7 @@ int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft)
   int given_node = ends_with(s->path, ".node");
   if (!given_node && !ends_with(s->path, ".ele"))
     return flesh_scan_fail(s, "the file begins with a number, as TetGen's do, but is named neither "
-                           ".node nor .ele");
+                              ".node nor .ele");
   size_t stem = strlen(s->path) - (given_node ? 5 : 4), size;
   char *partner = malloc(stem + 6), *data = NULL;
   if (!partner) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a path");

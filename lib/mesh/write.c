@@ -1,11 +1,12 @@
 /* write.c: flesh_mesh_write: one mesh in the format of the path's suffix. */
+#include <errno.h>
 #include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "io/file.h"
 #include "mesh/inspect.h"
-#include "mesh/output.h"
 
 static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
 {
@@ -116,19 +117,21 @@ static int write_gmsh(FILE *file, const flesh_mesh *mesh)
 
 typedef int (*writer)(FILE *file, const flesh_mesh *mesh);
 
-/* One file per writer; all get their names only when all are complete. */
+/* One file per writer. No file gets its name before all are on the disk. */
 static int write_files(const flesh_mesh *mesh, int count, const char *const *paths,
                        const writer *writers)
 {
-  flesh_output outputs[2] = {{0}, {0}};
+  flesh_file files[2] = {{0}, {0}};
   int status = FLESH_OK;
   for (int f = 0; f < count && !status; f++) {
-    status = flesh_output_open(paths[f], &outputs[f]);
-    if (!status) status = writers[f](outputs[f].file, mesh);
-    if (!status) status = flesh_output_close(&outputs[f]);
+    status = flesh_file_open(paths[f], &files[f]);
+    if (!status) status = writers[f](files[f].stream, mesh);
+    if (!status && (fflush(files[f].stream) || ferror(files[f].stream)))
+      status = flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", paths[f],
+                          strerror(errno));
   }
-  for (int f = 0; f < count && !status; f++) status = flesh_output_commit(&outputs[f]);
-  for (int f = 0; f < count; f++) flesh_output_discard(&outputs[f]);
+  for (int f = 0; f < count && !status; f++) status = flesh_file_commit(&files[f]);
+  for (int f = 0; f < count; f++) flesh_file_abandon(&files[f]);
   return status;
 }
 
@@ -152,9 +155,10 @@ static int write_by_suffix(const flesh_mesh *mesh, const char *path)
       return status;
     }
   }
-  return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the suffix %s%s%s names no mesh format; it must be "
-                    ".node or .ele (TetGen), .msh (Gmsh) or .mesh (Medit)", path,
-                    suffix ? "'" : "", suffix ? suffix : "(none)", suffix ? "'" : "");
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%s: the suffix %s%s%s names no mesh format; it must be "
+                    ".node or .ele (TetGen), .msh (Gmsh) or .mesh (Medit)",
+                    path, suffix ? "'" : "", suffix ? suffix : "(none)", suffix ? "'" : "");
 }
 
 int flesh_mesh_write(const flesh_mesh *mesh, const char *path)

@@ -49,11 +49,12 @@ int flesh_effect_list_normalise(flesh_arena *arena, flesh_node *list)
 static int unknown_effect(const flesh_node *node, const char *path)
 {
   flesh_suggestion suggestion = {.word = node->key};
-  char text[512];
+  char text[512], shown[FLESH_SHOW_SIZE];
   int count;
   const flesh_effect_row *rows = flesh_effect_registry(&count);
   for (int i = 0; i < count; i++) flesh_suggestion_offer(&suggestion, rows[i].name);
-  return flesh_node_fail_at_key(node, "%s is %.80s, which is no effect; %s", path, node->key,
+  return flesh_node_fail_at_key(node, "%s is %s, which is no effect; %s", path,
+                                flesh_word_show(node->key, shown),
                                 flesh_suggestion_text(&suggestion, text));
 }
 

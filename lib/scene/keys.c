@@ -380,10 +380,11 @@ static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
     const flesh_key *key = flesh_key_named(keys, child->key);
     if (!key) {
       flesh_suggestion suggestion = {.word = child->key};
-      char text[512];
+      char text[512], shown[FLESH_SHOW_SIZE];
       for (key = keys; key->name; key++) flesh_suggestion_offer(&suggestion, key->name);
-      return flesh_node_fail_at_key(child, "%s%s%.80s is unknown%s%s", path, *path ? "." : "",
-                                    child->key, keys->name ? "; " : ": there are no keys here",
+      return flesh_node_fail_at_key(child, "%s%s%s is unknown%s%s", path, *path ? "." : "",
+                                    flesh_word_show(child->key, shown),
+                                    keys->name ? "; " : ": there are no keys here",
                                     flesh_suggestion_text(&suggestion, text));
     }
     if (child->removed && child->kind == FLESH_NODE_MAPPING && key->type == FLESH_KEY_OBJECT) {

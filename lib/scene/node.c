@@ -126,23 +126,31 @@ int flesh_node_fail_within(int status, const flesh_node *node, const char *forma
   return fail_at(status, node, node ? node->line : 0, node ? node->column : 0);
 }
 
-const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
+const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE])
 {
   enum { CUT = 60 };
-  if (node->kind == FLESH_NODE_LIST) {
-    snprintf(text, FLESH_SHOW_SIZE, node->count ? "a list of %d" : "an empty list", node->count);
-    return text;
-  }
-  if (node->kind == FLESH_NODE_MAPPING) return strcpy(text, "a mapping");
-  if (!*node->text) return strcpy(text, "empty");
-  size_t size = strlen(node->text), cut = size;
+  size_t cut = strlen(word), size = cut;
   if (cut > CUT) {
     cut = CUT;
-    while (cut > 0 && ((unsigned char)node->text[cut] & 0xc0) == 0x80) cut--; /* whole letters */
+    while (cut > 0 && ((unsigned char)word[cut] & 0xc0) == 0x80) cut--; /* whole letters */
   }
-  snprintf(text, FLESH_SHOW_SIZE, node->quoted ? "\"%.*s%s\"" : "%.*s%s", (int)cut, node->text,
-           cut < size ? "..." : "");
-  for (char *c = text; *c; c++)
-    if ((unsigned char)*c < 32 || *c == 127) *c = '?';
+  snprintf(text, FLESH_SHOW_SIZE, "%.*s%s", (int)cut, word, cut < size ? "..." : "");
+  for (unsigned char *c = (unsigned char *)text; *c; c++) {
+    if (*c < 32 || *c == 127) *c = '?';
+    if (c[0] == 0xc2 && c[1] >= 0x80 && c[1] < 0xa0) c[0] = c[1] = '?'; /* U+0080 to U+009F */
+  }
+  return text;
+}
+
+const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
+{
+  char word[FLESH_SHOW_SIZE];
+  if (node->kind == FLESH_NODE_MAPPING) snprintf(text, FLESH_SHOW_SIZE, "a mapping");
+  else if (node->kind == FLESH_NODE_LIST)
+    snprintf(text, FLESH_SHOW_SIZE, node->count ? "a list of %d" : "an empty list", node->count);
+  else if (!*node->text) snprintf(text, FLESH_SHOW_SIZE, "empty");
+  else
+    snprintf(text, FLESH_SHOW_SIZE, node->quoted ? "\"%.90s\"" : "%.90s",
+             flesh_word_show(node->text, word));
   return text;
 }

@@ -59,8 +59,10 @@ int flesh_node_fail_at_key(const flesh_node *node, const char *format, ...)
 int flesh_node_fail_within(int status, const flesh_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* The node's value as a sentence shows it: cut and printable. Returns `text`. */
 enum { FLESH_SHOW_SIZE = 96 };
+/* A word from a file as a sentence shows it: cut and printable. Returns `text`. */
+const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE]);
+/* The node's value as a sentence shows it: cut and printable. Returns `text`. */
 const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE]);
 
 #endif

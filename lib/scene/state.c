@@ -84,6 +84,8 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
 
 int flesh_state_write(const char *path, int nodes, const flesh_state *state)
 {
+  if (!isfinite(state->t))
+    return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
   for (int i = 0; i < 3 * nodes; i++)
     if (!isfinite(state->x[i]) || !isfinite(state->v[i]))
       return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: node %d of the state is not finite",

@@ -44,44 +44,45 @@ static int fail_at(const builder *b, int line, int column, const char *sentence)
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s:%d:%d: %s", b->source->name, line, column, sentence);
 }
 
+/* Bytes of the UTF-8 letter at `text`, and its code; 0 where there is none. */
+static size_t letter_at(const unsigned char *text, size_t left, unsigned *code)
+{
+  static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
+  unsigned first = text[0];
+  size_t size = first < 0x80             ? 1
+                : (first & 0xe0) == 0xc0 ? 2
+                : (first & 0xf0) == 0xe0 ? 3
+                : (first & 0xf8) == 0xf0 ? 4
+                                         : 0;
+  if (!size || size > left) return 0;
+  *code = size == 1 ? first : first & (0xffu >> (size + 1));
+  for (size_t k = 1; k < size; k++) {
+    if ((text[k] & 0xc0) != 0x80) return 0;
+    *code = *code << 6 | (text[k] & 0x3f);
+  }
+  int surrogate = *code >= 0xd800 && *code < 0xe000;
+  return *code < least[size] || *code > 0x10ffff || surrogate ? 0 : size;
+}
+
 /* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them.
  */
 static int check_text(const builder *b, const unsigned char *text, size_t size)
 {
   int line = 1, column = 1;
   for (size_t i = 0; i < size; column++) {
-    unsigned c = text[i];
-    int more = c < 0x80                ? 0
-               : c >= 0xc2 && c < 0xe0 ? 1
-               : (c & 0xf0) == 0xe0    ? 2
-               : c >= 0xf0 && c < 0xf5 ? 3
-                                       : -1;
-    unsigned code = more <= 0 ? c : c & (0x3fu >> more);
-    int good = more >= 0 && i + (size_t)more < size;
-    for (int k = 1; good && k <= more; k++) {
-      good = (text[i + (size_t)k] & 0xc0) == 0x80;
-      code = code << 6 | (text[i + (size_t)k] & 0x3f);
-    }
-    good = good && !(more == 2 && (code < 0x800 || (code >= 0xd800 && code < 0xe000))) &&
-           !(more == 3 && (code < 0x10000 || code > 0x10ffff));
-    if (!good || (code < 32 && c != '\n' && c != '\r' && c != '\t') ||
-        (code >= 127 && code < 160)) {
+    unsigned code = 0;
+    size_t bytes = letter_at(text + i, size - i, &code);
+    int blank = code == '\n' || code == '\r' || code == '\t';
+    if (!bytes || (code < 32 && !blank) || (code >= 127 && code < 160)) {
       char sentence[96];
       snprintf(sentence, sizeof sentence,
-               "byte 0x%02x is not text; a scene is YAML or JSON in UTF-8", c);
+               "byte 0x%02x is not text; a scene is YAML or JSON in UTF-8", text[i]);
       return fail_at(b, line, column, sentence);
     }
-    if (c == '\n') line++, column = 0;
-    i += (size_t)more + 1;
+    if (code == '\n') line++, column = 0;
+    i += bytes;
   }
   return FLESH_OK;
-}
-
-static char *token_text(builder *b, struct fy_token *token)
-{
-  size_t size = 0;
-  const char *text = token ? fy_token_get_text(token, &size) : NULL;
-  return flesh_arena_text(b->arena, text ? text : "", text ? size : 0);
 }
 
 static void token_place(struct fy_token *token, int quoted, int *line, int *column)
@@ -92,17 +93,37 @@ static void token_place(struct fy_token *token, int quoted, int *line, int *colu
   *column = mark->column + 1 - (quoted && mark->column > 0); /* the mark is behind the quote */
 }
 
-/* "body.material.mu": the keys of the open mappings, then `key`. */
+/* The text of a scalar or name; escapes in quotes ("\0", "\ud800") can make what is no text. */
+static int token_text(const builder *b, struct fy_token *token, const char **copy)
+{
+  size_t size = 0;
+  const char *text = token ? fy_token_get_text(token, &size) : NULL;
+  if (!text) size = 0;
+  for (size_t i = 0, bytes; i < size; i += bytes) {
+    unsigned code = 0;
+    bytes = letter_at((const unsigned char *)text + i, size - i, &code);
+    if (bytes && code) continue;
+    int line = 1, column = 1;
+    token_place(token, 1, &line, &column);
+    return fail_at(b, line, column, "an escape in these quotes is not a character of a text");
+  }
+  *copy = flesh_arena_text(b->arena, text ? text : "", size);
+  return *copy ? FLESH_OK : no_memory(b);
+}
+
+/* "effects[1].pin.box": what leads to the innermost mapping, then `key`. */
 static void path_of(const builder *b, const char *key, char *path, size_t size)
 {
+  char shown[FLESH_SHOW_SIZE];
   size_t used = 0;
-  path[0] = 0;
-  for (int i = 0; i <= b->depth && used < size; i++) {
-    const char *name = i < b->depth ? b->stack[i].key : key;
-    if (i < b->depth && b->stack[i].node->kind == FLESH_NODE_LIST)
-      used += (size_t)snprintf(path + used, size - used, "[%d]", b->stack[i].node->count);
-    else if (name && (i == b->depth || i + 1 < b->depth))
-      used += (size_t)snprintf(path + used, size - used, "%s%.60s", used ? "." : "", name);
+  for (int i = 1; i <= b->depth && used < size; i++) {
+    const flesh_node *above = b->stack[i - 1].node;
+    const char *name = i < b->depth ? b->stack[i].node->key : key;
+    if (above->kind == FLESH_NODE_LIST)
+      used += (size_t)snprintf(path + used, size - used, "[%d]", above->count - 1);
+    else
+      used += (size_t)snprintf(path + used, size - used, "%s%s", used ? "." : "",
+                               flesh_word_show(name, shown));
   }
 }
 
@@ -110,8 +131,8 @@ static void path_of(const builder *b, const char *key, char *path, size_t size)
 static int take_key(builder *b, struct fy_token *token, int quoted)
 {
   frame *top = &b->stack[b->depth - 1];
-  top->key = token_text(b, token);
-  if (!top->key) return no_memory(b);
+  int status = token_text(b, token, &top->key);
+  if (status) return status;
   top->key_line = top->node->line;
   top->key_column = top->node->column;
   token_place(token, quoted, &top->key_line, &top->key_column);
@@ -208,8 +229,9 @@ static int take_alias(builder *b, struct fy_token *token)
 {
   int line = 1, column = 1;
   token_place(token, 1, &line, &column);
-  const char *name = token_text(b, token);
-  if (!name) return no_memory(b);
+  const char *name;
+  int status = token_text(b, token, &name);
+  if (status) return status;
   const anchor *entry = b->anchors;
   while (entry && strcmp(entry->name, name)) entry = entry->before;
   char sentence[200];
@@ -220,7 +242,7 @@ static int take_alias(builder *b, struct fy_token *token)
   }
   if (b->depth + height(entry->node) > MAX_DEPTH) return too_deep(b, line, column);
   flesh_node *copy = NULL;
-  int status = copy_node(b, entry->node, &copy);
+  status = copy_node(b, entry->node, &copy);
   return status ? status : place_node(b, copy);
 }
 
@@ -237,9 +259,10 @@ static int take_value(builder *b, flesh_node_kind kind, struct fy_token *token,
   token_place(token, quoted, &node->line, &node->column);
   int status = count_node(b, node->line, node->column);
   if (status) return status;
-  if (kind == FLESH_NODE_SCALAR && !(node->text = token_text(b, token))) return no_memory(b);
-  const char *anchor_name = name ? token_text(b, name) : NULL;
-  if (name && !anchor_name) return no_memory(b);
+  const char *anchor_name = NULL;
+  if (kind == FLESH_NODE_SCALAR) status = token_text(b, token, &node->text);
+  if (!status && name) status = token_text(b, name, &anchor_name);
+  if (status) return status;
   if ((status = place_node(b, node))) return status;
   if (kind == FLESH_NODE_SCALAR) return set_anchor(b, anchor_name, node);
   if (b->depth == MAX_DEPTH) return too_deep(b, node->line, node->column);

@@ -108,18 +108,22 @@ void flesh_problem_start(const flesh_problem *self, double *u)
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->stats; }
 
+/* The point of u with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
+ * not depend on those of u, so that a matrix without their columns is the exact Jacobian from any start. */
 static flesh_point point_at(flesh_problem *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  for (int d = 0; d < self->n; d++) self->x[d] = s->x0[d] + s->shift.x * u[d];
+  const uint8_t *fixed = self->fixed;
+  const double *held = self->u_fixed;
+  for (int d = 0; d < self->n; d++) self->x[d] = s->x0[d] + s->shift.x * (fixed[d] ? held[d] : u[d]);
   if (s->v0)
-    for (int d = 0; d < self->n; d++) self->v[d] = s->v0[d] + s->shift.v * u[d];
+    for (int d = 0; d < self->n; d++) self->v[d] = s->v0[d] + s->shift.v * (fixed[d] ? held[d] : u[d]);
   else
-    for (int d = 0; d < self->n; d++) self->v[d] = s->shift.v * u[d];
+    for (int d = 0; d < self->n; d++) self->v[d] = s->shift.v * (fixed[d] ? held[d] : u[d]);
   if (s->a0)
-    for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * u[d];
+    for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * (fixed[d] ? held[d] : u[d]);
   else
-    for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * u[d];
+    for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a};
 }
 
@@ -155,6 +159,11 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
     int status = flesh_system_potential(self->system, &point, &self->stage.shift,
                                         &self->potential.value, &self->potential.magnitude);
     if (status) return status;
+    double springs = 0; /* whose gradient the constrained rows are */
+    for (int d = 0; d < self->n; d++)
+      if (self->fixed[d]) springs += (u[d] - self->u_fixed[d]) * (u[d] - self->u_fixed[d]);
+    self->potential.value += self->fixed_scale / 2 * springs;
+    self->potential.magnitude += self->fixed_scale / 2 * springs;
     memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
     self->potential.known = 1;
   }
