@@ -2,6 +2,7 @@
 #include "flesh/integrator.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -133,9 +134,10 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
   int status = solve(self, &stage, h, 0, stats);
   if (status == FLESH_OK) {
     self->row->finish(&stage, flesh_nonlinear_unknowns(self->nonlinear), h, self->n, state);
+    memset(state->v, 0, (size_t)self->n * sizeof *state->v);
     return FLESH_OK;
   }
-  /* The load is carried from its present share to the full one; what is prescribed moves along. */
+  /* The load is raised from nothing to the full one while what is prescribed moves along. */
   memcpy(self->start, state->x, (size_t)self->n * sizeof *self->start);
   double reached = 0, increment = 0.5;
   const double smallest = ldexp(1, -self->options.max_halvings), begin = state->t;
@@ -156,7 +158,10 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     increment *= 2;
     state->t = reached < 1 ? begin : stage.t;
   }
-  if (reached >= 1) return FLESH_OK;
+  if (reached >= 1) {
+    memset(state->v, 0, (size_t)self->n * sizeof *state->v);
+    return FLESH_OK;
+  }
   /* A part of the load is no equilibrium that was asked for. */
   memcpy(state->x, self->start, (size_t)self->n * sizeof *self->start);
   return status;
@@ -166,15 +171,17 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
 {
   flesh_solve_stats ignored = {0};
   if (!stats) stats = &ignored;
-  if (!(h >= 0) || (h == 0 && self->method != FLESH_METHOD_STATIC))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
+  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status = self->method == FLESH_METHOD_STATIC ? solve_static(self, state, h, stats)
                                                    : step_in_time(self, state, h, stats);
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
+  char residual[80] = "there is no residual"; /* where the first iterate has no energy */
+  if (f->worst_node >= 0)
+    snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);
   return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,
-                    "at t = %.9g s with h = %.3g s: %s; residual %.3g N, wanted %.3g N; smallest J = %.3g in "
-                    "tet %d at (%.4g, %.4g, %.4g)",
-                    f->t, f->h, flesh_status_text(f->status), f->residual, f->target, f->worst_J,
-                    f->worst_tet, f->worst_position[0], f->worst_position[1], f->worst_position[2]);
+                    "at t = %.9g s with h = %.3g s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, f->h, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,
+                    f->worst_position[0], f->worst_position[1], f->worst_position[2]);
 }

@@ -30,14 +30,12 @@ static void static_stage(const flesh_state *state, double h, int unknowns, doubl
   *stage = (flesh_stage){.t = state->t + h, .load = 1, .share = 1, .shift = {.x = 1}, .x0 = state->x};
 }
 
+/* The velocities are set to zero once the whole load is on: a part of it may yet be taken back. */
 static void static_finish(const flesh_stage *stage, const double *u, double h, int unknowns,
                           flesh_state *state)
 {
   (void)h;
-  for (int d = 0; d < unknowns; d++) {
-    state->x[d] += u[d];
-    state->v[d] = 0;
-  }
+  for (int d = 0; d < unknowns; d++) state->x[d] += u[d];
   state->t = stage->t;
 }
 

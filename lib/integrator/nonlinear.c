@@ -150,6 +150,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh
   int status = flesh_problem_set_stage(problem, stage);
   if (status) return status;
   memset(&problem->stats, 0, sizeof problem->stats);
+  stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_problem_start(problem, u);
   status = flesh_problem_residual(problem, u, problem->work);
   double first = status ? 0 : flesh_norm(problem->n, problem->work);
