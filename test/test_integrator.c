@@ -126,7 +126,8 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       CHECK_TEXT(flesh_error_text(), "smallest J = -1");
       CHECK_TEXT(flesh_error_text(), "in tet ");
       const flesh_failure *failure = flesh_integrator_failure(integrator);
-      CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0 && failure->halvings == 8);
+      CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0);
+      CHECK(failure->halvings == (failure->t == 0.25 ? 0 : 8)); /* where not even the start has an acceleration: 0 */
       CHECK_NEAR(failure->worst_J, -1, 1e-12);
       CHECK(failure->worst_position[0] < 0 && failure->t >= 0.25);
       CHECK(failure->worst_node == -1); /* no residual exists */
