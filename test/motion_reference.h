@@ -37,7 +37,7 @@ static int motion_derivative(double t, const double y[], double dydt[], void *da
 
 /* Takes the state to `end` by Runge-Kutta-Prince-Dormand 8(9), anew at every event. Lumped masses only. The velocities of
  * constrained dofs are not changed. */
-static void motion_reference_run(const test_body *body, double end, double tolerance, flesh_state *state)
+static inline void motion_reference_run(const test_body *body, double end, double tolerance, flesh_state *state)
 {
   int n = body->n;
   double *y = malloc(2 * (size_t)n * sizeof *y);
@@ -73,7 +73,7 @@ static void motion_reference_run(const test_body *body, double end, double toler
 }
 
 /* A state of n unknowns equal to another; freed with state_free. */
-static flesh_state state_copy(int n, const flesh_state *other)
+static inline flesh_state state_copy(int n, const flesh_state *other)
 {
   flesh_state state = {other->t, malloc((size_t)n * sizeof(double)), malloc((size_t)n * sizeof(double))};
   memcpy(state.x, other->x, (size_t)n * sizeof(double));
@@ -81,14 +81,14 @@ static flesh_state state_copy(int n, const flesh_state *other)
   return state;
 }
 
-static void state_free(flesh_state *state)
+static inline void state_free(flesh_state *state)
 {
   free(state->x);
   free(state->v);
 }
 
 /* Root of the mean square distance of nodes. */
-static double motion_distance(int n, const double *x, const double *y)
+static inline double motion_distance(int n, const double *x, const double *y)
 {
   double sum = 0;
   for (int d = 0; d < n; d++) sum += (x[d] - y[d]) * (x[d] - y[d]);
@@ -96,7 +96,7 @@ static double motion_distance(int n, const double *x, const double *y)
 }
 
 /* `steps` equal steps to `end`; the residual's tolerance is `tolerance`. */
-static flesh_integrator *motion_integrator(const test_body *body, flesh_method method, double tolerance)
+static inline flesh_integrator *motion_integrator(const test_body *body, flesh_method method, double tolerance)
 {
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
@@ -106,7 +106,7 @@ static flesh_integrator *motion_integrator(const test_body *body, flesh_method m
   return integrator;
 }
 
-static void motion_run(const test_body *body, flesh_method method, double tolerance, int steps, double end,
+static inline void motion_run(const test_body *body, flesh_method method, double tolerance, int steps, double end,
                        flesh_state *state)
 {
   flesh_integrator *integrator = motion_integrator(body, method, tolerance);
@@ -119,7 +119,7 @@ static void motion_run(const test_body *body, flesh_method method, double tolera
 }
 
 /* Slope of log(error) over log(h) by least squares. */
-static double fitted_order(int count, const double *h, const double *error)
+static inline double fitted_order(int count, const double *h, const double *error)
 {
   double lh[16], le[16], c0, c1, cov00, cov01, cov11, sum;
   for (int k = 0; k < count; k++) lh[k] = log(h[k]), le[k] = log(error[k]);

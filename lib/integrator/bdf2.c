@@ -4,8 +4,8 @@
  * Zero-stable for w < 1 + sqrt 2.
  *
  * A step without a past (the first, after an event or another state, or with w above 2) is one of the midpoint
- * rule. Its local error is O(h^3), like BDF2's own; a first step of backward Euler would leave -h^2 a/2 in x for
- * good, as large as the global error. */
+ * rule: its local error is O(h^3), like BDF2's own. One step of backward Euler would keep order 2 as well, since it is
+ * taken once, but would leave up to h^2 a/2 in x, of the size of the whole error. */
 #include "integrator/midpoint.h"
 
 static const double largest_growth = 2 * (1 + 1e-9);

@@ -148,17 +148,19 @@ typedef struct piece {
 /* The last moment before the event. */
 static double before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
 
-/* What methods of order 2 need before their stage can be made. */
-static int prepare(flesh_integrator *self, const flesh_state *state, double begin, double end,
-                   flesh_solve_stats *stats)
+/* Where the method starts anew, constrained dofs may have jumped, or their velocities: what a short step would make of
+ * that; and the acceleration, for methods that go on from it. */
+static int start_piece(flesh_integrator *self, flesh_state *state, const piece *piece,
+                       flesh_solve_stats *stats)
 {
   flesh_method_memory *memory = &self->memory;
-  flesh_prescribed_set(&self->prescribed, begin, end, state->x);
-  if (!self->row->acceleration || memory->known) return FLESH_OK;
-  memcpy(memory->v0, state->v, (size_t)self->n * sizeof *state->v);
-  flesh_prescribed_begin(&self->prescribed, memory->v0, memory->vectors[0]);
-  return flesh_nonlinear_acceleration(self->nonlinear, begin, state->x, memory->v0,
-                                      memory->vectors[0], stats);
+  double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
+  flesh_prescribed_set(&self->prescribed, piece->begin, before(piece->end, piece->event), state->x);
+  flesh_prescribed_begin(&self->prescribed, memory->v0, a);
+  int status = flesh_nonlinear_take_up(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
+                                       state->x, state->v, stats);
+  if (status || !self->row->acceleration) return status;
+  return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
 }
 
 /* The state that the stage leads to, where it is not the stage itself, must have an energy. */
@@ -179,16 +181,15 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
 {
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1;
-  flesh_stage stage = {.t = state->t, .load = 1, .shift = {.x = 1}, .x0 = state->x};
-  int status = FLESH_OK;
-  if (second)
-    status = prepare(self, state, fmax(state->t, piece->begin), before(t_end, piece->event), stats);
-  if (!status) {
-    self->row->stage(memory, state, t_end, h, &stage);
-    stage.t = before(stage.t, piece->event);
-    if (second) flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
-    status = flesh_nonlinear_solve(self->nonlinear, &stage, stats);
+  flesh_stage stage;
+  self->row->stage(memory, state, t_end, h, &stage);
+  stage.t = before(stage.t, piece->event);
+  if (second) {
+    flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(t_end, piece->event),
+                         state->x);
+    flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
   if (status) {
     record_failure(self, &stage, h, halvings, status, stats);
@@ -235,6 +236,13 @@ static int same_state(const flesh_state *a, const flesh_state *b, int n, double 
          !memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
 }
 
+static void remember(flesh_integrator *self, const flesh_state *state)
+{
+  self->returned.t = state->t;
+  memcpy(self->returned.x, state->x, (size_t)self->n * sizeof *state->x);
+  memcpy(self->returned.v, state->v, (size_t)self->n * sizeof *state->v);
+}
+
 /* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. */
 static int step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
@@ -253,13 +261,19 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
       next.event = flesh_system_next_event(self->system, next.event);
     }
     if (next.event < end - tolerance) next.end = next.event;
-    double length = state->t == begin && next.end == end ? h : next.end - state->t;
-    status = walk(self, state, &next, length, stats);
-    if (next.event <= state->t + tolerance) self->memory.known = 0;
+    double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
+    remember(self, state);
+    if (!self->memory.known) status = start_piece(self, state, &next, stats);
+    if (status > 0)
+      record_failure(self, &(flesh_stage){.t = next.begin}, length, 0, status, stats);
+    if (!status) status = walk(self, state, &next, length, stats);
+    if (status && state->t == t) { /* the start has moved nothing */
+      memcpy(state->x, self->returned.x, (size_t)self->n * sizeof *state->x);
+      memcpy(state->v, self->returned.v, (size_t)self->n * sizeof *state->v);
+    }
+    if (status || next.event <= state->t + tolerance) self->memory.known = 0;
   }
-  self->returned.t = state->t;
-  memcpy(self->returned.x, state->x, (size_t)self->n * sizeof *state->x);
-  memcpy(self->returned.v, state->v, (size_t)self->n * sizeof *state->v);
+  remember(self, state);
   return status;
 }
 

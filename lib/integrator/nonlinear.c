@@ -190,6 +190,15 @@ int flesh_nonlinear_acceleration(flesh_nonlinear *self, double t, const double *
   return status;
 }
 
+int flesh_nonlinear_take_up(flesh_nonlinear *self, double t, const double *x_prescribed,
+                            const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats)
+{
+  memset(&self->problem->stats, 0, sizeof self->problem->stats);
+  int status = flesh_problem_take_up(self->problem, t, x_prescribed, v_prescribed, x, v);
+  add_counts(self->problem, stats);
+  return status;
+}
+
 int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, const double *v,
                             flesh_solve_stats *stats)
 {

@@ -21,6 +21,10 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
                                  double *a, flesh_solve_stats *stats);
 
+/* As flesh_problem_take_up. */
+int flesh_nonlinear_take_up(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
+                            const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
+
 /* FLESH_OK when every energy has a value at x, v [3*n] and t. */
 int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
                             flesh_solve_stats *stats);
