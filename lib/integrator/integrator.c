@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "integrator/adaptive.h"
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 
@@ -19,7 +20,14 @@ struct flesh_integrator {
   double *base;  /* [2*n] of the stage */
   double *start; /* [n] where a static solve with increments began */
   flesh_failure failure;
+  flesh_adaptive *adaptive; /* of the adaptive methods */
+  int calm;                 /* the motion has been found calm: IDA steps */
 };
+
+static int is_adaptive(flesh_method method)
+{
+  return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_CALM_ADAPTIVE;
+}
 
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
                             const flesh_solver_options *options, flesh_integrator **integrator)
@@ -39,6 +47,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   int status = self->base && self->start
                    ? flesh_nonlinear_create(system, options, &self->nonlinear)
                    : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -51,6 +60,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
+  flesh_adaptive_destroy(&(*integrator)->adaptive);
   free((*integrator)->base);
   free((*integrator)->start);
   free(*integrator);
@@ -70,7 +80,29 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
   return sizeof *integrator + 3 * (size_t)integrator->n * sizeof(double) +
-         flesh_nonlinear_memory(integrator->nonlinear);
+         flesh_nonlinear_memory(integrator->nonlinear) +
+         (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
+}
+
+int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
+{
+  integrator->calm = 0;
+  return integrator->adaptive ? flesh_adaptive_set_options(integrator->adaptive, options) : FLESH_OK;
+}
+
+void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
+{
+  if (integrator->adaptive) flesh_adaptive_set_stop(integrator->adaptive, stop, data);
+}
+
+const char *flesh_integrator_warning(const flesh_integrator *integrator)
+{
+  return integrator->adaptive ? flesh_adaptive_warning(integrator->adaptive) : NULL;
+}
+
+double flesh_integrator_energy_gain(const flesh_integrator *integrator)
+{
+  return integrator->adaptive ? flesh_adaptive_energy_gain(integrator->adaptive) : 0;
 }
 
 /* Everything that is known about a solve that failed. */
@@ -113,12 +145,16 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
     int status = solve(self, &stage, piece, depth, stats);
     if (status < 0) return status;
     if (status) {
+      stats->convergence_failures++;
       if (depth == self->options.max_halvings) return status;
       depth++;
       place *= 2;
       continue;
     }
     self->row->finish(&stage, flesh_nonlinear_unknowns(self->nonlinear), piece, self->n, state);
+    stats->steps++;
+    stats->order = 1;
+    stats->h_last = piece;
     place++;
     while (depth > 0 && place % 2 == 0) depth--, place /= 2;
     if (depth == 0) return FLESH_OK;
@@ -162,14 +198,33 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
   return status;
 }
 
+/* IDA's steps; before the motion is calm, backward Euler's where those are asked for. */
+static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
+                           int *euler)
+{
+  int status = FLESH_OK;
+  if (self->method == FLESH_METHOD_ADAPTIVE) self->calm = 1;
+  else if (!self->calm || !flesh_adaptive_returned(self->adaptive, state))
+    status = flesh_adaptive_is_calm(self->adaptive, state, h, &self->calm, stats);
+  *euler = !self->calm;
+  if (status) return status;
+  if (*euler) return step_in_time(self, state, h, stats);
+  status = flesh_adaptive_step(self->adaptive, state, h, stats);
+  if (status == FLESH_ERR_INTEGRATOR) self->failure = *flesh_adaptive_failure(self->adaptive);
+  return status;
+}
+
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_solve_stats ignored = {0};
   if (!stats) stats = &ignored;
   if (!(h >= 0) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
-  int status = self->method == FLESH_METHOD_STATIC ? solve_static(self, state, h, stats)
-                                                   : step_in_time(self, state, h, stats);
+  int status, euler = 1;
+  if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
+  else if (self->method == FLESH_METHOD_STATIC) status = solve_static(self, state, h, stats);
+  else status = step_in_time(self, state, h, stats);
+  if (status > 0 && !euler) return status;
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
   return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,

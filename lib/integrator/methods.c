@@ -46,6 +46,8 @@ const flesh_method_row *flesh_method_find(flesh_method method)
   static const flesh_method_row rows[] = {
       [FLESH_METHOD_BACKWARD_EULER] = {"backward-euler", backward_euler_stage, backward_euler_finish},
       [FLESH_METHOD_STATIC] = {"static", static_stage, static_finish},
+      [FLESH_METHOD_ADAPTIVE] = {"adaptive", NULL, NULL},
+      [FLESH_METHOD_CALM_ADAPTIVE] = {"calm-then-adaptive", backward_euler_stage, backward_euler_finish},
   };
   return (size_t)method < sizeof rows / sizeof rows[0] ? &rows[method] : NULL;
 }
