@@ -93,7 +93,7 @@ FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 
-/* A SUNLinearSolver of type direct that eliminates v: (K + cj C + cj^2 M) dx = b2 + (C + cj M) b1, dv = cj dx - b1,
+/* A SUNLinearSolver of type direct that eliminates one half: (K + cj C + cj^2 M) dv/cj = b2 - K b1/cj, dx = (dv + b1)/cj,
  * cj being that of the last Jacobian, by the options' PCG, KLU or CHOLMOD. > 0, so that IDA shortens its step, where
  * the matrix is not positive definite. Freed by SUNLinSolFree; the problem must outlive it. */
 FLESH_API int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context,

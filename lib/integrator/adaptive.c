@@ -68,11 +68,8 @@ int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options
   self->system = system;
   self->n = flesh_system_unknowns(system);
   flesh_adaptive_options_default(&self->options);
-  flesh_solver_options linear = *solver;
-  /* IDA takes a slow Newton iteration for a bad matrix; four are all it tries. */
-  linear.linear_tolerance = fmin(linear.linear_tolerance, 1e-3);
   self->returned = calloc(2 * (size_t)self->n + 1, sizeof *self->returned);
-  int status = self->returned ? flesh_ida_problem_create(system, &linear, &self->problem)
+  int status = self->returned ? flesh_ida_problem_create(system, solver, &self->problem)
                               : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   if (!status) status = flesh_energy_watch_create(system, &self->energy);
   if (!status) status = make_sundials(self);

@@ -12,7 +12,7 @@ static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the s
 static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S", NULL};
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static const char *const masses[] = {"lumped", "consistent", NULL};
-static const char *const methods[] = {"backward-euler", "static", NULL};
+static const char *const methods[] = {"backward-euler", "static", "adaptive", "calm-then-adaptive", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
@@ -136,7 +136,7 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .unit = "s",
      .default_value = "1/60",
-     .doc = "length of a time step"},
+     .doc = "length of a time step; of the adaptive methods, between outputs"},
     {.name = "end",
      .type = FLESH_KEY_NUMBER,
      AT(time.end),
@@ -144,6 +144,40 @@ static const flesh_key time_table[] = {
      .unit = "s",
      .default_value = "",
      .doc = "when the run ends; required by backward-euler, 0 by default when static"},
+    {.name = "tolerance",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.adaptive.tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-4",
+     .doc = "adaptive: the error of positions to aim at, as a share of the body's longest side"},
+    {.name = "max_order",
+     .type = FLESH_KEY_INTEGER,
+     AT(time.adaptive.max_order),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "2",
+     .doc = "adaptive: largest order of the formulas, 1 to 5; above 2 energy may grow and steps become "
+            "short at loose tolerances"},
+    {.name = "max_step",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.adaptive.max_step),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "s",
+     .default_value = ".inf",
+     .doc = "adaptive: longest internal step"},
+    {.name = "max_steps",
+     .type = FLESH_KEY_INTEGER,
+     AT(time.adaptive.max_steps),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "100000",
+     .doc = "adaptive: internal steps between two outputs before the run gives up"},
+    {.name = "calm",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.adaptive.calm),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "0.01",
+     .doc = "calm-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "
+            "motion's second derivative, is at most this share of the body's longest side and of its scale of "
+            "velocity"},
     {.name = NULL},
 };
 #undef AT

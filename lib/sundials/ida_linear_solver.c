@@ -1,11 +1,16 @@
 /* ida_linear_solver.c: Newton's equations of IDA with the velocities eliminated, as a SUNLinearSolver.
  *
  * With b = (b1, b2) the rows x' - v and r: cj dx - dv = b1 and K dx + (C + cj M) dv = b2. A constrained dof has
- * dx = b1, dv = b2, and no other row knows of it. */
+ * dx = b1, dv = b2, and no other row knows of it.
+ *
+ * With A = K + cj C + cj^2 M the elimination is A dx = b2 + (C + cj M) b1, dv = cj dx - b1. In short steps cj dx and
+ * b1 nearly cancel, and what a truncated solve leaves in dx would swamp dv. So the unknown is w = dx - b1/cj = dv/cj,
+ * of which nothing cancels: A w = b2 + (C + cj M) b1 - A b1/cj. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "sparse/block_matrix.h"
 #include "sundials/ida_problem.h"
 
 typedef struct solver {
@@ -39,17 +44,20 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   flesh_ida_problem *problem = self->problem;
   const int n = problem->n;
   const double *b1 = N_VGetArrayPointer(b), *b2 = b1 + n, cj = problem->cj;
-  double *dx = N_VGetArrayPointer(x), *dv = dx + n, *right = problem->right;
-  /* D has no entries in constrained rows and columns. */
-  flesh_ida_damping_times(problem, b1, right);
-  for (int d = 0; d < n; d++) right[d] = problem->fixed[d] ? 0 : right[d] + b2[d];
-  int status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, problem->change);
+  double *dx = N_VGetArrayPointer(x), *dv = dx + n, *right = problem->right, *free1 = problem->change;
+  double *Kfree1 = problem->work;
+  for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];
+  flesh_ida_damping_times(problem, free1, right);
+  flesh_block_multiply(problem->K, free1, Kfree1);
+  for (int d = 0; d < n; d++) right[d] = problem->fixed[d] ? 0 : b2[d] + right[d] - Kfree1[d] / cj;
+  double *w = problem->change;
+  int status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return self->last_flag = status;
   for (int d = 0; d < n; d++) {
     int fixed = problem->fixed[d];
-    double step = problem->change[d], slope = b2[d];
-    dv[d] = fixed ? slope : cj * step - b1[d];
-    dx[d] = fixed ? b1[d] : step;
+    double first = b1[d], second = b2[d];
+    dx[d] = fixed ? first : w[d] + first / cj;
+    dv[d] = fixed ? second : cj * w[d];
   }
   return self->last_flag = FLESH_OK;
 }
