@@ -21,7 +21,8 @@ static const char details[] =
     "full projected Newton steps at most and no guard, as in programs that take what comes.\n\n"
     "Writes into DIR: drift.csv (a row per run; runs that fail are rows too), verdict.txt, volume_*.png (volume\n"
     "against time), worst_*.png (the frame of largest change of volume of each energy, coloured by J), shapes_*.png\n"
-    "(all energies side by side: that frame and the end), and runs/ (each with history.csv and result.json).\n"
+    "(all energies side by side: before the scene's last event, such as a release, and at the end), and runs/\n"
+    "(each with history.csv, result.json and the states pictured).\n"
     "Give the scene in two resolutions to see what part is the mesh.\n";
 
 enum { VARIANT_LIMIT = 16, POISSON_LIMIT = 16 };

@@ -24,7 +24,8 @@ typedef struct flesh_drift_case {
   struct flesh_drift_figures {
     int status, exit_code, tets, steps, max_inverted, first_inverted_step;
     double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, min_J;
-    double newton_per_step, linear_per_newton, wall_s, failed_at, worst_t, distance_from_rest;
+    double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
+    double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
     int crashed_by; /* signal that ended its process; 0: none */
     char message[400];
   } figures;
@@ -65,7 +66,7 @@ int flesh_drift_run(flesh_drift_plan *plan);
 
 /* drift.csv and the table on stdout. */
 int flesh_drift_write_table(const flesh_drift_plan *plan);
-/* volume_*.png, worst_*.png, shapes_*.png. */
+/* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
 int flesh_drift_draw(const flesh_drift_plan *plan);
 /* The answer in words: verdict.txt and stdout. */
 int flesh_drift_write_verdict(const flesh_drift_plan *plan);

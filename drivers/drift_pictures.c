@@ -115,22 +115,36 @@ static int draw_panels(const flesh_drift_plan *plan, const char *name, const fle
   return status;
 }
 
-static void describe(const flesh_drift_plan *plan, const flesh_drift_case *c, int worst, body_panel *panel)
+/* Which frame of a case a panel shows. */
+typedef enum frame_kind { FRAME_WORST, FRAME_EVENT, FRAME_END } frame_kind;
+
+static void describe(const flesh_drift_plan *plan, const flesh_drift_case *c, frame_kind kind,
+                     body_panel *panel)
 {
   const struct flesh_drift_figures *f = &c->figures;
   char title[16];
   flesh_drift_variant_title(plan->variants[c->variant], title);
   snprintf(panel->title, sizeof panel->title, "%s, ν = %g, %s", title, plan->poissons[c->poisson],
            flesh_drift_solver_name(c->solver));
-  if (worst)
-    snprintf(panel->subtitle, sizeof panel->subtitle, "t = %.3g s, volume %+.2f %%%s%s", f->worst_t,
-             100 * f->max_volume_drift * (fabs(f->max_volume_drift) < 10), f->status ? "; stops: " : "",
-             f->status ? flesh_drift_status_word(c) : "");
-  else if (f->status)
+  if (kind == FRAME_END && f->status)
     snprintf(panel->subtitle, sizeof panel->subtitle, "%s at t = %.3g s", flesh_drift_status_word(c),
              f->failed_at);
+  else if (kind == FRAME_END)
+    snprintf(panel->subtitle, sizeof panel->subtitle, "at the end: volume %+.3f %%",
+             100 * f->final_volume_drift);
   else
-    snprintf(panel->subtitle, sizeof panel->subtitle, "released: volume %+.3f %%", 100 * f->final_volume_drift);
+    snprintf(panel->subtitle, sizeof panel->subtitle, "t = %.3g s: volume %+.2f %%",
+             kind == FRAME_WORST ? f->worst_t : f->event_t,
+             100 * (kind == FRAME_WORST ? f->worst_drift : f->event_drift));
+}
+
+static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, frame_kind kind,
+                      const flesh_mesh *mesh, body_panel *panel)
+{
+  static const char *const files[] = {
+      [FRAME_WORST] = "worst_state.txt", [FRAME_EVENT] = "event_state.txt", [FRAME_END] = "state.txt"};
+  read_panel(plan, c, files[kind], mesh, panel);
+  describe(plan, c, kind, panel);
 }
 
 /* The worst frame of an energy at every Poisson's ratio and with every solver, coloured by J. */
@@ -143,8 +157,7 @@ static int draw_worst(const flesh_drift_plan *plan, int scene, int variant, cons
     for (int k = 0; k < plan->case_count; k++) {
       const flesh_drift_case *c = &plan->cases[k];
       if (c->scene != scene || c->variant != variant || c->solver != plan->solvers[g]) continue;
-      read_panel(plan, c, "worst_state.txt", mesh, &bodies[count]);
-      describe(plan, c, 1, &bodies[count++]);
+      add_panel(plan, c, FRAME_WORST, mesh, &bodies[count++]);
     }
   char name[160];
   snprintf(name, sizeof name, "worst_%s_%s_%s", plan->names[scene],
@@ -155,19 +168,18 @@ static int draw_worst(const flesh_drift_plan *plan, int scene, int variant, cons
   return status;
 }
 
-/* All energies side by side at one Poisson's ratio: the worst frame above, the end below. */
+/* All energies side by side at one Poisson's ratio: before the last event (the release) above, the end below. */
 static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, flesh_drift_solver solver,
                        const flesh_mesh *mesh)
 {
   int room = 2 * plan->variant_count, count = 0;
   body_panel *bodies = calloc((size_t)room, sizeof *bodies);
   if (!bodies) return FLESH_ERR_MEMORY;
-  for (int worst = 1; worst >= 0; worst--)
+  for (frame_kind kind = FRAME_EVENT; kind <= FRAME_END; kind++)
     for (int k = 0; k < plan->case_count; k++) {
       const flesh_drift_case *c = &plan->cases[k];
       if (c->scene != scene || c->poisson != poisson || c->solver != solver) continue;
-      read_panel(plan, c, worst ? "worst_state.txt" : "state.txt", mesh, &bodies[count]);
-      describe(plan, c, worst, &bodies[count++]);
+      add_panel(plan, c, kind, mesh, &bodies[count++]);
     }
   char name[160];
   snprintf(name, sizeof name, "shapes_%s_%g_%s", plan->names[scene], plan->poissons[poisson],

@@ -34,44 +34,81 @@ void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_cas
            flesh_drift_solver_name(c->solver));
 }
 
-/* Keeps the frame of the largest change of volume for the picture. */
+/* A frame kept for a picture. */
+typedef struct frame {
+  flesh_state state;
+  double drift; /* V/V_rest - 1 */
+  int known;
+} frame;
+
+/* Keeps two frames: that of the largest change of volume, and the last one before the scene's last event (the
+ * release), at which all energies can be compared. */
 typedef struct watcher {
-  flesh_state worst;
-  double drift, reach; /* of the frame kept; how far from the rest shape a picture can show */
-  double low[3], high[3];
+  frame worst, event;
+  double event_t; /* of the scene's last event before its end; its end when there is none */
+  double reach, low[3], high[3]; /* how far from the rest shape a picture can show */
   int unknowns, first_inverted_step;
 } watcher;
+
+static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
+{
+  kept->known = 1;
+  kept->drift = drift;
+  kept->state.t = record->state->t;
+  memcpy(kept->state.x, record->state->x, sizeof(double) * (size_t)unknowns);
+  memcpy(kept->state.v, record->state->v, sizeof(double) * (size_t)unknowns);
+}
 
 static int watch(void *data, const flesh_step_record *record)
 {
   watcher *w = data;
   if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
-  double drift = fabs(record->volume / record->rest_volume - 1);
-  if (!(drift > w->drift)) return FLESH_OK;
+  double drift = record->volume / record->rest_volume - 1;
   for (int d = 0; d < w->unknowns; d++)
     if (!(record->state->x[d] > w->low[d % 3] - w->reach && record->state->x[d] < w->high[d % 3] + w->reach))
       return FLESH_OK;
-  w->drift = drift;
-  w->worst.t = record->state->t;
-  memcpy(w->worst.x, record->state->x, sizeof(double) * (size_t)w->unknowns);
-  memcpy(w->worst.v, record->state->v, sizeof(double) * (size_t)w->unknowns);
+  if (!w->worst.known || fabs(drift) > fabs(w->worst.drift)) keep(&w->worst, record, drift, w->unknowns);
+  if (record->state->t < w->event_t) keep(&w->event, record, drift, w->unknowns);
   return FLESH_OK;
 }
 
-static int open_watcher(watcher *w, const flesh_mesh *mesh)
+static int open_watcher(watcher *w, const flesh_scene *scene)
 {
+  const flesh_system *system = flesh_scene_system(scene);
+  double end = flesh_scene_times(scene)->end;
   flesh_mesh_info info;
-  flesh_mesh_inspect(mesh, &info);
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
   w->unknowns = 3 * info.nodes;
   w->first_inverted_step = -1;
-  w->drift = -1;
+  w->event_t = INFINITY;
+  for (double t = flesh_system_next_event(system, -INFINITY); t < end; t = flesh_system_next_event(system, t))
+    if (t > 0) w->event_t = t;
   for (int c = 0; c < 3; c++) {
     w->low[c] = info.low[c], w->high[c] = info.high[c];
     w->reach = fmax(w->reach, 2 * (info.high[c] - info.low[c]));
   }
-  w->worst.x = malloc(sizeof(double) * (size_t)w->unknowns);
-  w->worst.v = malloc(sizeof(double) * (size_t)w->unknowns);
-  return w->worst.x && w->worst.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  size_t size = sizeof(double) * (size_t)w->unknowns;
+  flesh_state *states[] = {&w->worst.state, &w->event.state};
+  for (int k = 0; k < 2; k++) {
+    states[k]->x = malloc(size);
+    states[k]->v = malloc(size);
+    if (!states[k]->x || !states[k]->v) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  return FLESH_OK;
+}
+
+static void close_watcher(watcher *w)
+{
+  free(w->worst.state.x), free(w->worst.state.v);
+  free(w->event.state.x), free(w->event.state.v);
+}
+
+static void write_frame(const char *folder, const char *name, const frame *kept, int nodes)
+{
+  char path[1500];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  unlink(path); /* of an older comparison */
+  if (kept->known) flesh_state_write(path, nodes, &kept->state);
 }
 
 /* Reads the case's scene; `at_rest` without inertia and external loads, for its rest shape. */
@@ -161,7 +198,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   flesh_outcome outcome = {0};
   watcher w = {0};
   int status = read_scene(plan, c, 0, &scene);
-  if (!status) status = open_watcher(&w, flesh_scene_mesh(scene));
+  if (!status) status = open_watcher(&w, scene);
   if (status) {
     f->status = status;
     f->exit_code = flesh_exit_code(status);
@@ -190,14 +227,15 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   f->linear_per_newton = figures.newton ? (double)figures.linear / (double)figures.newton : NAN;
   f->wall_s = figures.wall_s;
   f->failed_at = outcome.status ? (outcome.has_failure ? outcome.failure.t : figures.t) : NAN;
-  f->worst_t = w.worst.t;
+  f->worst_t = w.worst.state.t;
+  f->worst_drift = w.worst.drift;
+  f->event_t = w.event.state.t;
+  f->event_drift = w.event.drift;
   if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
     f->rest_volume_ratio_theory = NAN;
-  if (w.drift >= 0) {
-    snprintf(state_path, sizeof state_path, "%s/worst_state.txt", path);
-    flesh_state_write(state_path, w.unknowns / 3, &w.worst);
-  }
-  flesh_state last = w.worst; /* its room, from now on for the last state */
+  write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
+  write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
+  flesh_state last = w.worst.state; /* its room, from now on for the last state */
   snprintf(state_path, sizeof state_path, "%s/state.txt", path);
   if (!flesh_state_read(state_path, w.unknowns / 3, &last))
     f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
@@ -205,8 +243,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   if (c->solver == plan->solvers[0]) f->rest_volume_ratio = rest_ratio(plan, c);
   flesh_figures_close(&figures);
   flesh_scene_destroy(&scene);
-  free(w.worst.x);
-  free(w.worst.v);
+  close_watcher(&w);
 }
 
 typedef struct job {

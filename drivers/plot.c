@@ -99,7 +99,7 @@ int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot
         "set title noenhanced font ',13'\nset title ",
         stream);
   flesh_plot_quote(stream, lines->title);
-  fputs("\nset xlabel ", stream);
+  fputs("\nset xlabel noenhanced\nset ylabel noenhanced\nset xlabel ", stream);
   flesh_plot_quote(stream, lines->x_label);
   fputs("\nset ylabel ", stream);
   flesh_plot_quote(stream, lines->y_label);

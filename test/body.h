@@ -62,6 +62,85 @@ static inline int test_body_clamp(test_body *b, double x)
   return status;
 }
 
+/* A grid of boxes from the origin; stops the program when it cannot be made. */
+static inline flesh_mesh *test_box(int nx, int ny, int nz, double lx, double ly, double lz)
+{
+  flesh_mesh *mesh = NULL;
+  if (flesh_mesh_box((int[]){nx, ny, nz}, (double[]){lx, ly, lz}, (double[]){0, 0, 0}, &mesh)) abort();
+  return mesh;
+}
+
+/* Moves every coordinate of x by up to +-amplitude. */
+static inline void test_jitter(int n, double amplitude, unsigned long long seed, double *x)
+{
+  for (int d = 0; d < n; d++) {
+    seed = seed * 6364136223846793005ULL + 1442695040888963407ULL;
+    x[d] += amplitude * ((double)(seed >> 11) * 0x1p-52 - 1);
+  }
+}
+
+/* Holds `axes` of the nodes whose rest coordinate `c` is at `at`: pinned, or following the motion. */
+static inline int test_body_hold(test_body *b, int c, double at, unsigned axes, const flesh_motion *motion,
+                                 double from, double until)
+{
+  int *nodes = malloc((size_t)b->n * sizeof *nodes), count = 0;
+  for (int i = 0; i < b->n / 3; i++)
+    if (fabs(flesh_mesh_positions(b->mesh)[3 * i + c] - at) < 1e-9) nodes[count++] = i;
+  int status = motion ? flesh_system_add_handle(b->system, count, nodes, axes, motion, from, until)
+                      : flesh_system_add_pin(b->system, count, nodes, axes, from, until);
+  free(nodes);
+  return status;
+}
+
+/* y = M x with the body's mass. */
+static inline void test_body_mass_times(const test_body *b, const double *x, double *y)
+{
+  if (b->body.mass == FLESH_MASS_CONSISTENT) {
+    flesh_mesh_consistent_mass_times(b->mesh, b->density, x, y);
+    return;
+  }
+  double *mass = malloc((size_t)b->n * sizeof *mass);
+  flesh_mesh_lumped_mass(b->mesh, b->density, mass);
+  for (int d = 0; d < b->n; d++) y[d] = mass[d / 3] * x[d];
+  free(mass);
+}
+
+/* The block matrix as a full one, H[row*n+column]. Returns new, freed by the caller. */
+static inline double *test_dense(const flesh_block_matrix *K)
+{
+  int n = 3 * K->rows;
+  double *H = calloc((size_t)n * n, sizeof *H);
+  for (int i = 0; i < K->rows; i++)
+    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++)
+      for (int p = 0; p < 9; p++) {
+        int row = 3 * i + p / 3, column = 3 * K->column[k] + p % 3;
+        H[row * n + column] = K->values[9 * k + p];
+        if (K->column[k] != i) H[column * n + row] = K->values[9 * k + p];
+      }
+  return H;
+}
+
+static inline double test_norm(int n, const double *x)
+{
+  double sum = 0;
+  for (int d = 0; d < n; d++) sum += x[d] * x[d];
+  return sqrt(sum);
+}
+
+static inline double test_distance(int n, const double *x, const double *y)
+{
+  double worst = 0;
+  for (int d = 0; d < n; d++) worst = fabs(x[d] - y[d]) > worst ? fabs(x[d] - y[d]) : worst;
+  return worst;
+}
+
+static inline int test_all_finite(int n, const double *x)
+{
+  for (int d = 0; d < n; d++)
+    if (!isfinite(x[d])) return 0;
+  return 1;
+}
+
 static inline void test_body_destroy(test_body *b)
 {
   flesh_system_destroy(&b->system);

@@ -1,39 +1,7 @@
 # test_command_run.sh: `flesh run` and `flesh check` as they are used: exit codes, files, signals, restarts.
 # FLESH names the program.
 set -u
-flesh=${FLESH:?FLESH must name the flesh program}
-source_folder=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-number=0
-
-# Each test is a function whose status says whether it passed; its output is shown as comments when it did not.
-try() {
-  number=$((number + 1))
-  if ("$1") >log 2>&1; then
-    printf 'ok %d - %s\n' "$number" "$1"
-  else
-    printf 'not ok %d - %s\n' "$number" "$1"
-    sed 's/^/# /' log
-  fi
-}
-
-# expect CODE COMMAND...: the exit status; output goes to stdout.txt and stderr.txt.
-expect() {
-  code=$1
-  shift
-  "$@" >stdout.txt 2>stderr.txt
-  status=$?
-  [ "$status" -eq "$code" ] && return
-  echo "$* ended with $status, not $code:"
-  cat stdout.txt stderr.txt
-  return 1
-}
-
-has() { grep -q -e "$2" "$1" || { echo "$1 lacks: $2"; cat "$1"; return 1; }; }
-lines() { grep -c '' "$1"; }
-rows() { [ "$(grep -v '^#' "$1" | wc -l)" -eq "$2" ]; }
+. "$(dirname -- "$0")/command.sh"
 
 # Largest difference between two state files, below $3.
 same_states() {
@@ -224,5 +192,5 @@ a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
 check_differentiates
 full_output_is_noticed'
-echo "1..$(echo "$tests" | wc -l)"
-for name in $tests; do try "$name"; done
+# shellcheck disable=SC2086
+run_tests $tests

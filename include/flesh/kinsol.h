@@ -13,6 +13,9 @@
  *   KINSetEtaForm(kin, KIN_ETACONSTANT);               KINSetEtaConstValue(kin, 1e-2);
  *   KINSol(kin, u, KIN_NONE, ones, ones);
  *
+ * Constrained dofs are evaluated at their prescribed places whatever u says of them, so any u is a start;
+ * flesh_problem_start gives the natural one, u = 0 but for them.
+ *
  * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero: hence the middle
  * two.) Any N_Vector with contiguous data (serial, OpenMP, Pthreads) of length 3*n serves. */
 #ifndef FLESH_KINSOL_H

@@ -2,12 +2,14 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
 #include "effect/motion.h"
 
 typedef struct drag {
+  int count;         /* 4 nodes of a tet, or 3 of a surface triangle */
   int nodes[4];      /* ascending */
   double weights[4]; /* sum 1: p(x) = sum weights x */
   flesh_cells cells;
@@ -29,7 +31,7 @@ static void extension(const drag *self, const flesh_point *point, double d[3])
   flesh_motion_at(&self->target, point->t, d, NULL);
   for (int c = 0; c < 3; c++) {
     double p = 0;
-    for (int a = 0; a < 4; a++) p += self->weights[a] * point->x[3 * self->nodes[a] + c];
+    for (int a = 0; a < self->count; a++) p += self->weights[a] * point->x[3 * self->nodes[a] + c];
     d[c] = p - d[c];
   }
 }
@@ -40,7 +42,7 @@ static int drag_residual(const flesh_effect *effect, const flesh_point *point, d
   if (!active(self, point->t)) return FLESH_OK;
   double d[3];
   extension(self, point, d);
-  for (int a = 0; a < 4; a++)
+  for (int a = 0; a < self->count; a++)
     for (int c = 0; c < 3; c++)
       r[3 * self->nodes[a] + c] += point->load * self->stiffness * self->weights[a] * d[c];
   return FLESH_OK;
@@ -52,8 +54,8 @@ static int drag_jacobian(const flesh_effect *effect, const flesh_point *point,
   const drag *self = effect->data;
   if (!active(self, point->t)) return FLESH_OK;
   double k = shift->x * point->load * self->stiffness;
-  for (int a = 0; a < 4; a++)
-    for (int b = a; b < 4; b++, slots++)
+  for (int a = 0; a < self->count; a++)
+    for (int b = a; b < self->count; b++, slots++)
       for (int c = 0; c < 3; c++)
         K->values[9 * (size_t)*slots + 4 * c] += k * self->weights[a] * self->weights[b];
   return FLESH_OK;
@@ -127,41 +129,76 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-/* The tet that holds p, or where p lies outside the body the one with the least negative weight, its
- * weights cut to be non-negative: a point of the surface close to p. */
-static void attach(const flesh_mesh *mesh, const double p[3], int nodes[4], double weights[4])
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/* Weights of the point nearest to p on the segment from A to B; returns the distance squared. */
+static double nearest_on_edge(const double *A, const double *B, const double p[3], double weights[2])
 {
-  const double *X = flesh_mesh_positions(mesh);
-  const int *tets = flesh_mesh_tets(mesh);
+  double e[3], d[3];
+  for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], d[c] = p[c] - A[c];
+  weights[1] = fmin(fmax(dot(d, e) / dot(e, e), 0), 1);
+  weights[0] = 1 - weights[1];
+  for (int c = 0; c < 3; c++) d[c] -= weights[1] * e[c];
+  return dot(d, d);
+}
+
+/* The same of the triangle with corners X0..X2: the foot of the perpendicular, or a point of the edges. */
+static double nearest_on_triangle(const double *X[3], const double p[3], double weights[3])
+{
+  double e[3], f[3], d[3];
+  for (int c = 0; c < 3; c++) e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = p[c] - X[0][c];
+  double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), de = dot(d, e), df = dot(d, f);
+  double determinant = ee * ff - ef * ef, s = (ff * de - ef * df) / determinant,
+         t = (ee * df - ef * de) / determinant;
+  if (s >= 0 && t >= 0 && s + t <= 1) {
+    weights[0] = 1 - s - t, weights[1] = s, weights[2] = t;
+    for (int c = 0; c < 3; c++) d[c] -= s * e[c] + t * f[c];
+    return dot(d, d);
+  }
   double best = INFINITY;
-  for (int e = 0; e < flesh_mesh_tet_count(mesh) && best > 0; e++) {
-    const double *corner[4];
-    double w[4], q[3] = {0, 0, 0}, sum = 0, distance = 0;
+  for (int a = 0; a < 3; a++) {
+    int b = (a + 1) % 3;
+    double w[2], distance = nearest_on_edge(X[a], X[b], p, w);
+    if (!(distance < best)) continue;
+    best = distance;
+    weights[a] = w[0], weights[b] = w[1], weights[(a + 2) % 3] = 0;
+  }
+  return best;
+}
+
+/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its surface. */
+static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  const double *X = flesh_mesh_positions(mesh), *corner[4];
+  const int *tets = flesh_mesh_tets(mesh);
+  for (int e = 0; e < flesh_mesh_tet_count(mesh) && !self->count; e++) {
+    double w[4];
     for (int a = 0; a < 4; a++) corner[a] = X + 3 * tets[4 * e + a];
     barycentric(corner, p, w);
-    for (int a = 0; a < 4; a++) sum += w[a] = fmax(w[a], 0);
-    for (int a = 0; a < 4; a++) {
-      w[a] /= sum;
-      for (int c = 0; c < 3; c++) q[c] += w[a] * corner[a][c];
-    }
-    for (int c = 0; c < 3; c++) distance += (q[c] - p[c]) * (q[c] - p[c]);
-    /* Inside a tet q is p up to rounding. */
-    double scale = 0;
-    for (int c = 0; c < 3; c++) scale += fabs(corner[1][c] - corner[0][c]);
-    if (distance < 1e-24 * scale * scale) distance = 0;
-    if (distance >= best) continue;
-    best = distance;
-    for (int a = 0; a < 4; a++) {
-      nodes[a] = tets[4 * e + a];
-      weights[a] = w[a];
-    }
+    if (!(fmin(fmin(w[0], w[1]), fmin(w[2], w[3])) >= 0)) continue;
+    self->count = 4;
+    memcpy(self->nodes, tets + 4 * e, 4 * sizeof *tets);
+    memcpy(self->weights, w, sizeof w);
   }
-  for (int i = 1; i < 4; i++)
-    for (int j = i; j > 0 && nodes[j] < nodes[j - 1]; j--) {
-      int node = nodes[j];
-      double weight = weights[j];
-      nodes[j] = nodes[j - 1], weights[j] = weights[j - 1];
-      nodes[j - 1] = node, weights[j - 1] = weight;
+  int triangles;
+  const int *surface = flesh_mesh_surface(mesh, &triangles);
+  double best = INFINITY;
+  for (int k = 0; k < triangles && self->count < 4; k++) {
+    double w[3];
+    for (int a = 0; a < 3; a++) corner[a] = X + 3 * surface[3 * k + a];
+    double distance = nearest_on_triangle(corner, p, w);
+    if (!(distance < best)) continue;
+    best = distance;
+    self->count = 3;
+    memcpy(self->nodes, surface + 3 * k, 3 * sizeof *surface);
+    memcpy(self->weights, w, sizeof w);
+  }
+  for (int i = 1; i < self->count; i++)
+    for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
+      int node = self->nodes[j];
+      double weight = self->weights[j];
+      self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
+      self->nodes[j - 1] = node, self->weights[j - 1] = weight;
     }
 }
 
@@ -172,6 +209,9 @@ int flesh_effect_drag(const flesh_body *body, const double point[3], double stif
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g N/m; it must be positive", stiffness);
   if (!(until > from))
     return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
+  if (!(fabs(point[0]) + fabs(point[1]) + fabs(point[2]) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "point is (%g, %g, %g); it must be finite", point[0], point[1],
+                      point[2]);
   drag *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
   int status = flesh_motion_copy(target, &self->target);
@@ -179,8 +219,8 @@ int flesh_effect_drag(const flesh_body *body, const double point[3], double stif
     free(self);
     return status;
   }
-  attach(body->mesh, point, self->nodes, self->weights);
-  self->cells = (flesh_cells){1, 4, self->nodes};
+  attach(body->mesh, point, self);
+  self->cells = (flesh_cells){1, self->count, self->nodes};
   self->stiffness = stiffness;
   self->from = from;
   self->until = until;

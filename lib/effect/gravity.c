@@ -61,7 +61,11 @@ static const flesh_effect_operations gravity_operations = {
 int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                          flesh_effect **effect)
 {
-  int nodes = flesh_mesh_node_count(body->mesh);
+  if (!(fabs(acceleration[0]) + fabs(acceleration[1]) + fabs(acceleration[2]) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "acceleration is (%g, %g, %g) m/s^2; it must be finite",
+                      acceleration[0], acceleration[1], acceleration[2]);
+  int nodes = flesh_mesh_node_count(body->mesh), status = flesh_body_check_density(body);
+  if (status) return status;
   gravity *self = calloc(1, sizeof *self);
   double *mass = calloc((size_t)nodes, sizeof *mass);
   if (self) self->force = malloc((size_t)nodes * 3 * sizeof *self->force);

@@ -131,6 +131,8 @@ static const flesh_effect_operations inertia_operations = {
 int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
 {
   int nodes = flesh_mesh_node_count(body->mesh), tets = flesh_mesh_tet_count(body->mesh);
+  int status = flesh_body_check_density(body);
+  if (status) return status;
   inertia *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the inertia effect");
   self->nodes = nodes;
@@ -142,7 +144,7 @@ int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
     if (self->cell_mass) {
       const double *volumes = flesh_mesh_tet_volumes(body->mesh);
       for (int e = 0; e < tets; e++) self->cell_mass[e] = body->density[e] * volumes[e] / 20;
-      int status = flesh_cells_of_tets(body->mesh, &self->cells);
+      status = flesh_cells_of_tets(body->mesh, &self->cells);
       if (status) {
         inertia_destroy(self);
         return status;

@@ -21,6 +21,16 @@ int flesh_motion_copy(const flesh_motion *motion, flesh_motion *copy)
 {
   if (motion->count < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a motion needs at least one keyframe");
+  for (int k = 0; k < motion->count; k++) {
+    const flesh_keyframe *key = &motion->keyframes[k];
+    double sum = fabs(key->t);
+    for (int c = 0; c < 3; c++)
+      sum += fabs(key->translation[c]) + fabs(key->rotation[c]) + fabs(motion->centre[c]);
+    if (!(sum < INFINITY))
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "keyframe %d at t = %g s or the motion's centre holds a number that is not finite", k,
+                        key->t);
+  }
   for (int k = 1; k < motion->count; k++)
     if (!(motion->keyframes[k].t > motion->keyframes[k - 1].t))
       return flesh_fail(FLESH_ERR_ARGUMENT,

@@ -9,8 +9,12 @@
 
 #include "base/error.h"
 #include "integrator/energy_watch.h"
+#include "integrator/method.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
+
+/* No stages of their own. */
+const flesh_method_row flesh_method_adaptive = {0}, flesh_method_calm_adaptive = {0};
 
 /* Growth of energy that is told, as a share of the largest kinetic energy. */
 static const double gain_to_tell = 0.02;

@@ -30,6 +30,7 @@ typedef struct flesh_scene_keys {
     int method; /* flesh_method */
     double step, end;
     flesh_adaptive_options adaptive;
+    flesh_method_options options;
   } time;
   struct {
     char *state;

@@ -288,6 +288,9 @@ int flesh_system_energies(const flesh_system *system, const flesh_point *point, 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)
 {
   const flesh_pattern *pattern = &system->pattern;
+  *matrix = NULL;
+  if (!system->finished)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is not finished; flesh_system_finish makes its pattern");
   *matrix = malloc(sizeof **matrix);
   double *values = calloc((size_t)pattern->row_start[pattern->rows] * 9 + 1, sizeof *values);
   if (!*matrix || !values) {

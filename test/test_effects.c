@@ -1,0 +1,501 @@
+/* test_effects.c: every effect of the registry obeys the contract of effect.h: residual, Jacobian and potential
+ * are derivatives of one another, Jacobians are symmetric and, projected, positive semi-definite, energies are what
+ * the formulas say. */
+#include <gsl/gsl_eigen.h>
+#include <stdlib.h>
+
+#include "body.h"
+#include "effect/registry.h"
+#include "scene/keys.h"
+#include "system/derivative_check.h"
+#include "test.h"
+
+static const flesh_shift shifts[] = {{.x = 1}, {.x = 1, .v = 60, .a = 3600}, {.x = 1, .v = 37.5, .a = 1406.25}};
+enum { SHIFTS = sizeof shifts / sizeof shifts[0] };
+
+static flesh_material material_of(flesh_energy energy)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_lame(energy, FLESH_CONSTANTS_RAW, 4e4, 3e5, &material));
+  return material;
+}
+
+/* A body of the unit cube without any effect; the system is empty. */
+static void make_cube(int cells, flesh_energy energy, flesh_mass mass, test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(cells, cells, cells, 1, 1, 1), material_of(energy), 1000, mass, 0, b));
+  flesh_system_destroy(&b->system);
+  CHECK_OK(flesh_system_create(b->mesh, &b->system));
+  for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++) b->density[e] = 900 + 10 * (e % 17);
+}
+
+/* Adds a row's sample to the body's system, read as a scene would read it. */
+static void add_sample(const flesh_effect_row *row, test_body *b)
+{
+  flesh_arena arena = {0};
+  flesh_node *root = NULL;
+  flesh_source source = {.name = row->name};
+  CHECK_OK(flesh_yaml_parse(&arena, row->sample, strlen(row->sample), &source, &root));
+  void *parameters = flesh_arena_take(&arena, row->parameters_size);
+  flesh_key_reader reader = {.arena = &arena};
+  CHECK_OK(flesh_keys_read(&reader, row->keys, root, root, row->name, parameters));
+  CHECK_OK(row->add(parameters, &b->body, b->system));
+  flesh_arena_free(&arena);
+}
+
+static double smallest_eigenvalue(int n, const double *matrix)
+{
+  gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
+  gsl_vector *values = gsl_vector_alloc((size_t)n);
+  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
+  memcpy(A->data, matrix, (size_t)n * n * sizeof *matrix);
+  gsl_eigen_symm(A, values, work);
+  double low = gsl_vector_min(values);
+  gsl_eigen_symm_free(work);
+  gsl_vector_free(values);
+  gsl_matrix_free(A);
+  return low;
+}
+
+/* A point that moves with the unknown; statics have no velocity and no acceleration. */
+typedef struct place {
+  int n;
+  const flesh_shift *shift;
+  double *x0, *v0, *a0, *u, *x, *v, *a;
+} place;
+
+static place place_create(const test_body *b, const flesh_shift *shift, unsigned long long seed)
+{
+  place p = {.n = b->n, .shift = shift};
+  double **vectors[] = {&p.x0, &p.v0, &p.a0, &p.u, &p.x, &p.v, &p.a};
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+    *vectors[k] = calloc((size_t)b->n, sizeof(double));
+  memcpy(p.x0, b->state.x, (size_t)b->n * sizeof *p.x0);
+  if (shift->v != 0) test_jitter(b->n, 2, seed, p.v0);
+  if (shift->a != 0) test_jitter(b->n, 20, seed + 1, p.a0);
+  return p;
+}
+
+static void place_destroy(place *p)
+{
+  double *vectors[] = {p->x0, p->v0, p->a0, p->u, p->x, p->v, p->a};
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) free(vectors[k]);
+}
+
+static flesh_point point_of(place *p)
+{
+  for (int d = 0; d < p->n; d++) {
+    p->x[d] = p->x0[d] + p->shift->x * p->u[d];
+    p->v[d] = p->v0[d] + p->shift->v * p->u[d];
+    p->a[d] = p->a0[d] + p->shift->a * p->u[d];
+  }
+  return (flesh_point){.t = 0.3, .load = 0.7, .x = p->x, .v = p->v, .a = p->a};
+}
+
+static const double offsets[] = {-2, -1, 1, 2}, weights[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12};
+
+/* Every entry of r against differences of the potential, every entry of J against differences of r; projected J
+ * positive semi-definite and above J. Of the whole system, so that the sum and the shared slots are tested too. */
+static void check_every_entry(const test_body *b, const flesh_shift *shift, const char *name)
+{
+  int n = b->n;
+  place p = place_create(b, shift, 5);
+  double *r = malloc((size_t)n * sizeof *r), *moved = malloc((size_t)n * sizeof *moved), phi, magnitude;
+  double *differences = calloc((size_t)n * n, sizeof *differences);
+  const double s = 1e-3;
+  double gradient_error = 0, gradient_size = 0, error = 0, size = 0, asymmetry = 0;
+  flesh_point point = point_of(&p);
+  CHECK_OK(flesh_system_residual(b->system, &point, r));
+  for (int d = 0; d < n; d++) {
+    double slope = 0;
+    for (int k = 0; k < 4; k++) {
+      p.u[d] = offsets[k] * s;
+      point = point_of(&p);
+      CHECK_OK(flesh_system_potential(b->system, &point, shift, &phi, &magnitude));
+      CHECK_OK(flesh_system_residual(b->system, &point, moved));
+      CHECK(magnitude >= fabs(phi) * (1 - 1e-12));
+      slope += weights[k] * phi / s;
+      for (int e = 0; e < n; e++) differences[e * n + d] += weights[k] * moved[e] / s;
+    }
+    p.u[d] = 0;
+    gradient_error = fmax(gradient_error, fabs(slope - r[d]));
+    gradient_size = fmax(gradient_size, fabs(r[d]));
+  }
+  flesh_block_matrix *K = NULL;
+  CHECK_OK(flesh_system_matrix_create(b->system, &K));
+  flesh_shift projecting = *shift;
+  projecting.project = 1;
+  point = point_of(&p);
+  CHECK_OK(flesh_system_jacobian(b->system, &point, shift, K));
+  double *J = test_dense(K);
+  CHECK_OK(flesh_system_jacobian(b->system, &point, &projecting, K));
+  double *projected = test_dense(K), *gain = malloc((size_t)n * n * sizeof *gain);
+  for (int k = 0; k < n * n; k++) {
+    error = fmax(error, fabs(J[k] - differences[k]));
+    size = fmax(size, fabs(J[k]));
+    asymmetry = fmax(asymmetry, fabs(J[k] - J[k % n * n + k / n]));
+    gain[k] = projected[k] - J[k];
+  }
+  double low = smallest_eigenvalue(n, projected), above = smallest_eigenvalue(n, gain);
+  printf("# %s (%g,%g,%g): r off by %.2g, J by %.2g; projected from %.2g\n", name, shift->x, shift->v, shift->a,
+         gradient_error / gradient_size, error / size, low / size);
+  CHECK_BELOW(gradient_error, 1e-8 * gradient_size);
+  CHECK_BELOW(error, 1e-8 * size + 1e-14 * gradient_size / s); /* a constant r has differences of rounding */
+  CHECK_BELOW(asymmetry, 1e-14 * size);
+  CHECK(low >= -1e-13 * size);
+  CHECK(above >= -1e-13 * size);
+  free(r);
+  free(moved);
+  free(differences);
+  free(J);
+  free(projected);
+  free(gain);
+  flesh_block_matrix_destroy(&K);
+  place_destroy(&p);
+}
+
+static void every_row_of_the_registry(void)
+{
+  int rows;
+  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  CHECK(rows >= 6);
+  for (int k = 0; k < rows; k++)
+    for (int mass = 0; mass < 2; mass++) {
+      test_body b;
+      make_cube(2, FLESH_ENERGY_S, mass ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &b);
+      add_sample(&row[k], &b);
+      CHECK_OK(flesh_system_finish(b.system));
+      test_jitter(b.n, 0.15, 11 + (unsigned)k, b.state.x);
+      for (int e = 0; e < flesh_system_effect_count(b.system); e++) {
+        flesh_derivative_report report;
+        const flesh_effect *effect = flesh_system_effect(b.system, e);
+        CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0.3, b.state.x, 3 + (unsigned)k, &report));
+        CHECK(flesh_derivative_report_passes(&report, 1e-8));
+        CHECK(effect->operations->energy && effect->operations->potential && effect->operations->residual);
+        CHECK(!strcmp(effect->operations->name, row[k].name));
+        CHECK(flesh_system_has_effect(b.system, row[k].name));
+      }
+      for (int s = 0; s < SHIFTS && flesh_system_effect_count(b.system); s++)
+        check_every_entry(&b, &shifts[s], row[k].name);
+      /* A row without an effect must constrain something. */
+      uint8_t *fixed = malloc((size_t)b.n);
+      CHECK((flesh_system_fixed(b.system, 0.3, fixed) > 0) == (flesh_system_effect_count(b.system) == 0));
+      free(fixed);
+      test_body_destroy(&b);
+    }
+}
+
+static void all_rows_together(void)
+{
+  int rows;
+  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  for (int mass = 0; mass < 2; mass++) {
+    test_body b;
+    make_cube(2, FLESH_ENERGY_E, mass ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &b);
+    for (int k = 0; k < rows; k++) add_sample(&row[k], &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    test_jitter(b.n, 0.2, 77, b.state.x);
+    for (int s = 0; s < SHIFTS; s++) check_every_entry(&b, &shifts[s], "all");
+    test_body_destroy(&b);
+  }
+}
+
+/* phi = V/sx for a potential of position, a.Ma/(2 sa) for inertia, and 0 when its shift is 0. */
+static void potentials_are_energies(void)
+{
+  int rows;
+  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  for (int k = 0; k < rows; k++) {
+    test_body b;
+    make_cube(1, FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &b);
+    add_sample(&row[k], &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    test_jitter(b.n, 0.1, 5, b.state.x);
+    test_jitter(b.n, 3, 6, b.state.v);
+    for (int e = 0; e < flesh_system_effect_count(b.system); e++) {
+      const flesh_effect *effect = flesh_system_effect(b.system, e);
+      double energy, phi = 0, nothing = 0, magnitude = 0;
+      flesh_point point = {.t = 0.3, .load = 0.7, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+      CHECK_OK(effect->operations->energy(effect, &point, &energy));
+      int inertia = !strcmp(effect->operations->name, "inertia");
+      /* a = v here, so that one value serves both. */
+      flesh_shift shift = inertia ? (flesh_shift){.x = 1, .v = 3, .a = 9} : (flesh_shift){.x = 4};
+      CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi, &magnitude));
+      CHECK_NEAR(phi * (inertia ? 9 : 4), energy, 1e-13 * fabs(energy));
+      CHECK(energy != 0 && magnitude >= fabs(phi) * (1 - 1e-14));
+      shift = inertia ? (flesh_shift){.x = 1} : (flesh_shift){.v = 1, .a = 1};
+      magnitude = 0;
+      CHECK_OK(effect->operations->potential(effect, &point, &shift, &nothing, &magnitude));
+      CHECK(nothing == 0 && magnitude == 0);
+    }
+    test_body_destroy(&b);
+  }
+}
+
+static flesh_point still_at(const double *x, const double *zero)
+{
+  return (flesh_point){.load = 1, .x = x, .v = zero, .a = zero};
+}
+
+/* F of a tet from its corners, worked out here by Cramer's rule. */
+static void deformation_of(const flesh_mesh *mesh, int tet, const double *x, double F[9], double inverse[9])
+{
+  const double *X = flesh_mesh_positions(mesh);
+  const int *node = flesh_mesh_tets(mesh) + 4 * tet;
+  double D[9], d[9];
+  for (int i = 0; i < 3; i++)
+    for (int a = 0; a < 3; a++) {
+      D[3 * i + a] = X[3 * node[a + 1] + i] - X[3 * node[0] + i];
+      d[3 * i + a] = x[3 * node[a + 1] + i] - x[3 * node[0] + i];
+    }
+  double det = 0;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, e = (j + 2) % 3;
+      inverse[3 * j + i] = D[3 * a + c] * D[3 * b + e] - D[3 * a + e] * D[3 * b + c];
+    }
+  for (int j = 0; j < 3; j++) det += D[j] * inverse[3 * j];
+  for (int k = 0; k < 9; k++) inverse[k] /= det;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      F[3 * i + j] = 0;
+      for (int a = 0; a < 3; a++) F[3 * i + j] += d[3 * i + a] * inverse[3 * a + j];
+    }
+}
+
+/* Energy, residual and both Jacobians of the elasticity against sums over tets of the material's own functions, the
+ * clamp being GSL's 9x9 eigen-solver. */
+static void check_against_material(const test_body *b, const char *name)
+{
+  int n = b->n;
+  double *r = calloc((size_t)n, sizeof *r), *expected = calloc((size_t)n, sizeof *expected);
+  double *H[2] = {calloc((size_t)n * n, sizeof(double)), calloc((size_t)n * n, sizeof(double))};
+  double energy = 0, sum, zero = 0;
+  gsl_eigen_symmv_workspace *work = gsl_eigen_symmv_alloc(9);
+  gsl_matrix *A = gsl_matrix_alloc(9, 9), *Q = gsl_matrix_alloc(9, 9);
+  gsl_vector *w = gsl_vector_alloc(9);
+  for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++) {
+    const flesh_material *material = &b->body.materials[b->body.tet_material ? b->body.tet_material[e] : 0];
+    const int *node = flesh_mesh_tets(b->mesh) + 4 * e;
+    double volume = flesh_mesh_tet_volumes(b->mesh)[e], F[9], G[9], P[9], hessian[81], clamped[81], psi, g[4][3];
+    deformation_of(b->mesh, e, b->state.x, F, G);
+    CHECK_OK(flesh_material_energy(material, F, &psi));
+    CHECK_OK(flesh_material_stress(material, F, P));
+    CHECK_OK(flesh_material_hessian(material, F, hessian));
+    for (int c = 0; c < 3; c++) {
+      g[0][c] = -(G[c] + G[3 + c] + G[6 + c]);
+      for (int a = 0; a < 3; a++) g[a + 1][c] = G[3 * a + c];
+    }
+    memcpy(A->data, hessian, sizeof hessian);
+    gsl_eigen_symmv(A, w, Q, work);
+    memset(clamped, 0, sizeof clamped);
+    for (size_t m = 0; m < 9; m++)
+      for (size_t p = 0; p < 9; p++)
+        for (size_t q = 0; q < 9; q++)
+          clamped[9 * p + q] +=
+              fmax(gsl_vector_get(w, m), 0) * gsl_matrix_get(Q, p, m) * gsl_matrix_get(Q, q, m);
+    energy += volume * psi;
+    for (int a = 0; a < 4; a++)
+      for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) expected[3 * node[a] + i] += volume * P[3 * i + j] * g[a][j];
+        for (int c = 0; c < 4; c++)
+          for (int k = 0; k < 3; k++)
+            for (int j = 0; j < 3; j++)
+              for (int l = 0; l < 3; l++) {
+                size_t place = (size_t)(3 * node[a] + i) * n + 3 * node[c] + k;
+                double weight = volume * g[a][j] * g[c][l];
+                H[0][place] += weight * hessian[9 * (3 * i + j) + 3 * k + l];
+                H[1][place] += weight * clamped[9 * (3 * i + j) + 3 * k + l];
+              }
+      }
+  }
+  flesh_point point = still_at(b->state.x, b->state.v);
+  CHECK_OK(flesh_system_energies(b->system, &point, &sum));
+  CHECK_NEAR(sum, energy, 1e-12 * fabs(energy));
+  CHECK_OK(flesh_system_residual(b->system, &point, r));
+  for (int d = 0; d < n; d++) zero = fmax(zero, fabs(expected[d]));
+  CHECK_BELOW(test_distance(n, r, expected), 1e-11 * zero);
+  flesh_block_matrix *K = NULL;
+  CHECK_OK(flesh_system_matrix_create(b->system, &K));
+  for (int project = 0; project < 2; project++) {
+    CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){.x = 1, .project = project}, K));
+    double *J = test_dense(K), size = 0;
+    for (int k = 0; k < n * n; k++) size = fmax(size, fabs(J[k]));
+    double off = test_distance(n * n, J, H[project]) / size;
+    if (!(off <= 1e-10)) printf("# %s, project %d: off by %.3g\n", name, project, off);
+    CHECK_BELOW(off, 1e-10);
+    free(J);
+  }
+  flesh_block_matrix_destroy(&K);
+  gsl_eigen_symmv_free(work);
+  gsl_matrix_free(A);
+  gsl_matrix_free(Q);
+  gsl_vector_free(w);
+  free(H[0]);
+  free(H[1]);
+  free(r);
+  free(expected);
+}
+
+static void elasticity_is_the_material(void)
+{
+  for (flesh_energy energy = FLESH_ENERGY_NEO; energy < FLESH_ENERGY_COUNT; energy++) {
+    test_body b;
+    int anywhere = energy >= FLESH_ENERGY_M; /* M, D, E, S are defined for every F */
+    CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), material_of(energy), 1000, FLESH_MASS_LUMPED, 0, &b));
+    CHECK_OK(flesh_system_finish(b.system));
+    test_jitter(b.n, 0.08, 3, b.state.x);
+    check_against_material(&b, flesh_energy_name(energy));
+    check_every_entry(&b, &shifts[0], flesh_energy_name(energy));
+    /* Squeezed to a third: many negative eigenvalues. */
+    for (int d = 0; d < b.n; d += 3) b.state.x[d] *= 0.35;
+    check_against_material(&b, flesh_energy_name(energy));
+    /* Scrambled: tets of either sign of J. */
+    test_jitter(b.n, 0.7, 9, b.state.x);
+    CHECK(flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL) < -0.1);
+    if (anywhere) {
+      check_against_material(&b, flesh_energy_name(energy));
+      check_every_entry(&b, &shifts[0], flesh_energy_name(energy));
+    }
+    test_body_destroy(&b);
+  }
+}
+
+/* Undefined and non-finite places are recoverable statuses of every operation, never numbers. */
+static void undefined_states_are_statuses(void)
+{
+  for (flesh_energy energy = FLESH_ENERGY_NEO; energy < FLESH_ENERGY_COUNT; energy++) {
+    test_body b;
+    CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), material_of(energy), 1000, FLESH_MASS_LUMPED, 0, &b));
+    CHECK_OK(flesh_system_finish(b.system));
+    flesh_block_matrix *K = NULL;
+    CHECK_OK(flesh_system_matrix_create(b.system, &K));
+    double *r = calloc((size_t)b.n, sizeof *r), phi, magnitude, energies;
+    const double bad[] = {-1, NAN, INFINITY, 1e200};
+    for (int k = 0; k < 4; k++) {
+      b.state.x[3] = bad[k]; /* node 1 along x: -1 turns its tets inside out */
+      int wanted = k > 0 ? FLESH_NONFINITE : energy < FLESH_ENERGY_M ? FLESH_UNDEFINED : FLESH_OK;
+      flesh_point point = still_at(b.state.x, b.state.v);
+      int got = flesh_system_residual(b.system, &point, r);
+      if (got != wanted) printf("# %s at %g: %s\n", flesh_energy_name(energy), bad[k], flesh_status_name(got));
+      CHECK(got == wanted);
+      CHECK(flesh_system_potential(b.system, &point, &shifts[0], &phi, &magnitude) == wanted);
+      CHECK(flesh_system_energies(b.system, &point, &energies) == wanted);
+      CHECK(flesh_system_jacobian(b.system, &point, &shifts[0], K) == wanted);
+      CHECK(flesh_system_jacobian(b.system, &point, &(flesh_shift){.x = 1, .project = 1}, K) == wanted);
+    }
+    free(r);
+    flesh_block_matrix_destroy(&K);
+    test_body_destroy(&b);
+  }
+}
+
+/* A user's psi of all first and second derivatives, with its data. */
+static int fung(double I_C, double J, const flesh_material *material, flesh_psi *psi)
+{
+  const double *k = material->user;
+  double e = exp(k[1] * (I_C - 3) + k[2] * (J - 1));
+  *psi = (flesh_psi){k[0] * e + k[3] * (J - 1) * (J - 1), k[0] * k[1] * e, k[0] * k[2] * e + 2 * k[3] * (J - 1),
+                     k[0] * k[1] * k[1] * e, k[0] * k[1] * k[2] * e, k[0] * k[2] * k[2] * e + 2 * k[3]};
+  return FLESH_OK;
+}
+
+static void materials_by_region(void)
+{
+  test_body b;
+  static const double constants[4] = {1e4, 0.3, -0.6, 1e5};
+  flesh_material materials[3] = {material_of(FLESH_ENERGY_S), material_of(FLESH_ENERGY_B)};
+  CHECK_OK(flesh_material_from_psi(fung, constants, &materials[2]));
+  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), materials[0], 1000, FLESH_MASS_LUMPED, 0, &b));
+  flesh_system_destroy(&b.system);
+  int of_tet[12];
+  for (int e = 0; e < 12; e++) of_tet[e] = (7 * e + 1) % 3;
+  b.body.materials = materials;
+  b.body.tet_material = of_tet;
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_system_create(b.mesh, &b.system));
+  CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finish(b.system));
+  test_jitter(b.n, 0.08, 21, b.state.x);
+  check_every_entry(&b, &shifts[0], "three materials");
+  check_against_material(&b, "three materials");
+  test_body_destroy(&b);
+}
+
+/* Without a load, r sums to no force and no torque, and V does not see a rigid motion. */
+static void elasticity_is_frame_free(void)
+{
+  test_body b;
+  CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), material_of(FLESH_ENERGY_S), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(flesh_system_finish(b.system));
+  test_jitter(b.n, 0.2, 31, b.state.x);
+  double *r = calloc((size_t)b.n, sizeof *r), *y = calloc((size_t)b.n, sizeof *y), before, after;
+  flesh_point point = still_at(b.state.x, b.state.v);
+  CHECK_OK(flesh_system_residual(b.system, &point, r));
+  CHECK_OK(flesh_system_energies(b.system, &point, &before));
+  double force[3] = {0}, torque[3] = {0}, size = test_norm(b.n, r);
+  for (int i = 0; i < b.n / 3; i++)
+    for (int c = 0; c < 3; c++) {
+      int d = (c + 1) % 3, e = (c + 2) % 3;
+      force[c] += r[3 * i + c];
+      torque[c] += b.state.x[3 * i + d] * r[3 * i + e] - b.state.x[3 * i + e] * r[3 * i + d];
+      /* A turn by 0.7 about z, written out, and a shift. */
+      y[3 * i + c] = c == 2   ? b.state.x[3 * i + 2] - 5
+                     : c == 0 ? cos(0.7) * b.state.x[3 * i] - sin(0.7) * b.state.x[3 * i + 1] + 3
+                              : sin(0.7) * b.state.x[3 * i] + cos(0.7) * b.state.x[3 * i + 1];
+    }
+  for (int c = 0; c < 3; c++) {
+    CHECK_NEAR(force[c], 0, 1e-13 * size);
+    CHECK_NEAR(torque[c], 0, 1e-12 * size);
+  }
+  point = still_at(y, b.state.v);
+  CHECK_OK(flesh_system_energies(b.system, &point, &after));
+  CHECK_NEAR(after, before, 1e-12 * fabs(before));
+  free(r);
+  free(y);
+  test_body_destroy(&b);
+}
+
+/* Inertia and gravity against the mesh module's own masses, and gravity's work against m g h. */
+static void masses_and_weights(void)
+{
+  for (int mass = 0; mass < 2; mass++) {
+    test_body b;
+    flesh_effect *effect = NULL;
+    make_cube(2, FLESH_ENERGY_S, mass ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &b);
+    CHECK_OK(flesh_effect_inertia(&b.body, &effect));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+    CHECK_OK(test_body_gravity(&b, 1, -2, 3));
+    CHECK_OK(flesh_system_finish(b.system));
+    double *a = calloc((size_t)b.n, sizeof *a), *r = calloc((size_t)b.n, sizeof *r),
+           *Ma = calloc((size_t)b.n, sizeof *Ma), *lumped = calloc((size_t)b.n, sizeof *lumped), energies[2];
+    test_jitter(b.n, 3, 1, a);
+    test_body_mass_times(&b, a, Ma);
+    flesh_mesh_lumped_mass(b.mesh, b.density, lumped);
+    flesh_point point = {.load = 0.25, .x = b.state.x, .v = a, .a = a};
+    CHECK_OK(flesh_system_residual(b.system, &point, r));
+    double kinetic = 0, height = 0;
+    for (int d = 0; d < b.n; d++) {
+      double weight = lumped[d / 3] * (double[]){1, -2, 3}[d % 3];
+      CHECK_NEAR(r[d], Ma[d] - 0.25 * weight, 1e-12 * lumped[d / 3] * 20);
+      kinetic += a[d] * Ma[d] / 2;
+      height -= 0.25 * weight * b.state.x[d];
+    }
+    CHECK_OK(flesh_system_energies(b.system, &point, energies));
+    CHECK_NEAR(energies[0], kinetic, 1e-13 * kinetic);
+    CHECK_NEAR(energies[1], height, 1e-13 * 2000);
+    free(a);
+    free(r);
+    free(Ma);
+    free(lumped);
+    test_body_destroy(&b);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together),
+                   TEST(potentials_are_energies), TEST(elasticity_is_the_material), TEST(materials_by_region),
+                   TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights));
+}

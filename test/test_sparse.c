@@ -1,0 +1,445 @@
+/* test_sparse.c: block products, constraints, factorisations, preconditioners and conjugate gradients against
+ * full matrices and GSL. */
+#include <gsl/gsl_eigen.h>
+#include <gsl/gsl_linalg.h>
+#include <stdlib.h>
+
+#include "body.h"
+#include "sparse/block_matrix.h"
+#include "sparse/direct.h"
+#include "sparse/pcg.h"
+#include "sparse/scalar_view.h"
+#include "system/pattern.h"
+#include "test.h"
+
+static unsigned long long seed = 1;
+
+static void randomise(int n, double *x)
+{
+  for (int d = 0; d < n; d++) x[d] = 2 * test_uniform(&seed) - 1;
+}
+
+/* A matrix of a mesh's pattern with random entries, its diagonal raised by `dominance` times the row's sum. */
+static flesh_block_matrix *random_matrix(const test_body *b, double dominance)
+{
+  flesh_block_matrix *A = NULL;
+  CHECK_OK(flesh_system_matrix_create(b->system, &A));
+  double *sums = calloc((size_t)b->n, sizeof *sums);
+  randomise(9 * A->row_start[A->rows], A->values);
+  for (int i = 0; i < A->rows; i++) {
+    double *block = A->values + 9 * (size_t)A->row_start[i];
+    for (int r = 0; r < 3; r++)
+      for (int c = 0; c < r; c++) block[3 * r + c] = block[3 * c + r];
+    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
+      for (int p = 0; p < 9; p++) {
+        sums[3 * i + p / 3] += fabs(A->values[9 * (size_t)k + p]);
+        sums[3 * A->column[k] + p % 3] += fabs(A->values[9 * (size_t)k + p]);
+      }
+  }
+  for (int d = 0; d < b->n; d++)
+    A->values[9 * (size_t)A->row_start[d / 3] + 4 * (d % 3)] += dominance * sums[d];
+  free(sums);
+  return A;
+}
+
+static void make(flesh_mesh *mesh, flesh_energy energy, double poisson, test_body *b)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
+  CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(flesh_system_finish(b->system));
+}
+
+/* The backward-Euler matrix of a bar that is bent out of shape, clamped at one end. */
+static flesh_block_matrix *bar_matrix(const test_body *b, double jitter, double inertia, int project)
+{
+  flesh_block_matrix *A = NULL;
+  uint8_t *fixed = calloc((size_t)b->n, 1);
+  double *x = malloc((size_t)b->n * sizeof *x);
+  memcpy(x, b->state.x, (size_t)b->n * sizeof *x);
+  test_jitter(b->n, jitter, 5, x);
+  flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+  CHECK_OK(flesh_system_matrix_create(b->system, &A));
+  CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, project}, A));
+  for (int d = 0; d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;
+  flesh_block_fix(A, fixed, 1e4);
+  free(fixed);
+  free(x);
+  return A;
+}
+
+static void dense_times(int n, const double *A, const double *x, double *y)
+{
+  for (int i = 0; i < n; i++) {
+    y[i] = 0;
+    for (int j = 0; j < n; j++) y[i] += A[i * n + j] * x[j];
+  }
+}
+
+/* x of A x = b by GSL's LU. */
+static double *solve_by_gsl(int unknowns, const double *A, const double *b)
+{
+  size_t n = (size_t)unknowns;
+  double *x = calloc(n, sizeof *x);
+  gsl_matrix *matrix = gsl_matrix_alloc(n, n);
+  memcpy(matrix->data, A, n * n * sizeof *A);
+  gsl_vector_const_view right = gsl_vector_const_view_array(b, n);
+  gsl_vector_view solution = gsl_vector_view_array(x, n);
+  gsl_permutation *order = gsl_permutation_alloc(n);
+  int sign;
+  gsl_linalg_LU_decomp(matrix, order, &sign);
+  gsl_linalg_LU_solve(matrix, order, &right.vector, &solution.vector);
+  gsl_permutation_free(order);
+  gsl_matrix_free(matrix);
+  return x;
+}
+
+static void products_and_constraints(void)
+{
+  test_body b;
+  make(test_box(2, 2, 1, 1, 1, 1), FLESH_ENERGY_S, 0.4, &b);
+  flesh_block_matrix *A = random_matrix(&b, 0);
+  double *dense = test_dense(A), *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y),
+         *z = malloc((size_t)b.n * sizeof *z);
+  randomise(b.n, x);
+  flesh_block_multiply(A, x, y);
+  dense_times(b.n, dense, x, z);
+  CHECK_BELOW(test_distance(b.n, y, z), 1e-13);
+  uint8_t fixed[3 * 18];
+  CHECK(b.n == sizeof fixed);
+  for (int d = 0; d < b.n; d++) fixed[d] = d % 5 == 0 || (d >= 12 && d < 15);
+  flesh_block_fix(A, fixed, 42);
+  double *after = test_dense(A);
+  int wrong = 0;
+  for (int i = 0; i < b.n; i++)
+    for (int j = 0; j < b.n; j++) {
+      double expected = !fixed[i] && !fixed[j] ? dense[i * b.n + j] : i == j ? 42 : 0;
+      wrong += after[i * b.n + j] != expected;
+    }
+  CHECK(wrong == 0);
+  for (int i = 0; i < A->rows; i++)
+    for (int j = i; j < A->rows; j++) {
+      int k = flesh_pattern_find(A->row_start, A->column, i, j), there = 0;
+      for (int l = A->row_start[i]; l < A->row_start[i + 1]; l++) there |= A->column[l] == j;
+      CHECK(there ? k >= A->row_start[i] && k < A->row_start[i + 1] && A->column[k] == j : k == -1);
+    }
+  free(dense);
+  free(after);
+  free(x);
+  free(y);
+  free(z);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
+static void block_inverses(void)
+{
+  for (int trial = 0; trial < 1000; trial++) {
+    double L[9], A[9] = {0}, B[9];
+    randomise(9, L);
+    for (int p = 0; p < 9; p++) {
+      for (int k = 0; k < 3; k++) A[p] += L[3 * (p / 3) + k] * L[3 * (p % 3) + k];
+      A[p] += p % 4 == 0 ? 0.1 : 0;
+    }
+    CHECK(flesh_block_invert(A, B));
+    for (int p = 0; p < 9; p++) {
+      double sum = 0;
+      for (int k = 0; k < 3; k++) sum += A[3 * (p / 3) + k] * B[3 * k + p % 3];
+      CHECK_NEAR(sum, p % 4 == 0, 1e-12);
+    }
+    for (int c = 0; c < 3; c++) { /* made indefinite or singular, it is refused */
+      double C[9];
+      memcpy(C, A, sizeof C);
+      C[4 * c] = -C[4 * c];
+      CHECK(!flesh_block_invert(C, B));
+      for (int k = 0; k < 3; k++) C[3 * c + k] = C[3 * k + c] = 0;
+      CHECK(!flesh_block_invert(C, B));
+      C[4 * c] = NAN;
+      CHECK(!flesh_block_invert(C, B));
+    }
+  }
+}
+
+static void scalar_view_is_the_matrix(void)
+{
+  test_body b;
+  flesh_scalar_view view;
+  make(test_box(2, 1, 2, 1, 1, 1), FLESH_ENERGY_S, 0.4, &b);
+  flesh_block_matrix *A = random_matrix(&b, 0);
+  CHECK_OK(flesh_scalar_view_create(A, &view));
+  double *values = malloc((size_t)view.entries * sizeof *values), *dense = test_dense(A);
+  CHECK(view.n == b.n && view.starts[view.n] == view.entries);
+  for (int pass = 0; pass < 2; pass++) {
+    for (int64_t k = 0; k < view.entries; k++) values[k] = NAN;
+    flesh_scalar_view_fill(&view, A, values);
+    int wrong = 0;
+    for (int64_t j = 0; j < view.n; j++)
+      for (int64_t k = view.starts[j]; k < view.starts[j + 1]; k++) {
+        wrong += k > view.starts[j] && view.indices[k] <= view.indices[k - 1];
+        wrong += values[k] != dense[view.indices[k] * b.n + j];
+        dense[view.indices[k] * b.n + j] = 0;
+      }
+    for (int k = 0; k < b.n * b.n; k++) wrong += dense[k] != 0; /* nothing was left out */
+    CHECK(wrong == 0);
+    free(dense);
+    randomise(9 * A->row_start[A->rows], A->values);
+    for (int i = 0; i < A->rows; i++)
+      for (int p = 0; p < 9; p++) {
+        double *block = A->values + 9 * (size_t)A->row_start[i];
+        block[3 * (p / 3) + p % 3] = block[3 * (p % 3) + p / 3];
+      }
+    dense = test_dense(A);
+  }
+  free(dense);
+  free(values);
+  flesh_scalar_view_clear(&view);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
+static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct *direct, double tolerance)
+{
+  int n = 3 * A->rows;
+  double *b = malloc((size_t)n * sizeof *b), *x = malloc((size_t)n * sizeof *x), *dense = test_dense(A);
+  randomise(n, b);
+  CHECK_OK(flesh_direct_factor(direct, A));
+  CHECK_OK(flesh_direct_solve(direct, b, x));
+  double *expected = solve_by_gsl(n, dense, b), size = test_norm(n, expected);
+  if (!(test_distance(n, x, expected) <= tolerance * size)) printf("# solver %d\n", kind);
+  CHECK_BELOW(test_distance(n, x, expected), tolerance * size);
+  free(expected);
+  free(dense);
+  free(b);
+  free(x);
+}
+
+static void direct_solvers_solve(void)
+{
+  test_body b;
+  make(test_box(3, 2, 2, 1.5, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+  const flesh_linear_solver kinds[] = {FLESH_LINEAR_KLU, FLESH_LINEAR_CHOLMOD};
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix *A = bar_matrix(&b, 0.02, 0, 0);
+    flesh_direct *direct = NULL;
+    int status = flesh_direct_create(kinds[k], A, &direct);
+    if (kinds[k] == FLESH_LINEAR_CHOLMOD && status) {
+      printf("# CHOLMOD is not built in\n");
+      CHECK(status == FLESH_ERR_ARGUMENT && direct == NULL);
+      CHECK_TEXT(flesh_error_text(), "which this build lacks");
+      flesh_block_matrix_destroy(&A);
+      continue;
+    }
+    CHECK_OK(status);
+    check_direct(kinds[k], A, direct, 1e-9);
+    /* Another matrix of the same pattern, whose pivots want another order for KLU. */
+    flesh_block_matrix *B = random_matrix(&b, kinds[k] == FLESH_LINEAR_KLU ? 0 : 1.1);
+    check_direct(kinds[k], B, direct, 1e-9);
+    check_direct(kinds[k], A, direct, 1e-9);
+    memset(B->values, 0, 9 * (size_t)B->row_start[B->rows] * sizeof *B->values);
+    CHECK(flesh_direct_factor(direct, B) == FLESH_NOT_POSITIVE);
+    /* After what cannot be factored, the next matrix is solved as ever. */
+    check_direct(kinds[k], A, direct, 1e-9);
+    CHECK(flesh_direct_memory(direct) > 0);
+    flesh_direct_destroy(&direct);
+    CHECK(direct == NULL);
+    flesh_direct_destroy(&direct);
+    flesh_block_matrix_destroy(&A);
+    flesh_block_matrix_destroy(&B);
+  }
+  test_body_destroy(&b);
+}
+
+/* P^-1 as a full matrix, column by column. */
+static double *applied(const flesh_preconditioner_data *preconditioner, int n)
+{
+  double *P = malloc((size_t)n * n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
+         *column = malloc((size_t)n * sizeof *column);
+  for (int d = 0; d < n; d++) {
+    unit[d] = 1;
+    flesh_preconditioner_apply(preconditioner, unit, column);
+    for (int e = 0; e < n; e++) P[e * n + d] = column[e];
+    unit[d] = 0;
+  }
+  free(unit);
+  free(column);
+  return P;
+}
+
+/* Symmetric and positive definite, whatever the matrix is. */
+static void check_definite(int n, const double *P)
+{
+  double asymmetry = 0, size = 0;
+  for (int k = 0; k < n * n; k++) {
+    asymmetry = fmax(asymmetry, fabs(P[k] - P[k % n * n + k / n]));
+    size = fmax(size, fabs(P[k]));
+  }
+  CHECK_BELOW(asymmetry, 1e-11 * size);
+  gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
+  gsl_vector *values = gsl_vector_alloc((size_t)n);
+  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
+  memcpy(A->data, P, (size_t)n * n * sizeof *P);
+  gsl_eigen_symm(A, values, work);
+  CHECK(gsl_vector_min(values) > 0);
+  gsl_eigen_symm_free(work);
+  gsl_vector_free(values);
+  gsl_matrix_free(A);
+}
+
+static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_IC, FLESH_PRECONDITIONER_JACOBI,
+                                             FLESH_PRECONDITIONER_NONE};
+
+static void preconditioners_are_definite(void)
+{
+  test_body b;
+  make(test_box(3, 2, 1, 1.5, 1, 0.5), FLESH_ENERGY_E, 0.49, &b);
+  /* At rest, crumpled (indefinite), crumpled and projected, random (indefinite diagonal blocks), zero. */
+  flesh_block_matrix *matrices[] = {bar_matrix(&b, 0, 0, 0), bar_matrix(&b, 0.3, 0, 0), bar_matrix(&b, 0.3, 0, 1),
+                                    random_matrix(&b, 0), random_matrix(&b, 0)};
+  memset(matrices[4]->values, 0, 9 * (size_t)matrices[4]->row_start[b.n / 3] * sizeof(double));
+  for (int k = 0; k < 3; k++) {
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(flesh_preconditioner_create(kinds[k], matrices[0], &preconditioner));
+    for (int m = 0; m < 5; m++) {
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[m]));
+      double *P = applied(preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
+             *z = malloc((size_t)b.n * sizeof *z);
+      check_definite(b.n, P);
+      randomise(b.n, r);
+      flesh_preconditioner_apply(preconditioner, r, z);
+      flesh_preconditioner_apply(preconditioner, r, r); /* in place gives the same */
+      CHECK(test_distance(b.n, r, z) == 0);
+      free(P);
+      free(r);
+      free(z);
+    }
+    if (kinds[k] != FLESH_PRECONDITIONER_NONE) {
+      matrices[4]->values[0] = NAN;
+      CHECK(flesh_preconditioner_setup(preconditioner, matrices[4]) == FLESH_NONFINITE);
+      matrices[4]->values[0] = 0;
+      /* And none of it spoils what comes next. */
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[0]));
+    }
+    CHECK(flesh_preconditioner_memory(preconditioner) > 0);
+    flesh_preconditioner_destroy(&preconditioner);
+    flesh_preconditioner_destroy(&preconditioner);
+  }
+  for (int m = 0; m < 5; m++) flesh_block_matrix_destroy(&matrices[m]);
+  test_body_destroy(&b);
+}
+
+/* What defines the incomplete factorisation: its product is A on A's pattern. Where no fill is dropped it is A. */
+static void incomplete_cholesky_is_exact_on_the_pattern(void)
+{
+  for (int single = 0; single < 2; single++) {
+    test_body b;
+    flesh_mesh *mesh = NULL;
+    if (single) CHECK_OK(flesh_mesh_create(5, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1}, 2,
+                                           (int[]){0, 1, 2, 3, 1, 2, 3, 4}, NULL, &mesh));
+    else mesh = test_box(3, 2, 2, 1.5, 1, 1);
+    make(mesh, FLESH_ENERGY_S, 0.4, &b);
+    flesh_block_matrix *A = random_matrix(&b, 1.1);
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
+    double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
+    for (int d = 0; d < b.n; d++) {
+      double *unit = calloc((size_t)b.n, sizeof *unit);
+      unit[d] = 1;
+      double *column = solve_by_gsl(b.n, inverse, unit); /* of P itself */
+      for (int e = 0; e < b.n; e++) {
+        int i = e / 3 < d / 3 ? e / 3 : d / 3, j = e / 3 < d / 3 ? d / 3 : e / 3;
+        double off = fabs(column[e] - dense[e * b.n + d]);
+        if (flesh_pattern_find(A->row_start, A->column, i, j) >= 0) worst = fmax(worst, off);
+        else outside = fmax(outside, off);
+      }
+      free(unit);
+      free(column);
+    }
+    printf("# off by %.2g on the pattern, %.2g outside\n", worst, outside);
+    CHECK_BELOW(worst, 1e-11);
+    CHECK((outside > 1e-6) == !single);
+    free(inverse);
+    free(dense);
+    flesh_preconditioner_destroy(&preconditioner);
+    flesh_block_matrix_destroy(&A);
+    test_body_destroy(&b);
+  }
+}
+
+static void conjugate_gradients(void)
+{
+  test_body b;
+  make(test_box(4, 2, 2, 2, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+  int n = b.n;
+  double *right = malloc((size_t)n * sizeof *right), *x = malloc((size_t)n * sizeof *x),
+         *work = malloc(4 * (size_t)n * sizeof *work), *Ax = malloc((size_t)n * sizeof *Ax),
+         *weights = malloc((size_t)n * sizeof *weights);
+  flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0), *indefinite = bar_matrix(&b, 0.3, 0, 0);
+  flesh_pcg_result result;
+  int iterations[3];
+  randomise(n, right);
+  double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);
+  for (int k = 0; k < 3; k++) {
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(flesh_preconditioner_create(kinds[k], A, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
+    CHECK_OK(flesh_pcg(A, preconditioner, NULL, 1e-12 * test_norm(n, right), 5000, right, x, work, &result));
+    CHECK_BELOW(test_distance(n, x, expected), 1e-8 * test_norm(n, expected));
+    iterations[k] = result.iterations;
+    flesh_block_multiply(A, x, Ax);
+    for (int d = 0; d < n; d++) Ax[d] = right[d] - Ax[d];
+    CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * test_norm(n, right));
+
+    /* The norm is the weighted one. */
+    for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2);
+    CHECK_OK(flesh_pcg(A, preconditioner, weights, 1e-3, 5000, right, x, work, &result));
+    flesh_block_multiply(A, x, Ax);
+    for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
+    CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
+    CHECK_BELOW(result.residual, 1e-3);
+
+    /* The limit leaves an iterate that descends. */
+    CHECK(flesh_pcg(A, preconditioner, NULL, 0, 3, right, x, work, &result) == FLESH_NOT_CONVERGED);
+    CHECK(result.iterations == 3);
+    double slope = 0, curvature = 0;
+    flesh_block_multiply(A, x, Ax);
+    for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
+    CHECK(slope > 0 && curvature / 2 < slope);
+
+    /* Nothing to do. */
+    memset(Ax, 0, (size_t)n * sizeof *Ax);
+    CHECK_OK(flesh_pcg(A, preconditioner, NULL, 0, 10, Ax, x, work, &result));
+    CHECK(result.iterations == 0 && test_norm(n, x) == 0);
+
+    /* Negative curvature is seen, whatever preconditions. */
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite));
+    CHECK(flesh_pcg(indefinite, preconditioner, NULL, 1e-10, 5000, right, x, work, &result) == FLESH_NOT_POSITIVE);
+    CHECK(test_all_finite(n, x));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
+    right[4] = NAN;
+    CHECK(flesh_pcg(A, preconditioner, NULL, 1e-10, 5000, right, x, work, &result) == FLESH_NONFINITE);
+    right[4] = 0.5;
+    free(expected);
+    expected = solve_by_gsl(n, dense, right);
+    flesh_preconditioner_destroy(&preconditioner);
+  }
+  printf("# iterations: IC %d, Jacobi %d, none %d\n", iterations[0], iterations[1], iterations[2]);
+  CHECK(iterations[0] < iterations[1] && iterations[1] < iterations[2]);
+  free(dense);
+  free(expected);
+  free(right);
+  free(x);
+  free(work);
+  free(Ax);
+  free(weights);
+  flesh_block_matrix_destroy(&A);
+  flesh_block_matrix_destroy(&indefinite);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(block_inverses), TEST(scalar_view_is_the_matrix),
+                   TEST(direct_solvers_solve), TEST(preconditioners_are_definite),
+                   TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients));
+}
