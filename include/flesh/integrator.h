@@ -25,8 +25,8 @@ typedef struct flesh_state {
   ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
   ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")   \
-  ROW(ADAPTIVE, adaptive, "adaptive", 2, "IDA's variable steps and orders up to max_order")        \
-  ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 1,                                       \
+  ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
+  ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
 
 typedef enum flesh_method {
@@ -35,7 +35,8 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics); NULL and 0 for what is none. */
+/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive methods, which
+ * choose it); NULL and 0 for what is none. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 

@@ -253,49 +253,60 @@ static int worst_node(flesh_adaptive *self)
   return worst / 3;
 }
 
-static int fail(flesh_adaptive *self, double t, int status, const char *cause)
+/* Records what is known of a failure at t with the body at x. */
+static int fail(flesh_adaptive *self, double t, const double *x, int status, const char *cause)
 {
   const flesh_mesh *mesh = flesh_system_mesh(self->system);
   flesh_failure *f = &self->failure;
+  char attempt[64] = "", node[48] = "";
   *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
   if (self->running) {
     IDAGetCurrentStep(self->ida, &f->h);
     IDAGetCurrentOrder(self->ida, &f->order);
     f->worst_node = worst_node(self);
+    snprintf(attempt, sizeof attempt, " with h = %.3g s and order %d", f->h, f->order);
+    snprintf(node, sizeof node, "largest error at node %d; ", f->worst_node);
   }
-  f->worst_J = flesh_mesh_jacobians(mesh, self->problem->x, NULL, &f->worst_tet, NULL);
+  f->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &f->worst_tet, NULL);
   const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)f->worst_tet;
   for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 4; a++) f->worst_position[c] += self->problem->x[3 * tet[a] + c] / 4;
+    for (int a = 0; a < 4; a++) f->worst_position[c] += x[3 * tet[a] + c] / 4;
   self->running = 0;
-  return flesh_fail(FLESH_ERR_INTEGRATOR,
-                    "at t = %.9g s with h = %.3g s and order %d: %s; largest error at node %d; smallest J = %.3g in "
-                    "tet %d at (%.4g, %.4g, %.4g)",
-                    f->t, f->h, f->order, cause, f->worst_node, f->worst_J, f->worst_tet, f->worst_position[0],
+  return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s%s: %s; %ssmallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, attempt, cause, node, f->worst_J, f->worst_tet, f->worst_position[0],
                     f->worst_position[1], f->worst_position[2]);
+}
+
+/* No start from the state. */
+static int fail_start(flesh_adaptive *self, const flesh_state *state, int status)
+{
+  char cause[160];
+  self->running = 0;
+  snprintf(cause, sizeof cause, "the motion cannot start: %s", flesh_status_text(status));
+  return fail(self, state->t, state->x, status, cause);
 }
 
 /* IDA's words for why it stopped, in ours. */
 static int fail_by_flag(flesh_adaptive *self, int flag)
 {
-  const double t = self->t_internal;
+  const double t = self->t_internal, *x = self->problem->x; /* of the last attempt */
   switch (flag) {
   case IDA_ERR_FAIL:
-    return fail(self, t, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
   case IDA_CONV_FAIL:
   case IDA_LSOLVE_FAIL:
   case IDA_LSETUP_FAIL:
-    return fail(self, t, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
   case IDA_REP_RES_ERR:
   case IDA_FIRST_RES_FAIL:
   case IDA_RES_FAIL:
-    return fail(self, t, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
+    return fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
                 "the residual had no value down to this step");
   case IDA_MEM_FAIL:
     return flesh_fail(FLESH_ERR_MEMORY, "IDA ran out of memory");
   case IDA_ILL_INPUT:
   case IDA_TOO_MUCH_ACC:
-    return fail(self, t, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
   }
   self->running = 0;
   return flesh_fail(FLESH_ERR_SUNDIALS, "IDA stopped at t = %.9g s with its status %d", t, flag);
@@ -334,7 +345,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
         char cause[96];
         snprintf(cause, sizeof cause, "max_steps = %d internal steps did not lead to %.9g s",
                  self->options.max_steps, end);
-        status = fail(self, self->t_internal, FLESH_NOT_CONVERGED, cause);
+        status = fail(self, self->t_internal, self->problem->x, FLESH_NOT_CONVERGED, cause);
         break;
       }
       status = advance(self, end, stats, &event);
@@ -350,7 +361,7 @@ static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_so
       flesh_energy_watch_see(&self->energy, state, 0);
       status = start(self, state, end - state->t);
       flesh_energy_watch_see(&self->energy, state, 1);
-      if (status > 0) status = fail(self, state->t, status, flesh_status_text(status));
+      if (status > 0) status = fail_start(self, state, status);
       continue;
     }
     if (self->t_internal > end && IDAGetDky(self->ida, end, 0, self->y))
@@ -369,7 +380,7 @@ int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, fles
   self->h = h;
   if (fresh) {
     status = start(self, state, h);
-    if (status > 0) status = fail(self, begin, status, flesh_status_text(status));
+    if (status > 0) status = fail_start(self, state, status);
     flesh_energy_watch_see(&self->energy, state, 1);
   }
   if (!status) status = run_to(self, state, end, stats);

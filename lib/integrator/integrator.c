@@ -39,7 +39,7 @@ static int create_memory(flesh_integrator *self)
 {
   flesh_method_memory *memory = &self->memory;
   const size_t n = (size_t)self->n + 1;
-  int failed = 0, second = self->row->stage && flesh_method_order(self->method) > 1;
+  int failed = 0, second = flesh_method_order(self->method) > 1;
   memory->n = self->n;
   flesh_method_options_default(&memory->options);
   failed |= !(memory->v0 = calloc(n, sizeof(double)));
