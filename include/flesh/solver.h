@@ -69,6 +69,10 @@ typedef struct flesh_solve_stats {
   int at_rounding; /* solves that ended at rounding above the tolerance */
   int unconverged; /* solves accepted without convergence (accept_unconverged) */
   double residual_first, residual_last, residual_target; /* 2-norms over the free dofs [N], last solve */
+  /* Of the integrator: internal steps, those thrown away because they erred too much, and those because Newton's
+   * iterations did not converge; order and length [s] of the last one. */
+  int steps, rejected, convergence_failures, order;
+  double h_last;
 } flesh_solve_stats;
 
 #ifdef __cplusplus

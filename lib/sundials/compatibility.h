@@ -2,6 +2,7 @@
 #ifndef FLESH_SUNDIALS_COMPATIBILITY_H
 #define FLESH_SUNDIALS_COMPATIBILITY_H
 
+#include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_version.h>
@@ -16,6 +17,11 @@ static inline int flesh_suncontext_create(SUNContext *context)
 static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
 {
   (void)kinsol;
+  SUNContext_ClearErrHandlers(context);
+}
+static inline void flesh_ida_silence(SUNContext context, void *ida)
+{
+  (void)ida;
   SUNContext_ClearErrHandlers(context);
 }
 #else
@@ -33,6 +39,11 @@ static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
 {
   (void)context;
   if (kinsol) KINSetErrHandlerFn(kinsol, flesh_sundials_ignore, NULL);
+}
+static inline void flesh_ida_silence(SUNContext context, void *ida)
+{
+  (void)context;
+  if (ida) IDASetErrHandlerFn(ida, flesh_sundials_ignore, NULL);
 }
 #endif
 
