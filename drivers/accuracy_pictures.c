@@ -11,7 +11,7 @@
 #include "plot_text.h"
 
 /* gnuplot's points, of flesh_accuracy_methods: nearly equal methods lie on each other. */
-static const int marks[] = {7, 13, 9, 2, 11, 5, 4};
+static const int marks[] = {7, 13, 9, 2, 11, 5, 4, 3};
 
 static void begin(FILE *stream, const char *name, const char *title, int height)
 {
@@ -106,7 +106,7 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
   begin(stream, name, "What accuracy costs", 640);
   label(stream, "x", x_label);
   label(stream, "y", "error: mass-weighted rms, worst over time [% of the motion]");
-  fputs("set logscale xy\nset format xy '%g'\n", stream);
+  fputs("set logscale xy\nset format xy '%g'\nset yrange [*:200]\n", stream);
   mark_shares(stream);
   snprintf(x, sizeof x, "column('%s')", column);
   fputs("plot ", stream);
@@ -150,7 +150,8 @@ static int draw_orders(const flesh_accuracy_plan *plan)
   begin(stream, name, "Error against step and tolerance, with fitted orders", 640);
   label(stream, "x", "step [s], or tolerance (squares)");
   label(stream, "y", "error: mass-weighted rms, worst over time [m]");
-  fputs("set logscale xy\nset format xy '%g'\nplot ", stream);
+  fprintf(stream, "set logscale xy\nset format xy '%%g'\nset yrange [*:%g]\nplot ",
+          2 * plan->reference.scale.motion);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     flesh_accuracy_fit fit;
@@ -185,7 +186,7 @@ static int draw_energy(const flesh_accuracy_plan *plan)
   begin(stream, name, "Energy lost (open) and gained (filled) against the time it takes", 640);
   label(stream, "x", "time of the integration [s]");
   label(stream, "y", "largest difference of energy [% of the largest kinetic energy]");
-  fputs("set logscale xy\nset format xy '%g'\nplot ", stream);
+  fputs("set yrange [*:1000]\nset logscale xy\nset format xy '%g'\nplot ", stream);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     if (!has_runs(plan, plan->methods[m], 1)) continue;

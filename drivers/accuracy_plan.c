@@ -15,6 +15,7 @@ const flesh_accuracy_method flesh_accuracy_methods[] = {
     {"hht", "hht", 0, 0, "#8c8c8c"},
     {"adaptive", "adaptive", 1, 2, "#0072b2"},
     {"adaptive5", "adaptive", 1, 5, "#aa3399"},
+    {"calm-then-adaptive", "calm-then-adaptive", 1, 2, "#000000"},
     {0},
 };
 
@@ -164,9 +165,8 @@ int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
   for (int m = 0; m < plan->method_count; m++) {
     int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
     for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
-      /* The adaptive methods are asked for their state at the longest step; theirs are their own.
-       */
-      flesh_accuracy_value step = plan->steps[adaptive ? 0 : k];
+      /* Where the adaptive methods are asked for their state; theirs are their own. */
+      flesh_accuracy_value step = adaptive ? plan->representative_step : plan->steps[k];
       flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
       if (adaptive) row->tolerance = plan->tolerances[k];
       row->value = adaptive ? row->tolerance.value : step.value;

@@ -159,7 +159,7 @@ static int refine(const task *given, room *r, made *result)
                  way->method, row.step.value, best);
       else
         snprintf(result->words, sizeof result->words, "%s, tolerance %s, %ld steps", way->method,
-                 row.tolerance.text, cost.newton);
+                 row.tolerance.text, cost.steps);
     }
     worse = level && best < 0 ? worse + 1 : 0;
     if (result->estimate < target) break;

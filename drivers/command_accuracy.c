@@ -262,7 +262,8 @@ static int compare(flesh_accuracy_plan *plan)
 
 int flesh_command_accuracy(int argc, char **argv)
 {
-  static const char all[] = "backward-euler,bdf2,midpoint,newmark,hht,adaptive,adaptive5";
+  static const char all[] =
+      "backward-euler,bdf2,midpoint,newmark,hht,adaptive,adaptive5,calm-then-adaptive";
   const char *methods = all, *tolerances = NULL, *steps = NULL;
   flesh_overrides overrides;
   flesh_accuracy_plan plan = {.out = "out/accuracy"};
