@@ -115,8 +115,8 @@ static int draw_work(const flesh_accuracy_plan *plan, const char *name, const ch
     if (!has_runs(plan, plan->methods[m], 0)) continue;
     legend(plan, plan->methods[m], text);
     rows_of(stream, method->name, x, "100*column('error_over_motion')");
-    fprintf(stream, " with linespoints lw 2 pt %d ps 0.9 lc rgb '%s' title ",
-            marks[plan->methods[m]], method->colour);
+    fprintf(stream, " with linespoints lw 2%s pt %d ps 0.9 lc rgb '%s' title ",
+            strstr(method->name, "calm") ? " dt 2" : "", marks[plan->methods[m]], method->colour);
     flesh_plot_quote(stream, text);
     fputs(", \\\n     ", stream);
     count++;
@@ -221,55 +221,72 @@ static int step_files(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
   return count;
 }
 
-static void plot_steps(FILE *stream, const flesh_accuracy_plan *plan, int count,
-                       const flesh_accuracy_row **rows, const char *column)
+/* One column of the files of a method's runs, the tighter the darker. */
+static void plot_steps(FILE *stream, int count, const flesh_accuracy_row **rows, int method,
+                       const char *column)
 {
-  char path[1500], text[96];
-  (void)plan;
+  char path[1500];
+  int of_method = 0, seen = 0;
+  for (int k = 0; k < count; k++) of_method += rows[k]->method == method;
   for (int k = 0; k < count; k++) {
-    const flesh_accuracy_method *method = &flesh_accuracy_methods[rows[k]->method];
+    if (rows[k]->method != method) continue;
     flesh_accuracy_steps_path(NULL, rows[k], path, sizeof path);
-    snprintf(text, sizeof text, "%s, %s", method->name, rows[k]->tolerance.text);
-    if (k) fputs(", \\\n     ", stream);
+    double share = of_method > 1 ? (double)seen / (of_method - 1) : 1;
+    if (seen++) fputs(", \\\n     ", stream);
     flesh_plot_quote(stream, path);
-    /* The tighter, the darker. */
-    double share = count > 1 ? (double)k / (count - 1) : 1;
-    fprintf(stream, " using 't':'%s' with steps lw 1.3 lc rgb '#%02x%02x%02x' title ", column,
-            (int)(0xd0 * (1 - share)), (int)(0x90 - 0x50 * share),
-            method->max_order > 2 ? 0x60 : 0xd0);
-    flesh_plot_quote(stream, text);
+    fprintf(stream, " using 't':'%s' with steps lw 1.6 lc rgb '#%02x%02x%02x' title ", column,
+            (int)(0xf0 * (1 - share)), (int)(0xb0 - 0x80 * share), (int)(0x50 + 0x30 * share));
+    flesh_plot_quote(stream, rows[k]->tolerance.text);
   }
 }
 
-/* The adaptive methods' own steps beside the motion's period, and their orders. */
+/* The adaptive methods' own steps beside the motion's period, and their orders: a column each. */
 static int draw_steps(const flesh_accuracy_plan *plan)
 {
   static const char name[] = "steps";
   const flesh_accuracy_row **rows = calloc((size_t)plan->row_count + 1, sizeof *rows);
-  int count = rows ? step_files(plan, rows) : 0;
+  int count = rows ? step_files(plan, rows) : 0, columns = 0, methods[FLESH_ACCURACY_LIMIT];
+  for (int k = 0; k < count; k++)
+    if (!k || rows[k]->method != rows[k - 1]->method) methods[columns++] = rows[k]->method;
   flesh_file file;
   if (!count || flesh_plot_open(plan->out, name, ".gp", &file)) {
     free(rows);
     return count ? FLESH_ERR_FILE : FLESH_OK;
   }
   FILE *stream = file.stream;
-  double period = plan->reference.scale.period;
-  begin(stream, name, "Step size and order that the adaptive methods chose", 820);
-  fputs("set multiplot layout 2,1\nset lmargin 11\nset rmargin 28\n", stream);
-  label(stream, "x", "t [s]");
-  label(stream, "y", "step [s]");
-  fputs("set logscale y\nset format y '%g'\nplot ", stream);
-  plot_steps(stream, plan, count, rows, "h");
-  if (isfinite(period))
-    fprintf(stream,
-            ", \\\n     %.17g with lines dt 2 lw 2 lc rgb '#202020' title 'period of the motion'"
-            ", \\\n     %.17g with lines dt 3 lw 2 lc rgb '#202020' title 'a 20th of it'",
-            period, period / 20);
-  fputs("\nunset logscale y\nset title ''\nset yrange [0.5:5.5]\nset ytics 1\n", stream);
-  label(stream, "y", "order");
-  fputs("unset key\nplot ", stream);
-  plot_steps(stream, plan, count, rows, "order");
-  fputs("\nunset multiplot\n", stream);
+  const double period = plan->reference.scale.period;
+  const int width = 330 * columns + 260;
+  flesh_plot_begin(stream, name, width, 760);
+  fprintf(stream,
+          "set datafile separator ','\nset border 3 lc rgb '#606060'\n"
+          "set tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
+          "set multiplot layout 2,%d title 'Steps and orders that the adaptive methods chose, by "
+          "tolerance' font ',13' margins screen %.4f,%.4f,0.08,0.88 spacing screen %.4f,0.1\n"
+          "set xrange [%.17g:%.17g]\nset xlabel 't [s]'\nunset key\n"
+          "set logscale y\nset format y '%%g'\nset ylabel 'step [s]'\n",
+          columns, 80.0 / width, 1 - 190.0 / width, 90.0 / width, plan->grid.start, plan->grid.end);
+  for (int c = 0; c < columns; c++) {
+    if (c == columns - 1) /* the same for all, beside the last */
+      fputs("set key at screen 0.99,0.88 right top vertical Left reverse noenhanced samplen 2\n",
+            stream);
+    fprintf(stream, "set title '%s' noenhanced\nplot ", flesh_accuracy_methods[methods[c]].name);
+    plot_steps(stream, count, rows, methods[c], "h");
+    if (isfinite(period))
+      fprintf(stream,
+              ", \\\n     %.17g with lines dt 2 lw 2 lc rgb '#202020' title 'motion''s period'"
+              ", \\\n     %.17g with lines dt 3 lw 2 lc rgb '#202020' title 'a 20th of it'",
+              period, period / 20);
+    putc('\n', stream);
+  }
+  fputs("unset logscale y\nunset title\nset yrange [0.5:5.5]\nset ytics 1\nset ylabel 'order'\n"
+        "unset key\n",
+        stream);
+  for (int c = 0; c < columns; c++) {
+    fputs("plot ", stream);
+    plot_steps(stream, count, rows, methods[c], "order");
+    putc('\n', stream);
+  }
+  fputs("unset multiplot\n", stream);
   free(rows);
   return finish(plan, name, &file);
 }

@@ -119,7 +119,7 @@ static void cell(double value, int width, const char *format)
 static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   const flesh_accuracy_figures *f = &row->figures;
-  printf("%-15s %-30s %-15s", flesh_accuracy_methods[row->method].name, row->setting,
+  printf("%-18s %-30s %-15s", flesh_accuracy_methods[row->method].name, row->setting,
          flesh_accuracy_status_word(row));
   int counted = row->done && !f->crashed_by;
   const long counts[] = {f->steps, f->rejected, f->residuals, f->assemblies, f->linear};
@@ -135,10 +135,10 @@ static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
 
 static void print_head(const char *last, const char *last_unit)
 {
-  printf("\n%-15s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "method", "setting",
+  printf("\n%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "method", "setting",
          "status", "steps", "reject", "residual", "Hessian", "linear", "wall", "error", "of the",
          "energy", last);
-  printf("%-15s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "", "", "", "", "", "evals",
+  printf("%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "", "", "", "", "", "evals",
          "assembl.", "iter.", "s, min", "rms m", "motion %", "drift %", last_unit);
 }
 

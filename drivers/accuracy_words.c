@@ -95,7 +95,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
   const flesh_accuracy_row *best = cheapest(plan, -1, error);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_row *row = cheapest(plan, plan->methods[m], error);
-    SAY("  %-15s ", flesh_accuracy_methods[plan->methods[m]].name);
+    SAY("  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
     if (row) {
       say_run(plan, row, stream);
       if (row != best)
@@ -120,6 +120,12 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
         (double)slow->figures.steps / (double)best->figures.steps);
     if (isfinite(curve)) SAY(" (%.3g times in time, interpolated between settings)", curve);
     SAY(".\n");
+  } else if (best->method != euler && (slow = most_accurate(plan, euler))) {
+    SAY("  Backward Euler costs more than %.3g times as much: that is what its best run took, "
+        "which "
+        "does not reach it.\n",
+        slow->figures.wall_s_min / best->figures.wall_s_min);
+    slow = NULL;
   }
   SAY("  to repeat: ");
   say_command(plan, best, stream);
@@ -138,7 +144,7 @@ static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     flesh_accuracy_fit fit;
     flesh_accuracy_fit_order(plan, plan->methods[m], &fit);
-    SAY("  %-15s ", method->name);
+    SAY("  %-18s ", method->name);
     if (fit.points < 2) SAY("too few runs (%d) in that range", fit.points);
     else {
       SAY("error ~ %s^%.3f", method->adaptive ? "tolerance" : "step", fit.slope);
