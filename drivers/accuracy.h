@@ -98,6 +98,7 @@ typedef struct flesh_accuracy_plan {
   flesh_accuracy_value representative_step;
   int repeat, quick, resume;
   double max_seconds, reference_seconds;
+  const char *mass; /* the row's extra value that stands in the scene already */
   char fingerprint[72], finer_fingerprint[72]; /* of the scenes as they stand */
   int argc;                                    /* the command line, for the provenance */
   char **argv;

@@ -158,16 +158,23 @@ static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
 /* Energy that comes from nowhere is worse than energy that is lost: it can grow. */
 static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
 {
-  for (int k = 0; k < plan->row_count; k++) {
-    const flesh_accuracy_row *row = &plan->rows[k];
-    double gain = row->figures.errors.energy;
-    if (!judged(row) || !(gain > 0.01)) continue;
-    SAY("\nwarning: %s at %s gains energy: %.2g %% of the largest kinetic energy.%s\n",
-        flesh_accuracy_methods[row->method].name, row->setting, 100 * gain,
-        flesh_accuracy_methods[row->method].max_order > 2
-            ? " Orders above 2 are not stable for fast oscillations; take order 2 or a tighter "
-              "tolerance."
-            : "");
+  for (int m = 0; m < plan->method_count; m++) {
+    const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
+    int count = 0;
+    for (int k = 0; k < plan->row_count; k++) {
+      const flesh_accuracy_row *row = &plan->rows[k];
+      double gain = row->figures.errors.energy;
+      if (row->method != plan->methods[m] || !judged(row) || !(gain > 0.01)) continue;
+      if (!count++)
+        SAY("\nwarning: %s gains energy, in %% of the largest kinetic energy:", method->name);
+      SAY("%s %.2g at %s", count > 1 ? "," : "", 100 * gain, row->setting);
+    }
+    if (!count) continue;
+    SAY(".\n");
+    if (method->max_order > 2)
+      SAY("  Orders above 2 are not stable for fast oscillations, which grow: take order 2 "
+          "(adaptive) or a "
+          "tighter tolerance.\n");
   }
 }
 
@@ -183,7 +190,7 @@ static void say_price(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
   if (row->group == FLESH_ACCURACY_MESH)
     SAY("; the tip elsewhere by %.2e m, the volume by %.2g %%", f->errors.tip,
         100 * f->errors.volume);
-  else if (row->group == FLESH_ACCURACY_MASS && f->difference > 1e-6 * plan->reference.scale.motion)
+  else if (row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass))
     SAY("; another body: %.2e m rms elsewhere (%.2g %% of the motion)", f->difference,
         100 * f->difference / plan->reference.scale.motion);
   else SAY("; adds %.2e m rms", f->difference);

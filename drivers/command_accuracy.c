@@ -194,6 +194,8 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
     free(start.x);
     free(start.v);
     choose_representative(time, plan);
+    plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
+                                                                    : "body.mass=consistent";
     if (!(time->end > start.t))
       status =
           flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s",
