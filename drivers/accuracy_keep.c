@@ -213,6 +213,8 @@ static void take_row(flesh_accuracy_plan *plan, const json_t *object, int same_f
     if (row->group == FLESH_ACCURACY_MESH && !same_finer) continue;
     flesh_accuracy_figures figures = row->figures;
     if (read_fields(figures_fields, object, &figures)) continue;
+    /* These may go better now. */
+    if (figures.status == FLESH_ERR_BUDGET || figures.crashed_by) continue;
     snprintf(figures.message, sizeof figures.message, "%s", text_of(object, "message"));
     row->figures = figures;
     row->done = 1;

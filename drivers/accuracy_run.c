@@ -23,17 +23,24 @@ static int by_value(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* Runs it once and again: runs that take long are repeated only when that was asked for. */
+/* Runs it again and again: without --repeat short runs more often than long ones. */
+static int enough(const flesh_accuracy_plan *plan, int count, double spent)
+{
+  if (plan->repeat) return count >= plan->repeat;
+  if (spent > 10) return 1;
+  return count >= (plan->quick ? 1 : 3) && (spent > 0.2 || count >= 20);
+}
+
 static int run_repeats(const task *given, const flesh_scene *scene, flesh_accuracy_track *track,
                        flesh_accuracy_figures *f)
 {
   enum { MOST = 100 };
   const flesh_accuracy_plan *plan = given->plan;
   double walls[MOST], cpus[MOST], spent = 0;
-  int wanted = plan->repeat ? plan->repeat : plan->quick ? 1 : 3, count = 0;
+  int count = 0;
   char steps[1500];
   flesh_accuracy_steps_path(plan, given->row, steps, sizeof steps);
-  for (; count < wanted && count < MOST; count++) {
+  for (; count < MOST && !enough(plan, count, spent); count++) {
     flesh_accuracy_cost cost;
     int status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds,
                                           count || !*steps ? NULL : steps, track, &cost);
@@ -46,7 +53,6 @@ static int run_repeats(const task *given, const flesh_scene *scene, flesh_accura
     walls[count] = cost.wall_s;
     cpus[count] = cost.cpu_s;
     spent += cost.wall_s;
-    if (!plan->repeat && spent > 10) wanted = count + 1;
   }
   qsort(walls, (size_t)count, sizeof *walls, by_value);
   qsort(cpus, (size_t)count, sizeof *cpus, by_value);
@@ -172,7 +178,7 @@ static void show_progress(const flesh_accuracy_plan *plan, const flesh_accuracy_
 static int run_row(const task *given, flesh_accuracy_row *row)
 {
   const flesh_accuracy_plan *plan = given->plan;
-  int repeats = plan->repeat ? plan->repeat : 3;
+  int repeats = plan->repeat ? plan->repeat : 3; /* those of a long run */
   flesh_process process;
   flesh_accuracy_figures *f = &row->figures;
   int status = flesh_process_start(work, given, f, sizeof *f, &process);

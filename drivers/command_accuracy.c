@@ -19,16 +19,18 @@ static const char details[] =
     "How far the two differ, or how much the better one changed last if that is more, is its "
     "uncertainty; errors\n"
     "below it are not reported. Methods:\n"
-    "backward-euler, bdf2, midpoint, newmark, hht, adaptive (IDA, order 1 to 2), adaptive5 (IDA, "
-    "order 1 to 5).\n"
+    "backward-euler, bdf2, midpoint, newmark, hht, adaptive (IDA, orders 1 and 2), adaptive5 "
+    "(orders 1 to 5),\n"
+    "calm-then-adaptive (backward Euler at the scene's step until the motion is calm).\n"
     "Then it varies, each alone, the other prices of a run of fixed steps: Newton's tolerance, the "
     "linear\n"
     "tolerance, when to project the Hessian, the mass matrix and, with --finer, the mesh.\n"
     "\n"
     "Every run goes through a process of its own, one at a time; the times are those of the "
     "integration, without\n"
-    "output. By default runs are repeated until three are done or 10 s are spent (once with "
-    "--quick).\n"
+    "output. By default runs are done three times (once with --quick), up to twenty times while "
+    "they take less\n"
+    "than 0.2 s in all, and no more after 10 s.\n"
     "\n"
     "Writes into DIR: accuracy.csv, a row per run:\n"
     "  method, setting\n"
@@ -287,7 +289,8 @@ int flesh_command_accuracy(int argc, char **argv)
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
       {"resume", NULL, FLESH_OPTION_SWITCH, &plan.resume,
-       "go on with what an interrupted comparison in DIR has done"},
+       "go on with what an interrupted comparison in DIR has done; runs that crashed or were out "
+       "of budget are done again"},
       {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/accuracy)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,

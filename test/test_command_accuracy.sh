@@ -70,8 +70,8 @@ sed 's|bar.msh|finer.msh|; /^start/d' bar.yaml >finer.yaml
 fixed=backward-euler,bdf2,midpoint,newmark,hht
 
 the_table_is_complete() {
-  expect 0 "$flesh" accuracy bar.yaml --quick --out all --finer finer.yaml --steps 1/25,1/50,1/100,1/200,1/400,1/800 \
-    --reference-seconds 3 || return 1
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out all --finer finer.yaml --steps 1/25,1/50,1/100,1/200,1/400,1/800 \
+    --reference-seconds 1 || return 1
   [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
   # Whole rows, all of them run, with costs; the errors of the methods' work are told or below the reference.
   awk -F , '
@@ -87,7 +87,7 @@ the_table_is_complete() {
   for method in backward-euler bdf2 midpoint newmark hht; do
     [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 6 ] || { echo "$method"; return 1; }
   done
-  for name in work_time work_residuals orders energy; do
+  for name in work_time work_residuals orders energy steps; do
     [ ! -e "$(command -v gnuplot)" ] || [ -s all/$name.png ] || { echo "no $name.png"; return 1; }
   done
   ! find . -name '*.part-*' | grep .
@@ -99,6 +99,25 @@ errors_fall_with_the_step() {
       awk 'NR > 1 && $1 != "" && !($1 < last) { exit 1 } $1 != "" { last = $1; n++ } END { exit n < 4 }' ||
       { echo "$method:"; column all/accuracy.csv error_position_rms $method; return 1; }
   done
+}
+
+# As a share of the body's length (4 m); orders above 2 need not fall at loose tolerances.
+errors_follow_the_tolerance() {
+  for method in adaptive adaptive5 calm-then-adaptive; do
+    [ "$(column all/accuracy.csv setting $method | wc -l)" -eq 3 ] || { echo "$method"; return 1; }
+  done
+  column all/accuracy.csv error_position_rms adaptive | awk '
+    { ratio = $1 / (4 * 10^(-1 - NR)); if (!(ratio < 100) || NR > 1 && !($1 < last)) exit 1; last = $1 }' || return 1
+  [ "$(column all/accuracy.csv error_over_tolerance adaptive | head -n 1)" != '' ] || return 1
+  # Its own steps, in order up to the end at least.
+  awk -F , 'NR == 1 { exit $0 != "t,h,order,rejected,convergence_failures" }' all/steps/adaptive_1e-4.csv || return 1
+  awk -F , 'NR > 1 { if (!($1 > t && $2 > 0 && $3 >= 1 && $3 <= 2)) exit 1; t = $1 } END { exit !(NR > 20 && t >= 1) }' \
+    all/steps/adaptive_1e-4.csv
+}
+
+energy_from_nowhere_is_told() {
+  has all/verdict.txt 'warning: adaptive5 gains energy' && has all/verdict.txt 'not stable for fast oscillations' || return 1
+  column all/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.01 { gained = 1 } END { exit !gained }'
 }
 
 orders_are_those_of_the_methods() {
@@ -116,7 +135,7 @@ the_reference_is_known() {
 
 # A coarse reference must hold its tongue: one that was refined no more than it must knows little.
 a_poor_reference_tells_less() {
-  expect 0 "$flesh" accuracy bar.yaml --quick --out poor --methods midpoint --steps 1/25,1/1600 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out poor --methods midpoint --steps 1/25,1/1600 \
     --reference-seconds 1e-6 || return 1
   has poor/verdict.txt 'midpoint  *step=1/1600 .* error below the reference' || return 1
   column poor/accuracy.csv status midpoint | tail -n 1 | grep -q '^below reference$' || return 1
@@ -125,14 +144,16 @@ a_poor_reference_tells_less() {
 
 # The errors are those of `flesh run`: the named command, compared with a much finer run.
 the_named_command_repeats_a_run() {
-  command=$(grep -m 1 -o 'flesh run .*time.method=midpoint.*' all/verdict.txt)
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out one --methods midpoint --steps 1/25,1/50,1/100 --reference-seconds 0.1 ||
+    return 1
+  command=$(grep -m 1 -o 'flesh run .*time.method=midpoint.*' one/verdict.txt)
   [ -n "$command" ] || { cat all/verdict.txt; return 1; }
   sh -c "\"$flesh\" ${command#flesh } --out named --no-frames --quiet" || return 1
   expect 0 "$flesh" run bar.yaml --set time.method=midpoint --set time.step=1/6400 --out fine --no-frames --quiet || return 1
   setting=$(echo "$command" | sed 's/.*time.step=//')
   told=$(awk -F , -v s="step=$setting" '
     NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
-    $1 == "midpoint" && $2 == s { print $at["error_position_max"]; exit }' all/accuracy.csv)
+    $1 == "midpoint" && $2 == s { print $at["error_position_max"]; exit }' one/accuracy.csv)
   grep -v '^#' named/state.txt >one.txt
   grep -v '^#' fine/state.txt >two.txt
   # At the end no node is off by more than at the worst time, and the worst is not far above.
@@ -154,7 +175,7 @@ tight_solves_change_less() {
 
 # Killed after its third row or so; what was done stays as it was.
 resuming_goes_on() {
-  set -- accuracy bar.yaml --quick --out more --methods $fixed --steps 1/25,1/50,1/100,1/200,1/400,1/800,1/1600 \
+  set -- accuracy bar.yaml --quick --repeat 1 --out more --methods $fixed --steps 1/25,1/50,1/100,1/200,1/400,1/800,1/1600 \
     --reference-seconds 1
   "$flesh" "$@" >stdout.txt 2>stderr.txt &
   run=$!
@@ -189,9 +210,22 @@ resuming_refuses_what_changed() {
   cmp before.json more/accuracy.json
 }
 
+a_spent_budget_is_a_row() {
+  set -- accuracy bar.yaml --resume --quick --out spent --methods midpoint --reference-seconds 0.1 --repeat 1
+  expect 0 "$flesh" "$@" --steps 1/25,1/50 || return 1
+  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/12800 --max-seconds 1e-3 || return 1
+  [ "$(column spent/accuracy.csv status midpoint | tr '\n' ' ')" = 'complete complete out of budget ' ] || {
+    cat spent/accuracy.csv
+    return 1
+  }
+  # With a larger one it is done.
+  expect 0 "$flesh" "$@" --steps 1/25,1/50,1/6400,1/12800 || return 1
+  ! grep -q 'out of budget' spent/accuracy.csv
+}
+
 a_run_that_fails_is_a_row() {
   # From falling fast, single long steps of one iteration without halvings do not converge.
-  expect 0 "$flesh" accuracy bar.yaml --quick --out fails --methods backward-euler,bdf2,midpoint --steps 1/2,1/1000 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out fails --methods backward-euler,bdf2,midpoint --steps 1/2,1/1000 \
     --reference-seconds 1 --set solver.max_newton=3 --set solver.max_halvings=0 || return 1
   column fails/accuracy.csv status backward-euler | grep -q '^failed$' &&
     column fails/accuracy.csv status backward-euler | grep -q '^complete$'
@@ -216,13 +250,15 @@ bad_usage_is_refused() {
 
 without_gnuplot_the_figures_stand() {
   mkdir -p bin
-  PATH=$work/bin expect 0 "$flesh" accuracy bar.yaml --quick --out plain --methods midpoint --steps 1/25,1/50 \
+  PATH=$work/bin expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out plain --methods midpoint --steps 1/25,1/50 \
     --reference-seconds 0.1 || return 1
   has stderr.txt 'gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] && [ -s plain/accuracy.csv ]
 }
 
 tests='the_table_is_complete
 errors_fall_with_the_step
+errors_follow_the_tolerance
+energy_from_nowhere_is_told
 orders_are_those_of_the_methods
 the_reference_is_known
 a_poor_reference_tells_less
@@ -231,6 +267,7 @@ shares_are_answered
 tight_solves_change_less
 resuming_goes_on
 resuming_refuses_what_changed
+a_spent_budget_is_a_row
 a_run_that_fails_is_a_row
 bad_usage_is_refused
 without_gnuplot_the_figures_stand'
