@@ -210,17 +210,6 @@ static void show(const char *words)
   fflush(stderr);
 }
 
-/* Two methods may agree and err alike: they are not known better than to their own last change. */
-static void widen(double estimate, flesh_accuracy_errors *u)
-{
-  double factor = u->position_rms > 0 ? fmax(1, estimate / u->position_rms) : 1;
-  u->position_rms = fmax(u->position_rms, estimate);
-  u->position_max *= factor;
-  u->tip *= factor;
-  u->volume *= factor;
-  u->energy = factor * fabs(u->energy);
-}
-
 /* Compares with the first and measures the second against it. */
 static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[2],
                   flesh_accuracy_track *reference)
@@ -241,7 +230,7 @@ static int settle(flesh_accuracy_plan *plan, const char *paths[2], made results[
                            &about->uncertainty);
     about->apart = about->uncertainty.position_rms;
     about->change = results[first].estimate;
-    widen(results[first].estimate, &about->uncertainty);
+    flesh_accuracy_widen(results[first].estimate, &about->uncertainty);
     snprintf(about->first, sizeof about->first, "%s", results[first].words);
     snprintf(about->second, sizeof about->second, "%s", results[!first].words);
     about->seconds = results[0].seconds + results[1].seconds;

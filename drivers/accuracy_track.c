@@ -259,3 +259,13 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
     grow(&errors->energy, energy);
   }
 }
+
+void flesh_accuracy_widen(double estimate, flesh_accuracy_errors *u)
+{
+  double factor = u->position_rms > 0 ? fmax(1, estimate / u->position_rms) : 1;
+  u->position_rms = fmax(u->position_rms, estimate);
+  u->position_max *= factor;
+  u->tip *= factor;
+  u->volume *= factor;
+  u->energy = factor * fabs(u->energy);
+}

@@ -73,6 +73,11 @@ void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
                             const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
                             const flesh_accuracy_track *reference, flesh_accuracy_errors *errors);
 
+/* The uncertainty of a reference that differs from another by `u` and changed by `estimate` (rms)
+ * when it was refined last: two methods may agree and err alike, so none is known better than to
+ * its own last change. */
+void flesh_accuracy_widen(double estimate, flesh_accuracy_errors *u);
+
 /* What an integration cost. */
 typedef struct flesh_accuracy_cost {
   long steps, rejected, residuals, assemblies, newton, linear;
