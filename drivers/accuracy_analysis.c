@@ -22,8 +22,8 @@ void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan)
         const flesh_accuracy_row *other = &plan->rows[b];
         if (a == b || !judged(other)) continue;
         const flesh_accuracy_figures *f = &row->figures, *g = &other->figures;
-        double mine = kind ? (double)f->residuals : f->wall_s_min;
-        double its = kind ? (double)g->residuals : g->wall_s_min;
+        double mine = kind ? (double)f->residuals : f->cpu_s;
+        double its = kind ? (double)g->residuals : g->cpu_s;
         int no_worse = its <= mine && g->errors.position_rms <= f->errors.position_rms;
         int better = its < mine || g->errors.position_rms < f->errors.position_rms;
         /* Of two that are alike in everything the first stays. */

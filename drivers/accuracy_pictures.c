@@ -184,20 +184,20 @@ static int draw_energy(const flesh_accuracy_plan *plan)
   if (status) return status;
   FILE *stream = file.stream;
   begin(stream, name, "Energy lost (open) and gained (filled) against the time it takes", 640);
-  label(stream, "x", "time of the integration [s]");
+  label(stream, "x", "processor time of the integration [s]");
   label(stream, "y", "largest difference of energy [% of the largest kinetic energy]");
   fputs("set yrange [*:1000]\nset logscale xy\nset format xy '%g'\nplot ", stream);
   for (int m = 0; m < plan->method_count; m++) {
     const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
     if (!has_runs(plan, plan->methods[m], 1)) continue;
     if (count++) fputs(", \\\n     ", stream);
-    rows_of(stream, method->name, "column('wall_s_min')", "100*abs(column('energy_drift'))");
+    rows_of(stream, method->name, "column('cpu_s')", "100*abs(column('energy_drift'))");
     fprintf(stream, " with lines lw 2 lc rgb '%s' title '%s', \\\n     ", method->colour,
             method->name);
-    rows_of(stream, method->name, "column('wall_s_min')",
+    rows_of(stream, method->name, "column('cpu_s')",
             "column('energy_drift') > 0 ? 100*column('energy_drift') : NaN");
     fprintf(stream, " with points pt 7 ps 1.4 lc rgb '%s' notitle, \\\n     ", method->colour);
-    rows_of(stream, method->name, "column('wall_s_min')",
+    rows_of(stream, method->name, "column('cpu_s')",
             "column('energy_drift') < 0 ? -100*column('energy_drift') : NaN");
     fprintf(stream, " with points pt 6 ps 1.4 lw 2 lc rgb '%s' notitle", method->colour);
   }
@@ -308,7 +308,7 @@ int flesh_accuracy_draw(const flesh_accuracy_plan *plan)
 {
   drop_pictures(plan);
   int status =
-      draw_work(plan, "work_time", "wall_s_min", "time of the integration [s]", "front_time");
+      draw_work(plan, "work_time", "cpu_s", "processor time of the integration [s]", "front_time");
   if (!status)
     status = draw_work(plan, "work_residuals", "residual_evaluations", "residual evaluations",
                        "front_residuals");

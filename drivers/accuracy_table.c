@@ -124,7 +124,7 @@ static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
   int counted = row->done && !f->crashed_by;
   const long counts[] = {f->steps, f->rejected, f->residuals, f->assemblies, f->linear};
   for (int c = 0; c < 5; c++) cell(counted ? (double)counts[c] : NAN, c == 1 ? 6 : 8, "%.0f");
-  cell(f->wall_s_min, 8, "%.3g");
+  cell(f->cpu_s, 8, "%.3g");
   cell(f->errors.position_rms, 9, "%.2e");
   cell(100 * f->errors.position_rms / plan->reference.scale.motion, 8, "%.3g");
   cell(100 * f->errors.energy, 9, "%+.2g");
@@ -136,10 +136,10 @@ static void print_row(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
 static void print_head(const char *last, const char *last_unit)
 {
   printf("\n%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "method", "setting",
-         "status", "steps", "reject", "residual", "Hessian", "linear", "wall", "error", "of the",
+         "status", "steps", "reject", "residual", "Hessian", "linear", "cpu", "error", "of the",
          "energy", last);
   printf("%-18s %-30s %-15s %8s %6s %8s %8s %8s %8s %9s %8s %9s %9s\n", "", "", "", "", "", "evals",
-         "assembl.", "iter.", "s, min", "rms m", "motion %", "drift %", last_unit);
+         "assembl.", "iter.", "s", "rms m", "motion %", "drift %", last_unit);
 }
 
 void flesh_accuracy_print_table(const flesh_accuracy_plan *plan)

@@ -31,7 +31,7 @@ static const flesh_accuracy_row *cheapest(const flesh_accuracy_plan *plan, int m
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_accuracy_row *row = &plan->rows[k];
     if ((method >= 0 && row->method != method) || !reaches(row, error)) continue;
-    if (!best || row->figures.wall_s_min < best->figures.wall_s_min) best = row;
+    if (!best || row->figures.cpu_s < best->figures.cpu_s) best = row;
   }
   return best;
 }
@@ -60,8 +60,7 @@ static double between(const flesh_accuracy_plan *plan, int method, double error)
     if (before && e <= error) {
       double eb = before->figures.errors.position_rms;
       double share = log(eb / error) / log(eb / e);
-      return before->figures.wall_s_min *
-             pow(row->figures.wall_s_min / before->figures.wall_s_min, share);
+      return before->figures.cpu_s * pow(row->figures.cpu_s / before->figures.cpu_s, share);
     }
     if (e <= error) return NAN; /* its coarsest run is better already */
     before = row;
@@ -71,7 +70,7 @@ static double between(const flesh_accuracy_plan *plan, int method, double error)
 
 static void say_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, FILE *stream)
 {
-  SAY("%s in %.3g s, %ld steps, error ", row->setting, row->figures.wall_s_min, row->figures.steps);
+  SAY("%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
   if (row->figures.below) SAY("below the reference's uncertainty");
   else SAY("%.2g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
   if (row->figures.errors.energy > 0.01) SAY(", gains energy");
@@ -99,8 +98,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
     SAY("  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
     if (row) {
       say_run(plan, row, stream);
-      if (row != best)
-        SAY("; %.3g times as much", row->figures.wall_s_min / best->figures.wall_s_min);
+      if (row != best) SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
       else SAY("  <- cheapest");
     } else if ((row = most_accurate(plan, plan->methods[m]))) {
       SAY("not reached; its best: ");
@@ -117,7 +115,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
   double curve = between(plan, euler, error) / between(plan, best->method, error);
   if (slow && best->method != euler) {
     SAY("  Backward Euler costs %.3g times as much in time and %.3g times the steps",
-        slow->figures.wall_s_min / best->figures.wall_s_min,
+        slow->figures.cpu_s / best->figures.cpu_s,
         (double)slow->figures.steps / (double)best->figures.steps);
     if (isfinite(curve)) SAY(" (%.3g times in time, interpolated between settings)", curve);
     SAY(".\n");
@@ -125,7 +123,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
     SAY("  Backward Euler costs more than %.3g times as much: that is what its best run took, "
         "which "
         "does not reach it.\n",
-        slow->figures.wall_s_min / best->figures.wall_s_min);
+        slow->figures.cpu_s / best->figures.cpu_s);
     slow = NULL;
   }
   SAY("  to repeat: ");
@@ -187,7 +185,7 @@ static void say_price(const flesh_accuracy_plan *plan, const flesh_accuracy_row 
     SAY("%s\n", flesh_accuracy_status_word(row));
     return;
   }
-  SAY("%.3g s, %ld Hessians, %ld linear iterations", f->wall_s_min, f->assemblies, f->linear);
+  SAY("%.3g s, %ld Hessians, %ld linear iterations", f->cpu_s, f->assemblies, f->linear);
   if (row->group == FLESH_ACCURACY_MESH)
     SAY("; the tip elsewhere by %.2e m, the volume by %.2g %%", f->errors.tip,
         100 * f->errors.volume);
@@ -215,8 +213,8 @@ static void say_prices(const flesh_accuracy_plan *plan, FILE *stream)
         "mesh\n");
 }
 
-/* Times are those of a quiet machine or nobody's. */
-static void say_load(const flesh_accuracy_plan *plan, FILE *stream)
+/* Wall times are those of a quiet machine or nobody's; flesh runs on one processor. */
+static void say_times(const flesh_accuracy_plan *plan, FILE *stream)
 {
   double wall = 0, cpu = 0;
   for (int k = 0; k < plan->row_count; k++)
@@ -224,11 +222,10 @@ static void say_load(const flesh_accuracy_plan *plan, FILE *stream)
       wall += plan->rows[k].figures.wall_s_min;
       cpu += plan->rows[k].figures.cpu_s;
     }
+  SAY("times: processor time of the integration alone");
   if (cpu > 0 && wall > 1.2 * cpu)
-    SAY("warning: the machine was busy: the runs took %.1f times their processor time, so the "
-        "times are "
-        "doubtful; cpu_s in accuracy.csv is less so\n",
-        wall / cpu);
+    SAY(". The machine was busy: on the wall the runs took %.1f times that", wall / cpu);
+  SAY("\n");
 }
 
 static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
@@ -260,7 +257,7 @@ int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan)
   if (status) return status;
   FILE *stream = file.stream;
   say_reference(plan, stream);
-  say_load(plan, stream);
+  say_times(plan, stream);
   for (size_t s = 0; s < sizeof shares / sizeof shares[0]; s++) say_target(plan, shares[s], stream);
   say_orders(plan, stream);
   say_gains(plan, stream);

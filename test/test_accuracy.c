@@ -152,7 +152,7 @@ static void a_reference_is_known_no_better_than_its_change(void)
 
 /* Runs of one method with given errors and costs. */
 static void fill(flesh_accuracy_plan *plan, int count, const double *steps, const double *errors,
-                 const double *walls)
+                 const double *seconds)
 {
   plan->rows = calloc((size_t)count, sizeof *plan->rows);
   plan->row_count = count;
@@ -162,8 +162,8 @@ static void fill(flesh_accuracy_plan *plan, int count, const double *steps, cons
     plan->rows[k].value = steps[k];
     plan->rows[k].done = 1;
     plan->rows[k].figures.errors.position_rms = errors[k];
-    plan->rows[k].figures.wall_s_min = walls[k];
-    plan->rows[k].figures.residuals = (long)(100 / walls[k]);
+    plan->rows[k].figures.cpu_s = seconds[k];
+    plan->rows[k].figures.residuals = (long)(100 / seconds[k]);
   }
 }
 
@@ -171,10 +171,10 @@ static void orders_are_fitted_where_they_hold(void)
 {
   /* error = 3 h^2, but for one of half the motion and one that the reference cannot tell. */
   const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001};
-  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9}, walls[] = {1, 2, 3, 4, 5, 6};
+  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9}, seconds[] = {1, 2, 3, 4, 5, 6};
   flesh_accuracy_plan plan = {0};
   flesh_accuracy_fit fit;
-  fill(&plan, 6, steps, errors, walls);
+  fill(&plan, 6, steps, errors, seconds);
   flesh_accuracy_fit_order(&plan, 0, &fit);
   CHECK(fit.points == 4);
   CHECK_NEAR(fit.slope, 2, 1e-12);
@@ -202,9 +202,9 @@ static void orders_are_fitted_where_they_hold(void)
 static void fronts_hold_what_nothing_beats(void)
 {
   const double steps[] = {1, 2, 3, 4, 5, 6};
-  const double errors[] = {1e-1, 1e-2, 2e-2, 1e-3, 1e-3, 5}, walls[] = {1, 2, 3, 4, 4, 0.1};
+  const double errors[] = {1e-1, 1e-2, 2e-2, 1e-3, 1e-3, 5}, seconds[] = {1, 2, 3, 4, 4, 0.1};
   flesh_accuracy_plan plan = {0};
-  fill(&plan, 6, steps, errors, walls);
+  fill(&plan, 6, steps, errors, seconds);
   flesh_accuracy_find_fronts(&plan);
   const int on_time[] = {1, 1, 0,
                          1, 0, 0}; /* the fifth is the fourth again, the sixth is useless */
