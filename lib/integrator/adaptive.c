@@ -17,7 +17,7 @@
 const flesh_method_row flesh_method_adaptive = {0}, flesh_method_calm_adaptive = {0};
 
 /* Growth of energy that is told, as a share of the largest kinetic energy. */
-static const double gain_to_tell = 0.02;
+static const double gain_to_tell = 0.05;
 
 struct flesh_adaptive {
   const flesh_system *system;
