@@ -49,7 +49,8 @@ static void open_owned(const test_body *b, flesh_linear_solver linear, int spars
   *o = (owned){0};
   CHECK(!flesh_suncontext_create(&o->context));
   CHECK_OK(flesh_ida_problem_create(b->system, &options, &o->problem));
-  o->y = N_VNew_Serial(2 * b->n, o->context);
+  if (sparse) o->y = N_VNew_Serial(2 * b->n, o->context); /* any serves */
+  else CHECK_OK(flesh_ida_vector_create(o->problem, o->context, &o->y));
   o->yp = N_VClone(o->y);
   o->atol = N_VClone(o->y);
   o->ida = IDACreate(o->context);

@@ -2,7 +2,6 @@
 #include "integrator/adaptive.h"
 
 #include <math.h>
-#include <nvector/nvector_serial.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,17 +49,16 @@ void flesh_adaptive_options_default(flesh_adaptive_options *options)
 static int make_sundials(flesh_adaptive *self)
 {
   if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
-  self->y = N_VNew_Serial(2 * (sunindextype)self->n, self->context);
-  if (self->y) {
-    self->yp = N_VClone(self->y);
-    self->atol = N_VClone(self->y);
-    self->errors = N_VClone(self->y);
-  }
+  int status = flesh_ida_vector_create(self->problem, self->context, &self->y);
+  if (status) return status;
+  self->yp = N_VClone(self->y);
+  self->atol = N_VClone(self->y);
+  self->errors = N_VClone(self->y);
   self->ida = IDACreate(self->context);
-  if (!self->y || !self->yp || !self->atol || !self->errors || !self->ida)
+  if (!self->yp || !self->atol || !self->errors || !self->ida)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for IDA on %d unknowns", 2 * self->n);
   flesh_ida_silence(self->context, self->ida);
-  int status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
+  status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
   return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
 }
 
