@@ -359,7 +359,7 @@ static void bad_options_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* Order 5 at a loose tolerance feeds a nearly incompressible bar; order 2 does not. */
+/* Order 5 at a loose tolerance feeds a nearly incompressible bar that is let go twisted by 1 rad; order 2 does not. */
 static void growing_energy_is_warned_about(void)
 {
   for (int order = 2; order <= 5; order += 3) {
@@ -370,7 +370,12 @@ static void growing_energy_is_warned_about(void)
     CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(flesh_system_finish(b.system));
-    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 1e-2, order);
+    for (int i = 0; i < b.n / 3; i++) {
+      double *x = b.state.x + 3 * i, y = x[1] - 0.125, z = x[2] - 0.125;
+      x[1] = 0.125 + cos(x[0]) * y - sin(x[0]) * z;
+      x[2] = 0.125 + sin(x[0]) * y + cos(x[0]) * z;
+    }
+    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 3e-3, order);
     for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
     const char *warning = flesh_integrator_warning(integrator);
     double gain = flesh_integrator_energy_gain(integrator);

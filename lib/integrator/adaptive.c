@@ -184,8 +184,8 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   first = fmax(first, 1e-9 * fmin(ahead, event - state->t));
   int failed = IDASVtolerances(self->ida, 0, self->atol);
   failed |= IDASetMaxOrd(self->ida, options->max_order);  /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
-   * a fifth longer is worth the change. Above order 2 steps press against the limit of stability, and fail. */
-  failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 1.5 : 1.2);
+   * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
+  failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
   failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
   failed |= IDASetInitStep(self->ida, fmin(first, options->max_step));
   failed |= IDASetStopTime(self->ida, fmin(event, 1e300));
