@@ -5,10 +5,12 @@
 #include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_version.h>
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 #define FLESH_SUN_SUCCESS SUN_SUCCESS
+#define FLESH_SUNLS_FATAL SUN_ERR_EXT_FAIL
 static inline int flesh_suncontext_create(SUNContext *context)
 {
   return SUNContext_Create(SUN_COMM_NULL, context);
@@ -26,6 +28,7 @@ static inline void flesh_ida_silence(SUNContext context, void *ida)
 }
 #else
 #define FLESH_SUN_SUCCESS 0
+#define FLESH_SUNLS_FATAL SUNLS_PACKAGE_FAIL_UNREC
 static inline int flesh_suncontext_create(SUNContext *context)
 {
   return SUNContext_Create(NULL, context);

@@ -1,4 +1,7 @@
-/* ida_callbacks.c: the functions that IDA calls, the 2N sparse Jacobian, and the condensed matrix as a SUNMatrix. */
+/* ida_callbacks.c: the functions that IDA calls, its vector, the 2N sparse Jacobian, and the condensed matrix as a
+ * SUNMatrix. */
+#include <math.h>
+#include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
@@ -115,5 +118,26 @@ int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, S
   (*matrix)->ops->zero = matrix_zero;
   (*matrix)->ops->destroy = matrix_destroy;
   (*matrix)->content = problem;
+  return FLESH_OK;
+}
+
+/* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
+static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
+{
+  const sunindextype n = N_VGetLength(x_vector);
+  const double *x = N_VGetArrayPointer(x_vector), *w = N_VGetArrayPointer(w_vector);
+  double s[8] = {0};
+  sunindextype i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int l = 0; l < 8; l++) s[l] += (x[i + l] * w[i + l]) * (x[i + l] * w[i + l]);
+  for (; i < n; i++) s[0] += (x[i] * w[i]) * (x[i] * w[i]);
+  return sqrt((((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))) / (double)n);
+}
+
+int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)
+{
+  *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
+  if (!*y) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
+  (*y)->ops->nvwrmsnorm = weighted_norm;
   return FLESH_OK;
 }

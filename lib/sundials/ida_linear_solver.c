@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "sparse/block_matrix.h"
+#include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 
 typedef struct solver {
@@ -30,11 +31,18 @@ static int solver_initialize(SUNLinearSolver S)
   return 0;
 }
 
+/* IDA takes a status that it does not know for success, whatever its sign. */
+static int known_flag(solver *self, int status)
+{
+  self->last_flag = status;
+  return status == FLESH_OK ? FLESH_SUN_SUCCESS : status > 0 ? SUNLS_CONV_FAIL : FLESH_SUNLS_FATAL;
+}
+
 static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  return self->last_flag = flesh_ida_factor(self->problem);
+  return known_flag(self, flesh_ida_factor(self->problem));
 }
 
 static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
@@ -52,14 +60,14 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   for (int d = 0; d < n; d++) right[d] = problem->fixed[d] ? 0 : b2[d] + right[d] - Kfree1[d] / cj;
   double *w = problem->change;
   int status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
-  if (status) return self->last_flag = status;
+  if (status) return known_flag(self, status);
   for (int d = 0; d < n; d++) {
     int fixed = problem->fixed[d];
     double first = b1[d], second = b2[d];
     dx[d] = fixed ? first : w[d] + first / cj;
     dv[d] = fixed ? second : cj * w[d];
   }
-  return self->last_flag = FLESH_OK;
+  return known_flag(self, FLESH_OK);
 }
 
 static sunindextype solver_last_flag(SUNLinearSolver S) { return ((solver *)S->content)->last_flag; }
