@@ -56,6 +56,9 @@ typedef struct flesh_solver_options {
   /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number of
    * iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and fails. */
   int accept_unconverged;
+  /* 1: a calm body whose tets stay inverted, or wind once more around an edge, without a load that holds them so, has
+   * those nodes placed anew by their neighbours and the rest shape; counted in flesh_solve_stats. */
+  int untangle;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search, unconverged
@@ -67,6 +70,7 @@ typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   int at_rounding; /* solves that ended at rounding above the tolerance */
+  int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged; /* solves accepted without convergence (accept_unconverged) */
   double residual_first, residual_last, residual_target; /* 2-norms over the free dofs [N], last solve */
 } flesh_solve_stats;
