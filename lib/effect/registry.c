@@ -167,20 +167,20 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
 
 static const flesh_effect_row rows[] = {
     {"inertia", "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
-     no_keys, 0, "{}", add_inertia},
+     no_keys, 0, "{}", add_inertia, 1},
     {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
-     no_keys, 0, "{}", add_elasticity},
+     no_keys, 0, "{}", add_elasticity, 1},
     {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
-     sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity},
+     sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity, 0},
     {"pin", "Nodes, or single components of them, held at their rest positions.", pin_keys,
-     sizeof(pin_parameters), "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}", add_pin},
+     sizeof(pin_parameters), "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}", add_pin, 0},
     {"handle", "Nodes that follow a keyframed motion.", handle_keys, sizeof(handle_parameters),
      "{sphere: {centre: [1, 1, 1], radius: 0.1}, motion: [{time: 0}, {time: 1, translation: "
      "[0.1, 0, 0], rotation: [0, 0, 0.5]}]}",
-     add_handle},
+     add_handle, 0},
     {"drag", "A spring from a point of the body to a moving target: the mouse pull.", drag_keys,
      sizeof(drag_parameters),
-     "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}", add_drag},
+     "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}", add_drag, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

@@ -16,6 +16,7 @@ typedef struct flesh_effect_row {
   const char *sample; /* for the unit cube [0,1]^3, "{...}" */
   /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller knows them). */
   int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
+  int once; /* of the whole body: a scene names it once at most */
 } flesh_effect_row;
 
 /* All rows, in the order of the docs; *count of them. */
