@@ -169,6 +169,23 @@ check_differentiates() {
   awk 'NR == 2 { n = $3 } NR > 2 && $1 < $2 { exit 1 } END { exit NR - 2 != n }' dump/hessian.mtx
 }
 
+odd_meshes_and_solves_are_named() {
+  printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n5 5 5\ntets 1\n0 1 3 2\n' >odd.mesh
+  expect 0 "$flesh" run bar.yaml --out odd --set body.mesh=odd.mesh --set time.end=1/60 --no-frames || return 1
+  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' || return 1
+  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames || return 1
+  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
+}
+
+# A file system without room shows the same as a limit of the files' size.
+a_full_disk_leaves_only_whole_files() {
+  (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
+    has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1
+  (ulimit -f 8 && expect 3 "$flesh" run bar.yaml --out full --set body.mesh=bar.msh) || return 1
+  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' || return 1
+  ! find . -name 'big*' -o -name '*.vtu' -path './full/*' -o -name '*.part-*' | grep .
+}
+
 full_output_is_noticed() {
   [ -c /dev/full ] || return 0
   "$flesh" run --help >/dev/full 2>stderr.txt
@@ -191,6 +208,8 @@ sigterm_keeps_what_was_done
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
 check_differentiates
+odd_meshes_and_solves_are_named
+a_full_disk_leaves_only_whole_files
 full_output_is_noticed'
 # shellcheck disable=SC2086
 run_tests $tests
