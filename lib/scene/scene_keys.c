@@ -16,6 +16,7 @@ static const char *const methods[] = {"backward-euler", "static", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
+static const char *const filterings[] = {"trust", "clamp", "absolute", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
 
 const flesh_key flesh_material_table[] = {
@@ -220,6 +221,13 @@ static const flesh_key solver_table[] = {
      .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
             "shows, always, "
             "or never"},
+    {.name = "filtering",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, filtering),
+     .choices = filterings,
+     .default_value = "trust",
+     .doc = "what projection makes of negative eigenvalues: trust: zero where the last step went as "
+            "foretold, else their absolute values; clamp: zero; absolute: their absolute values"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),

@@ -38,6 +38,7 @@ struct flesh_problem {
   } potential;
   double *u_matrix;      /* [n] where K was assembled */
   int projected;         /* whether K is */
+  double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
@@ -48,7 +49,8 @@ struct flesh_problem {
 int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 /* Potential at u and the sum of its terms' absolute values. */
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
-/* Assembles K at u with constraints applied. */
+/* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
+ * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
