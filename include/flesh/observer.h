@@ -56,7 +56,7 @@ FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record
  * run with it, in order. *steps (may be NULL) receives the accepted steps. The state is always that of the last
  * success. */
 typedef struct flesh_run_options {
-  double h, end; /* s; h > 0, end >= state->t */
+  double h, end; /* s; h > 0, end >= state->t, fewer than INT_MAX steps */
   int observer_count;
   const flesh_observer *observers;
   int (*stop)(void *data);
