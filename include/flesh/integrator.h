@@ -1,4 +1,4 @@
-/* integrator.h: time stepping and statics. The integrator owns its KINSOL; a state is plain data. */
+/* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data. */
 #ifndef FLESH_INTEGRATOR_H
 #define FLESH_INTEGRATOR_H
 
@@ -40,8 +40,8 @@ FLESH_API void flesh_integrator_destroy(flesh_integrator **integrator);
 FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
 /* Takes the state from t to t+h (backward Euler: retried in halves when a solve fails; statics:
- * equilibrium at t+h, the load raised in increments when the full one fails), adding to *stats (may be NULL).
- * On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
+ * equilibrium at t+h, the load raised in increments when the full one fails), adding to *stats (may
+ * be NULL). On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 
