@@ -161,6 +161,15 @@ a_failed_solve_is_explained() {
   rows failed/state.txt 63 && [ "$(lines failed/history.csv)" -ge 2 ]
 }
 
+a_state_without_an_energy_is_explained() {
+  awk '{ if ($1 != "#") $1 = -$1; print }' out/bar/state.txt | sed '/^# t/d' >mirrored.txt
+  expect 4 "$flesh" run bar.yaml --out mirrored --set body.material.energy=B --start-state mirrored.txt || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: this energy has no value where' &&
+    has mirrored/result.json '"residual": null' || return 1
+  expect 7 "$flesh" run bar.yaml --out vast --set 'start.velocity=[1e200, 0, 0]' || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' && has vast/result.json '"exit_code": 7'
+}
+
 check_differentiates() {
   expect 0 "$flesh" check bar.yaml --dump dump || return 1
   has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
@@ -207,6 +216,7 @@ sigint_keeps_what_was_done
 sigterm_keeps_what_was_done
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
+a_state_without_an_energy_is_explained
 check_differentiates
 odd_meshes_and_solves_are_named
 a_full_disk_leaves_only_whole_files

@@ -137,7 +137,8 @@ typedef struct drag_parameters {
 
 static const flesh_key drag_keys[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(drag_parameters, point),
-     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates"},
+     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates; outside the body its "
+            "nearest surface point"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(drag_parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring"},
     {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(drag_parameters, target),
