@@ -54,6 +54,14 @@ int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
+/* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
+ * Overwrites K and the caches. Status > 0 when there is none. */
+int flesh_problem_acceleration(flesh_problem *problem, double t, const double *x, const double *v,
+                               double *a);
+/* The constrained dofs of x and v [3*n] take their prescribed values (read there only); a jump du_c moves the free ones
+ * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
+int flesh_problem_take_up(flesh_problem *problem, double t, const double *x_prescribed,
+                          const double *v_prescribed, double *x, double *v);
 /* 2-norm of the applied load over the free dofs at u. */
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */
