@@ -305,8 +305,7 @@ const flesh_key flesh_scene_table[] = {
      .offset = offsetof(flesh_scene_keys, effects),
      .default_value = "[]",
      .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "
-            "none; the same name "
-            "may stand several times"},
+            "none; the same name may stand several times, but for inertia and elasticity"},
     {.name = "time",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_scene_keys, time),
