@@ -30,7 +30,9 @@ typedef enum flesh_projection {
 typedef enum flesh_filtering {
   /* Zero where the quadratic model just foretold the decrease to a hundredth, else absolute values
    * (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
-  FLESH_FILTERING_TRUST,
+  FLESH_FILTERING_AUTO,    /* absolute values; in dynamics zero after a filtered step whose decrease
+                              the quadratic model foretold to a hundredth (Chen et al. 2024,
+                              "Trust-Region Eigenvalue Filtering") */
   FLESH_FILTERING_CLAMP,   /* zero */
   FLESH_FILTERING_ABSOLUTE /* absolute values */
 } flesh_filtering;
