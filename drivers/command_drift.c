@@ -190,7 +190,7 @@ int flesh_command_drift(int argc, char **argv)
   flesh_interrupt_watch();
   if (!status) status = compare(&plan);
   code = status ? flesh_command_fail("drift", status) : 0;
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+  if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
   free(plan.names);
   free(plan.cases);
   flesh_overrides_close(&overrides);
