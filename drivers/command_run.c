@@ -49,6 +49,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   if (figures->unconverged)
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
            figures->solves);
+  if (figures->untanglings)
+    printf("put back a calm tangle %ld times, %ld nodes in all (solver.untangle)\n", figures->untanglings,
+           figures->untangled_nodes);
   printf("results: %s\n", out);
 }
 

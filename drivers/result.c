@@ -56,6 +56,8 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->solves += stats->solves;
   figures->at_rounding += stats->at_rounding;
   figures->unconverged += stats->unconverged;
+  figures->untanglings += stats->untanglings;
+  figures->untangled_nodes += stats->untangled_nodes;
   if (record->step) {
     figures->residual = stats->residual_last;
     figures->residual_target = stats->residual_target;
@@ -211,6 +213,8 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);
   set_integer(object, "solves_unconverged", figures->unconverged);
+  set_integer(object, "untanglings", figures->untanglings);
+  set_integer(object, "untangled_nodes", figures->untangled_nodes);
   set_integer(object, "newton", figures->newton);
   set_integer(object, "linear", figures->linear);
   set_integer(object, "assemblies", figures->assemblies);

@@ -59,6 +59,9 @@ typedef struct flesh_solver_options {
    * of iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and
    * fails. */
   int accept_unconverged;
+  /* 1: a calm body whose tets stay inverted, or wind once more around an edge, without a load that holds them so, has
+   * those nodes placed anew by their neighbours and the rest shape; counted in flesh_solve_stats. */
+  int untangle;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
@@ -70,6 +73,7 @@ typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   int at_rounding; /* solves that ended at rounding above the tolerance */
+  int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged; /* solves accepted without convergence (accept_unconverged) */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
