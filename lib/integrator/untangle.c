@@ -100,6 +100,14 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
   return 0;
 }
 
+/* A body of which most is inverted, or most of the volume gone, has collapsed: its material's doing. */
+static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
+{
+  return tangled > flesh_mesh_tet_count(self->mesh) / 2 ||
+         flesh_mesh_volume(self->mesh, state->x) <
+             0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
+}
+
 /* Moved nodes take the mean velocity of the body: how fast they would move is not known. */
 static void settle_velocities(flesh_untangler *self, flesh_state *state)
 {
@@ -130,9 +138,7 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
     self->attempts = 0;
     return 0;
   }
-  /* A body of which most is inverted has collapsed, which is its material's doing. */
-  if (self->attempts >= ATTEMPT_LIMIT || count > flesh_mesh_tet_count(self->mesh) / 2 ||
-      is_held(self, state, tangled))
+  if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) || is_held(self, state, tangled))
     return 0;
   flesh_system_fixed(self->system, state->t, self->fixed);
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
