@@ -143,6 +143,15 @@ interrupted() {
 }
 sigint_keeps_what_was_done() { interrupted INT 130; }
 sigterm_keeps_what_was_done() { interrupted TERM 143; }
+# As when a remote terminal goes away; under nohup it is none of our business.
+sighup_keeps_what_was_done() { interrupted HUP 129; }
+nohup_goes_on() {
+  (trap '' HUP; exec "$flesh" run bar.yaml --out nohup --set time.end=2 --quiet) &
+  run=$!
+  sleep 0.2
+  kill -HUP "$run"
+  wait "$run" && has nohup/result.json '"status": "complete"'
+}
 
 a_spent_budget_keeps_what_was_done() {
   expect 6 "$flesh" run bar.yaml --out budget --set time.end=1e5 --max-seconds 0.3 --no-frames || return 1
@@ -214,6 +223,8 @@ bad_meshes_are_refused
 a_bad_place_is_refused_before_solving
 sigint_keeps_what_was_done
 sigterm_keeps_what_was_done
+sighup_keeps_what_was_done
+nohup_goes_on
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
 a_state_without_an_energy_is_explained
