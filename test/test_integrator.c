@@ -342,6 +342,36 @@ static void statics_reach_far_handles(void)
     }
 }
 
+/* A load that the solver cannot take at once is raised in parts; a linear solve that is cut short still helps. Both end
+ * where the unhindered solve does. */
+static void hindered_statics_arrive(void)
+{
+  double *free_solution = NULL;
+  for (int hindrance = 0; hindrance < 3; hindrance++) {
+    test_body b;
+    flesh_solver_options options = tight(1e-11);
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    make_bar(FLESH_ENERGY_S, 0.4, FLESH_MASS_LUMPED, 0, &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    if (hindrance == 1) options.max_newton = 8;
+    if (hindrance == 2) options.max_linear = 12;
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+    printf("# %d solves, %d Newton, %d linear iterations\n", stats.solves, stats.newton, stats.linear);
+    CHECK((stats.solves > 2) == (hindrance == 1));
+    if (!hindrance) {
+      CHECK(stats.newton > 8 && stats.linear > 12 * stats.newton); /* or else nothing is hindered */
+      free_solution = malloc((size_t)b.n * sizeof *free_solution);
+      memcpy(free_solution, b.state.x, (size_t)b.n * sizeof *free_solution);
+    }
+    CHECK_BELOW(test_distance(b.n, b.state.x, free_solution), 1e-9);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+  free(free_solution);
+}
+
 /* The spring's pull is what the clamp holds; let go, the body comes back. */
 static void drags_pull_and_let_go(void)
 {
@@ -566,6 +596,7 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step),
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(impossible_statics_leave_the_state), TEST(handles_move_and_pins_release), TEST(statics_reach_far_handles),
+                   TEST(hindered_statics_arrive),
                    TEST(drags_pull_and_let_go), TEST(unused_nodes_stay),
                    TEST(threads_share_a_system_and_give_the_same_bits), TEST(steps_allocate_nothing),
                    TEST(bad_arguments_are_sentences));
