@@ -104,12 +104,12 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_B, FLESH_ENERGY_NEO};
   for (int e = 0; e < 2; e++)
-    for (int method = 0; method < 2; method++) {
+    for (flesh_method method = 0; flesh_method_name(method); method++) {
       test_body b;
       flesh_solver_options options = tight(1e-6);
       flesh_integrator *integrator = NULL;
       flesh_solve_stats stats = {0};
-      make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, 1 - method, &b);
+      make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, method != FLESH_METHOD_STATIC, &b);
       CHECK_OK(flesh_system_finish(b.system));
       for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1;
       test_jitter(b.n, 1, 1, b.state.v);
@@ -117,8 +117,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       double *x = malloc((size_t)b.n * sizeof *x), *v = malloc((size_t)b.n * sizeof *v);
       memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
       memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
-      CHECK_OK(flesh_integrator_create(b.system, method ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
-                                       &integrator));
+      CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
       CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats) == FLESH_ERR_SOLVE);
       printf("# %s\n", flesh_error_text());
       CHECK_TEXT(flesh_error_text(), "at t = ");
@@ -127,9 +126,10 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       CHECK_TEXT(flesh_error_text(), "smallest J = -1");
       CHECK_TEXT(flesh_error_text(), "in tet ");
       const flesh_failure *failure = flesh_integrator_failure(integrator);
-      CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0 && failure->halvings == 8);
+      CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0);
+      CHECK(failure->halvings == (failure->t == 0.25 ? 0 : 8)); /* where not even the start has an acceleration: 0 */
       CHECK_NEAR(failure->worst_J, -1, 1e-12);
-      CHECK(failure->worst_position[0] < 0 && failure->t > 0.25);
+      CHECK(failure->worst_position[0] < 0 && failure->t >= 0.25);
       CHECK(failure->worst_node == -1); /* no residual exists */
       CHECK(stats.newton == 0 && stats.residuals < 50);
       CHECK(!memcmp(x, b.state.x, (size_t)b.n * sizeof *x) && !memcmp(v, b.state.v, (size_t)b.n * sizeof *v));
@@ -518,7 +518,7 @@ void *realloc(void *memory, size_t size)
   return __libc_realloc(memory, size);
 }
 
-static void steps_allocate_nothing(void)
+static void check_allocations(flesh_method method)
 {
   test_body b;
   flesh_solver_options options = tight(1e-6);
@@ -526,7 +526,7 @@ static void steps_allocate_nothing(void)
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
   CHECK_OK(flesh_system_finish(b.system));
   long before = requests;
-  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
   CHECK(requests > before); /* the count counts */
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
   before = requests;
@@ -535,10 +535,16 @@ static void steps_allocate_nothing(void)
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
   }
   CHECK(requests == before);
-  printf("# %ld requests for memory in five steps\n", requests - before);
+  printf("# %s: %ld requests for memory in five steps\n", flesh_method_name(method), requests - before);
   CHECK(flesh_integrator_memory(integrator) > 0);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
+}
+
+static void steps_allocate_nothing(void)
+{
+  for (flesh_method method = 0; flesh_method_name(method); method++)
+    if (method != FLESH_METHOD_STATIC) check_allocations(method);
 }
 #else
 static void steps_allocate_nothing(void) { printf("# not tested: this build has a malloc of its own\n"); }

@@ -104,8 +104,9 @@ static int settle_time(flesh_scene *scene)
   }
   if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
-                                   scene->keys.time.end};
-  return FLESH_OK;
+                                   scene->keys.time.end, scene->keys.time.options};
+  int status = flesh_method_options_check(&scene->time.options);
+  return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }
 
 static int read_start(flesh_scene *scene)
@@ -188,7 +189,7 @@ int flesh_scene_read(const char *path, int count, const char *const *overrides, 
 
 void flesh_scene_destroy(flesh_scene **scene)
 {
-  if (!*scene) return;
+  if (!scene || !*scene) return;
   flesh_system_destroy(&(*scene)->system);
   flesh_mesh_destroy(&(*scene)->mesh);
   flesh_arena_free(&(*scene)->arena);

@@ -123,6 +123,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
+  self->model_ratio = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
@@ -203,11 +204,19 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
   return FLESH_OK;
 }
 
+/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". */
+static int filter_of(const flesh_problem *self)
+{
+  if (self->options.filtering == FLESH_FILTERING_CLAMP) return FLESH_PROJECTED_CLAMP;
+  if (self->options.filtering == FLESH_FILTERING_ABSOLUTE) return FLESH_PROJECTED_ABSOLUTE;
+  return fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
+}
+
 int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 {
   flesh_point point = point_at(self, u);
   flesh_shift shift = self->stage.shift;
-  shift.project = project;
+  shift.project = project ? filter_of(self) : FLESH_PROJECTED_NOT;
   self->stats.assemblies++;
   self->stats.projections += project;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
@@ -275,43 +284,4 @@ size_t flesh_problem_memory(const flesh_problem *self)
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
-}
-
-/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
-static const double decrease = 1e-4;
-
-int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
-{
-  double slope = 0, start, magnitude;
-  for (int d = 0; d < self->n; d++) slope += r[d] * p[d];
-  if (!(slope < 0)) return FLESH_NOT_POSITIVE;
-  int status = flesh_problem_potential(self, u, &start, &magnitude);
-  if (status) return status;
-  double rounding = 1e-13 * magnitude;
-  for (double scale = 1; scale > 1e-14;) {
-    double value, ignored;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
-    status = flesh_problem_potential(self, self->step, &value, &ignored);
-    if (status < 0) return status;
-    if (!status) {
-      int accepted = value <= start + decrease * scale * slope;
-      /* Where the expected decrease drowns in rounding, the slope at the end tells what the values
-       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
-      if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
-          !flesh_problem_residual(self, self->step, self->work)) {
-        double end = 0;
-        for (int d = 0; d < self->n; d++) end += self->work[d] * p[d];
-        accepted = end <= -(1 - 2 * decrease) * slope;
-      }
-      if (accepted) {
-        for (int d = 0; d < self->n; d++) p[d] *= scale;
-        return FLESH_OK;
-      }
-    }
-    self->stats.backtracks++;
-    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
-    double parabola = status ? 0.5 : -slope * scale / (2 * (value - start - scale * slope));
-    scale *= fmin(fmax(parabola, 0.1), 0.5);
-  }
-  return FLESH_NOT_CONVERGED;
 }
