@@ -136,6 +136,11 @@ static void matched_bodies_keep_their_volume(void)
                                   FLESH_MASS_CONSISTENT, dynamic, &b));
         CHECK_OK(flesh_system_finish(b.system));
         flesh_method method = dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC;
+        for (int i = 0; i < b.n / 3; i++) { /* turned, so that the residual is rounding instead of 0 */
+          double *x = b.state.x + 3 * i, before = x[0];
+          x[0] = cos(0.7) * before - sin(0.7) * x[1];
+          x[1] = sin(0.7) * before + cos(0.7) * x[1];
+        }
         flesh_solve_stats stats = {0};
         CHECK_OK(run(&b, method, &options, 1. / 60, 5, &stats));
         most = stats.linear > most ? stats.linear : most;
