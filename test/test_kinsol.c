@@ -311,6 +311,7 @@ static void jacobian_is_the_residuals(void)
     }
   printf("# the Jacobian is off by %.2g of its largest entry\n", worst / size);
   CHECK_BELOW(worst, 1e-9 * size);
+  N_VConst(0, v);
   test_jitter(n, 1, 4, N_VGetArrayPointer(v));
   flesh_sunboolean fresh = 1;
   CHECK(flesh_kinsol_jacobian_times(v, Jv, s.u, &fresh, s.problem) == 0);
