@@ -183,8 +183,10 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
   if (r->progress) fputs("\r\033[K", stderr);
-  if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR) {
+  if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR ||
+      status == FLESH_ERR_NONFINITE) {
     const flesh_failure *failure = flesh_integrator_failure(r->integrator);
+    if (failure && !failure->status) failure = NULL; /* a step that was taken made the number */
     outcome->has_failure = failure != NULL;
     if (failure) outcome->failure = *failure;
     if (failure) outcome->advice = flesh_failure_advice(failure, r->scene);
