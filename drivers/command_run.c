@@ -94,7 +94,7 @@ int flesh_command_run(int argc, char **argv)
   flesh_interrupt_watch();
   status =
       start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
-  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
+  if (!status && method) status = flesh_overrides_add(&overrides, "time.method", method);
   if (!status)
     status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
   if (status) {
