@@ -157,6 +157,7 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   const flesh_scene_time *time = flesh_scene_times(r->scene);
   int status =
       flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene), &r->integrator);
+  if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
   if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
   if (status) return status;
   flesh_observer observers[OBSERVER_LIMIT];
@@ -181,6 +182,8 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
   if (r->progress) fputs("\r\033[K", stderr);
+  const char *warning = flesh_integrator_warning(r->integrator);
+  if (warning) fprintf(stderr, "flesh: warning: %s\n", warning);
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR ||
       status == FLESH_ERR_NONFINITE) {
     const flesh_failure *failure = flesh_integrator_failure(r->integrator);

@@ -2,18 +2,12 @@
  * that move, events, restarts, damping. */
 #include <gsl/gsl_math.h>
 
+#include "busy_bar.h"
 #include "motion_reference.h"
 
 static const flesh_method second_order[] = {FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK,
                                             FLESH_METHOD_HHT};
 enum { SECOND_ORDER = sizeof second_order / sizeof second_order[0] };
-
-static flesh_material soft(flesh_energy energy)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
-  return material;
-}
 
 /* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
 static void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
@@ -121,22 +115,6 @@ static void bdf2_starts_anew_where_steps_grow_fast(void)
     state_free(&state);
     test_body_destroy(&b);
   }
-}
-
-/* A handle that turns and changes its velocity abruptly, a roller that lets go, a drag that comes and goes: all at
- * times that no step ends at. */
-static void make_busy_bar(flesh_mass mass, test_body *b)
-{
-  const flesh_keyframe handle[] = {{0, {0}, {0}}, {0.1307, {0.05, 0, 0.1}, {0.3, 0.1, 0}}, {0.4, {0, 0.1, 0}, {0, 0.5, 0.2}}};
-  const flesh_keyframe target[] = {{0, {3, 1, 1}, {0}}, {0.2, {3.5, 1, 2}, {0}}, {1, {3, 0, 1}, {0}}};
-  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), soft(FLESH_ENERGY_S), 1000, mass, 1, b));
-  CHECK_OK(test_body_gravity(b, 0, 0, -2));
-  CHECK_OK(test_body_hold(b, 0, 0, FLESH_AXES_ALL, &(flesh_motion){3, handle, {0, 0.5, 0.5}, 0}, -INFINITY, INFINITY));
-  CHECK_OK(test_body_hold(b, 0, 3, FLESH_AXIS_Z, NULL, -INFINITY, 0.2617));
-  flesh_effect *drag = NULL;
-  CHECK_OK(flesh_effect_drag(&b->body, (double[]){3, 1, 1}, 2e3, &(flesh_motion){3, target, {0}, 1}, 0.0913, 0.3111, &drag));
-  CHECK_OK(flesh_system_add_effect(b->system, &drag));
-  CHECK_OK(flesh_system_finish(b->system));
 }
 
 static void orders_survive_events_and_moving_constraints(void)

@@ -25,7 +25,10 @@ typedef struct flesh_state {
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
   ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
   ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
-  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")   \
+  ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
+  ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
+      "backward Euler until the motion is calm, then adaptive: for violent starts")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
@@ -33,8 +36,8 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics); NULL and 0 for
- * what is none. */
+/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive
+ * methods, which choose it); NULL and 0 for what is none. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
@@ -57,8 +60,34 @@ typedef struct flesh_failure {
   double residual, target;
   int worst_tet;    /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
-  int worst_node;   /* largest residual at the last iterate, or -1 */
+  int worst_node;   /* largest residual at the last iterate (adaptive: largest local error), or -1 */
+  int order;        /* adaptive: of the last attempt; else 0 */
 } flesh_failure;
+
+/* One internal step of the adaptive method. */
+typedef struct flesh_internal_step {
+  double t, h; /* s; its end and length */
+  int order;
+  int rejected, convergence_failures; /* attempts thrown away before it */
+} flesh_internal_step;
+
+typedef struct flesh_adaptive_options {
+  /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q = max_order, IDA is given
+   * the absolute local tolerances e L for positions and e V for velocities (flesh_ida_scales), e = tolerance^(1 + 1/q):
+   * local errors fall with h^(q+1), but what they add up to only with h^q. */
+  double tolerance;
+  int max_order;   /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances */
+  double max_step; /* s; INFINITY: no limit */
+  int max_steps;   /* internal ones in one flesh_integrator_step */
+  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a backward-Euler step of h, is
+   * at most this in units of L and V. */
+  double calm;
+  /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with it. */
+  int (*observe)(void *data, const flesh_internal_step *step);
+  void *observe_data;
+} flesh_adaptive_options;
+/* 1e-4, order 2, no limit of a step, 100 000 steps, calm at 0.01. */
+FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;
 
@@ -80,6 +109,24 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
+
+/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a value is out of its
+ * range. The integrator starts anew. */
+FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
+                                            const flesh_adaptive_options *options);
+
+/* `stop` is asked between the internal steps of the adaptive methods: a non-zero status ends the step with it, the
+ * state being that reached. NULL: not asked. */
+FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
+                                         void *data);
+
+/* What a user should know about the steps so far although none failed, as a sentence (energy that grew although
+ * nothing fed it); NULL when nothing. Owned by the integrator. */
+FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrator);
+
+/* The largest growth of the energy over the least before it, as a share of the largest kinetic energy, while nothing
+ * was moved from outside; of the adaptive methods, seen at the ends of flesh_integrator_step; 0 when none. */
+FLESH_API double flesh_integrator_energy_gain(const flesh_integrator *integrator);
 
 /* Of the last failed step. */
 FLESH_API const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator);

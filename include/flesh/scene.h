@@ -49,6 +49,7 @@ typedef struct flesh_scene_time {
   flesh_method method; /* FLESH_METHOD_STATIC when the scene has no inertia */
   double step, end;    /* s */
   flesh_method_options options;
+  flesh_adaptive_options adaptive; /* for flesh_integrator_set_adaptive */
 } flesh_scene_time;
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 

@@ -80,6 +80,10 @@ typedef struct flesh_solve_stats {
   int unconverged; /* solves accepted without convergence (accept_unconverged) */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
+  /* Of the integrator: internal steps, those thrown away because they erred too much, and those
+   * because Newton's iterations did not converge; order and length [s] of the last one. */
+  int steps, rejected, convergence_failures, order;
+  double h_last;
 } flesh_solve_stats;
 
 #ifdef __cplusplus

@@ -51,14 +51,21 @@ void flesh_motion_clear(flesh_motion *motion)
   motion->count = 0;
 }
 
+/* The keyframes before and after t; the same one outside the motion. */
+static void around(const flesh_motion *motion, double t, const flesh_keyframe **a,
+                   const flesh_keyframe **b)
+{
+  int next = 0;
+  while (next < motion->count && motion->keyframes[next].t <= t) next++;
+  *a = &motion->keyframes[next > 0 ? next - 1 : 0];
+  *b = &motion->keyframes[next < motion->count ? next : motion->count - 1];
+}
+
 void flesh_motion_at(const flesh_motion *motion, double t, double translation[3],
                      double rotation[3])
 {
-  const flesh_keyframe *keys = motion->keyframes;
-  int next = 0;
-  while (next < motion->count && keys[next].t <= t) next++;
-  const flesh_keyframe *a = &keys[next > 0 ? next - 1 : 0];
-  const flesh_keyframe *b = &keys[next < motion->count ? next : motion->count - 1];
+  const flesh_keyframe *a, *b;
+  around(motion, t, &a, &b);
   double s = b->t > a->t ? (t - a->t) / (b->t - a->t) : 0;
   if (motion->smooth) s = s * s * (3 - 2 * s);
   for (int c = 0; c < 3; c++) {
@@ -86,6 +93,90 @@ void flesh_motion_apply(const flesh_motion *motion, double t, const double X[3],
   for (int c = 0; c < 3; c++)
     y[c] = motion->centre[c] + cosine * d[c] + sine * across[c] + (1 - cosine) * along * axis[c] +
            translation[c];
+}
+
+/* A value in time with its first two derivatives. */
+typedef struct jet {
+  double value, rate, second;
+} jet;
+
+static jet jet_product(jet f, jet g)
+{
+  return (jet){f.value * g.value, f.rate * g.value + f.value * g.rate,
+               f.second * g.value + 2 * f.rate * g.rate + f.value * g.second};
+}
+
+static jet jet_sum(jet f, jet g, double sign)
+{
+  return (jet){f.value + sign * g.value, f.rate + sign * g.rate, f.second + sign * g.second};
+}
+
+static void jet_cross(const jet u[3], const jet w[3], jet result[3])
+{
+  for (int c = 0; c < 3; c++) {
+    int i = (c + 1) % 3, j = (c + 2) % 3;
+    result[c] = jet_sum(jet_product(u[i], w[j]), jet_product(u[j], w[i]), -1);
+  }
+}
+
+/* sum over k of (-q)^k / (2k + first)!: sin(angle)/angle for first = 1, (1 - cos(angle))/angle^2 for first = 2, with
+ * q = angle^2. */
+static jet rotation_series(jet q, int first)
+{
+  double value, rate, second, angle = sqrt(q.value), s = sin(angle), c = cos(angle);
+  if (q.value < 1) { /* where the closed forms cancel */
+    double term = first == 1 ? 1 : 0.5;
+    value = rate = second = 0;
+    for (int k = 0; k < 11; k++) {
+      /* term = (-1)^k / (2k + first)! */
+      value += term * pow(q.value, k);
+      if (k > 0) rate += term * k * pow(q.value, k - 1);
+      if (k > 1) second += term * k * (k - 1) * pow(q.value, k - 2);
+      term /= -(2. * k + first + 1) * (2. * k + first + 2);
+    }
+  } else if (first == 1) {
+    value = s / angle;
+    rate = (angle * c - s) / (2 * q.value * angle);
+    second = (3 * s - 3 * angle * c - q.value * s) / (4 * q.value * q.value * angle);
+  } else {
+    value = (1 - c) / q.value;
+    rate = (angle * s - 2 * (1 - c)) / (2 * q.value * q.value);
+    second = (q.value * c - 5 * angle * s + 8 * (1 - c)) / (4 * q.value * q.value * q.value);
+  }
+  return (jet){value, rate * q.rate, second * q.rate * q.rate + rate * q.second};
+}
+
+void flesh_motion_rates(const flesh_motion *motion, double t, const double X[3], double v[3],
+                        double a[3])
+{
+  const flesh_keyframe *from, *to;
+  around(motion, t, &from, &to);
+  if (!(to->t > from->t)) {
+    for (int c = 0; c < 3; c++) v[c] = a[c] = 0;
+    return;
+  }
+  double length = to->t - from->t, part = (t - from->t) / length;
+  jet s = {part, 1 / length, 0};
+  if (motion->smooth)
+    s = (jet){part * part * (3 - 2 * part), 6 * part * (1 - part) / length,
+              (6 - 12 * part) / (length * length)};
+  /* R d = d + A w x d + B w x (w x d). */
+  jet w[3], d[3], once[3], twice[3], q = {0, 0, 0};
+  for (int c = 0; c < 3; c++) {
+    double change = to->rotation[c] - from->rotation[c];
+    w[c] = (jet){from->rotation[c] + s.value * change, s.rate * change, s.second * change};
+    d[c] = (jet){X[c] - motion->centre[c], 0, 0};
+    q = jet_sum(q, jet_product(w[c], w[c]), 1);
+  }
+  jet_cross(w, d, once);
+  jet_cross(w, once, twice);
+  jet A = rotation_series(q, 1), B = rotation_series(q, 2);
+  for (int c = 0; c < 3; c++) {
+    jet y = jet_sum(jet_product(A, once[c]), jet_product(B, twice[c]), 1);
+    double change = to->translation[c] - from->translation[c];
+    v[c] = y.rate + s.rate * change;
+    a[c] = y.second + s.second * change;
+  }
 }
 
 double flesh_motion_next_event(const flesh_motion *motion, double t)

@@ -16,6 +16,10 @@ void flesh_motion_at(const flesh_motion *motion, double t, double translation[3]
 /* y = centre + R(t)(X - centre) + translation(t). */
 void flesh_motion_apply(const flesh_motion *motion, double t, const double X[3], double y[3]);
 
+/* First and second derivative in time of the y above, v and a [3]; at a keyframe those that follow it. */
+void flesh_motion_rates(const flesh_motion *motion, double t, const double X[3], double v[3],
+                        double a[3]);
+
 /* First keyframe after t, INFINITY if none. */
 double flesh_motion_next_event(const flesh_motion *motion, double t);
 

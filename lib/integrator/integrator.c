@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "integrator/adaptive.h"
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 #include "integrator/prescribed.h"
@@ -27,7 +28,14 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   flesh_failure failure;
+  flesh_adaptive *adaptive; /* of the adaptive methods */
+  int calm;                 /* the motion has been found calm: IDA steps */
 };
+
+static int is_adaptive(flesh_method method)
+{
+  return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_CALM_ADAPTIVE;
+}
 
 static int create_memory(flesh_integrator *self)
 {
@@ -59,13 +67,15 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator");
   self->system = system;
   self->method = method;
-  self->row = row;
+  /* Until the motion is calm. */
+  self->row = method == FLESH_METHOD_CALM_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && options->untangle)
+  if (!status && options->untangle && !is_adaptive(method))
     status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
+  if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -79,6 +89,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
   flesh_untangler_destroy(&(*integrator)->untangler);
+  flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0);
   free((*integrator)->memory.a0);
@@ -116,7 +127,29 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
-         (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0);
+         (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
+         (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
+}
+
+int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
+{
+  integrator->calm = 0;
+  return integrator->adaptive ? flesh_adaptive_set_options(integrator->adaptive, options) : FLESH_OK;
+}
+
+void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
+{
+  if (integrator->adaptive) flesh_adaptive_set_stop(integrator->adaptive, stop, data);
+}
+
+const char *flesh_integrator_warning(const flesh_integrator *integrator)
+{
+  return integrator->adaptive ? flesh_adaptive_warning(integrator->adaptive) : NULL;
+}
+
+double flesh_integrator_energy_gain(const flesh_integrator *integrator)
+{
+  return integrator->adaptive ? flesh_adaptive_energy_gain(integrator->adaptive) : 0;
 }
 
 /* Everything that is known about a solve that failed. */
@@ -203,6 +236,9 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
   }
   self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   state->t = t_end;
+  stats->steps++;
+  stats->order = second ? 2 : 1;
+  stats->h_last = h;
   if (second) {
     flesh_prescribed_finish(&self->prescribed, state->x, state->v);
     memory->known = 1;
@@ -225,6 +261,7 @@ static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, 
     int status = attempt(self, state, piece, t_end, h / (double)parts, depth, stats);
     if (status < 0) return status;
     if (status) {
+      stats->convergence_failures++;
       if (depth == self->options.max_halvings) return status;
       depth++;
       place *= 2;
@@ -325,25 +362,47 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
   return status;
 }
 
+/* IDA's steps; before the motion is calm, backward Euler's where those are asked for. */
+static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
+                           int *euler)
+{
+  int status = FLESH_OK;
+  if (self->method == FLESH_METHOD_ADAPTIVE) self->calm = 1;
+  else if (!self->calm || !flesh_adaptive_returned(self->adaptive, state))
+    status = flesh_adaptive_is_calm(self->adaptive, state, h, &self->calm, stats);
+  *euler = !self->calm;
+  if (status) return status;
+  if (*euler) return step_in_time(self, state, h, stats);
+  status = flesh_adaptive_step(self->adaptive, state, h, stats);
+  if (status == FLESH_ERR_INTEGRATOR) self->failure = *flesh_adaptive_failure(self->adaptive);
+  return status;
+}
+
+/* An equilibrium that is a tangle is put back and solved again. */
+static int equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  int status = solve_static(self, state, h, stats);
+  while (!status && self->untangler &&
+         (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
+    status = solve_static(self, state, 0, stats);
+  return status;
+}
+
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_solve_stats ignored = {0};
   if (!stats) stats = &ignored;
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
-  int status;
-  if (self->method != FLESH_METHOD_STATIC) {
-    status = step_in_time(self, state, h, stats);
-    if (!status && self->untangler) {
-      status = flesh_untangler_after_step(self->untangler, state, h, stats);
-      return status < 0 ? status : FLESH_OK;
-    }
-  } else {
-    status = solve_static(self, state, h, stats);
-    while (!status && self->untangler &&
-           (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
-      status = solve_static(self, state, 0, stats);
+  int status, euler = 1;
+  if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
+  else if (self->method == FLESH_METHOD_STATIC) status = equilibrium(self, state, h, stats);
+  else status = step_in_time(self, state, h, stats);
+  if (!status && self->untangler && self->method != FLESH_METHOD_STATIC) {
+    status = flesh_untangler_after_step(self->untangler, state, h, stats);
+    return status < 0 ? status : FLESH_OK;
   }
+  if (status > 0 && !euler) return status;
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
   char residual[80] = "there is no residual"; /* where the first iterate has no energy */

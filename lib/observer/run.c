@@ -145,7 +145,9 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                       INT_MAX - 1);
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options};
   int status = options->observer_count ? watch_open(&w) : FLESH_OK;
+  flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = run_steps(&w, integrator, state, steps);
+  flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);
   return status;
 }

@@ -103,8 +103,15 @@ static int settle_time(flesh_scene *scene)
                            time->name, end->name, flesh_key_expectation(end, expected));
   }
   if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
+  if (scene->keys.time.adaptive.max_order > 5) {
+    const flesh_key *order =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.adaptive.max_order) - time->offset);
+    return flesh_node_fail(flesh_scene_place(place, time->children, order->offset),
+                           "%s.%s is %d; it must be 1 to 5", time->name, order->name,
+                           scene->keys.time.adaptive.max_order);
+  }
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
-                                   scene->keys.time.end, scene->keys.time.options};
+                                   scene->keys.time.end, scene->keys.time.options, scene->keys.time.adaptive};
   int status = flesh_method_options_check(&scene->time.options);
   return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }

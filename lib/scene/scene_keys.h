@@ -29,6 +29,7 @@ typedef struct flesh_scene_keys {
   struct {
     int method; /* flesh_method */
     double step, end;
+    flesh_adaptive_options adaptive;
     flesh_method_options options;
   } time;
   struct {

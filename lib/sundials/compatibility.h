@@ -2,12 +2,15 @@
 #ifndef FLESH_SUNDIALS_COMPATIBILITY_H
 #define FLESH_SUNDIALS_COMPATIBILITY_H
 
+#include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_version.h>
 
 #if SUNDIALS_VERSION_MAJOR >= 7
 #define FLESH_SUN_SUCCESS SUN_SUCCESS
+#define FLESH_SUNLS_FATAL SUN_ERR_EXT_FAIL
 static inline int flesh_suncontext_create(SUNContext *context)
 {
   return SUNContext_Create(SUN_COMM_NULL, context);
@@ -18,8 +21,14 @@ static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
   (void)kinsol;
   SUNContext_ClearErrHandlers(context);
 }
+static inline void flesh_ida_silence(SUNContext context, void *ida)
+{
+  (void)ida;
+  SUNContext_ClearErrHandlers(context);
+}
 #else
 #define FLESH_SUN_SUCCESS 0
+#define FLESH_SUNLS_FATAL SUNLS_PACKAGE_FAIL_UNREC
 static inline int flesh_suncontext_create(SUNContext *context)
 {
   return SUNContext_Create(NULL, context);
@@ -33,6 +42,11 @@ static inline void flesh_sundials_silence(SUNContext context, void *kinsol)
 {
   (void)context;
   if (kinsol) KINSetErrHandlerFn(kinsol, flesh_sundials_ignore, NULL);
+}
+static inline void flesh_ida_silence(SUNContext context, void *ida)
+{
+  (void)context;
+  if (ida) IDASetErrHandlerFn(ida, flesh_sundials_ignore, NULL);
 }
 #endif
 

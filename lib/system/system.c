@@ -344,3 +344,23 @@ void flesh_system_prescribe(const flesh_system *system, double t, double *x)
     }
   }
 }
+
+void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v, double *a)
+{
+  const double *X = flesh_mesh_positions(system->mesh);
+  for (int k = 0; k < system->constraint_count; k++) {
+    const constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++) {
+      int node = held->nodes[j];
+      double velocity[3] = {0, 0, 0}, acceleration[3] = {0, 0, 0};
+      if (held->motion.count)
+        flesh_motion_rates(&held->motion, t, X + 3 * node, velocity, acceleration);
+      for (int c = 0; c < 3; c++) {
+        if (!(held->axes >> c & 1)) continue;
+        v[3 * node + c] = velocity[c];
+        a[3 * node + c] = acceleration[c];
+      }
+    }
+  }
+}

@@ -1,0 +1,34 @@
+/* adaptive.h: variable steps and orders by IDA behind flesh_integrator_step. */
+#ifndef FLESH_INTEGRATOR_ADAPTIVE_H
+#define FLESH_INTEGRATOR_ADAPTIVE_H
+
+#include <stddef.h>
+
+#include "flesh/integrator.h"
+
+typedef struct flesh_adaptive flesh_adaptive;
+
+/* Borrows `system`; copies the options. Returns new. */
+int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver,
+                          flesh_adaptive **adaptive);
+void flesh_adaptive_destroy(flesh_adaptive **adaptive);
+int flesh_adaptive_set_options(flesh_adaptive *adaptive, const flesh_adaptive_options *options);
+void flesh_adaptive_set_stop(flesh_adaptive *adaptive, int (*stop)(void *data), void *data);
+
+/* Takes the state to t+h by internal steps, starting anew at events and when the state is not the one it was given
+ * back. FLESH_ERR_INTEGRATOR with what is known in flesh_adaptive_failure; the state is then the last one reached. */
+int flesh_adaptive_step(flesh_adaptive *adaptive, flesh_state *state, double h, flesh_solve_stats *stats);
+
+/* Whether the state is the one that the last step gave back. */
+int flesh_adaptive_returned(const flesh_adaptive *adaptive, const flesh_state *state);
+
+/* Whether the motion from the state on is calm for steps of h; *calm 0 where it has no value there. Adds to *stats. */
+int flesh_adaptive_is_calm(flesh_adaptive *adaptive, const flesh_state *state, double h, int *calm,
+                           flesh_solve_stats *stats);
+
+const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *adaptive);
+double flesh_adaptive_energy_gain(const flesh_adaptive *adaptive);
+const char *flesh_adaptive_warning(const flesh_adaptive *adaptive);
+size_t flesh_adaptive_memory(const flesh_adaptive *adaptive);
+
+#endif

@@ -1,0 +1,143 @@
+/* ida_callbacks.c: the functions that IDA calls, its vector, the 2N sparse Jacobian, and the condensed matrix as a
+ * SUNMatrix. */
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <sunmatrix/sunmatrix_sparse.h>
+
+#include "base/error.h"
+#include "sundials/ida_problem.h"
+
+int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem)
+{
+  return flesh_ida_evaluate(problem, t, N_VGetArrayPointer(y), N_VGetArrayPointer(yp), N_VGetArrayPointer(r));
+}
+
+sunindextype flesh_ida_entries(const flesh_ida_problem *self)
+{
+  sunindextype full = 9 * (2 * (sunindextype)self->K->row_start[self->K->rows] - self->K->rows);
+  return 2 * (sunindextype)self->n + full + (self->couples ? full : 9 * (sunindextype)self->K->rows);
+}
+
+static int make_view(flesh_ida_problem *self)
+{
+  if (self->D_values) return FLESH_OK;
+  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
+  if (status) return status;
+  size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
+  if (!self->K_values) self->K_values = malloc(bytes);
+  if (self->K_values) self->D_values = malloc(bytes);
+  return self->D_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
+}
+
+/* Columns of x: cj in the rows x' - v, K below. Columns of v: -1, C + cj M below. Constrained dofs: the identity. */
+static void fill_columns(const flesh_ida_problem *self, SUNMatrix J)
+{
+  const flesh_scalar_view *view = &self->view;
+  const int64_t n = self->n;
+  sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
+  double *values = SUNSparseMatrix_Data(J);
+  for (int64_t d = 0; d < n; d++) {
+    starts[d] = next;
+    rows[next] = d;
+    values[next++] = self->fixed[d] ? 1 : self->cj;
+    for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
+      rows[next] = n + view->indices[k];
+      values[next++] = self->K_values[k];
+    }
+  }
+  for (int64_t d = 0; d < n; d++) {
+    starts[n + d] = next;
+    rows[next] = d;
+    values[next++] = self->fixed[d] ? 0 : -1;
+    for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
+      int64_t row = view->indices[k];
+      if (!self->couples && row / 3 != d / 3) continue;
+      rows[next] = n + row;
+      values[next++] = row == d && self->fixed[d] ? 1 : self->D_values[k];
+    }
+  }
+  starts[2 * n] = next;
+}
+
+static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
+{
+  const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_ida_entries(self);
+  if (SUNSparseMatrix_SparseType(J) != CSC_MAT || SUNSparseMatrix_Rows(J) != size ||
+      SUNSparseMatrix_Columns(J) != size || SUNSparseMatrix_NNZ(J) < entries)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the sparse matrix is %lld x %lld with room for %lld entries; it must be %lld x %lld in "
+                      "compressed columns with %lld",
+                      (long long)SUNSparseMatrix_Rows(J), (long long)SUNSparseMatrix_Columns(J),
+                      (long long)SUNSparseMatrix_NNZ(J), (long long)size, (long long)size, (long long)entries);
+  if (!self->couples && !self->D_is_diagonal)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the "
+                                          "rest shape; use the condensed solver");
+  int status = make_view(self);
+  if (status) return status;
+  flesh_scalar_view_fill(&self->view, self->K, self->K_values);
+  flesh_scalar_view_fill(&self->view, self->D, self->D_values);
+  fill_columns(self, J);
+  return FLESH_OK;
+}
+
+int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void *data,
+                       N_Vector w1, N_Vector w2, N_Vector w3)
+{
+  (void)r, (void)w1, (void)w2, (void)w3;
+  int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
+  int status = flesh_ida_assemble(data, t, cj, N_VGetArrayPointer(y), N_VGetArrayPointer(yp),
+                                  sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
+  return !status && sparse ? fill_sparse(data, J) : status;
+}
+
+static SUNMatrix_ID matrix_id(SUNMatrix A)
+{
+  (void)A;
+  return SUNMATRIX_CUSTOM;
+}
+
+/* The Jacobian overwrites every entry. */
+static int matrix_zero(SUNMatrix A)
+{
+  (void)A;
+  return FLESH_OK;
+}
+
+static void matrix_destroy(SUNMatrix A)
+{
+  A->content = NULL;
+  SUNMatFreeEmpty(A);
+}
+
+int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, SUNMatrix *matrix)
+{
+  *matrix = SUNMatNewEmpty(context);
+  if (!*matrix) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
+  (*matrix)->ops->getid = matrix_id;
+  (*matrix)->ops->zero = matrix_zero;
+  (*matrix)->ops->destroy = matrix_destroy;
+  (*matrix)->content = problem;
+  return FLESH_OK;
+}
+
+/* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
+static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
+{
+  const sunindextype n = N_VGetLength(x_vector);
+  const double *x = N_VGetArrayPointer(x_vector), *w = N_VGetArrayPointer(w_vector);
+  double s[8] = {0};
+  sunindextype i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int l = 0; l < 8; l++) s[l] += (x[i + l] * w[i + l]) * (x[i + l] * w[i + l]);
+  for (; i < n; i++) s[0] += (x[i] * w[i]) * (x[i] * w[i]);
+  return sqrt((((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]))) / (double)n);
+}
+
+int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)
+{
+  *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
+  if (!*y) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
+  (*y)->ops->nvwrmsnorm = weighted_norm;
+  return FLESH_OK;
+}

@@ -1,0 +1,225 @@
+/* ida_problem.c: evaluates the equations of motion and their matrices for IDA. */
+#include "sundials/ida_problem.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/block_matrix.h"
+#include "sparse/pcg.h"
+#include "sundials/problem.h"
+
+/* Whether velocities or accelerations of one node enter the residual of another; asked at a disturbed rest shape, in
+ * motion, so that no entry is zero by chance. */
+static int find_coupling(flesh_ida_problem *self)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
+  uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003) */
+  for (int d = 0; d < self->n; d++) {
+    random ^= random << 13, random ^= random >> 17, random ^= random << 5;
+    self->v[d] = self->velocity * (random * 0x1p-31 - 1);
+    self->x[d] = X[d] + 1e-6 * self->length * (random * 0x1p-31 - 1);
+    self->a[d] = 0;
+  }
+  const flesh_point point = {.load = 1, .x = self->x, .v = self->v, .a = self->a};
+  if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->D)) return 1;
+  for (int i = 0; i < self->D->rows; i++)
+    for (size_t k = 9 * ((size_t)self->D->row_start[i] + 1); k < 9 * (size_t)self->D->row_start[i + 1]; k++)
+      if (self->D->values[k] != 0) return 1;
+  return 0;
+}
+
+int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
+                             flesh_ida_problem **problem)
+{
+  *problem = NULL;
+  if (!flesh_system_has_effect(system, "inertia"))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
+  flesh_ida_problem *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
+  self->system = system;
+  self->options = *options;
+  self->n = flesh_system_unknowns(system);
+  self->event = INFINITY;
+  size_t bytes = (size_t)self->n * sizeof(double);
+  double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
+                       &self->a,            &self->right,        &self->change};
+  int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
+  failed |= !(self->work = calloc(1, 4 * bytes + 1));
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
+    failed |= !(*arrays[k] = calloc(1, bytes + 1));
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
+  if (!status) status = flesh_system_matrix_create(system, &self->K);
+  if (!status) status = flesh_system_matrix_create(system, &self->D);
+  if (!status && options->linear_solver == FLESH_LINEAR_PCG)
+    status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
+  else if (!status)
+    status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+  if (status) {
+    flesh_ida_problem_destroy(&self);
+    return status;
+  }
+  flesh_mesh_info info;
+  flesh_mesh_inspect(flesh_system_mesh(system), &info);
+  for (int c = 0; c < 3; c++) self->length = fmax(self->length, info.high[c] - info.low[c]);
+  self->velocity = flesh_ida_scale_of_velocity(self);
+  self->couples = find_coupling(self);
+  *problem = self;
+  return FLESH_OK;
+}
+
+void flesh_ida_problem_destroy(flesh_ida_problem **problem)
+{
+  if (!problem || !*problem) return;
+  flesh_ida_problem *self = *problem;
+  double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
+                      self->v,            self->a,            self->right,        self->change,
+                      self->work,         self->K_values,     self->D_values};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  free(self->fixed);
+  flesh_block_matrix_destroy(&self->K);
+  flesh_block_matrix_destroy(&self->D);
+  flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_direct_destroy(&self->direct);
+  flesh_scalar_view_clear(&self->view);
+  free(self);
+  *problem = NULL;
+}
+
+flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem) { return &problem->stats; }
+
+void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity)
+{
+  *length = problem->length;
+  *velocity = problem->velocity;
+}
+
+double flesh_ida_event(const flesh_ida_problem *problem) { return problem->event; }
+
+/* IDA steps onto the event; what holds there is what held before it. */
+static double time_before_event(const flesh_ida_problem *self, double t)
+{
+  return t >= self->event ? nextafter(self->event, self->begin) : t;
+}
+
+static void prescribe(flesh_ida_problem *self, double t)
+{
+  if (t == self->t_prescribed) return;
+  flesh_system_prescribe(self->system, t, self->x_prescribed);
+  flesh_system_prescribe_velocity(self->system, t, self->v_prescribed, self->a_prescribed);
+  self->t_prescribed = t;
+}
+
+static flesh_point point_at(flesh_ida_problem *self, double t, const double *y, const double *yp)
+{
+  const int n = self->n;
+  t = time_before_event(self, t);
+  prescribe(self, t);
+  memcpy(self->x, y, (size_t)n * sizeof *y);
+  memcpy(self->v, y + n, (size_t)n * sizeof *y);
+  memcpy(self->a, yp + n, (size_t)n * sizeof *y);
+  for (int d = 0; d < n; d++)
+    if (self->fixed[d]) {
+      self->x[d] = self->x_prescribed[d];
+      self->v[d] = self->v_prescribed[d];
+      self->a[d] = self->a_prescribed[d];
+    }
+  return (flesh_point){.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a};
+}
+
+int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
+{
+  const int n = self->n;
+  const flesh_point point = point_at(self, t, y, yp);
+  self->stats.residuals++;
+  int status = flesh_system_residual(self->system, &point, F + n);
+  if (!status && !(flesh_norm(n, F + n) < INFINITY)) status = FLESH_NONFINITE;
+  self->refused = status;
+  if (status) return status;
+  for (int d = 0; d < n; d++)
+    if (self->fixed[d]) {
+      F[d] = y[d] - self->x[d];
+      F[n + d] = y[n + d] - self->v[d];
+    } else {
+      F[d] = yp[d] - y[n + d];
+    }
+  return FLESH_OK;
+}
+
+static int has_diagonal_blocks_only(const flesh_block_matrix *A)
+{
+  for (int i = 0; i < A->rows; i++)
+    for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_start[i + 1]; k++)
+      if (A->values[k] != 0) return 0;
+  return 1;
+}
+
+/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
+static double mean_diagonal(const flesh_block_matrix *A)
+{
+  double sum = 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int c = 0; c < 3; c++) sum += fabs(A->values[9 * (size_t)A->row_start[i] + 4 * c]);
+  return sum > 0 && sum < INFINITY ? sum / (3. * A->rows) : 1;
+}
+
+int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const double *y, const double *yp,
+                       flesh_ida_content content)
+{
+  const flesh_point point = point_at(self, t, y, yp);
+  flesh_shift shift = {.x = 1, .project = self->options.projection == FLESH_PROJECTION_ALWAYS};
+  if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
+  self->content = FLESH_IDA_NOTHING;
+  self->cj = cj;
+  self->stats.assemblies++;
+  self->stats.projections += shift.project;
+  int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
+  shift.x = 0, shift.v = 1, shift.a = cj;
+  if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
+  if (status) return status;
+  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? mean_diagonal(self->K) : 0);
+  flesh_block_fix(self->D, self->fixed, 0);
+  self->D_is_diagonal = has_diagonal_blocks_only(self->D);
+  self->content = content;
+  return FLESH_OK;
+}
+
+int flesh_ida_factor(flesh_ida_problem *self)
+{
+  return self->direct ? flesh_direct_factor(self->direct, self->K)
+                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+}
+
+int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)
+{
+  if (self->direct) return flesh_direct_solve(self->direct, b, x);
+  flesh_pcg_result result;
+  int status = flesh_pcg(self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
+                         self->options.max_linear, b, x, self->work, &result);
+  self->stats.linear += result.iterations;
+  return status;
+}
+
+void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, double *y)
+{
+  const flesh_block_matrix *D = self->D;
+  if (!self->D_is_diagonal) {
+    flesh_block_multiply(D, x, y);
+    return;
+  }
+  for (int i = 0; i < D->rows; i++) {
+    const double *b = D->values + 9 * (size_t)D->row_start[i];
+    for (int c = 0; c < 3; c++)
+      y[3 * i + c] = b[3 * c] * x[3 * i] + b[3 * c + 1] * x[3 * i + 1] + b[3 * c + 2] * x[3 * i + 2];
+  }
+}
+
+size_t flesh_ida_memory(const flesh_ida_problem *self)
+{
+  size_t bytes = sizeof *self + (size_t)self->n * (12 * sizeof(double) + 1);
+  bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
+  if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->direct) bytes += flesh_direct_memory(self->direct);
+  return bytes;
+}

@@ -1,0 +1,63 @@
+/* ida_problem.h: the equations of motion as F(t, y, y') = 0 on plain arrays; what IDA's callbacks, the condensed
+ * linear solver and the adaptive integrator share. */
+#ifndef FLESH_SUNDIALS_IDA_PROBLEM_H
+#define FLESH_SUNDIALS_IDA_PROBLEM_H
+
+#include <stdint.h>
+
+#include "flesh/ida.h"
+#include "sparse/direct.h"
+#include "sparse/preconditioner.h"
+#include "sparse/scalar_view.h"
+
+/* What the matrix K holds. */
+typedef enum flesh_ida_content {
+  FLESH_IDA_NOTHING,
+  FLESH_IDA_MASS,      /* M, factored */
+  FLESH_IDA_CONDENSED, /* K + cj C + cj^2 M */
+  FLESH_IDA_STIFFNESS  /* K alone, for the matrix of 2N */
+} flesh_ida_content;
+
+struct flesh_ida_problem {
+  const flesh_system *system;
+  flesh_solver_options options;
+  int n;                   /* dofs; y has 2*n */
+  double length, velocity; /* scales L, V */
+  double begin, event;     /* the constraints of `fixed` hold for begin <= t < event */
+  uint8_t *fixed;          /* [n] */
+  double t_prescribed;     /* of the next three */
+  double *x_prescribed, *v_prescribed, *a_prescribed; /* [n] read where fixed */
+  double *x, *v, *a;                                  /* [n] the point last evaluated */
+  flesh_block_matrix *K;
+  flesh_block_matrix *D; /* C + cj M, rows and columns of fixed dofs zero */
+  int D_is_diagonal;     /* it has no other than diagonal blocks now */
+  int couples;           /* C or M couples nodes: what the sparse pattern of 2N has room for */
+  flesh_ida_content content;
+  double cj; /* of K and D */
+  flesh_preconditioner_data *preconditioner;
+  flesh_direct *direct;
+  flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled, as are the next two */
+  double *K_values, *D_values;
+  double *work;   /* [4*n] of the linear solver */
+  double *right;  /* [n] */
+  double *change; /* [n] */
+  int refused;    /* status of the last residual that had no value; 0: it had one */
+  flesh_solve_stats stats;
+};
+
+/* y [2*n], yp [2*n], F [2*n]. */
+int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, const double *yp,
+                       double *F);
+/* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
+int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
+                       const double *yp, flesh_ida_content content);
+/* Prepares the linear solver for K. */
+int flesh_ida_factor(flesh_ida_problem *problem);
+/* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. */
+int flesh_ida_solve(flesh_ida_problem *problem, double tolerance, const double *b, double *x);
+/* y = D x. */
+void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
+double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);
+size_t flesh_ida_memory(const flesh_ida_problem *problem);
+
+#endif

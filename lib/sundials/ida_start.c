@@ -1,0 +1,217 @@
+/* ida_start.c: consistent starts for IDA: constraints taken up, y', and the scales that tolerances are measured in. */
+#include <math.h>
+#include <string.h>
+
+#include "sparse/block_matrix.h"
+#include "sundials/ida_problem.h"
+#include "sundials/problem.h"
+
+static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
+
+/* M u: the mass matrix without constraints is in D. */
+static double mass_square(const flesh_ida_problem *self, const double *u, double *Mu)
+{
+  double square = 0;
+  flesh_block_multiply(self->D, u, Mu);
+  for (int d = 0; d < self->n; d++) square += u[d] * Mu[d];
+  return square;
+}
+
+static int assemble_mass(flesh_ida_problem *self, const flesh_point *point)
+{
+  return flesh_system_jacobian(self->system, point, &(flesh_shift){.a = 1}, self->D);
+}
+
+/* Incompressible bending of a beam along s in the plane of s and z about the box's centre:
+ * u = (-2 s z, y z, s^2 + (z^2 - y^2)/2). */
+static void bent_shape(const flesh_mesh *mesh, double *u)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  const double *X = flesh_mesh_positions(mesh);
+  const uint8_t *used = flesh_mesh_node_used(mesh);
+  double side[3];
+  int s = 0, z = 2;
+  for (int c = 0; c < 3; c++) side[c] = info.high[c] - info.low[c];
+  for (int c = 0; c < 3; c++)
+    if (side[c] > side[s]) s = c;
+  for (int c = 0; c < 3; c++)
+    if (c != s && (z == s || side[c] < side[z])) z = c;
+  int y = 3 - s - z;
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
+    double p[3];
+    for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] - (info.low[c] + info.high[c]) / 2;
+    u[3 * i + s] = used[i] ? -2 * p[s] * p[z] : 0;
+    u[3 * i + y] = used[i] ? p[y] * p[z] : 0;
+    u[3 * i + z] = used[i] ? p[s] * p[s] + (p[z] * p[z] - p[y] * p[y]) / 2 : 0;
+  }
+}
+
+double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(self->system);
+  const double L = self->length;
+  double *u = self->x, *Ku = self->right, *zero = self->v, mass = 0, stiffness = 0, load = 0;
+  memset(zero, 0, (size_t)self->n * sizeof *zero);
+  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
+  bent_shape(mesh, u);
+  if (!flesh_system_jacobian(self->system, &rest, &(flesh_shift){.x = 1, .project = 1}, self->K)) {
+    flesh_block_multiply(self->K, u, Ku);
+    for (int d = 0; d < self->n; d++) stiffness += u[d] * Ku[d];
+  }
+  if (assemble_mass(self, &rest)) return L;
+  mass = mass_square(self, u, Ku);
+  /* Without its mean, which would be a rigid motion. */
+  double total = 0;
+  for (int c = 0; c < 3; c++) {
+    double along = 0, *one = self->change, *M_one = self->a;
+    for (int d = 0; d < self->n; d++) one[d] = d % 3 == c;
+    total = mass_square(self, one, M_one);
+    for (int d = 0; d < self->n; d++) along += u[d] * M_one[d];
+    if (total > 0) mass -= along * along / total;
+  }
+  if (stiffness > 0 && mass > 0 && stiffness / mass < INFINITY)
+    return L * sqrt(stiffness / mass) / 6.283185307179586;
+  if (!flesh_system_load(self->system, &rest, Ku))
+    for (int c = 0; c < 3; c++) {
+      double sum = 0;
+      for (int d = c; d < self->n; d += 3) sum += Ku[d];
+      load += sum * sum;
+    }
+  return load > 0 && total > 0 ? sqrt(L * sqrt(load) / total) : L;
+}
+
+/* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */
+static int take_up(flesh_ida_problem *self, const double *prescribed, double *u)
+{
+  double *jump = self->change, *right = self->right;
+  int any = 0;
+  for (int d = 0; d < self->n; d++) {
+    jump[d] = self->fixed[d] ? prescribed[d] - u[d] : 0;
+    if (self->fixed[d]) u[d] = prescribed[d];
+  }
+  flesh_block_multiply(self->D, jump, right);
+  for (int d = 0; d < self->n; d++) {
+    right[d] = self->fixed[d] ? 0 : -right[d];
+    any |= right[d] != 0;
+  }
+  if (!any) return FLESH_OK;
+  int status = flesh_ida_solve(self, mass_tolerance, right, jump);
+  for (int d = 0; d < self->n && !status; d++)
+    if (!self->fixed[d]) u[d] += jump[d];
+  return status;
+}
+
+/* a of M a = -r(t, x, v, 0) on the free dofs, the prescribed one on the others. M is in K, factored. */
+static int accelerate(flesh_ida_problem *self, double t, const double *x, const double *v, double *a)
+{
+  double *r = self->right, *correction = self->change;
+  for (int d = 0; d < self->n; d++) a[d] = self->fixed[d] ? self->a_prescribed[d] : 0;
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a};
+  self->stats.residuals++;
+  int status = flesh_system_residual(self->system, &point, r);
+  if (status) return status;
+  if (!(flesh_norm(self->n, r) < INFINITY)) return FLESH_NONFINITE;
+  for (int d = 0; d < self->n; d++) r[d] = self->fixed[d] ? 0 : -r[d];
+  status = flesh_ida_solve(self, mass_tolerance, r, correction);
+  for (int d = 0; d < self->n && !status; d++)
+    if (!self->fixed[d]) a[d] = correction[d];
+  return status;
+}
+
+int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
+{
+  const int n = self->n;
+  const size_t bytes = (size_t)n * sizeof(double);
+  double *x = N_VGetArrayPointer(y_vector), *v = x + n;
+  double *xp = N_VGetArrayPointer(yp_vector), *a = xp + n;
+  const double t = state->t;
+  self->begin = t;
+  self->event = flesh_system_next_event(self->system, t);
+  flesh_system_fixed(self->system, t, self->fixed);
+  /* Nodes of no tet are constrained, too, and stay where they are. */
+  memcpy(self->x_prescribed, state->x, bytes);
+  memset(self->v_prescribed, 0, bytes);
+  memset(self->a_prescribed, 0, bytes);
+  flesh_system_prescribe(self->system, t, self->x_prescribed);
+  flesh_system_prescribe_velocity(self->system, t, self->v_prescribed, self->a_prescribed);
+  self->t_prescribed = t;
+  memmove(x, state->x, bytes);
+  memmove(v, state->v, bytes);
+  memset(a, 0, bytes);
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a};
+  int status = assemble_mass(self, &point);
+  if (status) return status;
+  memcpy(self->K->values, self->D->values, (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double));
+  double mass = 0;
+  for (int i = 0; i < self->K->rows; i++) mass += self->K->values[9 * (size_t)self->K->row_start[i]];
+  flesh_block_fix(self->K, self->fixed, mass / self->K->rows);
+  self->content = FLESH_IDA_NOTHING;
+  status = flesh_ida_factor(self);
+  if (!status) self->content = FLESH_IDA_MASS;
+  if (!status) status = take_up(self, self->x_prescribed, x);
+  if (!status) status = take_up(self, self->v_prescribed, v);
+  if (!status) status = accelerate(self, t, x, v, a);
+  memcpy(xp, v, bytes);
+  return status;
+}
+
+void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vector atol_vector)
+{
+  double *atol = N_VGetArrayPointer(atol_vector);
+  for (int d = 0; d < self->n; d++) {
+    atol[d] = self->fixed[d] ? 1e100 : tolerance * self->length;
+    atol[self->n + d] = self->fixed[d] ? 1e100 : tolerance * self->velocity;
+  }
+}
+
+/* Root mean square over the free dofs. */
+static double scaled_norm(const flesh_ida_problem *self, const double *dx, const double *dv)
+{
+  double sum = 0;
+  int free = 0;
+  for (int d = 0; d < self->n; d++) {
+    if (self->fixed[d]) continue;
+    double p = dx[d] / self->length, q = dv[d] / self->velocity;
+    sum += p * p + q * q;
+    free++;
+  }
+  return free ? sqrt(sum / (2. * free)) : 0;
+}
+
+double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector yp_vector)
+{
+  const int n = self->n;
+  const double *x = N_VGetArrayPointer(y_vector), *v = x + n, *a = N_VGetArrayPointer(yp_vector) + n;
+  if (self->content != FLESH_IDA_MASS) return INFINITY;
+  double speed = scaled_norm(self, v, a);
+  if (!(speed < INFINITY)) return INFINITY;
+  /* Far enough for the difference to rise above rounding, near enough to be one. */
+  double dt = fmin(1e-7 / fmax(speed, 1e-3), 1e-3 * (self->event - self->begin));
+  double *x1 = self->x, *v1 = self->v, *a1 = self->a;
+  for (int d = 0; d < n; d++) {
+    x1[d] = x[d] + dt * (v[d] + dt / 2 * a[d]);
+    v1[d] = v[d] + dt * a[d];
+  }
+  if (accelerate(self, self->begin + dt, x1, v1, a1)) return INFINITY;
+  for (int d = 0; d < n; d++) a1[d] = (a1[d] - a[d]) / dt;
+  return scaled_norm(self, a, a1);
+}
+
+void flesh_ida_finish(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
+{
+  const int n = self->n;
+  const double *y = N_VGetArrayPointer(y_vector);
+  memmove(state->x, y, (size_t)n * sizeof *y);
+  memmove(state->v, y + n, (size_t)n * sizeof *y);
+  double before = t >= self->event ? nextafter(self->event, self->begin) : t;
+  flesh_system_prescribe(self->system, before, self->x_prescribed);
+  flesh_system_prescribe_velocity(self->system, before, self->v_prescribed, self->a_prescribed);
+  self->t_prescribed = before;
+  for (int d = 0; d < n; d++)
+    if (self->fixed[d]) {
+      state->x[d] = self->x_prescribed[d];
+      state->v[d] = self->v_prescribed[d];
+    }
+  state->t = t;
+}
