@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "command_accuracy.h"
 #include "command_check.h"
 #include "command_drift.h"
 #include "command_material.h"
@@ -21,6 +22,7 @@ typedef struct command {
 /* A command is a row here, an include above and its file in drivers/meson.build. */
 static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
+    {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
