@@ -8,6 +8,7 @@
 /* All bodies but single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m, or near. */
 typedef enum flesh_stress_mesh {
   FLESH_STRESS_BLOCK,      /* a regular block */
+  FLESH_STRESS_FINE,       /* the block with enough layers along x to twist it by 5 turns */
   FLESH_STRESS_CHECKER,    /* the block, its cells in two regions like a chess board */
   FLESH_STRESS_HALVES,     /* the block, its halves in two regions */
   FLESH_STRESS_SLIVERS,    /* the block with slivers of radius ratio 1e-4 */

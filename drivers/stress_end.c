@@ -10,7 +10,7 @@
 #include "flesh/system.h"
 
 /* Dense eigenvalues take seconds beyond. */
-enum { DENSE_LIMIT = 900 };
+enum { DENSE_LIMIT = 1200 };
 
 static int is_stressed_at_rest(const flesh_material *material)
 {
