@@ -29,7 +29,7 @@ typedef enum flesh_stress_start {
   FLESH_STRESS_LINE,
   FLESH_STRESS_POINT,
   FLESH_STRESS_MIRROR,     /* x -> -x */
-  FLESH_STRESS_INVERT_ONE, /* an inner node through the opposite face of one of its tets */
+  FLESH_STRESS_INVERT_ONE, /* a node through the opposite face of one of its tets, the only one inverted */
   FLESH_STRESS_SCALE_X,    /* x times `amount` */
   FLESH_STRESS_SCALE_ALL,  /* everything times `amount` */
   FLESH_STRESS_TWIST,      /* `amount` turns about the long axis */

@@ -144,10 +144,12 @@ static double centre(const flesh_stress_case *row, const flesh_mesh *mesh, doubl
   flesh_mesh_inspect(mesh, &info);
   double middle[3];
   for (int c = 0; c < 3; c++) {
-    middle[c] = 0.5 * (info.low[c] + info.high[c]);
-    if (row->flags & FLESH_STRESS_PINNED) continue;
-    middle[c] = 0;
-    for (int i = 0; i < info.nodes; i++) middle[c] += x[3 * i + c] / info.nodes;
+    double low = info.low[c], high = info.high[c];
+    if (!(row->flags & FLESH_STRESS_PINNED)) {
+      low = INFINITY, high = -INFINITY;
+      for (int i = 0; i < info.nodes; i++) low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
+    }
+    middle[c] = 0.5 * (low + high);
   }
   double largest = 0;
   for (int d = 0; d < 3 * info.nodes; d++) {

@@ -30,12 +30,19 @@ static double hard_seconds(const flesh_stress_run *run)
   return has_long_release(run) ? 100 * step : step * fmax(20, round(run->row->seconds / step));
 }
 
+static void print_seconds(FILE *stream, double value)
+{
+  if (value < 1 && fabs(1 / value - round(1 / value)) < 1e-9) fprintf(stream, "1/%.0f", 1 / value);
+  else flesh_number_print(stream, value);
+}
+
 static void write_material(FILE *stream, const flesh_stress_run *run, double factor)
 {
   const flesh_stress_setting *s = run->setting;
-  fprintf(stream, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
-          flesh_energy_name(s->energy), flesh_constants_name(s->constants), young * factor,
-          run->row->poisson > 0 ? run->row->poisson : s->poisson);
+  fprintf(stream, "{energy: %s, constants: %s, young: %g, poisson: ", flesh_energy_name(s->energy),
+          flesh_constants_name(s->constants), young * factor);
+  flesh_number_print(stream, run->row->poisson > 0 ? run->row->poisson : s->poisson);
+  putc('}', stream);
 }
 
 static void write_solver(FILE *stream, const flesh_stress_run *run)
@@ -59,7 +66,7 @@ static void write_body(FILE *stream, const flesh_stress_run *run)
   char title[80];
   flesh_stress_setting_title(run->setting, title);
   fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
-  fprintf(stream, "body:\n  mesh: body.mesh\n  density: %.17g\n  material: ",
+  fprintf(stream, "body:\n  mesh: body.mesh\n  density: %g\n  material: ",
           row->density > 0 ? row->density : 1000);
   write_material(stream, run, 1);
   if (row->young_ratio > 0) {
@@ -85,11 +92,17 @@ static int write_text(const flesh_stress_run *run, const char *path, int release
   if (row->flags & FLESH_STRESS_STATIC) {
     fputs("time: {method: static}\n", stream);
   } else if (release) {
-    double seconds = row->release > 0 ? row->release : row->seconds;
-    fprintf(stream, "time: {step: %.17g, end: %.17g}\n",
-            row->release_step > 0 ? row->release_step : 1. / 60, hard + seconds);
+    fputs("time: {step: ", stream);
+    print_seconds(stream, row->release_step > 0 ? row->release_step : 1. / 60);
+    fputs(", end: ", stream);
+    print_seconds(stream, hard + (row->release > 0 ? row->release : row->seconds));
+    fputs("}\n", stream);
   } else {
-    fprintf(stream, "time: {step: %.17g, end: %.17g}\n", step_of(run), hard);
+    fputs("time: {step: ", stream);
+    print_seconds(stream, step_of(run));
+    fputs(", end: ", stream);
+    print_seconds(stream, hard);
+    fputs("}\n", stream);
   }
   fprintf(stream, "start: {state: %s}\n", release ? "out/state.txt" : "start.txt");
   write_solver(stream, run);

@@ -38,24 +38,27 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   return FLESH_OK;
 }
 
-/* Through the face opposite to the node nearest to the middle, in its first tet, as far as it was. */
-static void invert_one(const flesh_mesh *mesh, const double middle[3], double *x)
+/* A node through the opposite face of one of its tets, as far as leaves that tet the only inverted one. */
+static void invert_one(const flesh_mesh *mesh, double *x)
 {
-  int nodes = flesh_mesh_node_count(mesh), node = 0, t = 0, corner = 0;
-  double nearest = INFINITY;
-  for (int i = 0; i < nodes; i++) {
-    double d = 0;
-    for (int c = 0; c < 3; c++) d += pow(x[3 * i + c] - middle[c], 2);
-    if (d < nearest) nearest = d, node = i;
-  }
+  static const double factors[] = {2, 1.5, 1.2, 1.05};
   const int *tets = flesh_mesh_tets(mesh);
-  while (tets[4 * t + corner] != node) corner == 3 ? t++, corner = 0 : corner++;
-  for (int c = 0; c < 3; c++) {
-    double centre = 0;
-    for (int a = 0; a < 4; a++)
-      if (a != corner) centre += x[3 * tets[4 * t + a] + c] / 3;
-    x[3 * node + c] = 2 * centre - x[3 * node + c];
-  }
+  for (int f = 0; f < 4; f++)
+    for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
+      for (int corner = 0; corner < 4; corner++) {
+        double kept[3], *moved = x + 3 * tets[4 * t + corner];
+        int inverted;
+        memcpy(kept, moved, sizeof kept);
+        for (int c = 0; c < 3; c++) {
+          double centre = 0;
+          for (int a = 0; a < 4; a++)
+            if (a != corner) centre += x[3 * tets[4 * t + a] + c] / 3;
+          moved[c] += factors[f] * (centre - moved[c]);
+        }
+        flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+        if (inverted == 1) return;
+        memcpy(moved, kept, sizeof kept);
+      }
 }
 
 /* Turns y, z about the middle. */
@@ -127,7 +130,7 @@ int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh
       break;
     }
   }
-  if (!status && row->start == FLESH_STRESS_INVERT_ONE) invert_one(mesh, middle, state->x);
+  if (!status && row->start == FLESH_STRESS_INVERT_ONE) invert_one(mesh, state->x);
   free(edge);
   return status;
 }
