@@ -61,7 +61,8 @@ static void colour_cells(parts *p, const int cells[3], int checker)
 }
 
 /* The first tet of each inner node with odd indices is flattened: the node moves towards the opposite
- * face until its height is `part` of what it was. The node's star is convex, so the others stay whole,
+ * face until its height is `part` of what it was (its circumscribed sphere grows as its inscribed one shrinks, so that
+ * the radius ratio goes with the square). The node's star is convex, so the others stay whole,
  * but for the neighbour behind the same flat face of the star, which becomes a sliver too. */
 static void flatten(parts *p, const int cells[3], double part)
 {
@@ -195,7 +196,7 @@ int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh *
     break;
   case FLESH_STRESS_SLIVERS:
     status = open_blocks(&p, even[quick], size, 1);
-    if (!status) flatten(&p, even[quick], 1e-4);
+    if (!status) flatten(&p, even[quick], 0.01);
     break;
   case FLESH_STRESS_GRADED: status = open_graded(&p, 0.1, 1e-4); break;
   case FLESH_STRESS_FAN: status = open_fan(&p, 0.1, quick ? 5 : 8); break;

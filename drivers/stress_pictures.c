@@ -29,7 +29,9 @@ static void cell_text(const flesh_stress_run *r, char text[32])
                      : f->end == FLESH_STRESS_END_SADDLE     ? " saddle"
                      : f->end == FLESH_STRESS_END_UNTANGLES ? " untan."
                                                              : "";
+  static const char *const ranks[] = {"point", "line", "plane", "body"};
   *text = 0;
+  if (r->outcome == FLESH_STRESS_EQUILIBRIUM && f->rank >= 0) snprintf(text, 32, "%s%s", ranks[f->rank], mark);
   if (r->outcome == FLESH_STRESS_RECOVERED && isfinite(f->recovered_at))
     snprintf(text, 32, "%.2g s", f->recovered_at);
   if (r->outcome == FLESH_STRESS_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
