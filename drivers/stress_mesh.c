@@ -196,7 +196,7 @@ int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh *
     break;
   case FLESH_STRESS_SLIVERS:
     status = open_blocks(&p, even[quick], size, 1);
-    if (!status) flatten(&p, even[quick], 0.01);
+    if (!status) flatten(&p, even[quick], 0.005);
     break;
   case FLESH_STRESS_GRADED: status = open_graded(&p, 0.1, 1e-4); break;
   case FLESH_STRESS_FAN: status = open_fan(&p, 0.1, quick ? 5 : 8); break;
