@@ -53,7 +53,7 @@ int flesh_command_run(int argc, char **argv)
 {
   flesh_runner_options options = {0};
   flesh_overrides overrides;
-  const char *start_state = NULL;
+  const char *start_state = NULL, *method = NULL;
   int status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("run", status);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
@@ -65,6 +65,8 @@ int flesh_command_run(int argc, char **argv)
        "folder of the results (default out/<scene>)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of the scene, as in --set time.step=1/120"},
+      {"method", "NAME", FLESH_OPTION_TEXT, &method,
+       "how to step in time (--set time.method=NAME)"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
        "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
       {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state,
@@ -86,6 +88,7 @@ int flesh_command_run(int argc, char **argv)
   flesh_interrupt_watch();
   status =
       start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
+  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
   if (!status)
     status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
   if (status) {

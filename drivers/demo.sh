@@ -14,7 +14,7 @@ cd "$root"
 build build || die "the build failed; the compiler's words are above."
 
 # The pulled finger on two meshes, so that the mesh is not taken for the material.
-build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger_pull_fine.yaml --out out
+build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger_pull_fine.yaml \
+  --out out
 
-printf '\nPlots, pictures and the table are in %s/out:\n' "$root"
-find out -name '*.png' -o -name '*.csv' | sort | sed 's/^/  /'
+printf '\nThe folder: %s/out (first look at shapes_*.png and volume_*.png)\n' "$root"

@@ -159,6 +159,7 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   const flesh_scene_time *time = flesh_scene_times(r->scene);
   int status =
       flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene), &r->integrator);
+  if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
   if (status) return status;
   flesh_observer observers[OBSERVER_LIMIT];
   int count = 0;

@@ -4,9 +4,7 @@
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
-#include "base/error.h"
 #include "body.h"
-#include "effect/motion.h"
 #include "effect/registry.h"
 #include "scene/keys.h"
 #include "system/derivative_check.h"
@@ -495,148 +493,9 @@ static void masses_and_weights(void)
   }
 }
 
-/* The drag's pull on a body that moves rigidly by d is k (p + d - target), wherever the point was given. */
-static void check_drag(const double given[3], const double found[3])
-{
-  test_body b;
-  make_cube(2, FLESH_ENERGY_S, FLESH_MASS_LUMPED, &b);
-  flesh_effect *effect = NULL;
-  flesh_keyframe keys[] = {{.t = 1, .translation = {2, 0, 0}}, {.t = 3, .translation = {4, 2, 0}}};
-  flesh_motion target = {.count = 2, .keyframes = keys};
-  CHECK_OK(flesh_effect_drag(&b.body, given, 50, &target, 0.5, 2.5, &effect));
-  CHECK_OK(flesh_system_add_effect(b.system, &effect));
-  CHECK_OK(flesh_system_finish(b.system));
-  double *r = calloc((size_t)b.n, sizeof *r);
-  for (int d = 0; d < b.n; d++) b.state.x[d] += (double[]){0.1, -0.2, 0.3}[d % 3];
-  const double times[] = {0.49, 0.5, 1.5, 2, 2.5};
-  const double targets[][3] = {{0}, {2, 0, 0}, {2.5, 0.5, 0}, {3, 1, 0}, {0}};
-  for (int k = 0; k < 5; k++) {
-    int active = k > 0 && k < 4;
-    double sum[3] = {0}, torque = 0, energy, expected = 0, pull[3];
-    flesh_point point = {.t = times[k], .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
-    CHECK_OK(flesh_system_residual(b.system, &point, r));
-    CHECK_OK(flesh_system_energies(b.system, &point, &energy));
-    for (int d = 0; d < b.n; d++) sum[d % 3] += r[d];
-    for (int i = 0; i < b.n / 3; i++)
-      torque += b.state.x[3 * i] * r[3 * i + 1] - b.state.x[3 * i + 1] * r[3 * i];
-    for (int c = 0; c < 3; c++) {
-      double extension = found[c] + (double[]){0.1, -0.2, 0.3}[c] - targets[k][c];
-      pull[c] = active ? 50 * extension : 0;
-      expected += active ? 25 * extension * extension : 0;
-      CHECK_NEAR(sum[c], pull[c], 1e-11);
-    }
-    /* Equal to one force at the point: so the weights are those of the point itself. */
-    CHECK_NEAR(torque, (found[0] + 0.1) * pull[1] - (found[1] - 0.2) * pull[0], 1e-11);
-    CHECK_NEAR(energy, expected, 1e-10);
-  }
-  CHECK(flesh_system_next_event(b.system, 0) == 0.5);
-  CHECK(flesh_system_next_event(b.system, 0.5) == 1);
-  CHECK(flesh_system_next_event(b.system, 1) == 2.5);
-  CHECK(flesh_system_next_event(b.system, 2.5) == 3);
-  CHECK(flesh_system_next_event(b.system, 3) == INFINITY);
-  free(r);
-  test_body_destroy(&b);
-}
-
-static void drag_pulls_at_its_point(void)
-{
-  check_drag((double[]){0.9, 0.8, 0.3}, (double[]){0.9, 0.8, 0.3});   /* inside */
-  check_drag((double[]){1, 1, 1}, (double[]){1, 1, 1});               /* a corner */
-  check_drag((double[]){0.3, 0.6, 5}, (double[]){0.3, 0.6, 1});       /* above: the nearest of the surface */
-  check_drag((double[]){-3, 0.4, 0.7}, (double[]){0, 0.4, 0.7});
-  check_drag((double[]){9, 9, 9}, (double[]){1, 1, 1});
-  check_drag((double[]){0.25, 2, -1}, (double[]){0.25, 1, 0});        /* an edge */
-}
-
-static void motions(void)
-{
-  flesh_keyframe keys[] = {{.t = 1, .translation = {1, 0, 0}},
-                           {.t = 2, .translation = {3, 1, 0}, .rotation = {0, 0, M_PI / 2}}};
-  flesh_motion given = {.count = 2, .keyframes = keys, .centre = {1, 1, 0}}, motion;
-  double t[3], w[3], y[3];
-  CHECK_OK(flesh_motion_copy(&given, &motion));
-  flesh_motion_at(&motion, 0, t, w);
-  CHECK(t[0] == 1 && w[2] == 0);
-  flesh_motion_at(&motion, 1.25, t, w);
-  CHECK_NEAR(t[0], 1.5, 1e-15);
-  CHECK_NEAR(w[2], M_PI / 8, 1e-15);
-  flesh_motion_at(&motion, 9, t, w);
-  CHECK(t[0] == 3 && t[1] == 1);
-  flesh_motion_apply(&motion, 2, (double[]){3, 1, 7}, y); /* a quarter turn about (1,1) takes (2,0) to (0,2) */
-  CHECK_NEAR(y[0], 1 + 3, 1e-15);
-  CHECK_NEAR(y[1], 1 + 2 + 1, 1e-15);
-  CHECK_NEAR(y[2], 7, 1e-15);
-  /* A rotation vector in general position against the matrix exponential. */
-  keys[0].rotation[0] = 0.4, keys[0].rotation[1] = -1.1, keys[0].rotation[2] = 0.9;
-  flesh_motion_clear(&motion);
-  CHECK_OK(flesh_motion_copy(&given, &motion));
-  flesh_motion_apply(&motion, 0.5, (double[]){2, -1, 3}, y);
-  double series[3] = {1, -2, 3}, term[3] = {1, -2, 3};
-  for (int k = 1; k < 40; k++) {
-    const double *o = keys[0].rotation;
-    double next[3] = {o[1] * term[2] - o[2] * term[1], o[2] * term[0] - o[0] * term[2],
-                      o[0] * term[1] - o[1] * term[0]};
-    for (int c = 0; c < 3; c++) series[c] += term[c] = next[c] / k;
-  }
-  for (int c = 0; c < 3; c++)
-    CHECK_NEAR(y[c], given.centre[c] + keys[0].translation[c] + series[c], 1e-14);
-  flesh_motion_clear(&motion);
-  /* Smooth: at rest at its keyframes, half-way at half time. */
-  given.smooth = 1;
-  CHECK_OK(flesh_motion_copy(&given, &motion));
-  flesh_motion_at(&motion, 1.5, t, NULL);
-  CHECK_NEAR(t[0], 2, 1e-15);
-  flesh_motion_at(&motion, 1 + 1e-4, t, NULL);
-  CHECK_BELOW(t[0] - 1, 1e-7);
-  CHECK(t[0] > 1);
-  flesh_motion_clear(&motion);
-}
-
-static void bad_arguments_are_sentences(void)
-{
-  test_body b;
-  make_cube(1, FLESH_ENERGY_S, FLESH_MASS_LUMPED, &b);
-  flesh_effect *effect = NULL;
-  flesh_keyframe keys[] = {{.t = 1}, {.t = 1}};
-  flesh_motion target = {.count = 1, .keyframes = keys};
-  const double point[3] = {0.5, 0.5, 0.5};
-#define REFUSED(call, part)                       \
-  do {                                            \
-    flesh_effect_destroy(&effect);                \
-    CHECK((call) == FLESH_ERR_ARGUMENT);          \
-    CHECK_TEXT(flesh_error_text(), part);         \
-    CHECK(effect == NULL);                        \
-  } while (0)
-  REFUSED(flesh_effect_drag(&b.body, point, 0, &target, 0, 1, &effect), "stiffness is 0 N/m");
-  REFUSED(flesh_effect_drag(&b.body, point, NAN, &target, 0, 1, &effect), "stiffness is nan N/m");
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, 1, 1, &effect), "until is 1 s");
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, NAN, 1, &effect), "until is 1 s");
-  REFUSED(flesh_effect_drag(&b.body, (double[]){0, NAN, 0}, 1, &target, 0, 1, &effect), "finite");
-  target.count = 2;
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, 0, 1, &effect), "times must ascend");
-  target.count = 0;
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, 0, 1, &effect), "at least one keyframe");
-  target.count = 1;
-  keys[0].translation[1] = INFINITY;
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, 0, 1, &effect), "finite");
-  keys[0].translation[1] = 0;
-  keys[0].t = NAN;
-  REFUSED(flesh_effect_drag(&b.body, point, 1, &target, 0, 1, &effect), "finite");
-  REFUSED(flesh_effect_gravity(&b.body, (double[]){0, 0, NAN}, &effect), "finite");
-  b.density[3] = 0;
-  REFUSED(flesh_effect_inertia(&b.body, &effect), "density");
-  b.density[3] = 1;
-  b.body.materials = NULL;
-  REFUSED(flesh_effect_elasticity(&b.body, &effect), "needs a body with a material");
-  flesh_effect_destroy(&effect);
-  flesh_effect_destroy(NULL);
-  test_body_destroy(&b);
-}
-
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together),
                    TEST(potentials_are_energies), TEST(elasticity_is_the_material), TEST(materials_by_region),
-                   TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights),
-                   TEST(drag_pulls_at_its_point), TEST(motions), TEST(bad_arguments_are_sentences));
+                   TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights));
 }

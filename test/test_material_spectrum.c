@@ -219,7 +219,7 @@ static void blocks_against_the_full_hessian(void)
       for (int clamp = 0; clamp < 2; clamp++) {
         if (clamp) {
           flesh_spectrum before = spectrum;
-          int was_changed = flesh_spectrum_clamp(&spectrum);
+          int was_changed = flesh_spectrum_filter(&spectrum, FLESH_FILTER_CLAMP);
           CHECK(was_changed == (memcmp(&before, &spectrum, sizeof before) != 0));
           CHECK(was_changed == (flesh_spectrum_smallest(&before) < 0));
           CHECK(flesh_spectrum_smallest(&spectrum) >= -1e-14 * scale);

@@ -28,8 +28,15 @@ typedef struct flesh_point {
   const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */
 } flesh_point;
 
-/* How the unknown u moves the point, and whether the Jacobian must be positive semi-definite
- * (`project`: each cell's negative eigenvalues are clamped to zero). Backward Euler (1, 1/h, 1/h^2),
+/* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute values. */
+typedef enum flesh_projected {
+  FLESH_PROJECTED_NOT,
+  FLESH_PROJECTED_CLAMP,
+  FLESH_PROJECTED_ABSOLUTE
+} flesh_projected;
+
+/* How the unknown u moves the point, and whether the Jacobian must be positive semi-definite (`project`, a
+ * flesh_projected). Backward Euler (1, 1/h, 1/h^2),
  * IDA (1, cj, cj^2), statics (1, 0, 0). */
 typedef struct flesh_shift {
   double x, v, a;

@@ -17,7 +17,33 @@ typedef struct flesh_state {
   double *x, *v;
 } flesh_state;
 
-typedef enum flesh_method { FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_STATIC } flesh_method;
+/* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and their docs are made. */
+#define FLESH_METHOD_LIST(ROW)                                                                     \
+  ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
+  ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
+  ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
+  ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
+  ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")
+
+typedef enum flesh_method {
+#define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
+  FLESH_METHOD_LIST(FLESH_METHOD_ENUM)
+#undef FLESH_METHOD_ENUM
+} flesh_method;
+
+/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics); NULL and 0 for what is none. */
+FLESH_API const char *flesh_method_name(flesh_method method);
+FLESH_API int flesh_method_order(flesh_method method);
+
+/* Parameters; a method reads its own only. */
+typedef struct flesh_method_options {
+  double alpha;       /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped */
+  double beta, gamma; /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2 */
+} flesh_method_options;
+FLESH_API void flesh_method_options_default(flesh_method_options *options);
+/* FLESH_ERR_ARGUMENT when a value is out of its range. */
+FLESH_API int flesh_method_options_check(const flesh_method_options *options);
 
 /* Everything known when a step could not be taken. */
 typedef struct flesh_failure {
@@ -37,11 +63,15 @@ FLESH_API int flesh_integrator_create(const flesh_system *system, flesh_method m
                                       const flesh_solver_options *options,
                                       flesh_integrator **integrator);
 FLESH_API void flesh_integrator_destroy(flesh_integrator **integrator);
+/* Replaces the defaults; FLESH_ERR_ARGUMENT as flesh_method_options_check. Restarts the method. */
+FLESH_API int flesh_integrator_set_method_options(flesh_integrator *integrator,
+                                                  const flesh_method_options *options);
 FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
-/* Takes the state from t to t+h (backward Euler: retried in halves when a solve fails; statics:
- * equilibrium at t+h, the load raised in increments when the full one fails), adding to *stats (may be NULL).
- * On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
+/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h, the load raised in
+ * increments when the full one fails), adding to *stats (may be NULL). Methods of order 2 part the step at events
+ * (flesh_system_next_event) within it and start anew there; so they do when the caller hands another state than it
+ * was given back. Their constrained dofs follow the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 

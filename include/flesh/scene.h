@@ -48,6 +48,7 @@ FLESH_API int flesh_scene_material_count(const flesh_scene *scene);
 typedef struct flesh_scene_time {
   flesh_method method; /* FLESH_METHOD_STATIC when the scene has no inertia */
   double step, end;    /* s */
+  flesh_method_options options;
 } flesh_scene_time;
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 

@@ -26,6 +26,14 @@ typedef enum flesh_projection {
   FLESH_PROJECTION_NEVER
 } flesh_projection;
 
+/* What projection makes of an element's negative eigenvalues. */
+typedef enum flesh_filtering {
+  FLESH_FILTERING_TRUST,   /* zero where the quadratic model just foretold the decrease to a hundredth, else absolute
+                              values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering") */
+  FLESH_FILTERING_CLAMP,   /* zero */
+  FLESH_FILTERING_ABSOLUTE /* absolute values */
+} flesh_filtering;
+
 typedef enum flesh_globalization {
   FLESH_GLOBALIZATION_ENERGY, /* full steps guarded by an Armijo search on the incremental potential */
   FLESH_GLOBALIZATION_NONE,   /* plain full Newton steps */
@@ -43,6 +51,7 @@ typedef struct flesh_solver_options {
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
   flesh_projection projection;
+  flesh_filtering filtering;
   flesh_globalization globalization;
   /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number of
    * iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and fails. */

@@ -143,16 +143,16 @@ static inline void true_blocks(const element *e, const double F[9], const double
     }
 }
 
-/* The Hessian without its negative eigenvalues, from the closed-form spectrum. */
+/* The Hessian with its negative eigenvalues filtered, from the closed-form spectrum. */
 static int projected_blocks(const element *e, const double F[9], const flesh_psi *psi, double scale,
-                            double pair[6][9])
+                            flesh_filter filter, double pair[6][9])
 {
   double U[9], sigma[3], V[9], g[3][3];
   flesh_spectrum spectrum;
   flesh_svd3(F, U, sigma, V);
   int status = flesh_spectrum_make(psi, sigma, &spectrum);
   if (status) return status;
-  if (!flesh_spectrum_clamp(&spectrum)) {
+  if (!flesh_spectrum_filter(&spectrum, filter)) {
     double C[9];
     flesh_mat3_cofactor(F, C);
     true_blocks(e, F, C, psi, scale, pair);
@@ -184,7 +184,10 @@ static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *po
     if (status) return status;
     double scale = shift->x * e->volume;
     if (shift->project) {
-      status = projected_blocks(e, F, &psi, scale, pair);
+      status = projected_blocks(e, F, &psi, scale,
+                                shift->project == FLESH_PROJECTED_ABSOLUTE ? FLESH_FILTER_ABSOLUTE
+                                                                           : FLESH_FILTER_CLAMP,
+                                pair);
       if (status) return status;
     } else {
       true_blocks(e, F, C, &psi, scale, pair);

@@ -1,13 +1,17 @@
-/* integrator.c: steps with their retries: in halves in time, in load increments in statics. */
+/* integrator.c: steps with their retries: in halves in time, in load increments in statics; and what the methods
+ * remember. */
 #include "flesh/integrator.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
+#include "integrator/prescribed.h"
 
 struct flesh_integrator {
   const flesh_system *system;
@@ -16,10 +20,32 @@ struct flesh_integrator {
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
   int n;
-  double *base;  /* [2*n] of the stage */
-  double *start; /* [n] where a static solve with increments began */
+  flesh_method_memory memory;
+  flesh_prescribed prescribed; /* order > 1 */
+  flesh_state returned;        /* the state as it was given back; order > 1 */
+  double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   flesh_failure failure;
 };
+
+static int create_memory(flesh_integrator *self)
+{
+  flesh_method_memory *memory = &self->memory;
+  const size_t n = (size_t)self->n + 1;
+  int failed = 0, second = flesh_method_order(self->method) > 1;
+  memory->n = self->n;
+  flesh_method_options_default(&memory->options);
+  failed |= !(memory->v0 = calloc(n, sizeof(double)));
+  failed |= !(memory->a0 = calloc(n, sizeof(double)));
+  failed |= !(self->start = calloc(n, sizeof(double)));
+  for (int k = 0; k < self->row->vectors; k++)
+    failed |= !(memory->vectors[k] = calloc(n, sizeof(double)));
+  if (second) {
+    failed |= !(self->returned.x = calloc(n, sizeof(double)));
+    failed |= !(self->returned.v = calloc(n, sizeof(double)));
+  }
+  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
+}
 
 int flesh_integrator_create(const flesh_system *system, flesh_method method,
                             const flesh_solver_options *options, flesh_integrator **integrator)
@@ -34,11 +60,8 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->row = row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
-  self->base = calloc((size_t)self->n * 2 + 1, sizeof *self->base);
-  self->start = calloc((size_t)self->n + 1, sizeof *self->start);
-  int status = self->base && self->start
-                   ? flesh_nonlinear_create(system, options, &self->nonlinear)
-                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  int status = create_memory(self);
+  if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -51,10 +74,25 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
-  free((*integrator)->base);
+  flesh_prescribed_clear(&(*integrator)->prescribed);
+  free((*integrator)->memory.v0);
+  free((*integrator)->memory.a0);
+  for (int k = 0; k < FLESH_METHOD_VECTORS; k++) free((*integrator)->memory.vectors[k]);
+  free((*integrator)->returned.x);
+  free((*integrator)->returned.v);
   free((*integrator)->start);
   free(*integrator);
   *integrator = NULL;
+}
+
+int flesh_integrator_set_method_options(flesh_integrator *integrator,
+                                        const flesh_method_options *options)
+{
+  int status = flesh_method_options_check(options);
+  if (status) return status;
+  integrator->memory.options = *options;
+  integrator->memory.known = 0;
+  return FLESH_OK;
 }
 
 flesh_method flesh_integrator_method(const flesh_integrator *integrator)
@@ -69,7 +107,9 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  return sizeof *integrator + 3 * (size_t)integrator->n * sizeof(double) +
+  int vectors = 3 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
+  return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
+         flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear);
 }
 
@@ -97,20 +137,86 @@ static int solve(flesh_integrator *self, const flesh_stage *stage, double h, int
   return status;
 }
 
-/* Steps from state->t to `end`, halving what fails: an explicit walk over the binary subdivision, so that depth is
- * bounded by max_halvings and work by its leaves. */
-static int step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* A piece of time without events inside; those at its ends (within rounding of the state's time) are told apart so
+ * that the piece sees what holds between them. */
+typedef struct piece {
+  double begin; /* the first time that belongs to it */
+  double end;   /* of the piece */
+  double event; /* the next event after `begin`; at `end`, later, or INFINITY */
+} piece;
+
+/* The last moment before the event. */
+static double before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
+
+/* Where the method starts anew, constrained dofs may have jumped, or their velocities: what a short step would make of
+ * that; and the acceleration, for methods that go on from it. */
+static int start_piece(flesh_integrator *self, flesh_state *state, const piece *piece,
+                       flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
+  flesh_prescribed_set(&self->prescribed, piece->begin, before(piece->end, piece->event), state->x);
+  flesh_prescribed_begin(&self->prescribed, memory->v0, a);
+  int status = flesh_nonlinear_take_up(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
+                                       state->x, state->v, stats);
+  if (status || !self->row->acceleration) return status;
+  return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
+}
+
+/* The state that the stage leads to, where it is not the stage itself, must have an energy. */
+static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
+                     double t_end, flesh_solve_stats *stats)
+{
+  if (stage->shift.x == 1) return FLESH_OK;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  for (int d = 0; d < self->n; d++)
+    self->start[d] = self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                                               : state->x[d] + u[d];
+  return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, stats);
+}
+
+/* One try of a step of h to t_end. */
+static int attempt(flesh_integrator *self, flesh_state *state, const piece *piece, double t_end,
+                   double h, int halvings, flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  const int second = flesh_method_order(self->method) > 1;
+  flesh_stage stage;
+  self->row->stage(memory, state, t_end, h, &stage);
+  stage.t = before(stage.t, piece->event);
+  if (second) {
+    flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(t_end, piece->event),
+                         state->x);
+    flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
+  }
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, stats);
+  if (!status) status = check_end(self, &stage, state, t_end, stats);
+  if (status) {
+    record_failure(self, &stage, h, halvings, status, stats);
+    return status;
+  }
+  self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  state->t = t_end;
+  if (second) {
+    flesh_prescribed_finish(&self->prescribed, state->x, state->v);
+    memory->known = 1;
+    memory->h = h;
+  }
+  return FLESH_OK;
+}
+
+/* Steps through a piece of length h, halving what fails: an explicit walk over the binary subdivision, so that depth
+ * is bounded by max_halvings and work by its leaves. */
+static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, double h,
+                flesh_solve_stats *stats)
 {
   const double begin = state->t;
-  unsigned long long place = 0; /* of the next piece, in units of h / 2^depth */
+  unsigned long long place = 0; /* of the next part, in units of h / 2^depth */
   int depth = 0;
   for (;;) {
-    unsigned long long pieces = 1ULL << depth;
-    double piece = h / (double)pieces;
-    flesh_stage stage;
-    self->row->stage(state, piece, self->n, self->base, &stage);
-    stage.t = begin + h * ((double)(place + 1) / (double)pieces);
-    int status = solve(self, &stage, piece, depth, stats);
+    unsigned long long parts = 1ULL << depth;
+    double t_end = place + 1 == parts ? piece->end : begin + h * ((double)(place + 1) / (double)parts);
+    int status = attempt(self, state, piece, t_end, h / (double)parts, depth, stats);
     if (status < 0) return status;
     if (status) {
       if (depth == self->options.max_halvings) return status;
@@ -118,30 +224,78 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
       place *= 2;
       continue;
     }
-    self->row->finish(&stage, flesh_nonlinear_unknowns(self->nonlinear), piece, self->n, state);
     place++;
     while (depth > 0 && place % 2 == 0) depth--, place /= 2;
     if (depth == 0) return FLESH_OK;
   }
 }
 
+static int same_state(const flesh_state *a, const flesh_state *b, int n, double tolerance)
+{
+  return fabs(a->t - b->t) <= tolerance && !memcmp(a->x, b->x, (size_t)n * sizeof *a->x) &&
+         !memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
+}
+
+static void remember(flesh_integrator *self, const flesh_state *state)
+{
+  self->returned.t = state->t;
+  memcpy(self->returned.x, state->x, (size_t)self->n * sizeof *state->x);
+  memcpy(self->returned.v, state->v, (size_t)self->n * sizeof *state->v);
+}
+
+/* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. */
+static int step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const double begin = state->t, end = begin + h;
+  if (flesh_method_order(self->method) < 2)
+    return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
+  /* Times closer than this are the same: grids of steps and times of events carry rounding. */
+  const double tolerance = fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(begin), fabs(end)));
+  if (!same_state(state, &self->returned, self->n, tolerance)) self->memory.known = 0;
+  int status = FLESH_OK;
+  while (!status && state->t < end) {
+    piece next = {.begin = state->t, .end = end};
+    next.event = flesh_system_next_event(self->system, state->t);
+    while (next.event <= state->t + tolerance) {
+      next.begin = next.event;
+      next.event = flesh_system_next_event(self->system, next.event);
+    }
+    if (next.event < end - tolerance) next.end = next.event;
+    double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
+    remember(self, state);
+    if (!self->memory.known) status = start_piece(self, state, &next, stats);
+    if (status > 0)
+      record_failure(self, &(flesh_stage){.t = next.begin}, length, 0, status, stats);
+    if (!status) status = walk(self, state, &next, length, stats);
+    if (status && state->t == t) { /* the start has moved nothing */
+      memcpy(state->x, self->returned.x, (size_t)self->n * sizeof *state->x);
+      memcpy(state->v, self->returned.v, (size_t)self->n * sizeof *state->v);
+    }
+    if (status || next.event <= state->t + tolerance) self->memory.known = 0;
+  }
+  remember(self, state);
+  return status;
+}
+
 /* Equilibrium at t+h: the full load first, then in increments that shrink on failure and grow on success. */
 static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_stage stage;
-  self->row->stage(state, h, self->n, self->base, &stage);
+  self->row->stage(&self->memory, state, state->t + h, h, &stage);
   int status = solve(self, &stage, h, 0, stats);
   if (status == FLESH_OK) {
-    self->row->finish(&stage, flesh_nonlinear_unknowns(self->nonlinear), h, self->n, state);
+    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+    state->t = stage.t;
+    memset(state->v, 0, (size_t)self->n * sizeof *state->v);
     return FLESH_OK;
   }
-  /* The load is carried from its present share to the full one; what is prescribed moves along. */
+  /* The load is raised from nothing to the full one while what is prescribed moves along. */
   memcpy(self->start, state->x, (size_t)self->n * sizeof *self->start);
   double reached = 0, increment = 0.5;
   const double smallest = ldexp(1, -self->options.max_halvings), begin = state->t;
   while (status >= 0 && reached < 1) {
     double load = fmin(1, reached + increment);
-    self->row->stage(state, h, self->n, self->base, &stage);
+    self->row->stage(&self->memory, state, state->t + h, h, &stage);
     stage.load = load;
     stage.share = (load - reached) / (1 - reached);
     status = solve(self, &stage, h, (int)lround(-log2(increment)), stats);
@@ -151,12 +305,15 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
       if (increment < smallest) break;
       continue;
     }
-    self->row->finish(&stage, flesh_nonlinear_unknowns(self->nonlinear), h, self->n, state);
+    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     reached = load;
     increment *= 2;
     state->t = reached < 1 ? begin : stage.t;
   }
-  if (reached >= 1) return FLESH_OK;
+  if (reached >= 1) {
+    memset(state->v, 0, (size_t)self->n * sizeof *state->v);
+    return FLESH_OK;
+  }
   /* A part of the load is no equilibrium that was asked for. */
   memcpy(state->x, self->start, (size_t)self->n * sizeof *self->start);
   return status;
@@ -166,15 +323,17 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
 {
   flesh_solve_stats ignored = {0};
   if (!stats) stats = &ignored;
-  if (!(h >= 0) || (h == 0 && self->method != FLESH_METHOD_STATIC))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", h);
+  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status = self->method == FLESH_METHOD_STATIC ? solve_static(self, state, h, stats)
                                                    : step_in_time(self, state, h, stats);
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
+  char residual[80] = "there is no residual"; /* where the first iterate has no energy */
+  if (f->worst_node >= 0)
+    snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);
   return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,
-                    "at t = %.9g s with h = %.3g s: %s; residual %.3g N, wanted %.3g N; smallest J = %.3g in "
-                    "tet %d at (%.4g, %.4g, %.4g)",
-                    f->t, f->h, flesh_status_text(f->status), f->residual, f->target, f->worst_J,
-                    f->worst_tet, f->worst_position[0], f->worst_position[1], f->worst_position[2]);
+                    "at t = %.9g s with h = %.3g s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, f->h, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,
+                    f->worst_position[0], f->worst_position[1], f->worst_position[2]);
 }

@@ -1,51 +1,48 @@
-/* methods.c: backward Euler and statics. The unknown is the displacement over the step, so that differences of
- * nearby positions never cancel. */
+/* methods.c: the registry of methods, made from FLESH_METHOD_LIST, and their parameters. */
 #include <stddef.h>
 
+#include "base/error.h"
 #include "integrator/method.h"
 
-/* x = x_n + u, v = u/h, a = (u/h - v_n)/h. */
-static void backward_euler_stage(const flesh_state *state, double h, int unknowns, double *base,
-                                 flesh_stage *stage)
-{
-  for (int d = 0; d < unknowns; d++) base[d] = -state->v[d] / h;
-  *stage = (flesh_stage){.t = state->t + h, .load = 1, .share = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
-                         .x0 = state->x, .a0 = base};
-}
+#define TEXT(NAME, name, text, order, doc) text,
+const char *const flesh_method_names[] = {FLESH_METHOD_LIST(TEXT) NULL};
+#undef TEXT
 
-static void backward_euler_finish(const flesh_stage *stage, const double *u, double h, int unknowns,
-                                  flesh_state *state)
-{
-  for (int d = 0; d < unknowns; d++) {
-    state->x[d] += u[d];
-    state->v[d] = u[d] / h;
-  }
-  state->t = stage->t;
-}
+#define ADDRESS(NAME, name, text, order, doc) &flesh_method_##name,
+static const flesh_method_row *const rows[] = {FLESH_METHOD_LIST(ADDRESS)};
+#undef ADDRESS
 
-static void static_stage(const flesh_state *state, double h, int unknowns, double *base,
-                         flesh_stage *stage)
-{
-  (void)unknowns, (void)base;
-  *stage = (flesh_stage){.t = state->t + h, .load = 1, .share = 1, .shift = {.x = 1}, .x0 = state->x};
-}
+#define ORDER(NAME, name, text, order, doc) order,
+static const int orders[] = {FLESH_METHOD_LIST(ORDER)};
+#undef ORDER
 
-static void static_finish(const flesh_stage *stage, const double *u, double h, int unknowns,
-                          flesh_state *state)
-{
-  (void)h;
-  for (int d = 0; d < unknowns; d++) {
-    state->x[d] += u[d];
-    state->v[d] = 0;
-  }
-  state->t = stage->t;
-}
+enum { METHODS = sizeof rows / sizeof rows[0] };
 
 const flesh_method_row *flesh_method_find(flesh_method method)
 {
-  static const flesh_method_row rows[] = {
-      [FLESH_METHOD_BACKWARD_EULER] = {"backward-euler", backward_euler_stage, backward_euler_finish},
-      [FLESH_METHOD_STATIC] = {"static", static_stage, static_finish},
-  };
-  return (size_t)method < sizeof rows / sizeof rows[0] ? &rows[method] : NULL;
+  return (size_t)method < METHODS ? rows[method] : NULL;
+}
+
+const char *flesh_method_name(flesh_method method)
+{
+  return (size_t)method < METHODS ? flesh_method_names[method] : NULL;
+}
+
+int flesh_method_order(flesh_method method) { return (size_t)method < METHODS ? orders[method] : 0; }
+
+void flesh_method_options_default(flesh_method_options *options)
+{
+  *options = (flesh_method_options){.alpha = -0.1, .beta = 0.25, .gamma = 0.5};
+}
+
+int flesh_method_options_check(const flesh_method_options *options)
+{
+  if (!(options->alpha >= -1. / 3 && options->alpha <= 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "alpha is %g; it must be in [-1/3, 0]", options->alpha);
+  if (!(options->gamma >= 0.5 && options->gamma <= 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "gamma is %g; it must be in [1/2, 1]", options->gamma);
+  if (!(options->beta >= options->gamma / 2 && options->beta <= 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "beta is %g; it must be in [gamma/2, 1] = [%g, 1]",
+                      options->beta, options->gamma / 2);
+  return FLESH_OK;
 }

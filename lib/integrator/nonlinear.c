@@ -143,6 +143,17 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
   return FLESH_NOT_CONVERGED;
 }
 
+static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
+{
+  stats->newton += problem->stats.newton;
+  stats->linear += problem->stats.linear;
+  stats->assemblies += problem->stats.assemblies;
+  stats->projections += problem->stats.projections;
+  stats->residuals += problem->stats.residuals;
+  stats->potentials += problem->stats.potentials;
+  stats->backtracks += problem->stats.backtracks;
+}
+
 int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh_solve_stats *stats)
 {
   flesh_problem *problem = self->problem;
@@ -150,6 +161,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh
   int status = flesh_problem_set_stage(problem, stage);
   if (status) return status;
   memset(&problem->stats, 0, sizeof problem->stats);
+  stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_problem_start(problem, u);
   status = flesh_problem_residual(problem, u, problem->work);
   double first = status ? 0 : flesh_norm(problem->n, problem->work);
@@ -165,12 +177,36 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh
     int flag = KINSol(self->kinsol, self->u, search ? KIN_LINESEARCH : KIN_NONE, self->ones, self->ones);
     status = judge(self, flag, target, stats);
   }
-  stats->newton += problem->stats.newton;
-  stats->linear += problem->stats.linear;
-  stats->assemblies += problem->stats.assemblies;
-  stats->projections += problem->stats.projections;
-  stats->residuals += problem->stats.residuals;
-  stats->potentials += problem->stats.potentials;
-  stats->backtracks += problem->stats.backtracks;
+  add_counts(problem, stats);
   return status;
+}
+
+int flesh_nonlinear_acceleration(flesh_nonlinear *self, double t, const double *x, const double *v,
+                                 double *a, flesh_solve_stats *stats)
+{
+  memset(&self->problem->stats, 0, sizeof self->problem->stats);
+  int status = flesh_problem_acceleration(self->problem, t, x, v, a);
+  add_counts(self->problem, stats);
+  return status;
+}
+
+int flesh_nonlinear_take_up(flesh_nonlinear *self, double t, const double *x_prescribed,
+                            const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats)
+{
+  memset(&self->problem->stats, 0, sizeof self->problem->stats);
+  int status = flesh_problem_take_up(self->problem, t, x_prescribed, v_prescribed, x, v);
+  add_counts(self->problem, stats);
+  return status;
+}
+
+int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, const double *v,
+                            flesh_solve_stats *stats)
+{
+  double phi, magnitude;
+  flesh_problem *problem = self->problem;
+  if (x != problem->x) memcpy(problem->x, x, (size_t)problem->n * sizeof *x);
+  memset(problem->a, 0, (size_t)problem->n * sizeof *problem->a);
+  stats->potentials++;
+  const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a};
+  return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }

@@ -16,6 +16,19 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage,
                           flesh_solve_stats *stats);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
+/* The acceleration a [3*n] that balances x and v at t; constrained dofs keep the a they come with. As
+ * flesh_problem_acceleration. */
+int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
+                                 double *a, flesh_solve_stats *stats);
+
+/* As flesh_problem_take_up. */
+int flesh_nonlinear_take_up(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
+                            const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
+
+/* FLESH_OK when every energy has a value at x, v [3*n] and t. */
+int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
+                            flesh_solve_stats *stats);
+
 /* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
 const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
 

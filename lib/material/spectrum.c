@@ -41,20 +41,25 @@ static int positive_definite(const double A[9])
   return p1 > 0 && A[8] - l2 * A[2] - r * r / p1 > 0;
 }
 
-int flesh_spectrum_clamp(flesh_spectrum *spectrum)
+static inline double filtered(double value, flesh_filter filter)
+{
+  return filter == FLESH_FILTER_ABSOLUTE ? fabs(value) : fmax(value, 0);
+}
+
+int flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_filter filter)
 {
   int changed = 0;
   for (int k = 0; k < 3; k++) {
     changed |= spectrum->twist[k] < 0 || spectrum->flip[k] < 0;
-    spectrum->twist[k] = fmax(spectrum->twist[k], 0);
-    spectrum->flip[k] = fmax(spectrum->flip[k], 0);
+    spectrum->twist[k] = filtered(spectrum->twist[k], filter);
+    spectrum->flip[k] = filtered(spectrum->flip[k], filter);
   }
   double *A = spectrum->A;
   if (positive_definite(A)) return changed;
   double w[3], Q[9], QW[9];
   flesh_eigh3(A, w, Q);
   if (w[0] >= 0) return changed;
-  for (int k = 0; k < 9; k++) QW[k] = Q[k] * fmax(w[k % 3], 0);
+  for (int k = 0; k < 9; k++) QW[k] = Q[k] * filtered(w[k % 3], filter);
   flesh_mat3_multiply_transposed(QW, Q, A);
   A[3] = A[1], A[6] = A[2], A[7] = A[5];
   return 1;

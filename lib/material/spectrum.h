@@ -19,9 +19,12 @@ typedef struct flesh_spectrum {
 /* FLESH_NONFINITE, spectrum untouched, where an entry overflows. */
 int flesh_spectrum_make(const flesh_psi *psi, const double sigma[3], flesh_spectrum *spectrum);
 
-/* Sets the negative eigenvalues to zero; returns 1 when there were any, else 0 (nothing changed).
- */
-int flesh_spectrum_clamp(flesh_spectrum *spectrum);
+/* What becomes of negative eigenvalues: zero (Teran et al. 2005) or their absolute values (Chen et al. 2024,
+ * "Stabler Neo-Hookean Simulation"). */
+typedef enum flesh_filter { FLESH_FILTER_CLAMP, FLESH_FILTER_ABSOLUTE } flesh_filter;
+
+/* Returns 1 when there were negative eigenvalues, else 0 (nothing changed). */
+int flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_filter filter);
 
 /* The smallest of the nine eigenvalues. */
 double flesh_spectrum_smallest(const flesh_spectrum *spectrum);

@@ -104,8 +104,9 @@ static int settle_time(flesh_scene *scene)
   }
   if (isnan(scene->keys.time.end)) scene->keys.time.end = 0;
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
-                                   scene->keys.time.end};
-  return FLESH_OK;
+                                   scene->keys.time.end, scene->keys.time.options};
+  int status = flesh_method_options_check(&scene->time.options);
+  return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }
 
 static int read_start(flesh_scene *scene)

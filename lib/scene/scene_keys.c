@@ -5,6 +5,8 @@
 #include <assert.h>
 #include <stddef.h>
 
+#include "integrator/method.h"
+
 /* Choices are read as int into fields of enum type. */
 static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
 
@@ -12,10 +14,10 @@ static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the s
 static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S", NULL};
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static const char *const masses[] = {"lumped", "consistent", NULL};
-static const char *const methods[] = {"backward-euler", "static", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
+static const char *const filterings[] = {"trust", "clamp", "absolute", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
 
 const flesh_key flesh_material_table[] = {
@@ -123,13 +125,14 @@ static const flesh_key body_table[] = {
 #undef AT
 
 #define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, time)
+#define METHOD_DOC(NAME, name, text, order, doc) text ": " doc "; "
 static const flesh_key time_table[] = {
     {.name = "method",
      .type = FLESH_KEY_CHOICE,
      AT(time.method),
-     .choices = methods,
+     .choices = flesh_method_names,
      .default_value = "backward-euler",
-     .doc = "static solves for equilibrium; a scene without inertia is always static"},
+     .doc = FLESH_METHOD_LIST(METHOD_DOC) "a scene without inertia is always static"},
     {.name = "step",
      .type = FLESH_KEY_NUMBER,
      AT(time.step),
@@ -143,9 +146,28 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .unit = "s",
      .default_value = "",
-     .doc = "when the run ends; required by backward-euler, 0 by default when static"},
+     .doc = "when the run ends; required when the scene has inertia, 0 by default when static"},
+    {.name = "alpha",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.options.alpha),
+     .default_value = "-0.1",
+     .doc = "of hht (Hilber, Hughes & Taylor 1977), in [-1/3, 0]: the smaller, the more fast "
+            "oscillations are damped; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4"},
+    {.name = "beta",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.options.beta),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "1/4",
+     .doc = "of newmark, in [gamma/2, 1]"},
+    {.name = "gamma",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.options.gamma),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "1/2",
+     .doc = "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order"},
     {.name = NULL},
 };
+#undef METHOD_DOC
 #undef AT
 
 #define AT(member) .offset = offsetof(flesh_scene_keys, member) - offsetof(flesh_scene_keys, start)
@@ -220,6 +242,13 @@ static const flesh_key solver_table[] = {
      .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
             "shows, always, "
             "or never"},
+    {.name = "filtering",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, filtering),
+     .choices = filterings,
+     .default_value = "trust",
+     .doc = "what projection makes of negative eigenvalues: trust: zero where the last step went as "
+            "foretold, else their absolute values; clamp: zero; absolute: their absolute values"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),

@@ -29,6 +29,7 @@ typedef struct flesh_scene_keys {
   struct {
     int method; /* flesh_method */
     double step, end;
+    flesh_method_options options;
   } time;
   struct {
     char *state;

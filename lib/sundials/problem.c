@@ -2,6 +2,7 @@
 #include "sundials/problem.h"
 
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,10 +30,40 @@ static double typical_stiffness(flesh_problem *self)
   return count ? sum / count : 1;
 }
 
+/* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
+static int check_options(const flesh_solver_options *o)
+{
+  const struct {
+    const char *name;
+    double value;
+  } fractions[] = {{"newton_tolerance", o->newton_tolerance}, {"linear_tolerance", o->linear_tolerance}};
+  for (int k = 0; k < 2; k++)
+    if (!(fractions[k].value > 0 && fractions[k].value < 1))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %g; it must be > 0 and < 1", fractions[k].name,
+                        fractions[k].value);
+  const struct {
+    const char *name;
+    long long value, low, high;
+  } integers[] = {{"max_newton", o->max_newton, 1, INT_MAX},
+                  {"max_linear", o->max_linear, 1, INT_MAX},
+                  {"max_halvings", o->max_halvings, 0, 30},
+                  {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
+                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_NONE},
+                  {"projection", o->projection, 0, FLESH_PROJECTION_NEVER},
+                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL}};
+  for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
+    if (integers[k].value < integers[k].low || integers[k].value > integers[k].high)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %lld; it must be in %lld to %lld", integers[k].name,
+                        integers[k].value, integers[k].low, integers[k].high);
+  return FLESH_OK;
+}
+
 int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options,
                          flesh_problem **problem)
 {
   *problem = NULL;
+  int status = check_options(options);
+  if (status) return status;
   flesh_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
   self->system = system;
@@ -45,7 +76,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
+  status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) {
     if (options->linear_solver == FLESH_LINEAR_PCG)
@@ -92,6 +123,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
+  self->model_ratio = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
@@ -172,11 +204,19 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
   return FLESH_OK;
 }
 
+/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". */
+static int filter_of(const flesh_problem *self)
+{
+  if (self->options.filtering == FLESH_FILTERING_CLAMP) return FLESH_PROJECTED_CLAMP;
+  if (self->options.filtering == FLESH_FILTERING_ABSOLUTE) return FLESH_PROJECTED_ABSOLUTE;
+  return fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
+}
+
 int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 {
   flesh_point point = point_at(self, u);
   flesh_shift shift = self->stage.shift;
-  shift.project = project;
+  shift.project = project ? filter_of(self) : FLESH_PROJECTED_NOT;
   self->stats.assemblies++;
   self->stats.projections += project;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
@@ -244,43 +284,4 @@ size_t flesh_problem_memory(const flesh_problem *self)
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
-}
-
-/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
-static const double decrease = 1e-4;
-
-int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
-{
-  double slope = 0, start, magnitude;
-  for (int d = 0; d < self->n; d++) slope += r[d] * p[d];
-  if (!(slope < 0)) return FLESH_NOT_POSITIVE;
-  int status = flesh_problem_potential(self, u, &start, &magnitude);
-  if (status) return status;
-  double rounding = 1e-13 * magnitude;
-  for (double scale = 1; scale > 1e-14;) {
-    double value, ignored;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
-    status = flesh_problem_potential(self, self->step, &value, &ignored);
-    if (status < 0) return status;
-    if (!status) {
-      int accepted = value <= start + decrease * scale * slope;
-      /* Where the expected decrease drowns in rounding, the slope at the end tells what the values
-       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
-      if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
-          !flesh_problem_residual(self, self->step, self->work)) {
-        double end = 0;
-        for (int d = 0; d < self->n; d++) end += self->work[d] * p[d];
-        accepted = end <= -(1 - 2 * decrease) * slope;
-      }
-      if (accepted) {
-        for (int d = 0; d < self->n; d++) p[d] *= scale;
-        return FLESH_OK;
-      }
-    }
-    self->stats.backtracks++;
-    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
-    double parabola = status ? 0.5 : -slope * scale / (2 * (value - start - scale * slope));
-    scale *= fmin(fmax(parabola, 0.1), 0.5);
-  }
-  return FLESH_NOT_CONVERGED;
 }

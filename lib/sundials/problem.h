@@ -38,6 +38,7 @@ struct flesh_problem {
   } potential;
   double *u_matrix;      /* [n] where K was assembled */
   int projected;         /* whether K is */
+  double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
@@ -48,10 +49,19 @@ struct flesh_problem {
 int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 /* Potential at u and the sum of its terms' absolute values. */
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
-/* Assembles K at u with constraints applied. */
+/* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
+ * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
+/* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
+ * Overwrites K and the caches. Status > 0 when there is none. */
+int flesh_problem_acceleration(flesh_problem *problem, double t, const double *x, const double *v,
+                               double *a);
+/* The constrained dofs of x and v [3*n] take their prescribed values (read there only); a jump du_c moves the free ones
+ * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
+int flesh_problem_take_up(flesh_problem *problem, double t, const double *x_prescribed,
+                          const double *v_prescribed, double *x, double *v);
 /* 2-norm of the applied load over the free dofs at u. */
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */

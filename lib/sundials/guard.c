@@ -1,0 +1,67 @@
+/* guard.c: scales Newton steps so that the incremental potential falls, and watches how well the quadratic model
+ * foretold it. */
+#include <math.h>
+
+#include "sundials/problem.h"
+
+/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
+static const double decrease = 1e-4;
+
+static double dot(int n, const double *x, const double *y)
+{
+  double sum = 0;
+  for (int d = 0; d < n; d++) sum += x[d] * y[d];
+  return sum;
+}
+
+/* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
+static double curvature(flesh_problem *self, const double *u, const double *r, const double *p)
+{
+  const double epsilon = 1e-5;
+  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + epsilon * p[d];
+  if (flesh_problem_residual(self, self->step, self->work)) return NAN;
+  return (dot(self->n, self->work, p) - dot(self->n, r, p)) / epsilon;
+}
+
+/* Actual over foretold decrease of the accepted step p, whose slope is given. */
+static double model_ratio(flesh_problem *self, const double *u, const double *r, const double *p,
+                          double slope, double scale, double actual)
+{
+  if (self->options.filtering != FLESH_FILTERING_TRUST) return NAN;
+  /* An unfiltered step solves H p = -r before it is scaled, so that its curvature is known. */
+  double bend = self->projected ? curvature(self, u, r, p) : -slope * scale;
+  return actual / -(slope + bend / 2);
+}
+
+int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
+{
+  double slope = dot(self->n, r, p), start, magnitude;
+  if (!(slope < 0)) return FLESH_NOT_POSITIVE;
+  int status = flesh_problem_potential(self, u, &start, &magnitude);
+  if (status) return status;
+  double rounding = 1e-13 * magnitude;
+  for (double scale = 1; scale > 1e-14;) {
+    double value, ignored;
+    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
+    status = flesh_problem_potential(self, self->step, &value, &ignored);
+    if (status < 0) return status;
+    if (!status) {
+      int accepted = value <= start + decrease * scale * slope;
+      /* Where the expected decrease drowns in rounding, the slope at the end tells what the values
+       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
+      if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
+          !flesh_problem_residual(self, self->step, self->work))
+        accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+      if (accepted) {
+        for (int d = 0; d < self->n; d++) p[d] *= scale;
+        self->model_ratio = model_ratio(self, u, r, p, scale * slope, scale, start - value);
+        return FLESH_OK;
+      }
+    }
+    self->stats.backtracks++;
+    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
+    double parabola = status ? 0.5 : -slope * scale / (2 * (value - start - scale * slope));
+    scale *= fmin(fmax(parabola, 0.1), 0.5);
+  }
+  return FLESH_NOT_CONVERGED;
+}

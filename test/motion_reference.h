@@ -1,0 +1,130 @@
+/* motion_reference.h: motions of a test body integrated by GSL to near rounding, and runs of flesh's methods. */
+#ifndef FLESH_TEST_MOTION_REFERENCE_H
+#define FLESH_TEST_MOTION_REFERENCE_H
+
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_fit.h>
+#include <gsl/gsl_odeiv2.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "body.h"
+#include "test.h"
+
+typedef struct motion_reference {
+  const test_body *body;
+  double until; /* what holds just before this time holds */
+  uint8_t *fixed;
+  double *mass, *x, *zeros, *r;
+} motion_reference;
+
+/* y = (x, v): x' = v, v' = -M^-1 r(t, x, v, 0) by the lumped mass; constrained dofs follow their motion. */
+static int motion_derivative(double t, const double y[], double dydt[], void *data)
+{
+  motion_reference *self = data;
+  int n = self->body->n;
+  t = fmin(t, nextafter(self->until, -INFINITY));
+  memcpy(self->x, y, (size_t)n * sizeof *y);
+  flesh_system_prescribe(self->body->system, t, self->x);
+  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = y + n, .a = self->zeros};
+  if (flesh_system_residual(self->body->system, &point, self->r)) return GSL_EBADFUNC;
+  for (int d = 0; d < n; d++) {
+    dydt[d] = self->fixed[d] ? 0 : y[n + d];
+    dydt[n + d] = self->fixed[d] ? 0 : -self->r[d] / self->mass[d / 3];
+  }
+  return GSL_SUCCESS;
+}
+
+/* Takes the state to `end` by Runge-Kutta-Prince-Dormand 8(9), anew at every event. Lumped masses only. The velocities of
+ * constrained dofs are not changed. */
+static inline void motion_reference_run(const test_body *body, double end, double tolerance, flesh_state *state)
+{
+  int n = body->n;
+  double *y = malloc(2 * (size_t)n * sizeof *y);
+  motion_reference self = {.body = body,
+                           .fixed = malloc((size_t)n),
+                           .mass = malloc((size_t)n * sizeof(double)),
+                           .x = malloc((size_t)n * sizeof(double)),
+                           .zeros = calloc((size_t)n, sizeof(double)),
+                           .r = malloc((size_t)n * sizeof(double))};
+  flesh_mesh_lumped_mass(body->mesh, body->density, self.mass);
+  memcpy(y, state->x, (size_t)n * sizeof *y);
+  memcpy(y + n, state->v, (size_t)n * sizeof *y);
+  gsl_odeiv2_system equations = {motion_derivative, NULL, 2 * (size_t)n, &self};
+  while (state->t < end) {
+    double next = fmin(end, flesh_system_next_event(body->system, state->t));
+    self.until = next;
+    flesh_system_fixed(body->system, state->t + (next - state->t) / 2, self.fixed);
+    gsl_odeiv2_driver *driver =
+        gsl_odeiv2_driver_alloc_y_new(&equations, gsl_odeiv2_step_rk8pd, 1e-4, tolerance, 0);
+    CHECK(gsl_odeiv2_driver_apply(driver, &state->t, next, y) == GSL_SUCCESS);
+    gsl_odeiv2_driver_free(driver);
+    state->t = next;
+    flesh_system_prescribe(body->system, nextafter(next, -INFINITY), y);
+  }
+  memcpy(state->x, y, (size_t)n * sizeof *y);
+  memcpy(state->v, y + n, (size_t)n * sizeof *y);
+  free(y);
+  free(self.fixed);
+  free(self.mass);
+  free(self.x);
+  free(self.zeros);
+  free(self.r);
+}
+
+/* A state of n unknowns equal to another; freed with state_free. */
+static inline flesh_state state_copy(int n, const flesh_state *other)
+{
+  flesh_state state = {other->t, malloc((size_t)n * sizeof(double)), malloc((size_t)n * sizeof(double))};
+  memcpy(state.x, other->x, (size_t)n * sizeof(double));
+  memcpy(state.v, other->v, (size_t)n * sizeof(double));
+  return state;
+}
+
+static inline void state_free(flesh_state *state)
+{
+  free(state->x);
+  free(state->v);
+}
+
+/* Root of the mean square distance of nodes. */
+static inline double motion_distance(int n, const double *x, const double *y)
+{
+  double sum = 0;
+  for (int d = 0; d < n; d++) sum += (x[d] - y[d]) * (x[d] - y[d]);
+  return sqrt(3 * sum / n);
+}
+
+/* `steps` equal steps to `end`; the residual's tolerance is `tolerance`. */
+static inline flesh_integrator *motion_integrator(const test_body *body, flesh_method method, double tolerance)
+{
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = tolerance;
+  CHECK_OK(flesh_integrator_create(body->system, method, &options, &integrator));
+  return integrator;
+}
+
+static inline void motion_run(const test_body *body, flesh_method method, double tolerance, int steps, double end,
+                       flesh_state *state)
+{
+  flesh_integrator *integrator = motion_integrator(body, method, tolerance);
+  double begin = state->t, h = (end - begin) / steps;
+  for (int k = 1; k <= steps; k++) {
+    CHECK_OK(flesh_integrator_step(integrator, state, h, NULL));
+    state->t = begin + k * h;
+  }
+  flesh_integrator_destroy(&integrator);
+}
+
+/* Slope of log(error) over log(h) by least squares. */
+static inline double fitted_order(int count, const double *h, const double *error)
+{
+  double lh[16], le[16], c0, c1, cov00, cov01, cov11, sum;
+  for (int k = 0; k < count; k++) lh[k] = log(h[k]), le[k] = log(error[k]);
+  gsl_fit_linear(lh, 1, le, 1, (size_t)count, &c0, &c1, &cov00, &cov01, &cov11, &sum);
+  return c1;
+}
+
+#endif

@@ -1,0 +1,578 @@
+/* test_integrator.c: steps, statics, their retries and failures; every solver takes the same step; runs share a system,
+ * give the same bits in any thread, and allocate nothing. */
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "body.h"
+#include "test.h"
+
+static flesh_solver_options tight(double tolerance)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = tolerance;
+  return options;
+}
+
+static flesh_material matched(flesh_energy energy, double poisson)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
+  return material;
+}
+
+/* A bar from x = 0 to 2, clamped at x = 0, under gravity; not finished. */
+static void make_bar(flesh_energy energy, double poisson, flesh_mass mass, int inertia, test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), matched(energy, poisson), 1000, mass, inertia, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+}
+
+static void check_same_step(flesh_energy energy, int crumpled)
+{
+  typedef struct method {
+    flesh_linear_solver linear;
+    flesh_preconditioner preconditioner;
+    flesh_projection projection;
+    flesh_globalization globalization;
+  } method;
+  const method methods[] = {
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_NEVER, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_JACOBI, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_NONE, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_NONE},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_KINSOL},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY}};
+  double *first = NULL;
+  for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) {
+    test_body b;
+    flesh_solver_options options = tight(1e-11);
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    make_bar(energy, 0.45, FLESH_MASS_LUMPED, 1, &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i + 1] = 2 * b.state.x[3 * i];
+    if (crumpled) test_jitter(b.n, 0.11, 2, b.state.x);
+    options.linear_solver = methods[k].linear;
+    options.preconditioner = methods[k].preconditioner;
+    options.projection = methods[k].projection;
+    options.globalization = methods[k].globalization;
+    int status = flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator);
+    if (status == FLESH_ERR_ARGUMENT && methods[k].linear == FLESH_LINEAR_CHOLMOD) {
+      printf("# no CHOLMOD in this build\n");
+      test_body_destroy(&b);
+      continue;
+    }
+    CHECK_OK(status);
+    for (int step = 0; step < 3; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+    CHECK((methods[k].projection == FLESH_PROJECTION_ALWAYS) ? stats.projections == stats.assemblies
+                                                             : stats.projections < stats.assemblies);
+    if (crumpled && methods[k].linear == FLESH_LINEAR_PCG) CHECK(stats.projections > 0); /* it was needed */
+    CHECK((stats.linear == 0) == (methods[k].linear != FLESH_LINEAR_PCG));
+    if (!first) {
+      first = malloc((size_t)b.n * sizeof *first);
+      memcpy(first, b.state.x, (size_t)b.n * sizeof *first);
+    }
+    double off = test_distance(b.n, b.state.x, first);
+    printf("# %s, method %zu: %d Newton, %d linear, %d projected, %d backtracks, %d halved; off by %.2g\n",
+           flesh_energy_name(energy), k, stats.newton, stats.linear, stats.projections, stats.backtracks,
+           stats.solves - 3, off);
+    CHECK(stats.solves == 3);
+    CHECK_BELOW(off, 1e-9);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+  free(first);
+}
+
+static void every_solver_takes_the_same_step(void)
+{
+  check_same_step(FLESH_ENERGY_S, 0);
+  check_same_step(FLESH_ENERGY_E, 1);
+  check_same_step(FLESH_ENERGY_B, 0);
+}
+
+/* A body that is inside out has no energy under B and Neo: the step fails at once, with what is known, and the state is
+ * as it was. */
+static void inverted_starts_of_undefined_energies_fail_clearly(void)
+{
+  const flesh_energy energies[] = {FLESH_ENERGY_B, FLESH_ENERGY_NEO};
+  for (int e = 0; e < 2; e++)
+    for (flesh_method method = 0; flesh_method_name(method); method++) {
+      test_body b;
+      flesh_solver_options options = tight(1e-6);
+      flesh_integrator *integrator = NULL;
+      flesh_solve_stats stats = {0};
+      make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, method != FLESH_METHOD_STATIC, &b);
+      CHECK_OK(flesh_system_finish(b.system));
+      for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1;
+      test_jitter(b.n, 1, 1, b.state.v);
+      b.state.t = 0.25;
+      double *x = malloc((size_t)b.n * sizeof *x), *v = malloc((size_t)b.n * sizeof *v);
+      memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+      memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
+      CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
+      CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats) == FLESH_ERR_SOLVE);
+      printf("# %s\n", flesh_error_text());
+      CHECK_TEXT(flesh_error_text(), "at t = ");
+      CHECK_TEXT(flesh_error_text(), "undefined");
+      CHECK_TEXT(flesh_error_text(), "there is no residual");
+      CHECK_TEXT(flesh_error_text(), "smallest J = -1");
+      CHECK_TEXT(flesh_error_text(), "in tet ");
+      const flesh_failure *failure = flesh_integrator_failure(integrator);
+      CHECK(failure->status == FLESH_UNDEFINED && failure->worst_tet >= 0);
+      CHECK(failure->halvings == (failure->t == 0.25 ? 0 : 8)); /* where not even the start has an acceleration: 0 */
+      CHECK_NEAR(failure->worst_J, -1, 1e-12);
+      CHECK(failure->worst_position[0] < 0 && failure->t >= 0.25);
+      CHECK(failure->worst_node == -1); /* no residual exists */
+      CHECK(stats.newton == 0 && stats.residuals < 50);
+      CHECK(!memcmp(x, b.state.x, (size_t)b.n * sizeof *x) && !memcmp(v, b.state.v, (size_t)b.n * sizeof *v));
+      CHECK(b.state.t == 0.25);
+      free(x);
+      free(v);
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+}
+
+static void non_finite_states_are_reported(void)
+{
+  test_body b;
+  flesh_solver_options options = tight(1e-6);
+  flesh_integrator *integrator = NULL;
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
+  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  b.state.v[50] = NAN;
+  CHECK(flesh_integrator_step(integrator, &b.state, 0.01, NULL) == FLESH_ERR_NONFINITE);
+  CHECK_TEXT(flesh_error_text(), "not finite");
+  CHECK(b.state.t == 0);
+  b.state.v[50] = 0;
+  /* And what was tried leaves no trace. */
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+  CHECK(test_all_finite(b.n, b.state.x));
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* A step that fails is taken in halves, here because few Newton iterations are allowed. The state ends at exactly t + h,
+ * and where the halves themselves succeed it is that of the two steps taken by hand, to the last bit. */
+static void failing_steps_are_halved(void)
+{
+  test_body b, by_hand;
+  flesh_solver_options options = tight(1e-8);
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  options.linear_tolerance = 1e-8;
+  int tried = 0;
+  double h = 0.2;
+  do {
+    if (tried++) test_body_destroy(&b);
+    h /= 1.25;
+    options.max_newton = 5;
+    memset(&stats, 0, sizeof stats);
+    make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i + 2] = -8 * b.state.x[3 * i];
+    b.state.t = 0.125;
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
+    flesh_integrator_destroy(&integrator);
+    printf("# h = %.4f: %d solves, %d Newton iterations\n", h, stats.solves, stats.newton);
+    CHECK(b.state.t == 0.125 + h);
+  } while (stats.solves > 3 && tried < 12);
+  CHECK(stats.solves == 3 && tried > 1);
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &by_hand);
+  CHECK_OK(flesh_system_finish(by_hand.system));
+  for (int i = 0; i < b.n / 3; i++) by_hand.state.v[3 * i + 2] = -8 * by_hand.state.x[3 * i];
+  CHECK_OK(flesh_integrator_create(by_hand.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  for (int k = 0; k < 2; k++) CHECK_OK(flesh_integrator_step(integrator, &by_hand.state, h / 2, NULL));
+  CHECK(!memcmp(by_hand.state.x, b.state.x, (size_t)b.n * sizeof(double)));
+  CHECK(!memcmp(by_hand.state.v, b.state.v, (size_t)b.n * sizeof(double)));
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&by_hand);
+
+  /* When the depth is spent, everything known is told and the state is that of the last success. */
+  options.max_newton = 1;
+  options.max_halvings = 3;
+  double *x = malloc((size_t)b.n * sizeof *x), before = b.state.t;
+  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.state, 0.2, &stats) == FLESH_ERR_SOLVE);
+  CHECK_TEXT(flesh_error_text(), "iteration limit");
+  const flesh_failure *failure = flesh_integrator_failure(integrator);
+  CHECK(failure->status == FLESH_NOT_CONVERGED && failure->halvings == 3);
+  CHECK_NEAR(failure->h, 0.2 / 8, 1e-15);
+  CHECK(failure->residual > failure->target && failure->target > 0 && failure->worst_node >= 0);
+  CHECK_NEAR(failure->t, before + failure->h, 1e-15);
+  CHECK(b.state.t == before && !memcmp(x, b.state.x, (size_t)b.n * sizeof *x));
+  free(x);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* B cannot be pushed through its clamp: statics try increments, give up, and leave the state as it was. */
+static void impossible_statics_leave_the_state(void)
+{
+  const flesh_keyframe through = {.translation = {-3, 0, 0}};
+  const flesh_motion motion = {.count = 1, .keyframes = &through};
+  test_body b;
+  flesh_solver_options options = tight(1e-6);
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  make_bar(FLESH_ENERGY_B, 0.45, FLESH_MASS_LUMPED, 0, &b);
+  CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finish(b.system));
+  test_jitter(b.n, 0.01, 1, b.state.x);
+  test_jitter(b.n, 1, 1, b.state.v);
+  double *x = malloc((size_t)b.n * sizeof *x), *v = malloc((size_t)b.n * sizeof *v);
+  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+  memcpy(v, b.state.v, (size_t)b.n * sizeof *v);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.state, 0.5, &stats) == FLESH_ERR_SOLVE);
+  printf("# after %d solves, %d Newton iterations: %s\n", stats.solves, stats.newton, flesh_error_text());
+  CHECK(stats.newton > 0); /* it got somewhere */
+  CHECK(!memcmp(x, b.state.x, (size_t)b.n * sizeof *x) && !memcmp(v, b.state.v, (size_t)b.n * sizeof *v));
+  CHECK(b.state.t == 0);
+  free(x);
+  free(v);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* Where a handle is at time t, worked out here: turned about z through (2, .5) and shifted. */
+static void handle_place(double share, const double X[3], double y[3])
+{
+  double angle = 1.2 * share, dx = X[0] - 2, dy = X[1] - 0.5;
+  y[0] = 2 + cos(angle) * dx - sin(angle) * dy + 0.5 * share;
+  y[1] = 0.5 + sin(angle) * dx + cos(angle) * dy - 0.3 * share;
+  y[2] = X[2] + 0.1 * share;
+}
+
+static double off_the_handle(const test_body *b, double share)
+{
+  const double *X = flesh_mesh_positions(b->mesh);
+  double worst = 0, y[3];
+  for (int i = 0; i < b->n / 3; i++) {
+    if (X[3 * i] == 0) worst = fmax(worst, test_distance(3, b->state.x + 3 * i, X + 3 * i));
+    if (fabs(X[3 * i] - 2) > 1e-9) continue;
+    handle_place(share, X + 3 * i, y);
+    worst = fmax(worst, test_distance(3, b->state.x + 3 * i, y));
+  }
+  return worst;
+}
+
+static void handles_move_and_pins_release(void)
+{
+  static const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0.5, -0.3, 0.1}, .rotation = {0, 0, 1.2}}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys, .centre = {2, 0.5, 0}};
+  for (int dynamic = 0; dynamic < 2; dynamic++) {
+    test_body b;
+    flesh_solver_options options = tight(1e-8);
+    flesh_integrator *integrator = NULL;
+    CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED,
+                              dynamic, &b));
+    CHECK_OK(test_body_clamp(&b, 1e-9));
+    CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, 1.5));
+    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_integrator_create(b.system, dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options,
+                                     &integrator));
+    for (int step = 1; step <= 24; step++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 16, NULL));
+      CHECK_NEAR(b.state.t, step / 16., 1e-14);
+      if (step < 24) CHECK_BELOW(off_the_handle(&b, fmin(step / 16., 1)), 2e-15);
+    }
+    CHECK(off_the_handle(&b, 1) > 1e-3); /* let go at 1.5 */
+    if (!dynamic) CHECK_BELOW(test_distance(b.n, b.state.x, flesh_mesh_positions(b.mesh)), 1e-6);
+    for (int step = 0; dynamic && step < 60; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
+    CHECK_BELOW(test_distance(b.n, b.state.x, flesh_mesh_positions(b.mesh)), 1e-6);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* Pulled to twice its length, turned over, and pushed to half at once: statics get there. */
+static void statics_reach_far_handles(void)
+{
+  const flesh_keyframe far[] = {{.translation = {2, 0, 0}}, {.rotation = {1.5, 0, 0}}, {.translation = {-1, 0, 0}},
+                                {.translation = {1, 1.5, 0}, .rotation = {0, 0, 1.5}}};
+  const flesh_energy energies[] = {FLESH_ENERGY_S, FLESH_ENERGY_E, FLESH_ENERGY_B, FLESH_ENERGY_NEO};
+  for (int e = 0; e < 4; e++)
+    for (int k = 0; k < 4; k++) {
+      test_body b;
+      flesh_solver_options options = tight(1e-8);
+      flesh_integrator *integrator = NULL;
+      flesh_solve_stats stats = {0};
+      flesh_motion motion = {.count = 1, .keyframes = &far[k], .centre = {2, 0.5, 0.5}};
+      make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, 0, &b);
+      CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+      int inverted;
+      double *r = calloc((size_t)b.n, sizeof *r), free_forces = 0;
+      uint8_t *fixed = calloc((size_t)b.n, 1);
+      flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
+      printf("# %s, handle %d: %d solves, %d Newton, %d linear, %d backtracks; %d inverted\n",
+             flesh_energy_name(energies[e]), k, stats.solves, stats.newton, stats.linear, stats.backtracks, inverted);
+      /* It is an equilibrium under the whole load, the handle where it belongs. */
+      flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+      CHECK_OK(flesh_system_residual(b.system, &point, r));
+      flesh_system_fixed(b.system, 0, fixed);
+      for (int d = 0; d < b.n; d++) free_forces += fixed[d] ? 0 : r[d] * r[d];
+      CHECK_NEAR(sqrt(free_forces), stats.residual_last, 1e-6);
+      CHECK_BELOW(sqrt(free_forces), 1.001 * stats.residual_target + 1e-7);
+      double y[3];
+      for (int i = 0; i < b.n / 3; i++)
+        if (k == 0 && flesh_mesh_positions(b.mesh)[3 * i] == 2) {
+          for (int c = 0; c < 3; c++) y[c] = flesh_mesh_positions(b.mesh)[3 * i + c] + far[k].translation[c];
+          CHECK_BELOW(test_distance(3, y, b.state.x + 3 * i), 1e-14);
+        }
+      CHECK(b.state.t == 0 && test_norm(b.n, b.state.v) == 0);
+      free(r);
+      free(fixed);
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+}
+
+/* The spring's pull is what the clamp holds; let go, the body comes back. */
+static void drags_pull_and_let_go(void)
+{
+  test_body b;
+  flesh_solver_options options = tight(1e-10);
+  flesh_integrator *integrator = NULL;
+  flesh_effect *effect = NULL;
+  flesh_keyframe key = {.translation = {3, 1, 0.5}};
+  flesh_motion target = {.count = 1, .keyframes = &key};
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_effect_drag(&b.body, (double[]){2, 0.5, 0.5}, 5e3, &target, 0, 1, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
+  const double *X = flesh_mesh_positions(b.mesh);
+  double *r = calloc((size_t)b.n, sizeof *r), held[3] = {0};
+  int node = -1;
+  flesh_point point = {.t = 0.5, .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  CHECK_OK(flesh_system_residual(b.system, &point, r));
+  for (int i = 0; i < b.n / 3; i++) {
+    if (test_distance(3, X + 3 * i, (double[]){2, 0.5, 0.5}) < 1e-12) node = i;
+    for (int c = 0; c < 3 && X[3 * i] == 0; c++) held[c] += r[3 * i + c];
+  }
+  CHECK(node >= 0 && b.state.x[3 * node] > 2.02 && b.state.x[3 * node + 1] > 0.55);
+  for (int c = 0; c < 3; c++)
+    CHECK_NEAR(held[c], 5e3 * (b.state.x[3 * node + c] - key.translation[c]), 1e-5);
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
+  CHECK_BELOW(test_distance(b.n, b.state.x, X), 1e-8);
+  free(r);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static void unused_nodes_stay(void)
+{
+  for (int dynamic = 0; dynamic < 2; dynamic++) {
+    test_body b;
+    flesh_mesh *grid = test_box(2, 1, 1, 2, 1, 1), *mesh = NULL;
+    int nodes = flesh_mesh_node_count(grid), tets = flesh_mesh_tet_count(grid);
+    double *positions = malloc(3 * ((size_t)nodes + 2) * sizeof *positions);
+    int *corners = malloc(4 * (size_t)tets * sizeof *corners);
+    positions[0] = positions[1] = positions[2] = 7;
+    memcpy(positions + 3, flesh_mesh_positions(grid), 3 * (size_t)nodes * sizeof *positions);
+    positions[3 * nodes + 3] = positions[3 * nodes + 4] = positions[3 * nodes + 5] = -3;
+    for (int k = 0; k < 4 * tets; k++) corners[k] = flesh_mesh_tets(grid)[k] + 1;
+    CHECK_OK(flesh_mesh_create(nodes + 2, positions, tets, corners, NULL, &mesh));
+    flesh_mesh_destroy(&grid);
+    CHECK_OK(test_body_create(mesh, matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, dynamic, &b));
+    CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+    CHECK_OK(test_body_clamp(&b, 1e-9));
+    CHECK_OK(flesh_system_finish(b.system));
+    for (int linear = FLESH_LINEAR_PCG; linear <= FLESH_LINEAR_KLU; linear++) {
+      flesh_solver_options options = tight(1e-8);
+      flesh_integrator *integrator = NULL;
+      options.linear_solver = (flesh_linear_solver)linear;
+      CHECK_OK(flesh_integrator_create(b.system, dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options,
+                                       &integrator));
+      for (int k = 0; k < 3; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.02, NULL));
+      flesh_integrator_destroy(&integrator);
+    }
+    CHECK(b.state.x[0] == 7 && b.state.x[3 * nodes + 5] == -3 && b.state.x[3 * 3 + 2] < -0.005);
+    free(positions);
+    free(corners);
+    test_body_destroy(&b);
+  }
+}
+
+typedef struct job {
+  const flesh_system *system;
+  flesh_state state;
+  int n, status;
+} job;
+
+static void *work(void *data)
+{
+  job *self = data;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options_default(&options);
+  self->status = flesh_integrator_create(self->system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator);
+  for (int k = 0; k < 10 && !self->status; k++)
+    self->status = flesh_integrator_step(integrator, &self->state, 1. / 60, NULL);
+  flesh_integrator_destroy(&integrator);
+  return NULL;
+}
+
+static void threads_share_a_system_and_give_the_same_bits(void)
+{
+  test_body b;
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
+  CHECK_OK(flesh_system_finish(b.system));
+  job jobs[4];
+  pthread_t threads[4];
+  for (int k = 0; k < 4; k++) {
+    jobs[k] = (job){.system = b.system, .n = b.n, .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
+    memcpy(jobs[k].state.x, b.state.x, (size_t)b.n * sizeof(double));
+    for (int d = 0; d < b.n; d++) jobs[k].state.v[d] = d % 3 == 1 ? (1 + k % 2) * b.state.x[d - 1] : 0;
+  }
+  work(&jobs[0]); /* alone */
+  work(&jobs[1]);
+  for (int k = 2; k < 4; k++) CHECK(pthread_create(&threads[k], NULL, work, &jobs[k]) == 0);
+  for (int k = 2; k < 4; k++) CHECK(pthread_join(threads[k], NULL) == 0);
+  for (int k = 0; k < 4; k++) {
+    CHECK_OK(jobs[k].status);
+    CHECK(!memcmp(jobs[k].state.x, jobs[k % 2].state.x, (size_t)b.n * sizeof(double)));
+    CHECK(!memcmp(jobs[k].state.v, jobs[k % 2].state.v, (size_t)b.n * sizeof(double)));
+  }
+  CHECK(memcmp(jobs[0].state.x, jobs[1].state.x, (size_t)b.n * sizeof(double)));
+  for (int k = 0; k < 4; k++) {
+    free(jobs[k].state.x);
+    free(jobs[k].state.v);
+  }
+  test_body_destroy(&b);
+}
+
+/* Counts what is asked of malloc, also by SUNDIALS; a sanitizer has its own malloc, which is left alone. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#endif
+
+#if defined(__GLIBC__) && !defined(SANITIZED)
+static _Thread_local long requests;
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
+void *malloc(size_t size)
+{
+  requests++;
+  return __libc_malloc(size);
+}
+void *calloc(size_t count, size_t size)
+{
+  requests++;
+  return __libc_calloc(count, size);
+}
+void *realloc(void *memory, size_t size)
+{
+  requests++;
+  return __libc_realloc(memory, size);
+}
+
+static void check_allocations(flesh_method method)
+{
+  test_body b;
+  flesh_solver_options options = tight(1e-6);
+  flesh_integrator *integrator = NULL;
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
+  CHECK_OK(flesh_system_finish(b.system));
+  long before = requests;
+  CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
+  CHECK(requests > before); /* the count counts */
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
+  before = requests;
+  for (int k = 0; k < 5; k++) {
+    test_jitter(b.n, 0.05, (unsigned)k, b.state.x); /* projections and line searches too */
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
+  }
+  CHECK(requests == before);
+  printf("# %s: %ld requests for memory in five steps\n", flesh_method_name(method), requests - before);
+  CHECK(flesh_integrator_memory(integrator) > 0);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static void steps_allocate_nothing(void)
+{
+  for (flesh_method method = 0; flesh_method_name(method); method++)
+    if (method != FLESH_METHOD_STATIC) check_allocations(method);
+}
+#else
+static void steps_allocate_nothing(void) { printf("# not tested: this build has a malloc of its own\n"); }
+#endif
+
+#define REFUSED(call, part)               \
+  do {                                    \
+    CHECK((call) == FLESH_ERR_ARGUMENT);  \
+    CHECK_TEXT(flesh_error_text(), part); \
+  } while (0)
+
+static void bad_arguments_are_sentences(void)
+{
+  test_body b;
+  flesh_integrator *integrator = NULL;
+  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options options, good;
+  flesh_solver_options_default(&good);
+#define TRY(field, value, part)                                                                              \
+  do {                                                                                                       \
+    options = good;                                                                                          \
+    options.field = value;                                                                                   \
+    REFUSED(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator), part);    \
+    CHECK(integrator == NULL);                                                                               \
+  } while (0)
+  TRY(newton_tolerance, 0, "newton_tolerance is 0");
+  TRY(newton_tolerance, NAN, "newton_tolerance is nan");
+  TRY(newton_tolerance, 1.5, "newton_tolerance is 1.5");
+  TRY(linear_tolerance, 0, "linear_tolerance is 0");
+  TRY(linear_tolerance, 1, "linear_tolerance is 1");
+  TRY(max_newton, 0, "max_newton is 0");
+  TRY(max_linear, 0, "max_linear is 0");
+  TRY(max_halvings, -1, "max_halvings is -1");
+  TRY(max_halvings, 60, "max_halvings is 60");
+  TRY(linear_solver, (flesh_linear_solver)9, "linear_solver is 9");
+  TRY(preconditioner, (flesh_preconditioner)9, "preconditioner is 9");
+  TRY(projection, (flesh_projection)7, "projection is 7; it must be in 0 to 2");
+  TRY(globalization, (flesh_globalization)3, "globalization is 3");
+  REFUSED(flesh_integrator_create(b.system, (flesh_method)77, &good, &integrator), "no integration method 77");
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &good, &integrator));
+  REFUSED(flesh_integrator_step(integrator, &b.state, 0, NULL), "the step is 0 s");
+  REFUSED(flesh_integrator_step(integrator, &b.state, -1, NULL), "the step is -1 s");
+  REFUSED(flesh_integrator_step(integrator, &b.state, NAN, NULL), "the step is nan s");
+  REFUSED(flesh_integrator_step(integrator, &b.state, INFINITY, NULL), "the step is inf s");
+  CHECK(b.state.t == 0);
+  flesh_integrator_destroy(&integrator);
+  flesh_integrator_destroy(&integrator);
+  flesh_integrator_destroy(NULL);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step),
+                   TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
+                   TEST(failing_steps_are_halved), TEST(impossible_statics_leave_the_state), TEST(handles_move_and_pins_release), TEST(statics_reach_far_handles),
+                   TEST(drags_pull_and_let_go), TEST(unused_nodes_stay),
+                   TEST(threads_share_a_system_and_give_the_same_bits), TEST(steps_allocate_nothing),
+                   TEST(bad_arguments_are_sentences));
+}

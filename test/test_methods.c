@@ -1,0 +1,399 @@
+/* test_methods.c: the fixed-step methods against GSL's integrators, closed forms and another code: orders, constraints
+ * that move, events, restarts, damping. */
+#include <gsl/gsl_math.h>
+
+#include "motion_reference.h"
+
+static const flesh_method second_order[] = {FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK,
+                                            FLESH_METHOD_HHT};
+enum { SECOND_ORDER = sizeof second_order / sizeof second_order[0] };
+
+static flesh_material soft(flesh_energy energy)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
+  return material;
+}
+
+/* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
+static void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), soft(energy), 1000, mass, 1, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -2));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+  CHECK_OK(flesh_system_finish(b->system));
+  for (int i = 0; i < b->n / 3; i++) {
+    double X = flesh_mesh_positions(b->mesh)[3 * i];
+    b->state.v[3 * i + 2] = 0.2 * X * X;
+  }
+}
+
+static double order_of(const test_body *b, flesh_method method, double end, const flesh_state *exact, int coarsest)
+{
+  enum { RUNS = 4 };
+  double h[RUNS], error[RUNS];
+  for (int k = 0; k < RUNS; k++) {
+    flesh_state state = state_copy(b->n, &b->state);
+    h[k] = end / (coarsest << k);
+    motion_run(b, method, 1e-11, coarsest << k, end, &state);
+    error[k] = motion_distance(b->n, state.x, exact->x);
+    state_free(&state);
+  }
+  double order = fitted_order(RUNS, h, error);
+  printf("# %s: order %.3f, errors %.3g ... %.3g m\n", flesh_method_name(method), order, error[0], error[RUNS - 1]);
+  return order;
+}
+
+static void orders_are_as_promised(void)
+{
+  const flesh_energy energies[] = {FLESH_ENERGY_S, FLESH_ENERGY_NEO};
+  for (int e = 0; e < 2; e++) {
+    test_body b;
+    make_bar(energies[e], FLESH_MASS_LUMPED, &b);
+    flesh_state exact = state_copy(b.n, &b.state);
+    motion_reference_run(&b, 0.5, 1e-13, &exact);
+    CHECK_NEAR(order_of(&b, FLESH_METHOD_BACKWARD_EULER, 0.5, &exact, 200), 1, 0.1);
+    for (int k = 0; k < SECOND_ORDER; k++) {
+      CHECK_NEAR(order_of(&b, second_order[k], 0.5, &exact, 50), 2, 0.1);
+      CHECK(flesh_method_order(second_order[k]) == 2);
+    }
+    state_free(&exact);
+    test_body_destroy(&b);
+  }
+}
+
+
+/* Random steps: neighbours differ by factors from 1/2 to 2. */
+static void bdf2_keeps_its_order_with_variable_steps(void)
+{
+  enum { RUNS = 5 };
+  test_body b;
+  double h[RUNS], error[RUNS];
+  make_bar(FLESH_ENERGY_S, FLESH_MASS_LUMPED, &b);
+  flesh_state exact = state_copy(b.n, &b.state);
+  motion_reference_run(&b, 0.5, 1e-13, &exact);
+  for (int k = 0; k < RUNS; k++) {
+    int steps = 100 << k;
+    unsigned long long random = 7;
+    double *part = malloc((size_t)steps * sizeof *part), sum = 0;
+    for (int j = 0; j < steps; j++) sum += part[j] = exp2(test_uniform(&random) - 0.5);
+    flesh_state state = state_copy(b.n, &b.state);
+    flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_BDF2, 1e-11);
+    for (int j = 0; j < steps; j++)
+      CHECK_OK(flesh_integrator_step(integrator, &state, 0.5 * part[j] / sum, NULL));
+    h[k] = 0.5 / steps;
+    CHECK_NEAR(state.t, 0.5, 1e-12);
+    error[k] = motion_distance(b.n, state.x, exact.x);
+    flesh_integrator_destroy(&integrator);
+    state_free(&state);
+    free(part);
+  }
+  double order = fitted_order(RUNS, h, error);
+  printf("# bdf2 with random steps: order %.3f, errors %.3g ... %.3g m\n", order, error[0], error[RUNS - 1]);
+  CHECK_NEAR(order, 2, 0.1);
+  state_free(&exact);
+  test_body_destroy(&b);
+}
+
+/* A handle that turns and changes its velocity abruptly, a roller that lets go, a drag that comes and goes: all at
+ * times that no step ends at. */
+static void make_busy_bar(flesh_mass mass, test_body *b)
+{
+  const flesh_keyframe handle[] = {{0, {0}, {0}}, {0.1307, {0.05, 0, 0.1}, {0.3, 0.1, 0}}, {0.4, {0, 0.1, 0}, {0, 0.5, 0.2}}};
+  const flesh_keyframe target[] = {{0, {3, 1, 1}, {0}}, {0.2, {3.5, 1, 2}, {0}}, {1, {3, 0, 1}, {0}}};
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), soft(FLESH_ENERGY_S), 1000, mass, 1, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -2));
+  CHECK_OK(test_body_hold(b, 0, 0, FLESH_AXES_ALL, &(flesh_motion){3, handle, {0, 0.5, 0.5}, 0}, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(b, 0, 3, FLESH_AXIS_Z, NULL, -INFINITY, 0.2617));
+  flesh_effect *drag = NULL;
+  CHECK_OK(flesh_effect_drag(&b->body, (double[]){3, 1, 1}, 2e3, &(flesh_motion){3, target, {0}, 1}, 0.0913, 0.3111, &drag));
+  CHECK_OK(flesh_system_add_effect(b->system, &drag));
+  CHECK_OK(flesh_system_finish(b->system));
+}
+
+static void orders_survive_events_and_moving_constraints(void)
+{
+  for (int mass = 0; mass < 2; mass++) {
+    test_body b;
+    make_busy_bar((flesh_mass)mass, &b);
+    flesh_state exact = state_copy(b.n, &b.state);
+    /* GSL's equations are those of the lumped mass; with the other one a fine run of another method serves. */
+    if (mass == FLESH_MASS_LUMPED) motion_reference_run(&b, 0.5, 1e-13, &exact);
+    else motion_run(&b, FLESH_METHOD_MIDPOINT, 1e-12, 20000, 0.5, &exact);
+    /* Backward Euler takes no notice of events and constraints. */
+    CHECK_NEAR(order_of(&b, FLESH_METHOD_BACKWARD_EULER, 0.5, &exact, 400), 1, 0.15);
+    for (int k = 0; k < SECOND_ORDER; k++) CHECK_NEAR(order_of(&b, second_order[k], 0.5, &exact, 200), 2, 0.1);
+    state_free(&exact);
+    test_body_destroy(&b);
+  }
+}
+
+/* Constrained dofs are where they must be at the ends of steps, with the motion's own velocity. */
+static void constrained_dofs_follow_their_motion(void)
+{
+  test_body b;
+  make_busy_bar(FLESH_MASS_CONSISTENT, &b);
+  for (int k = 0; k < SECOND_ORDER; k++) {
+    flesh_state state = state_copy(b.n, &b.state);
+    double *x = malloc((size_t)b.n * sizeof *x), *later = malloc((size_t)b.n * sizeof *later), slowest = 1;
+    uint8_t *fixed = malloc((size_t)b.n);
+    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-10);
+    for (int step = 1; step <= 20; step++) {
+      CHECK_OK(flesh_integrator_step(integrator, &state, 0.023, NULL));
+      memcpy(x, state.x, (size_t)b.n * sizeof *x);
+      memcpy(later, state.x, (size_t)b.n * sizeof *x);
+      flesh_system_prescribe(b.system, state.t, x);
+      flesh_system_prescribe(b.system, state.t - 1e-6, later);
+      flesh_system_fixed(b.system, state.t, fixed);
+      double position = 0, velocity = 0, size = 0;
+      for (int d = 0; d < b.n; d++) {
+        if (!fixed[d]) continue;
+        position = fmax(position, fabs(state.x[d] - x[d]));
+        velocity = fmax(velocity, fabs(state.v[d] - (x[d] - later[d]) / 1e-6));
+        size = fmax(size, fabs(state.v[d]));
+      }
+      CHECK_BELOW(position, 1e-15);
+      CHECK_BELOW(velocity, 2e-5);
+      if (state.t < 0.4) slowest = fmin(slowest, size);
+    }
+    CHECK(slowest > 0.1); /* they moved */
+    flesh_integrator_destroy(&integrator);
+    state_free(&state);
+    free(x);
+    free(later);
+    free(fixed);
+  }
+  test_body_destroy(&b);
+}
+
+/* A run that is stopped and gone on with by a new integrator. */
+static double restart_difference(const test_body *b, flesh_method method, int steps)
+{
+  flesh_state whole = state_copy(b->n, &b->state), parted = state_copy(b->n, &b->state);
+  motion_run(b, method, 1e-11, steps, 0.4, &whole);
+  motion_run(b, method, 1e-11, steps / 2, 0.2, &parted);
+  motion_run(b, method, 1e-11, steps / 2, 0.4, &parted);
+  double difference = motion_distance(b->n, whole.x, parted.x);
+  state_free(&whole);
+  state_free(&parted);
+  return difference;
+}
+
+static void restarts_go_on_as_if_nothing_had_been(void)
+{
+  test_body b;
+  make_bar(FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &b);
+  CHECK_BELOW(restart_difference(&b, FLESH_METHOD_BACKWARD_EULER, 80), 1e-13);
+  CHECK_BELOW(restart_difference(&b, FLESH_METHOD_MIDPOINT, 80), 1e-13);
+  CHECK_BELOW(restart_difference(&b, FLESH_METHOD_NEWMARK, 80), 1e-10);
+  const flesh_method parted[] = {FLESH_METHOD_BDF2, FLESH_METHOD_HHT};
+  for (int k = 0; k < 2; k++) {
+    double coarse = restart_difference(&b, parted[k], 80), fine = restart_difference(&b, parted[k], 320);
+    printf("# %s: a restart moves the end by %.3g m, with h/4 by %.3g m\n", flesh_method_name(parted[k]), coarse, fine);
+    CHECK(coarse > 1e-9 && log(coarse / fine) / log(4) > 1.9);
+  }
+  test_body_destroy(&b);
+}
+
+/* What was remembered of one motion must not leak into another. */
+static void another_state_starts_anew(void)
+{
+  for (int k = 0; k < SECOND_ORDER; k++) {
+    test_body b;
+    make_bar(FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &b);
+    flesh_state used = state_copy(b.n, &b.state), fresh = state_copy(b.n, &b.state);
+    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-10);
+    for (int step = 0; step < 5; step++) CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
+    test_jitter(b.n, 0.1, 3, b.state.x);
+    for (int field = 0; field < 3; field++) { /* another x, v, or t */
+      for (int d = 0; d < b.n; d++) {
+        if (field == 0) used.x[d] = b.state.x[d];
+        if (field == 1) used.v[d] *= 0.5;
+      }
+      if (field == 2) used.t -= 0.02;
+      memcpy(fresh.x, used.x, (size_t)b.n * sizeof *fresh.x);
+      memcpy(fresh.v, used.v, (size_t)b.n * sizeof *fresh.v);
+      fresh.t = used.t;
+      flesh_integrator *other = motion_integrator(&b, second_order[k], 1e-10);
+      for (int step = 0; step < 3; step++) {
+        CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
+        CHECK_OK(flesh_integrator_step(other, &fresh, 0.01, NULL));
+      }
+      CHECK(!memcmp(used.x, fresh.x, (size_t)b.n * sizeof *used.x));
+      CHECK(!memcmp(used.v, fresh.v, (size_t)b.n * sizeof *used.v));
+      flesh_integrator_destroy(&other);
+    }
+    flesh_integrator_destroy(&integrator);
+    state_free(&used);
+    state_free(&fresh);
+    test_body_destroy(&b);
+  }
+}
+
+/* Steps that fail for want of Newton iterations are retried in halves and stay as accurate. */
+static void halved_steps_stay_accurate(void)
+{
+  test_body b;
+  make_bar(FLESH_ENERGY_S, FLESH_MASS_LUMPED, &b);
+  flesh_state exact = state_copy(b.n, &b.state);
+  motion_reference_run(&b, 0.6, 1e-12, &exact);
+  for (int k = 0; k < SECOND_ORDER; k++) {
+    double error[2];
+    for (int halved = 0; halved < 2; halved++) {
+      flesh_state state = state_copy(b.n, &b.state);
+      flesh_solver_options options;
+      flesh_integrator *integrator = NULL;
+      flesh_solve_stats stats = {0};
+      flesh_solver_options_default(&options);
+      options.newton_tolerance = 1e-7;
+      options.linear_tolerance = 1e-8;
+      if (halved) options.max_newton = 2;
+      CHECK_OK(flesh_integrator_create(b.system, second_order[k], &options, &integrator));
+      for (int step = 0; step < 12; step++) CHECK_OK(flesh_integrator_step(integrator, &state, 0.05, &stats));
+      CHECK(halved ? stats.solves > 16 : stats.solves == 12);
+      CHECK_NEAR(state.t, 0.6, 1e-14);
+      error[halved] = motion_distance(b.n, state.x, exact.x);
+      printf("# %s: %d solves for 12 steps, error %.3g m\n", flesh_method_name(second_order[k]), stats.solves, error[halved]);
+      flesh_integrator_destroy(&integrator);
+      state_free(&state);
+    }
+    CHECK_BELOW(error[1], 0.9 * error[0]);
+  }
+  state_free(&exact);
+  test_body_destroy(&b);
+}
+
+/* Under an energy that is undefined inside out no method may end a step there, though its stage lies within the step. */
+static void ends_of_steps_have_an_energy(void)
+{
+  for (int k = 0; k < SECOND_ORDER; k++) {
+    test_body b;
+    CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), soft(FLESH_ENERGY_NEO), 4e4, FLESH_MASS_LUMPED, 1, &b));
+    CHECK_OK(flesh_system_finish(b.system));
+    for (int d = 0; d < b.n; d++) b.state.v[d] = -30 * (b.state.x[d] - 0.5);
+    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-8);
+    flesh_solve_stats stats = {0};
+    for (int step = 0; step < 10; step++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.05, &stats));
+      CHECK(flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL) > 0);
+    }
+    if (second_order[k] != FLESH_METHOD_NEWMARK) CHECK(stats.solves > 10); /* it was tried on something */
+    printf("# %s: %d solves for 10 steps\n", flesh_method_name(second_order[k]), stats.solves);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A tet without elasticity on a spring at its centroid is a linear oscillator: x'' = -w^2 x. */
+static void make_oscillator(double w, test_body *b)
+{
+  const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  flesh_mesh *mesh = NULL;
+  CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &mesh));
+  memset(b, 0, sizeof *b);
+  b->mesh = mesh;
+  b->n = 12;
+  b->density = malloc(sizeof *b->density);
+  b->density[0] = 6; /* 1 kg */
+  b->body = (flesh_body){.mesh = mesh, .density = b->density};
+  b->state.x = malloc(sizeof X);
+  b->state.v = calloc(1, sizeof X);
+  memcpy(b->state.x, X, sizeof X);
+  const flesh_keyframe still = {0, {0.25, 0.25, 0.25}, {0}};
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_system_create(mesh, &b->system));
+  CHECK_OK(flesh_effect_inertia(&b->body, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_effect_drag(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still}, -INFINITY, INFINITY, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_system_finish(b->system));
+}
+
+/* How much of the amplitude a step with w h = `angle` keeps in the long run; each step is compared with the recursion
+ * as Hilber, Hughes and Taylor write it. */
+static double amplification(flesh_method method, const flesh_method_options *options, double angle)
+{
+  enum { STEPS = 400 };
+  test_body b;
+  const double h = 0.1, w2 = angle * angle / (h * h);
+  make_oscillator(sqrt(w2), &b);
+  for (int d = 0; d < 12; d++) b.state.x[d] += 1, b.state.v[d] = 0.5 / h;
+  flesh_integrator *integrator = motion_integrator(&b, method, 1e-13);
+  CHECK_OK(flesh_integrator_set_method_options(integrator, options));
+  double alpha = method == FLESH_METHOD_HHT ? options->alpha : 0;
+  double beta = method == FLESH_METHOD_HHT ? (1 - alpha) * (1 - alpha) / 4 : options->beta;
+  double gamma = method == FLESH_METHOD_HHT ? 0.5 - alpha : options->gamma;
+  double x = 1, v = 0.5 / h, a = -w2 * x, energy[STEPS + 1];
+  int last = 0;
+  for (int step = 1; step <= STEPS; step++) {
+    double predicted = x + h * v + h * h * (0.5 - beta) * a;
+    double next = -w2 * ((1 + alpha) * predicted - alpha * x) / (1 + (1 + alpha) * w2 * beta * h * h);
+    v += h * ((1 - gamma) * a + gamma * next);
+    x = predicted + beta * h * h * next;
+    a = next;
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
+    double scale = fabs(x) + fabs(v) * h;
+    for (int c = 0; c < 3; c++) { /* of the centroid; the nodes' other motions are free of force */
+      double X = -0.25, V = 0;
+      for (int i = 0; i < 4; i++) X += b.state.x[3 * i + c] / 4, V += b.state.v[3 * i + c] / 4;
+      CHECK_NEAR(X, x, 1e-11 * step * scale + 1e-12);
+      CHECK_NEAR(V * h, v * h, 1e-11 * step * scale + 1e-12 * (1 + angle));
+    }
+    energy[step] = x * x * w2 + v * v;
+    last = step;
+    if (energy[step] < 1e-16 * energy[1]) break; /* what follows would be rounding */
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  int half = last / 2;
+  return pow(energy[last] / energy[half], 0.5 / (last - half));
+}
+
+static void hht_damps_fast_oscillations_most(void)
+{
+  flesh_method_options options;
+  flesh_method_options_default(&options);
+  CHECK(options.alpha == -0.1 && options.beta == 0.25 && options.gamma == 0.5);
+  CHECK_NEAR(amplification(FLESH_METHOD_NEWMARK, &options, 0.1), 1, 1e-4);
+  CHECK_NEAR(amplification(FLESH_METHOD_NEWMARK, &options, 30), 1, 1e-4);
+  options.beta = 0.3025, options.gamma = 0.6;
+  CHECK_BELOW(amplification(FLESH_METHOD_NEWMARK, &options, 30), 0.95);
+  for (int k = 1; k <= 3; k++) {
+    options.alpha = -k / 9.;
+    double slow = amplification(FLESH_METHOD_HHT, &options, 0.1), middle = amplification(FLESH_METHOD_HHT, &options, 2),
+           fast = amplification(FLESH_METHOD_HHT, &options, 1e3), limit = (1 + options.alpha) / (1 - options.alpha);
+    printf("# hht(%.3f) keeps %.6f of the amplitude at wh = 0.1, %.4f at 2, %.4f at 1000; %.4f at infinity\n",
+           options.alpha, slow, middle, fast, limit);
+    CHECK(slow > 0.999 && slow < 1 && middle < slow && fast < middle);
+    CHECK_NEAR(fast, limit, 0.04);
+  }
+  options.alpha = 0;
+  CHECK_NEAR(amplification(FLESH_METHOD_HHT, &options, 1), 1, 1e-4);
+}
+
+static void parameters_out_of_range_are_refused(void)
+{
+  test_body b;
+  make_oscillator(1, &b);
+  flesh_integrator *integrator = motion_integrator(&b, FLESH_METHOD_HHT, 1e-8);
+  const flesh_method_options bad[] = {{-0.34, 0.25, 0.5}, {0.1, 0.25, 0.5}, {NAN, 0.25, 0.5}, {-0.1, 0.2, 0.5},
+                                      {-0.1, 0.25, 0.4}, {-0.1, 0.25, 0.6}, {-0.1, INFINITY, 0.5}, {-0.1, 1, 1.1}};
+  const char *const names[] = {"alpha", "alpha", "alpha", "beta", "gamma", "beta", "beta", "gamma"};
+  for (size_t k = 0; k < sizeof bad / sizeof bad[0]; k++) {
+    CHECK(flesh_integrator_set_method_options(integrator, &bad[k]) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), names[k]);
+    CHECK_TEXT(flesh_error_text(), "it must be in [");
+  }
+  CHECK(flesh_method_name((flesh_method)99) == NULL && flesh_method_order((flesh_method)-1) == 0);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(orders_are_as_promised), TEST(bdf2_keeps_its_order_with_variable_steps),
+                   TEST(orders_survive_events_and_moving_constraints), TEST(constrained_dofs_follow_their_motion),
+                   TEST(restarts_go_on_as_if_nothing_had_been), TEST(another_state_starts_anew),
+                   TEST(halved_steps_stay_accurate), TEST(ends_of_steps_have_an_energy),
+                   TEST(hht_damps_fast_oscillations_most), TEST(parameters_out_of_range_are_refused));
+}
