@@ -101,7 +101,7 @@ static int take_solver(void *data, const char *item)
   return !strcmp(item, "all") ? FLESH_OK
                               : flesh_fail(FLESH_ERR_ARGUMENT,
                                            "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
-                                           "always-projected, never-projected, or all of them: all",
+                                           "always-projected, never-projected, clamped, absolute, or all of them: all",
                                            item);
 }
 
@@ -223,7 +223,8 @@ int flesh_command_stress(int argc, char **argv)
       {"steps", "LIST", FLESH_OPTION_TEXT, &steps, "steps of the cases without one of their own (default 1/60)"},
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "cases, groups or patterns (default: all)"},
       {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
-       "default, kinsol-line-search, plain, always-projected, never-projected or all (default: default)"},
+       "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute or all\n"
+       "                         (default: default)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds, "how often the random cases run, each with other numbers (default 1)"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,

@@ -13,6 +13,8 @@ typedef enum flesh_stress_solver {
   FLESH_STRESS_PLAIN,             /* full projected Newton steps, ten at most, taken as they come */
   FLESH_STRESS_ALWAYS_PROJECTED,  /* the defaults, but every Hessian projected */
   FLESH_STRESS_NEVER_PROJECTED,   /* the defaults, but none */
+  FLESH_STRESS_CLAMPED,           /* the defaults, but projected eigenvalues become zero */
+  FLESH_STRESS_ABSOLUTE,          /* the defaults, but they become absolute values */
   FLESH_STRESS_SOLVERS
 } flesh_stress_solver;
 

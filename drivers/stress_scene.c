@@ -52,7 +52,9 @@ static void write_solver(FILE *stream, const flesh_stress_run *run)
       [FLESH_STRESS_PLAIN] = "globalization: none, projection: always, max_newton: 10, "
                              "max_halvings: 0, accept_unconverged: true",
       [FLESH_STRESS_ALWAYS_PROJECTED] = "projection: always",
-      [FLESH_STRESS_NEVER_PROJECTED] = "projection: never"};
+      [FLESH_STRESS_NEVER_PROJECTED] = "projection: never",
+      [FLESH_STRESS_CLAMPED] = "filtering: clamp",
+      [FLESH_STRESS_ABSOLUTE] = "filtering: absolute"};
   const char *tolerance = strcmp(run->row->group, "statics") ? NULL : "newton_tolerance: 1e-8";
   const char *key = keys[run->setting->solver];
   if (key || tolerance)

@@ -15,7 +15,9 @@ const char *flesh_stress_solver_name(flesh_stress_solver solver)
       [FLESH_STRESS_KINSOL] = "kinsol-line-search",
       [FLESH_STRESS_PLAIN] = "plain",
       [FLESH_STRESS_ALWAYS_PROJECTED] = "always-projected",
-      [FLESH_STRESS_NEVER_PROJECTED] = "never-projected"};
+      [FLESH_STRESS_NEVER_PROJECTED] = "never-projected",
+      [FLESH_STRESS_CLAMPED] = "clamped",
+      [FLESH_STRESS_ABSOLUTE] = "absolute"};
   return names[solver];
 }
 
