@@ -176,7 +176,7 @@ static int open_single(parts *p, double edge)
 int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh **mesh)
 {
   static const int block[2][3] = {{8, 4, 4}, {6, 3, 3}}, even[2][3] = {{8, 4, 4}, {6, 4, 4}},
-                   bar[2][3] = {{24, 6, 6}, {12, 4, 4}}, fine[2][3] = {{24, 4, 4}, {20, 3, 3}},
+                   bar[2][3] = {{24, 6, 6}, {12, 4, 4}}, fine[2][3] = {{24, 3, 3}, {20, 3, 3}},
                    large[2][3] = {{32, 16, 16}, {12, 6, 6}};
   const double size[3] = {0.2, 0.1, 0.1}, cube[3] = {0.09, 0.1, 0.1};
   const double long_size[3] = {1, 13. / 48, 13. / 48};

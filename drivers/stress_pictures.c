@@ -19,7 +19,7 @@ static const char *const colours[FLESH_STRESS_OUTCOMES] = {
     [FLESH_STRESS_NOT_RUN] = "#f4f4f4"};
 
 /* Pixels. */
-enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 190, BOTTOM = 70, RIGHT = 30 };
+enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 30 };
 
 /* What stands in a cell beside its colour. */
 static void cell_text(const flesh_stress_run *r, char text[32])
@@ -32,7 +32,9 @@ static void cell_text(const flesh_stress_run *r, char text[32])
   static const char *const ranks[] = {"point", "line", "plane", "body"};
   *text = 0;
   if (r->outcome == FLESH_STRESS_EQUILIBRIUM && f->rank >= 0) snprintf(text, 32, "%s%s", ranks[f->rank], mark);
-  if (r->outcome == FLESH_STRESS_RECOVERED && isfinite(f->recovered_at))
+  if (r->outcome == FLESH_STRESS_RECOVERED && r->row->flags & FLESH_STRESS_STATIC)
+    snprintf(text, 32, "%ld it.", f->newton);
+  else if (r->outcome == FLESH_STRESS_RECOVERED && isfinite(f->recovered_at))
     snprintf(text, 32, "%.2g s", f->recovered_at);
   if (r->outcome == FLESH_STRESS_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
   else if (r->outcome == FLESH_STRESS_NOT_RECOVERED && f->inverted_end)
@@ -107,8 +109,10 @@ static int draw_matrix(const flesh_stress_plan *plan)
           LEFT / width, right / width, 1 - TOP / height, BOTTOM / height, plan->setting_count, plan->case_count);
   for (int c = 0; c < plan->case_count; c++) {
     for (int s = 0; s < plan->setting_count; s++) draw_cell(stream, plan, c, s);
-    fprintf(stream, "set label '%s' at screen %.6f, first %g right noenhanced font ',9' textcolor rgb '#303030'\n",
-            plan->cases[c]->name, (LEFT - 8) / width, c + 0.5);
+    char own[32] = "";
+    if (plan->cases[c]->poisson > 0) snprintf(own, sizeof own, " (%g)", plan->cases[c]->poisson);
+    fprintf(stream, "set label '%s%s' at screen %.6f, first %g right noenhanced font ',9' textcolor rgb '#303030'\n",
+            plan->cases[c]->name, own, (LEFT - 8) / width, c + 0.5);
     if (c && strcmp(plan->cases[c]->group, plan->cases[c - 1]->group))
       fprintf(stream, "set arrow from screen %.6f, first %d to screen %.6f, first %d nohead lc rgb '#606060' front\n",
               10 / width, c, right / width, c);
@@ -122,6 +126,10 @@ static int draw_matrix(const flesh_stress_plan *plan)
   }
   fprintf(stream, "set label 'Hard cases: what became of them' at screen %.6f,%.6f left font ',13'\n", 10 / width,
           1 - 20 / height);
+  fprintf(stream, "set label \"Recovered: simulated time until at rest for good (statics: Newton iterations).\\nNot recovered: "
+                  "distance from rest in body lengths, or inverted tets;\\nmin: the end is a true local minimum. Several seeds: "
+                  "how many recovered.\" at screen %.6f,%.6f left noenhanced font ',9' textcolor rgb '#606060'\n",
+          10 / width, 1 - 44 / height);
   draw_legend(stream, width, height);
   fputs("plot NaN\n", stream);
   status = flesh_file_commit(&file);
