@@ -176,7 +176,7 @@ static void collect(job *j)
     f->status = FLESH_ERR_SOLVE;
     f->exit_code = 1;
     f->crashed_by = crashed;
-    if (crashed == SIGKILL) snprintf(f->message, sizeof f->message, "hung: no step ended within its time");
+    if (crashed == SIGKILL) snprintf(f->message, sizeof f->message, "killed: no step ended within its time, or something else ended it");
     else snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed, crashed > 0 ? strsignal(crashed) : "exit");
   }
   j->run->outcome = judge(j->run);

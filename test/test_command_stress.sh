@@ -72,6 +72,28 @@ other_solvers_are_found_out() {
     [ "$(lines out/stress.csv)" -eq 15 ] || { cat out/stress.csv; return 1; }
 }
 
+# A body that has had no time to come back is not called recovered, and what its end is, is found out.
+an_early_end_is_no_recovery() {
+  battery --energies S --poisson 0.45 --cases stretch10,jitter20 --set time.end=1/60 &&
+    [ "$(value outcome stretch10 S 0.45)" = 'not recovered' ] && [ "$(value end_is stretch10 S 0.45)" = untangles ] &&
+    [ -z "$(value recovered_at stretch10 S 0.45)" ]
+}
+
+# A process that dies is a row, and the battery goes on.
+a_death_is_a_row() {
+  "$flesh" stress --out killed --jobs 1 --energies S --poisson 0.49 --cases static_shear,single_plane >log.txt 2>&1 &
+  process=$!
+  tries=0
+  until [ -s killed/cases/static_shear_S_0.495_default/out/result.json ] || [ "$tries" -ge 300 ]; do
+    sleep 0.1
+    tries=$((tries + 1))
+  done
+  children=$(cat "/proc/$process/task/$process/children") # the one that --jobs 1 lets run
+  kill -KILL ${children:?no child found}
+  wait "$process" || { cat log.txt; return 1; }
+  has killed/stress.csv '^static_shear,.*,crashed or hung,' && has killed/stress.csv '^single_plane,.*,recovered,'
+}
+
 # A rise of the incremental potential and unconverged solves are seen where they happen.
 rises_are_seen() {
   battery --energies S --poisson 0.49 --cases stretch10,twist2 --solvers plain &&
@@ -138,5 +160,6 @@ bad_options_are_refused() {
 
 run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone other_solvers_are_found_out \
-  rises_are_seen a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
+  rises_are_seen an_early_end_is_no_recovery a_death_is_a_row \
+  a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
   a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused
