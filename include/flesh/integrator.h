@@ -24,7 +24,7 @@ typedef struct flesh_state {
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
   ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
-      "keeps both momenta, and the energy of what the step resolves; damps nothing, so that "       \
+      "keeps both momenta, and the energy of what the step resolves; damps nothing, so that "      \
       "violent motion needs short steps")                                                          \
   ROW(NEWMARK, newmark, "newmark", 2,                                                              \
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
