@@ -23,9 +23,12 @@ typedef struct flesh_state {
   ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
-  ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
-  ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
-  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")   \
+  ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
+      "keeps both momenta, and the energy of what the step resolves; damps nothing, so that "      \
+      "violent motion needs short steps")                                                          \
+  ROW(NEWMARK, newmark, "newmark", 2,                                                              \
+      "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")       \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
