@@ -43,9 +43,15 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->at_rounding)
+    printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
+           figures->at_rounding, figures->solves);
   if (figures->unconverged)
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
            figures->solves);
+  if (figures->untanglings)
+    printf("put back a calm tangle %ld times, %ld nodes in all (solver.untangle)\n", figures->untanglings,
+           figures->untangled_nodes);
   printf("results: %s\n", out);
 }
 
@@ -88,7 +94,7 @@ int flesh_command_run(int argc, char **argv)
   flesh_interrupt_watch();
   status =
       start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
-  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
+  if (!status && method) status = flesh_overrides_add(&overrides, "time.method", method);
   if (!status)
     status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
   if (status) {
@@ -99,8 +105,14 @@ int flesh_command_run(int argc, char **argv)
   if (!options.quiet) {
     flesh_mesh_info info;
     flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-    printf("mesh: %s, %d nodes, %d tets, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
-           info.tets, info.volume);
+    printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
+           info.tets, info.tets == 1 ? "" : "s", info.volume);
+    if (info.flipped)
+      printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
+             info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");
+    if (info.unused_nodes)
+      printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
+             info.unused_nodes == 1 ? " is" : "s are");
     flesh_materials_print(stdout, scene);
     fflush(stdout);
   }

@@ -10,6 +10,7 @@
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
+#include "command_stress.h"
 #include "options.h"
 #include "provenance.h"
 
@@ -24,6 +25,7 @@ static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
     {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
+    {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},
@@ -44,8 +46,9 @@ static void print_help(void)
 
 int main(int argc, char **argv)
 {
-  /* Writing to a closed pipe then fails like any other write, and gnuplot's end does not end us. */
+  /* Writing to a closed pipe or beyond a file's allowed size then fails like any other write. */
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
   if (argc < 2) {
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;

@@ -56,6 +56,8 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->solves += stats->solves;
   figures->at_rounding += stats->at_rounding;
   figures->unconverged += stats->unconverged;
+  figures->untanglings += stats->untanglings;
+  figures->untangled_nodes += stats->untangled_nodes;
   if (record->step) {
     figures->residual = stats->residual_last;
     figures->residual_target = stats->residual_target;
@@ -104,7 +106,7 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
     return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, "
            "and try a "
            "shorter time.step";
-  if (failure->residual <= 100 * failure->target)
+  if (failure->worst_node >= 0 && failure->residual <= 100 * failure->target)
     return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
            "solver.linear_tolerance or linear_solver=klu";
   if (is_static)
@@ -121,8 +123,10 @@ void flesh_failure_print(FILE *stream, const flesh_outcome *outcome)
   const flesh_failure *f = &outcome->failure;
   fprintf(stream, "  last try: t = %g s, h = %g s after %d halvings (%s)\n", f->t, f->h,
           f->halvings, flesh_status_text(f->status));
-  fprintf(stream, "  residual: %.3g N; target %.3g N", f->residual, f->target);
-  if (f->worst_node >= 0) fprintf(stream, "; largest at node %d", f->worst_node);
+  if (f->worst_node >= 0)
+    fprintf(stream, "  residual: %.3g N; target %.3g N; largest at node %d", f->residual, f->target,
+            f->worst_node);
+  else fputs("  residual: none; it has no value at the first iterate", stream);
   if (f->worst_tet >= 0)
     fprintf(stream, "\n  worst tet: %d with J = %.4g at (%.4g, %.4g, %.4g) m", f->worst_tet,
             f->worst_J, f->worst_position[0], f->worst_position[1], f->worst_position[2]);
@@ -209,6 +213,8 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);
   set_integer(object, "solves_unconverged", figures->unconverged);
+  set_integer(object, "untanglings", figures->untanglings);
+  set_integer(object, "untangled_nodes", figures->untangled_nodes);
   set_integer(object, "newton", figures->newton);
   set_integer(object, "linear", figures->linear);
   set_integer(object, "assemblies", figures->assemblies);
@@ -255,8 +261,8 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   set(failure, "t", f->t);
   set(failure, "h", f->h);
   set_integer(failure, "halvings", f->halvings);
-  set(failure, "residual", f->residual);
-  set(failure, "residual_target", f->target);
+  set(failure, "residual", f->worst_node >= 0 ? f->residual : NAN); /* null: there is none */
+  set(failure, "residual_target", f->worst_node >= 0 ? f->target : NAN);
   set_integer(failure, "worst_tet", f->worst_tet);
   if (f->worst_tet >= 0) {
     set(failure, "worst_J", f->worst_J);

@@ -52,6 +52,22 @@ the_resolved_scene_repeats_the_run() {
   cmp out/bar/state.txt again/state.txt && cmp out/bar/scene.yaml again/scene.yaml
 }
 
+methods_are_chosen_by_name() {
+  for method in bdf2 midpoint newmark hht; do
+    expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
+    has "by-$method/scene.yaml" "method: $method\$" || return 1
+    ! cmp -s out/bar/state.txt "by-$method/state.txt" || return 1
+    same_states out/bar/state.txt "by-$method/state.txt" 1 || return 1
+  done
+  expect 0 "$flesh" run bar.yaml --set time.method=newmark --set time.gamma=0.6 --set time.beta=0.3025 --out damped \
+    --no-frames --quiet || return 1
+  ! cmp -s damped/state.txt by-newmark/state.txt || return 1
+  expect 0 "$flesh" run bar.yaml --set time.alpha=0 --method hht --out undamped --no-frames --quiet || return 1
+  same_states undamped/state.txt by-newmark/state.txt 1e-6 || return 1
+  expect 2 "$flesh" run bar.yaml --method euler --out none || return 1
+  has stderr.txt 'time.method is euler; it must be one of backward-euler, static, bdf2, midpoint'
+}
+
 a_restart_goes_on_where_it_was() {
   expect 0 "$flesh" run bar.yaml --out half --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
   has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
@@ -143,6 +159,15 @@ interrupted() {
 }
 sigint_keeps_what_was_done() { interrupted INT 130; }
 sigterm_keeps_what_was_done() { interrupted TERM 143; }
+# As when a remote terminal goes away; under nohup it is none of our business.
+sighup_keeps_what_was_done() { interrupted HUP 129; }
+nohup_goes_on() {
+  (trap '' HUP; exec "$flesh" run bar.yaml --out nohup --set time.end=2 --quiet) &
+  run=$!
+  sleep 0.2
+  kill -HUP "$run"
+  wait "$run" && has nohup/result.json '"status": "complete"'
+}
 
 a_spent_budget_keeps_what_was_done() {
   expect 6 "$flesh" run bar.yaml --out budget --set time.end=1e5 --max-seconds 0.3 --no-frames || return 1
@@ -161,12 +186,38 @@ a_failed_solve_is_explained() {
   rows failed/state.txt 63 && [ "$(lines failed/history.csv)" -ge 2 ]
 }
 
+a_state_without_an_energy_is_explained() {
+  awk '{ if ($1 != "#") $1 = -$1; print }' out/bar/state.txt | sed '/^# t/d' >mirrored.txt
+  expect 4 "$flesh" run bar.yaml --out mirrored --set body.material.energy=B --start-state mirrored.txt || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: this energy has no value where' &&
+    has mirrored/result.json '"residual": null' || return 1
+  expect 7 "$flesh" run bar.yaml --out vast --set 'start.velocity=[1e200, 0, 0]' || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' && has vast/result.json '"exit_code": 7'
+}
+
 check_differentiates() {
   expect 0 "$flesh" check bar.yaml --dump dump || return 1
   has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
   rows dump/gradient.txt 63 && rows dump/energy.txt 1 || return 1
   # The announced number of entries, all in the lower triangle.
   awk 'NR == 2 { n = $3 } NR > 2 && $1 < $2 { exit 1 } END { exit NR - 2 != n }' dump/hessian.mtx
+}
+
+odd_meshes_and_solves_are_named() {
+  printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n5 5 5\ntets 1\n0 1 3 2\n' >odd.mesh
+  expect 0 "$flesh" run bar.yaml --out odd --set body.mesh=odd.mesh --set time.end=1/60 --no-frames || return 1
+  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' || return 1
+  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames || return 1
+  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
+}
+
+# A file system without room shows the same as a limit of the files' size.
+a_full_disk_leaves_only_whole_files() {
+  (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
+    has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1
+  (ulimit -f 8 && expect 3 "$flesh" run bar.yaml --out full --set body.mesh=bar.msh) || return 1
+  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' || return 1
+  ! find . -name 'big*' -o -name '*.vtu' -path './full/*' -o -name '*.part-*' | grep .
 }
 
 full_output_is_noticed() {
@@ -178,6 +229,7 @@ full_output_is_noticed() {
 tests='a_good_run_writes_everything
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
+methods_are_chosen_by_name
 a_restart_goes_on_where_it_was
 older_results_are_replaced
 statics_make_one_solve
@@ -188,9 +240,14 @@ bad_meshes_are_refused
 a_bad_place_is_refused_before_solving
 sigint_keeps_what_was_done
 sigterm_keeps_what_was_done
+sighup_keeps_what_was_done
+nohup_goes_on
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
+a_state_without_an_energy_is_explained
 check_differentiates
+odd_meshes_and_solves_are_named
+a_full_disk_leaves_only_whole_files
 full_output_is_noticed'
 # shellcheck disable=SC2086
 run_tests $tests

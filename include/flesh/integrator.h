@@ -1,4 +1,4 @@
-/* integrator.h: time stepping and statics. The integrator owns its KINSOL; a state is plain data. */
+/* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data. */
 #ifndef FLESH_INTEGRATOR_H
 #define FLESH_INTEGRATOR_H
 
@@ -17,14 +17,18 @@ typedef struct flesh_state {
   double *x, *v;
 } flesh_state;
 
-/* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and their docs are made. */
+/* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
+ * their docs are made. */
 #define FLESH_METHOD_LIST(ROW)                                                                     \
   ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
-  ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
-  ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
-  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")   \
+  ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
+      "keeps both momenta, and the energy of what the step resolves; damps nothing, so that "      \
+      "violent motion needs short steps")                                                          \
+  ROW(NEWMARK, newmark, "newmark", 2,                                                              \
+      "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")       \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
@@ -35,15 +39,17 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive methods, which
- * choose it); NULL and 0 for what is none. */
+/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive
+ * methods, which choose it); NULL and 0 for what is none. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
 /* Parameters; a method reads its own only. */
 typedef struct flesh_method_options {
-  double alpha;       /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped */
-  double beta, gamma; /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2 */
+  /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped. */
+  double alpha;
+  /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2. */
+  double beta, gamma;
 } flesh_method_options;
 FLESH_API void flesh_method_options_default(flesh_method_options *options);
 /* FLESH_ERR_ARGUMENT when a value is out of its range. */
@@ -98,10 +104,12 @@ FLESH_API int flesh_integrator_set_method_options(flesh_integrator *integrator,
                                                   const flesh_method_options *options);
 FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
-/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h, the load raised in
- * increments when the full one fails), adding to *stats (may be NULL). Methods of order 2 part the step at events
- * (flesh_system_next_event) within it and start anew there; so they do when the caller hands another state than it
- * was given back. Their constrained dofs follow the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
+/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h,
+ * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
+ * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
+ * they do when the caller hands another state than it was given back. Their constrained dofs follow
+ * the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of
+ * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 

@@ -13,6 +13,7 @@
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 #include "integrator/prescribed.h"
+#include "integrator/untangle.h"
 
 struct flesh_integrator {
   const flesh_system *system;
@@ -20,6 +21,7 @@ struct flesh_integrator {
   const flesh_method_row *row;
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
+  flesh_untangler *untangler; /* NULL: not wanted */
   int n;
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
@@ -71,6 +73,8 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
+  if (!status && options->untangle && !is_adaptive(method))
+    status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
@@ -84,6 +88,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
+  flesh_untangler_destroy(&(*integrator)->untangler);
   flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0);
@@ -122,6 +127,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
+         (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
          (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
 }
 
@@ -372,6 +378,16 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
   return status;
 }
 
+/* An equilibrium that is a tangle is put back and solved again. */
+static int equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  int status = solve_static(self, state, h, stats);
+  while (!status && self->untangler &&
+         (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
+    status = solve_static(self, state, 0, stats);
+  return status;
+}
+
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_solve_stats ignored = {0};
@@ -380,8 +396,12 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
   if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
-  else if (self->method == FLESH_METHOD_STATIC) status = solve_static(self, state, h, stats);
+  else if (self->method == FLESH_METHOD_STATIC) status = equilibrium(self, state, h, stats);
   else status = step_in_time(self, state, h, stats);
+  if (!status && self->untangler && self->method != FLESH_METHOD_STATIC) {
+    status = flesh_untangler_after_step(self->untangler, state, h, stats);
+    return status < 0 ? status : FLESH_OK;
+  }
   if (status > 0 && !euler) return status;
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;

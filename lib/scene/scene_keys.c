@@ -17,7 +17,7 @@ static const char *const masses[] = {"lumped", "consistent", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
-static const char *const filterings[] = {"trust", "clamp", "absolute", NULL};
+static const char *const filterings[] = {"auto", "clamp", "absolute", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
 
 const flesh_key flesh_material_table[] = {
@@ -280,9 +280,9 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, filtering),
      .choices = filterings,
-     .default_value = "trust",
-     .doc = "what projection makes of negative eigenvalues: trust: zero where the last step went as "
-            "foretold, else their absolute values; clamp: zero; absolute: their absolute values"},
+     .default_value = "auto",
+     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute "
+            "values; auto: absolute, but in dynamics zero after a filtered step that went as foretold"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),
@@ -291,6 +291,13 @@ static const flesh_key solver_table[] = {
      .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "kinsol: KINSOL's line search on the residual"},
+    {.name = "untangle",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, untangle),
+     .default_value = "true",
+     .doc = "true: once calm, nodes of tets that stay inverted or wound once more around an edge, and are "
+            "held so by no load, are placed anew by their neighbours and the rest shape (counted in "
+            "the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
@@ -332,8 +339,7 @@ const flesh_key flesh_scene_table[] = {
      .offset = offsetof(flesh_scene_keys, effects),
      .default_value = "[]",
      .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "
-            "none; the same name "
-            "may stand several times"},
+            "none; the same name may stand several times, but for inertia and elasticity"},
     {.name = "time",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_scene_keys, time),
