@@ -37,15 +37,24 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf(", %.3g Newton per step, %.3g linear per Newton",
            (double)figures->newton / figures->steps,
            figures->newton ? (double)figures->linear / (double)figures->newton : 0);
+  if (figures->internal_steps && figures->internal_steps != figures->steps)
+    printf("; %ld internal steps, %ld rejected", figures->internal_steps,
+           figures->rejected + figures->convergence_failures);
   printf("\nvolume drift: %.3g at most, %.3g at the end; smallest J %.4g; ",
          figures->max_volume_drift, figures->final_volume_drift, figures->min_J);
   if (figures->max_inverted)
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->at_rounding)
+    printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
+           figures->at_rounding, figures->solves);
   if (figures->unconverged)
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
            figures->solves);
+  if (figures->untanglings)
+    printf("put back a calm tangle %ld times, %ld nodes in all (solver.untangle)\n", figures->untanglings,
+           figures->untangled_nodes);
   printf("results: %s\n", out);
 }
 
@@ -101,6 +110,12 @@ int flesh_command_run(int argc, char **argv)
     flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
     printf("mesh: %s, %d nodes, %d tets, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
            info.tets, info.volume);
+    if (info.flipped)
+      printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
+             info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");
+    if (info.unused_nodes)
+      printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
+             info.unused_nodes == 1 ? " is" : "s are");
     flesh_materials_print(stdout, scene);
     fflush(stdout);
   }

@@ -5,63 +5,39 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/error.h"
+#include "options.h"
 #include "scene/schema.h"
 
-enum { EXIT_FINE = 0, EXIT_USAGE = 2, EXIT_FILE = 3 };
-
-static const char help[] =
-    "usage: flesh schema [--format markdown|json] [SECTION]\n"
-    "\n"
-    "Prints every key of a scene with what it may be, its default and its meaning.\n"
-    "  SECTION              only a part: body, body.material, solver, time.step, effects.pin, pin "
-    "...\n"
-    "  --format markdown    tables to read (the default)\n"
-    "  --format json        JSON Schema, draft 2020-12, for editors and programs\n"
-    "Exit codes: 0 fine, 2 usage, 3 the output cannot be written.\n"
-    "Example: flesh schema --format json > scene.schema.json\n";
-
-static int misuse(const char *what, const char *argument)
-{
-  fprintf(stderr, "flesh schema: %s '%s'; see flesh schema --help\n", what, argument);
-  return EXIT_USAGE;
-}
+static const char details[] =
+    "Prints every key with what it may be, its default and its meaning, or only those of SECTION:\n"
+    "body, body.material, solver, time.step, effects.pin, pin ... `flesh schema --format json >\n"
+    "scene.schema.json` makes a JSON Schema (draft 2020-12) for editors and programs.\n";
 
 static int read_format(const char *name, flesh_schema_format *format)
 {
   int json = !strcmp(name, "json");
   *format = json ? FLESH_SCHEMA_JSON : FLESH_SCHEMA_MARKDOWN;
-  return json || !strcmp(name, "markdown") ? 0 : misuse("--format is markdown or json, not", name);
+  if (json || !strcmp(name, "markdown")) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be markdown or json", name);
 }
 
 int flesh_command_schema(int argc, char **argv)
 {
-  static const char option[] = "--format";
-  const size_t length = sizeof option - 1;
-  flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;
-  const char *section = NULL;
-  for (int a = 1; a < argc; a++) {
-    int bad = 0;
-    if (!strcmp(argv[a], "--help") || !strcmp(argv[a], "-h")) {
-      fputs(help, stdout);
-      return EXIT_FINE;
-    }
-    if (!strcmp(argv[a], option))
-      bad = a + 1 < argc ? read_format(argv[++a], &format) : misuse("no value for", option);
-    else if (!strncmp(argv[a], option, length) && argv[a][length] == '=')
-      bad = read_format(argv[a] + length + 1, &format);
-    else if (argv[a][0] == '-') bad = misuse("unknown option", argv[a]);
-    else if (section) bad = misuse("one section at most, but there is also", argv[a]);
-    else section = argv[a];
-    if (bad) return bad;
-  }
-  char *text;
-  int status = flesh_scene_schema_section(format, section, &text);
-  if (status) {
-    fprintf(stderr, "flesh schema: %s\n", flesh_error_text());
-    return EXIT_USAGE;
-  }
-  int failed = fputs(text, stdout) < 0 || fflush(stdout);
+  const char *format_name = "markdown";
+  const flesh_option rows[] = {{"format", "FORMAT", FLESH_OPTION_TEXT, &format_name,
+                                "markdown (tables to read, the default) or json"},
+                               {0}};
+  const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene.", details, 0,
+                             1,        rows};
+  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_schema_format format;
+  char *text = NULL;
+  int status = read_format(format_name, &format);
+  if (!status) status = flesh_scene_schema_section(format, positionals ? argv[1] : NULL, &text);
+  if (status) return flesh_command_fail("schema", status);
+  fputs(text, stdout); /* whether it could be written is asked at the program's end */
   free(text);
-  if (failed) perror("flesh schema: standard output");
-  return failed ? EXIT_FILE : EXIT_FINE;
+  return 0;
 }

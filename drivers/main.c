@@ -42,8 +42,9 @@ static void print_help(void)
 
 int main(int argc, char **argv)
 {
-  /* Writing to a closed pipe then fails like any other write, and gnuplot's end does not end us. */
+  /* Writing to a closed pipe or beyond a file's allowed size then fails like any other write. */
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
   if (argc < 2) {
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;

@@ -71,8 +71,8 @@ int flesh_option_number(const char *text, double *value)
 
 static void print_help(const flesh_usage *usage)
 {
-  printf("Usage: flesh %s [OPTION]... %s\n%s\n", usage->command, usage->positionals,
-         usage->summary);
+  printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command,
+         *usage->positionals ? " " : "", usage->positionals, usage->summary);
   if (usage->details) printf("\n%s", usage->details);
   printf("\nOptions:\n");
   for (const flesh_option *option = usage->options; option->name; option++) {
@@ -112,6 +112,12 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
     snprintf(what, sizeof what, "--%s is '", option->name);
     if (flesh_option_number(text, &number) || !(number > 0))
       return complain(usage, what, text, "'; it must be a positive number");
+    *(double *)option->target = number;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_NUMBER:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number))
+      return complain(usage, what, text, "'; it must be a finite number");
     *(double *)option->target = number;
     return FLESH_OPTIONS_GO_ON;
   case FLESH_OPTION_COUNT:

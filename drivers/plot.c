@@ -65,6 +65,9 @@ void flesh_plot_quote(FILE *stream, const char *text)
 
 int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file)
 {
+  if (strchr(name, '\n'))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the picture '%s' has a line break in its name; it must have none", name);
   char *path = malloc(strlen(folder) + strlen(name) + strlen(suffix) + 2);
   if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   sprintf(path, "%s/%s%s", folder, name, suffix);
@@ -78,9 +81,10 @@ void flesh_plot_begin(FILE *stream, const char *name, int width, int height)
   fprintf(stream,
           "# Draws %s.png: gnuplot %s.gp\n"
           "set terminal pngcairo size %d,%d enhanced font 'DejaVu Sans,11' background '#ffffff'\n"
-          "set output '%s.png'\n"
-          "set encoding utf8\n",
-          name, name, width, height, name);
+          "set encoding utf8\nset output ",
+          name, name, width, height);
+  flesh_plot_quote(stream, name);
+  fputs(".'.png'\n", stream);
 }
 
 int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines)

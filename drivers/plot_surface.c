@@ -277,10 +277,12 @@ static void write_script(FILE *stream, const char *name, const layout *l,
     write_label(stream, 2, panels[p].subtitle ? panels[p].subtitle : "", centre,
                 (panels[p].x ? top + 16 : top - 0.5 * l->height) / H,
                 "center font ',10' textcolor rgb '#606060'");
-    if (counts[p])
-      fprintf(stream, "splot '%s.dat' index %d:%d using 1:2:3:4 with pm3d fillcolor rgb variable\n",
-              name, first, first + counts[p] - 1);
-    else fputs("splot '+' using (NaN):(NaN):(NaN) with points\n", stream);
+    if (counts[p]) {
+      fputs("splot ", stream);
+      flesh_plot_quote(stream, name);
+      fprintf(stream, ".'.dat' index %d:%d using 1:2:3:4 with pm3d fillcolor rgb variable\n",
+              first, first + counts[p] - 1);
+    } else fputs("splot '+' using (NaN):(NaN):(NaN) with points\n", stream);
     first += counts[p];
   }
   if (l->bar) {

@@ -161,12 +161,38 @@ a_failed_solve_is_explained() {
   rows failed/state.txt 63 && [ "$(lines failed/history.csv)" -ge 2 ]
 }
 
+a_state_without_an_energy_is_explained() {
+  awk '{ if ($1 != "#") $1 = -$1; print }' out/bar/state.txt | sed '/^# t/d' >mirrored.txt
+  expect 4 "$flesh" run bar.yaml --out mirrored --set body.material.energy=B --start-state mirrored.txt || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: this energy has no value where' &&
+    has mirrored/result.json '"residual": null' || return 1
+  expect 7 "$flesh" run bar.yaml --out vast --set 'start.velocity=[1e200, 0, 0]' || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' && has vast/result.json '"exit_code": 7'
+}
+
 check_differentiates() {
   expect 0 "$flesh" check bar.yaml --dump dump || return 1
   has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
   rows dump/gradient.txt 63 && rows dump/energy.txt 1 || return 1
   # The announced number of entries, all in the lower triangle.
   awk 'NR == 2 { n = $3 } NR > 2 && $1 < $2 { exit 1 } END { exit NR - 2 != n }' dump/hessian.mtx
+}
+
+odd_meshes_and_solves_are_named() {
+  printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n5 5 5\ntets 1\n0 1 3 2\n' >odd.mesh
+  expect 0 "$flesh" run bar.yaml --out odd --set body.mesh=odd.mesh --set time.end=1/60 --no-frames || return 1
+  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' || return 1
+  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames || return 1
+  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
+}
+
+# A file system without room shows the same as a limit of the files' size.
+a_full_disk_leaves_only_whole_files() {
+  (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
+    has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1
+  (ulimit -f 8 && expect 3 "$flesh" run bar.yaml --out full --set body.mesh=bar.msh) || return 1
+  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' || return 1
+  ! find . -name 'big*' -o -name '*.vtu' -path './full/*' -o -name '*.part-*' | grep .
 }
 
 full_output_is_noticed() {
@@ -190,7 +216,10 @@ sigint_keeps_what_was_done
 sigterm_keeps_what_was_done
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
+a_state_without_an_energy_is_explained
 check_differentiates
+odd_meshes_and_solves_are_named
+a_full_disk_leaves_only_whole_files
 full_output_is_noticed'
 # shellcheck disable=SC2086
 run_tests $tests

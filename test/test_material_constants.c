@@ -237,6 +237,19 @@ static void rest_volume_of_a_users_psi(void)
   CHECK_NEAR(ratio, s * s * s, 1e-13 * s * s * s);
 }
 
+/* C with lambda = 0 resists no change of volume: it rests at whatever volume it has. */
+static void indifferent_to_volume_rests_as_it_is(void)
+{
+  static const double mus[] = {1, 0.3, 5000, 34482.758620689652};
+  for (int n = 0; n < 4; n++) {
+    double ratio = 7;
+    flesh_material m;
+    CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_C, FLESH_CONSTANTS_RAW, mus[n], 0, &m));
+    CHECK_OK(flesh_material_rest_ratio(&m, &ratio));
+    CHECK(ratio == 1);
+  }
+}
+
 #define REFUSED(call, ...)                                                                         \
   do {                                                                                             \
     static const char *const parts[] = {__VA_ARGS__};                                              \
@@ -338,5 +351,6 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(matched_constants_linearise_to_the_given),
                    TEST(maps_of_the_constants), TEST(stress_at_rest), TEST(rest_volume_of_d),
                    TEST(rest_volume_of_the_others), TEST(rest_volume_of_a_users_psi),
+                   TEST(indifferent_to_volume_rests_as_it_is),
                    TEST(refused_constants), TEST(names_go_both_ways));
 }

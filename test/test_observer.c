@@ -152,9 +152,28 @@ static void an_empty_run_shows_the_start(void)
   int steps = -1;
   seen s = run(&b, 0.1, 0, 0, 0, FLESH_OK, &steps);
   CHECK(steps == 0 && s.calls == 1 && s.last_calls == 1);
-  run(&b, 0.1, -1, 0, 0, FLESH_ERR_ARGUMENT, NULL);
-  run(&b, 0, 1, 0, 0, FLESH_ERR_ARGUMENT, NULL);
-  run(&b, NAN, 1, 0, 0, FLESH_ERR_ARGUMENT, NULL);
+  close_bar(&b);
+}
+
+static void impossible_runs_are_refused(void)
+{
+  static const struct {
+    double h, end;
+    const char *text;
+  } cases[] = {{0, 1, "the step is 0 s; it must be positive"},
+               {NAN, 1, "the step is nan s"},
+               {0.1, -1, "the end is -1 s; it must not lie before the start at 0 s"},
+               {0.1, INFINITY, "the end is inf s"},
+               {0.1, 1e300, "1e+300 s in steps of 0.1 s are 1e+301 steps; at most 2147483646"}};
+  bar b;
+  open_bar(&b, WITH_INERTIA, FLESH_METHOD_BACKWARD_EULER);
+  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+    int steps = -1;
+    /* Were it begun all the same, it would end at once. */
+    seen s = run(&b, cases[k].h, cases[k].end, 1, 0, FLESH_ERR_ARGUMENT, &steps);
+    CHECK_TEXT(flesh_error_text(), cases[k].text);
+    CHECK(steps == 0 && s.calls == 0);
+  }
   close_bar(&b);
 }
 
@@ -342,7 +361,8 @@ int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   int result = RUN_TESTS(argc, argv, TEST(steps_end_exactly_at_the_end),
-                         TEST(an_empty_run_shows_the_start), TEST(a_stopped_run_ends_in_order),
+                         TEST(an_empty_run_shows_the_start), TEST(impossible_runs_are_refused),
+                         TEST(a_stopped_run_ends_in_order),
                          TEST(statics_make_one_solve_unless_something_moves),
                          TEST(the_history_has_a_row_per_step), TEST(a_full_disk_ends_the_run),
                          TEST(frames_are_listed_as_they_come), TEST(bad_places_are_refused));

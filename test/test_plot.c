@@ -133,6 +133,22 @@ static void lines_are_drawn(void)
   CHECK(access(in_folder("wrong.log"), R_OK) == 0);
 }
 
+/* Names come from the users' scenes. */
+static void odd_names_are_drawn(void)
+{
+  static const char name[] = "it's \"a\" % #1\nexit gnuplot status 1\n";
+  double value[6];
+  flesh_mesh *mesh = cube(-1, value);
+  const flesh_plot_panel panel = {"", NULL, mesh, flesh_mesh_positions(mesh), value};
+  flesh_plot_surface_options options;
+  flesh_plot_surface_options_default(&options);
+  CHECK_OK(flesh_plot_surface(folder, "it's", 1, &panel, &options));
+  CHECK(is_png(in_folder("it's.png")));
+  CHECK(flesh_plot_surface(folder, name, 1, &panel, &options) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "line break");
+  flesh_mesh_destroy(&mesh);
+}
+
 static void a_missing_gnuplot_is_said(void)
 {
   char *path = strdup(getenv("PATH"));
@@ -151,6 +167,7 @@ int main(int argc, char **argv)
   int result =
       RUN_TESTS(argc, argv, TEST(a_body_is_drawn), TEST(each_triangle_has_the_colour_of_its_tet),
                 TEST(a_panel_without_a_state_and_a_broken_state_are_drawn), TEST(lines_are_drawn),
+                TEST(odd_names_are_drawn),
                 TEST(a_missing_gnuplot_is_said));
   test_folder_remove(folder);
   return result;

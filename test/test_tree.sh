@@ -28,7 +28,7 @@ verdict() {
   fi
 }
 
-echo 1..4
+echo 1..5
 
 [ -s "$work/files" ] || echo 'Bail out! no files found'
 
@@ -65,3 +65,10 @@ while IFS= read -r file; do
   esac
 done <"$work/files" >"$work/found"
 verdict 'C files of at most 600 lines'
+
+while IFS= read -r file; do
+  case $file in
+    include/*.h) awk 'length > 100 { print FILENAME ":" FNR " has " length " columns" }' "$file" ;;
+  esac
+done <"$work/files" >"$work/found"
+verdict 'public headers of at most 100 columns'

@@ -1,15 +1,15 @@
 /* effect.h: the contract that everything acting on a body speaks, for those who write an effect.
  *
- * A body moves so that the sum of all effects balances: r(t,x,v,a) = sum of r_e = 0. Vectors are [3*n],
- * three components per node in the mesh's numbering. An effect sees the point (t,x,v,a) and the shift; it
- * never sees a step size, an integrator, SUNDIALS or another effect. It is const once made and may serve
- * several systems and threads at once.
+ * A body moves so that the sum of all effects balances: r(t,x,v,a) = sum of r_e = 0. Vectors are
+ * [3*n], three components per node in the mesh's numbering. An effect sees the point (t,x,v,a) and
+ * the shift; it never sees a step size, an integrator, SUNDIALS or another effect. It is const once
+ * made and may serve several systems and threads at once.
  *
  *   residual   r += r_e(t,x,v,a), a gradient ("+dV/dx"), not a force       [N]
  *   Jacobian   K += shift.x dr/dx + shift.v dr/dv + shift.a dr/da           [N/m]
  *   potential  phi with d phi = r . du for a change du of the unknown, where dx = shift.x du,
- *              dv = shift.v du, da = shift.a du: conservative V(x)/shift.x, inertia a.Ma/(2 shift.a),
- *              0 when its shift is 0                                        [J]
+ *              dv = shift.v du, da = shift.a du: conservative V(x)/shift.x,
+ *              inertia a.Ma/(2 shift.a), 0 when its shift is 0              [J]
  *   energy     the physical energy: V(x), or v.Mv/2 for inertia             [J]
  */
 #ifndef FLESH_EFFECT_H
@@ -21,30 +21,31 @@
 extern "C" {
 #endif
 
-/* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a static solve
- * raises its load in increments). */
+/* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
+ * static solve raises its load in increments). */
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */
 } flesh_point;
 
-/* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute values. */
+/* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute
+ * values. */
 typedef enum flesh_projected {
   FLESH_PROJECTED_NOT,
   FLESH_PROJECTED_CLAMP,
   FLESH_PROJECTED_ABSOLUTE
 } flesh_projected;
 
-/* How the unknown u moves the point, and whether the Jacobian must be positive semi-definite (`project`, a
- * flesh_projected). Backward Euler (1, 1/h, 1/h^2),
- * IDA (1, cj, cj^2), statics (1, 0, 0). */
+/* How the unknown u moves the point, and whether the Jacobian must be positive semi-definite
+ * (`project`, a flesh_projected). Backward Euler (1, 1/h, 1/h^2), IDA (1, cj, cj^2), statics (1, 0,
+ * 0). */
 typedef struct flesh_shift {
   double x, v, a;
   int project;
 } flesh_shift;
 
-/* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of local
- * indices is a block of the upper triangle. */
+/* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
+ * local indices is a block of the upper triangle. */
 typedef struct flesh_cells {
   int count, nodes_per_cell;
   const int *nodes; /* [count * nodes_per_cell] */
@@ -62,15 +63,18 @@ typedef struct flesh_block_matrix {
 typedef struct flesh_effect flesh_effect;
 
 /* The operations of a kind of effect; unused ones are NULL. Return FLESH_OK, FLESH_UNDEFINED or
- * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative status. */
+ * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative
+ * status. */
 typedef struct flesh_effect_operations {
   const char *name; /* as in a scene */
-  int external;     /* 1: a load from outside, scaled by point->load; convergence is measured against it */
+  /* 1: a load from outside, scaled by point->load; convergence is measured against it. */
+  int external;
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
-  /* `slots`: for cell c and pair number p (pairs (a,b), a <= b, in the order (0,0) (0,1) ... (1,1) ...)
-   * the block K->values + 9*slots[c*pairs + p]; the diagonal block of node i is at 9*row_start[i]. */
+  /* `slots`: for cell c and pair number p (pairs (a,b), a <= b, in the order (0,0) (0,1) ... (1,1)
+   * ...) the block K->values + 9*slots[c*pairs + p]; the diagonal block of node i is at
+   * 9*row_start[i]. */
   int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   flesh_block_matrix *K, const int *slots);
   /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
@@ -78,8 +82,8 @@ typedef struct flesh_effect_operations {
   int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                    double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
-  /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if none.
-   * NULL: smooth in time. */
+  /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
+   * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
   void (*destroy)(void *data); /* frees `data` */
 } flesh_effect_operations;

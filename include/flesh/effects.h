@@ -21,7 +21,8 @@ typedef struct flesh_body {
   flesh_mass mass;
 } flesh_body;
 
-/* Points of a motion in time: linear between keyframes, constant before the first and after the last. */
+/* Points of a motion in time: linear between keyframes, constant before the first and after the
+ * last. */
 typedef struct flesh_keyframe {
   double t;              /* s, ascending */
   double translation[3]; /* m; for a drag, the target's position */
@@ -48,8 +49,8 @@ FLESH_API int flesh_effect_gravity(const flesh_body *body, const double accelera
                                    flesh_effect **effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
- * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k [N/m],
- * while from <= t < until. */
+ * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
+ * [N/m], while from <= t < until. */
 FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);

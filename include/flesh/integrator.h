@@ -1,4 +1,4 @@
-/* integrator.h: time stepping and statics. The integrator owns its KINSOL; a state is plain data. */
+/* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data. */
 #ifndef FLESH_INTEGRATOR_H
 #define FLESH_INTEGRATOR_H
 
@@ -17,14 +17,15 @@ typedef struct flesh_state {
   double *x, *v;
 } flesh_state;
 
-/* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and their docs are made. */
+/* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
+ * their docs are made. */
 #define FLESH_METHOD_LIST(ROW)                                                                     \
   ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
   ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
   ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
-  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")   \
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
@@ -35,15 +36,17 @@ typedef enum flesh_method {
 #undef FLESH_METHOD_ENUM
 } flesh_method;
 
-/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive methods, which
- * choose it); NULL and 0 for what is none. */
+/* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive
+ * methods, which choose it); NULL and 0 for what is none. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
 /* Parameters; a method reads its own only. */
 typedef struct flesh_method_options {
-  double alpha;       /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped */
-  double beta, gamma; /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2 */
+  /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped. */
+  double alpha;
+  /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2. */
+  double beta, gamma;
 } flesh_method_options;
 FLESH_API void flesh_method_options_default(flesh_method_options *options);
 /* FLESH_ERR_ARGUMENT when a value is out of its range. */
@@ -57,7 +60,7 @@ typedef struct flesh_failure {
   double residual, target;
   int worst_tet;    /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
-  int worst_node;   /* largest residual at the last iterate (adaptive: largest local error), or -1 */
+  int worst_node;   /* largest residual at the last iterate (adaptive: local error), or -1 */
   int order;        /* adaptive: of the last attempt; else 0 */
 } flesh_failure;
 
@@ -69,17 +72,20 @@ typedef struct flesh_internal_step {
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
-  /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q = max_order, IDA is given
-   * the absolute local tolerances e L for positions and e V for velocities (flesh_ida_scales), e = tolerance^(1 + 1/q):
-   * local errors fall with h^(q+1), but what they add up to only with h^q. */
+  /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
+   * max_order, IDA is given the absolute local tolerances e L for positions and e V for
+   * velocities (flesh_ida_scales), e = tolerance^(1 + 1/q): local errors fall with h^(q+1), but
+   * what they add up to only with h^q. */
   double tolerance;
-  int max_order;   /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances */
+  /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances. */
+  int max_order;
   double max_step; /* s; INFINITY: no limit */
   int max_steps;   /* internal ones in one flesh_integrator_step */
-  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a backward-Euler step of h, is
-   * at most this in units of L and V. */
+  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a
+   * backward-Euler step of h, is at most this in units of L and V. */
   double calm;
-  /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with it. */
+  /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with
+   * it. */
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
@@ -98,29 +104,32 @@ FLESH_API int flesh_integrator_set_method_options(flesh_integrator *integrator,
                                                   const flesh_method_options *options);
 FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrator);
 
-/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h, the load raised in
- * increments when the full one fails), adding to *stats (may be NULL). Methods of order 2 part the step at events
- * (flesh_system_next_event) within it and start anew there; so they do when the caller hands another state than it
- * was given back. Their constrained dofs follow the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of the last success, t included. */
+/* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h,
+ * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
+ * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
+ * they do when the caller hands another state than it was given back. Their constrained dofs follow
+ * the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of
+ * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 
-/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a value is out of its
- * range. The integrator starts anew. */
+/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a
+ * value is out of its range. The integrator starts anew. */
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* `stop` is asked between the internal steps of the adaptive methods: a non-zero status ends the step with it, the
- * state being that reached. NULL: not asked. */
+/* `stop` is asked between the internal steps of the adaptive methods: a non-zero status ends the
+ * step with it, the state being that reached. NULL: not asked. */
 FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
                                          void *data);
 
-/* What a user should know about the steps so far although none failed, as a sentence (energy that grew although
- * nothing fed it); NULL when nothing. Owned by the integrator. */
+/* What a user should know about the steps so far although none failed, as a sentence (energy that
+ * grew although nothing fed it); NULL when nothing. Owned by the integrator. */
 FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrator);
 
-/* The largest growth of the energy over the least before it, as a share of the largest kinetic energy, while nothing
- * was moved from outside; of the adaptive methods, seen at the ends of flesh_integrator_step; 0 when none. */
+/* The largest growth of the energy over the least before it, as a share of the largest kinetic
+ * energy, while nothing was moved from outside; of the adaptive methods, seen at the ends of
+ * flesh_integrator_step; 0 when none. */
 FLESH_API double flesh_integrator_energy_gain(const flesh_integrator *integrator);
 
 /* Of the last failed step. */

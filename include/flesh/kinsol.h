@@ -1,23 +1,28 @@
-/* kinsol.h: flesh's residual, Jacobian, preconditioner and linear solver with SUNDIALS' own signatures, for a
- * program that owns its KINSOL.
+/* kinsol.h: flesh's residual, Jacobian, preconditioner and linear solver with SUNDIALS' own
+ * signatures, for a program that owns its KINSOL.
  *
- * The unknown u [3*n] moves the point from a base: x = x0 + sx u, v = v0 + sv u, a = a0 + sa u. A stage says
- * from where and how; a flesh_problem holds the stage and all work space and is the callbacks' `user_data`:
+ * The unknown u [3*n] moves the point from a base: x = x0 + sx u, v = v0 + sv u, a = a0 + sa u. A
+ * stage says from where and how; a flesh_problem holds the stage and all work space and is the
+ * callbacks' `user_data`:
  *
  *   flesh_problem_create(system, &options, &problem);
  *   flesh_problem_set_stage(problem, &stage);
- *   KINInit(kin, flesh_kinsol_residual, u);            KINSetUserData(kin, problem);
- *   flesh_sunmatrix_create(problem, context, &A);      flesh_sunlinsol_create(problem, context, &solver);
- *   KINSetLinearSolver(kin, solver, A);                KINSetJacFn(kin, flesh_kinsol_jacobian);
- *   KINSetMaxSetupCalls(kin, 1);                       KINSetMaxNewtonStep(kin, 1e300);
- *   KINSetEtaForm(kin, KIN_ETACONSTANT);               KINSetEtaConstValue(kin, 1e-2);
+ *   KINInit(kin, flesh_kinsol_residual, u);
+ *   KINSetUserData(kin, problem);
+ *   flesh_sunmatrix_create(problem, context, &A);
+ *   flesh_sunlinsol_create(problem, context, &solver);
+ *   KINSetLinearSolver(kin, solver, A);
+ *   KINSetJacFn(kin, flesh_kinsol_jacobian);
+ *   KINSetMaxSetupCalls(kin, 1);          KINSetMaxNewtonStep(kin, 1e300);
+ *   KINSetEtaForm(kin, KIN_ETACONSTANT);  KINSetEtaConstValue(kin, 1e-2);
  *   KINSol(kin, u, KIN_NONE, ones, ones);
  *
- * Constrained dofs are evaluated at their prescribed places whatever u says of them, so any u is a start;
- * flesh_problem_start gives the natural one, u = 0 but for them.
+ * Constrained dofs are evaluated at their prescribed places whatever u says of them, so any u is a
+ * start; flesh_problem_start gives the natural one, u = 0 but for them.
  *
- * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero: hence the middle
- * two.) Any N_Vector with contiguous data (serial, OpenMP, Pthreads) of length 3*n serves. */
+ * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero:
+ * hence MaxSetupCalls and MaxNewtonStep.) Any N_Vector with contiguous data (serial, OpenMP,
+ * Pthreads) of length 3*n serves. */
 #ifndef FLESH_KINSOL_H
 #define FLESH_KINSOL_H
 
@@ -44,7 +49,7 @@ typedef struct flesh_problem flesh_problem;
 
 typedef struct flesh_stage {
   double t, load;    /* of the point; load is 1 but for load increments */
-  double share;      /* of the way from x0 to the prescribed positions at t that is gone; 1 but for increments */
+  double share; /* of the way from x0 to the prescribed positions at t; 1 but for increments */
   flesh_shift shift; /* sx, sv, sa; its `project` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
   const double *x0, *v0, *a0;
@@ -64,34 +69,37 @@ FLESH_API void flesh_problem_start(const flesh_problem *problem, double *u);
 /* Counts since creation; the caller may zero them. Owned by the problem. */
 FLESH_API flesh_solve_stats *flesh_problem_stats(flesh_problem *problem);
 
-/* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0 where an energy is
- * undefined or a number not finite (< 0 with FLESH_GLOBALIZATION_NONE, which makes no second attempt). */
+/* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0
+ * where an energy is undefined or a number not finite (< 0 with FLESH_GLOBALIZATION_NONE, which
+ * makes no second attempt). */
 FLESH_API int flesh_kinsol_residual(N_Vector u, N_Vector r, void *problem);
 
-/* KINLsJacFn: dr/du at u into a matrix of flesh_sunmatrix_create or a square SUNSparseMatrix (CSC or CSR) with
- * room for flesh_problem_entries() entries. w1, w2 are not used. */
+/* KINLsJacFn: dr/du at u into a matrix of flesh_sunmatrix_create or a square SUNSparseMatrix (CSC
+ * or CSR) with room for flesh_problem_entries() entries. w1, w2 are not used. */
 FLESH_API int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *problem, N_Vector w1,
                                     N_Vector w2);
 FLESH_API sunindextype flesh_problem_entries(const flesh_problem *problem);
 
-/* KINLsJacTimesVecFn: Jv = (dr/du) v with the matrix of the last Jacobian or preconditioner set-up at u;
- * returns 1 where v.Jv <= 0, so that a PCG stops instead of dividing by it. */
+/* KINLsJacTimesVecFn: Jv = (dr/du) v with the matrix of the last Jacobian or preconditioner set-up
+ * at u; returns 1 where v.Jv <= 0, so that a PCG stops instead of dividing by it. */
 FLESH_API int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u,
                                           flesh_sunboolean *new_u, void *problem);
 
-/* KINLsPrecSetupFn and KINLsPrecSolveFn: assembles at u and factors; z = P^-1 z. For SUNLinSol_PCG and others that
- * take no matrix. */
+/* KINLsPrecSetupFn and KINLsPrecSolveFn: assembles at u and factors; z = P^-1 z. For SUNLinSol_PCG
+ * and others that take no matrix. */
 FLESH_API int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, void *problem);
 FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, N_Vector z, void *problem);
 
-/* The library's block matrix as a SUNMatrix (a view: the values live in the problem), freed by SUNMatDestroy. */
+/* The library's block matrix as a SUNMatrix (a view: the values live in the problem), freed by
+ * SUNMatDestroy. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
 
-/* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type matrix-iterative, for use with
- * the matrix above. With FLESH_GLOBALIZATION_ENERGY the step it returns is already scaled by a line search on the
- * potential. Freed by SUNLinSolFree; the problem must outlive it. */
+/* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type
+ * matrix-iterative, for use with the matrix above. With FLESH_GLOBALIZATION_ENERGY the step it
+ * returns is already scaled by a line search on the potential. Freed by SUNLinSolFree; the problem
+ * must outlive it. */
 FLESH_API int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context,
                                      SUNLinearSolver *solver);
 

@@ -105,8 +105,9 @@ FLESH_API int flesh_material_small_strain(const flesh_material *material, double
 
 /* J* = s^3 of the uniform scale s at which a free body is at rest: the first minimum of psi(s I)
  * that it meets when it shrinks under tension (or else swells) from F = I. 1 for the forms without
- * stress at rest; for D the larger root of mu + lambda (s^3-1) s = 0; FLESH_UNDEFINED where none
- * exists (M, C, and D below lambda/mu = 4^(4/3)/3 = 2.1165). */
+ * stress at rest (also C with lambda = 0, which rests at any volume); for D the larger root of mu
+ * + lambda (s^3-1) s = 0; FLESH_UNDEFINED where none exists (M, C, and D below lambda/mu =
+ * 4^(4/3)/3 = 2.1165). */
 FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio);
 
 /* Energy density psi(F) [J/m^3]. */

@@ -8,7 +8,8 @@
 extern "C" {
 #endif
 
-/* An accepted step as it is told to observers; step 0 is the start. Everything is borrowed for the call. */
+/* An accepted step as it is told to observers; step 0 is the start. Everything is borrowed for the
+ * call. */
 typedef struct flesh_step_record {
   int step;
   int last; /* 1 when the run ends here: at its end or stopped in order */
@@ -17,8 +18,9 @@ typedef struct flesh_step_record {
   const flesh_state *state;
   const flesh_solve_stats *stats; /* of this step; zeros at the start */
   const double *energies;         /* [effects], J, at the state */
-  const double *rest_energies;    /* [effects], J, of the effects whose energy at the mesh's rest shape is only the
-                                     formula's constant (elasticity); 0 for the others */
+  /* [effects], J, of the effects whose energy at the mesh's rest shape is only the formula's
+   * constant (elasticity); 0 for the others */
+  const double *rest_energies;
   double volume, rest_volume;     /* m^3 */
   const double *J;                /* [tets] */
   double min_J;
@@ -31,32 +33,34 @@ typedef struct flesh_observer {
   void *data;
 } flesh_observer;
 
-/* history.csv: a header and a row per step, flushed as it is written, so that an interrupted run leaves a
- * valid file. Columns: t, step, h, newton, linear, assemblies, projections, backtracks, residual,
- * residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity relative to rest; a second effect
- * of a name is energy_<effect>_2), volume [m^3], volume_ratio, min_J, min_J_tet, inverted. Numbers read back exactly. */
+/* history.csv: a header and a row per step, flushed as it is written, so that an interrupted run
+ * leaves a valid file. Columns: t, step, h, newton, linear, assemblies, projections, backtracks,
+ * residual, residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity
+ * relative to rest; a second effect of a name is energy_<effect>_2), volume [m^3], volume_ratio,
+ * min_J, min_J_tet, inverted. Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
 FLESH_API int flesh_history_create(const char *path, const flesh_system *system,
                                    flesh_history **history);
 FLESH_API int flesh_history_close(flesh_history **history); /* NULL-safe */
 FLESH_API int flesh_history_observe(void *history, const flesh_step_record *record);
 
-/* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is valid after
- * every frame. Point data: displacement, velocity; cell data: J, region. The start, every `every`-th step
- * (>= 1) and the last one. Frames of an earlier run in the directory are removed. */
+/* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is
+ * valid after every frame. Point data: displacement, velocity; cell data: J, region. The start,
+ * every `every`-th step (>= 1) and the last one. Frames of an earlier run in the directory are
+ * removed. */
 typedef struct flesh_frames flesh_frames;
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);
 FLESH_API int flesh_frames_close(flesh_frames **frames); /* NULL-safe */
 FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record);
 
-/* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding never adds a
- * sliver step), telling the observers, first of the start. A static integrator on a system that does not move
- * makes one solve, to `end`. `stop` (may be NULL) is asked between steps: a non-zero status ends the
- * run with it, in order. *steps (may be NULL) receives the accepted steps. The state is always that of the last
- * success. */
+/* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding
+ * never adds a sliver step), telling the observers, first of the start. A static integrator on a
+ * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between steps:
+ * a non-zero status ends the run with it, in order. *steps (may be NULL) receives the accepted
+ * steps. The state is always that of the last success. */
 typedef struct flesh_run_options {
-  double h, end; /* s; h > 0, end >= state->t */
+  double h, end; /* s; h > 0, end >= state->t, fewer than INT_MAX steps */
   int observer_count;
   const flesh_observer *observers;
   int (*stop)(void *data);

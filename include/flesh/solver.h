@@ -28,21 +28,23 @@ typedef enum flesh_projection {
 
 /* What projection makes of an element's negative eigenvalues. */
 typedef enum flesh_filtering {
-  FLESH_FILTERING_TRUST,   /* zero where the quadratic model just foretold the decrease to a hundredth, else absolute
-                              values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering") */
+  /* Zero where the quadratic model just foretold the decrease to a hundredth, else absolute values
+   * (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
+  FLESH_FILTERING_TRUST,
   FLESH_FILTERING_CLAMP,   /* zero */
   FLESH_FILTERING_ABSOLUTE /* absolute values */
 } flesh_filtering;
 
 typedef enum flesh_globalization {
-  FLESH_GLOBALIZATION_ENERGY, /* full steps guarded by an Armijo search on the incremental potential */
+  /* Full steps guarded by an Armijo search on the incremental potential. */
+  FLESH_GLOBALIZATION_ENERGY,
   FLESH_GLOBALIZATION_NONE,   /* plain full Newton steps */
   FLESH_GLOBALIZATION_KINSOL  /* KINSOL's own line search on the residual norm */
 } flesh_globalization;
 
 typedef struct flesh_solver_options {
-  /* Converged when ||r||_2 over the free dofs <= newton_tolerance * max(||r at the first iterate||_2,
-   * ||applied load||_2), or r is at rounding. */
+  /* Converged when ||r||_2 over the free dofs <= newton_tolerance *
+   * max(||r at the first iterate||_2, ||applied load||_2), or r is at rounding. */
   double newton_tolerance;
   double linear_tolerance; /* residual reduction of each linear solve */
   int max_newton;          /* iterations per solve */
@@ -53,13 +55,18 @@ typedef struct flesh_solver_options {
   flesh_projection projection;
   flesh_filtering filtering;
   flesh_globalization globalization;
-  /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number of
-   * iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and fails. */
+  /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number
+   * of iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and
+   * fails. */
   int accept_unconverged;
+  /* 1: a calm body whose tets stay inverted, or wind once more around an edge, without a load that
+   * holds them so, has those nodes placed anew by their neighbours and the rest shape; counted in
+   * flesh_solve_stats. */
+  int untangle;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search, unconverged
- * solves refused. */
+/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
+ * unconverged solves refused. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* Of one solve, or summed over a step with its halvings. */
@@ -67,10 +74,12 @@ typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   int at_rounding; /* solves that ended at rounding above the tolerance */
+  int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged; /* solves accepted without convergence (accept_unconverged) */
-  double residual_first, residual_last, residual_target; /* 2-norms over the free dofs [N], last solve */
-  /* Of the integrator: internal steps, those thrown away because they erred too much, and those because Newton's
-   * iterations did not converge; order and length [s] of the last one. */
+  /* 2-norms over the free dofs [N], of the last solve. */
+  double residual_first, residual_last, residual_target;
+  /* Of the integrator: internal steps, those thrown away because they erred too much, and those
+   * because Newton's iterations did not converge; order and length [s] of the last one. */
   int steps, rejected, convergence_failures, order;
   double h_last;
 } flesh_solve_stats;

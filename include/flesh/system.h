@@ -1,7 +1,8 @@
 /* system.h: the sum of a scene's effects, its constraints, and the pattern of its Jacobian.
  *
- * Built by create, add..., finish; const from then on, so that several runs and threads can share it.
- * All nodes are unknowns in the mesh's numbering; constrained ones are handled by the solvers as identity rows. */
+ * Built by create, add..., finish; const from then on, so that several runs and threads can share
+ * it. All nodes are unknowns in the mesh's numbering; constrained ones are handled by the solvers
+ * as identity rows. */
 #ifndef FLESH_SYSTEM_H
 #define FLESH_SYSTEM_H
 
@@ -25,7 +26,8 @@ FLESH_API void flesh_system_destroy(flesh_system **system);
 /* Takes *effect (sets it to NULL), also when it fails. */
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
-/* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until. Copies. */
+/* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until; of several pins
+ * and handles that hold a component at a time, the one added last counts. Copies. */
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                                    double from, double until);
 
@@ -43,14 +45,15 @@ FLESH_API int flesh_system_effect_count(const flesh_system *system);
 FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, int index);
 /* Whether an effect of that name ("inertia", ...) is present. */
 FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *name);
-/* Whether prescribed positions or effects change with time: then a scene without inertia is a sequence of
- * equilibria instead of one. */
+/* Whether prescribed positions or effects change with time: then a scene without inertia is a
+ * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 
 /* r = sum of the residuals [3*n], constraints not applied. */
-FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r);
+FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point,
+                                    double *r);
 /* The same of the external effects alone: minus the applied load. */
 FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r);
 /* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern. */
@@ -62,16 +65,18 @@ FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_poi
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
 
-/* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it). Returns new. */
+/* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).
+ * Returns new. */
 FLESH_API int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix);
 FLESH_API void flesh_block_matrix_destroy(flesh_block_matrix **matrix);
 
-/* fixed[d] = 1 for the dofs constrained at time t (and those of nodes no tet uses), else 0; [3*n]. Returns
- * the number fixed. */
+/* fixed[d] = 1 for the dofs constrained at time t (and those of nodes no tet uses), else 0; [3*n].
+ * Returns the number fixed. */
 FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);
-/* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that follow it). */
+/* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that
+ * follow it). */
 FLESH_API void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v,
                                                double *a);
 

@@ -1,6 +1,8 @@
-/* key.h: rows that describe the keys of a scene: what parsing, validation, the schema and the docs are made of.
+/* key.h: rows that describe the keys of a scene: what parsing, validation, the schema and the docs
+ * are made of.
  *
- * A table of keys describes a mapping that is read into a plain struct; `offset` says where each value goes. */
+ * A table of keys describes a mapping that is read into a plain struct; `offset` says where each
+ * value goes. */
 #ifndef FLESH_BASE_KEY_H
 #define FLESH_BASE_KEY_H
 
@@ -47,8 +49,9 @@ typedef struct flesh_key {
   size_t offset;
   flesh_key_range range;
   const char *unit;          /* "m", "kg/m^3", ...; NULL: none */
-  /* As it would stand in a scene; "" absent is allowed (an object's values are then all absent), "{}" for an object:
-   * its children's defaults; NULL required. A number takes .inf when its default is infinite. */
+  /* As it would stand in a scene; "" absent is allowed (an object's values are then all absent),
+   * "{}" for an object: its children's defaults; NULL required. A number takes .inf when its
+   * default is infinite. */
   const char *default_value;
   const char *doc;
   const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE */

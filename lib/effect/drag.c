@@ -129,10 +129,14 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double *a, const double *b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /* Weights of the point nearest to p on the segment from A to B; returns the distance squared. */
-static double nearest_on_edge(const double *A, const double *B, const double p[3], double weights[2])
+static double nearest_on_edge(const double *A, const double *B, const double p[3],
+                              double weights[2])
 {
   double e[3], d[3];
   for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], d[c] = p[c] - A[c];
@@ -142,11 +146,13 @@ static double nearest_on_edge(const double *A, const double *B, const double p[3
   return dot(d, d);
 }
 
-/* The same of the triangle with corners X0..X2: the foot of the perpendicular, or a point of the edges. */
+/* The same of the triangle with corners X0..X2: the foot of the perpendicular, or a point of the
+ * edges. */
 static double nearest_on_triangle(const double *X[3], const double p[3], double weights[3])
 {
   double e[3], f[3], d[3];
-  for (int c = 0; c < 3; c++) e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = p[c] - X[0][c];
+  for (int c = 0; c < 3; c++)
+    e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = p[c] - X[0][c];
   double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), de = dot(d, e), df = dot(d, f);
   double determinant = ee * ff - ef * ef, s = (ff * de - ef * df) / determinant,
          t = (ee * df - ef * de) / determinant;
@@ -166,7 +172,8 @@ static double nearest_on_triangle(const double *X[3], const double p[3], double 
   return best;
 }
 
-/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its surface. */
+/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
+ * surface. */
 static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
@@ -208,10 +215,11 @@ int flesh_effect_drag(const flesh_body *body, const double point[3], double stif
   if (!(stiffness > 0 && stiffness <= DBL_MAX))
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g N/m; it must be positive", stiffness);
   if (!(until > from))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until,
+                      from);
   if (!(fabs(point[0]) + fabs(point[1]) + fabs(point[2]) < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "point is (%g, %g, %g); it must be finite", point[0], point[1],
-                      point[2]);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "point is (%g, %g, %g); it must be finite", point[0],
+                      point[1], point[2]);
   drag *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
   int status = flesh_motion_copy(target, &self->target);

@@ -57,7 +57,8 @@ int flesh_body_check_density(const flesh_body *body)
 {
   for (int e = 0; e < flesh_mesh_tet_count(body->mesh); e++)
     if (!(body->density[e] > 0 && body->density[e] < INFINITY))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the density of tet %d is %g kg/m^3; it must be positive", e,
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "the density of tet %d is %g kg/m^3; it must be positive", e,
                         body->density[e]);
   return FLESH_OK;
 }

@@ -1,7 +1,8 @@
-/* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected) Hessian.
+/* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected)
+ * Hessian.
  *
- * With x_a the tet's nodes and g_a the gradients of its shape functions, F = sum x_a g_a^T. Node a gets
- * volume * P g_a; the pair (a,b) the block K_ab = volume * (dP g_a) in direction e_j g_b^T. */
+ * With x_a the tet's nodes and g_a the gradients of its shape functions, F = sum x_a g_a^T. Node a
+ * gets volume * P g_a; the pair (a,b) the block K_ab = volume * (dP g_a) in direction e_j g_b^T. */
 #include <math.h>
 #include <stdlib.h>
 

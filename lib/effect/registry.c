@@ -1,4 +1,4 @@
-/* registry.c: the effects that a scene can name. Add a row here and the rest follows: parsing, docs, tests. */
+/* registry.c: the effects that a scene can name. Add a row and the rest follows: parsing, docs. */
 #include "effect/registry.h"
 
 #include <math.h>
@@ -46,15 +46,17 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
   return add(system, flesh_effect_gravity(body, p->acceleration, &effect), &effect);
 }
 
-#define INTERVAL_KEYS(parameters)                                                                        \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",          \
+/* clang-format off */
+#define INTERVAL_KEYS(parameters)                                                                  \
+  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
    .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",        \
+  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
-#define AXES_KEY(parameters)                                                                             \
-  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                         \
+#define AXES_KEY(parameters)                                                                       \
+  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                   \
    .default_value = "[x, y, z]", .doc = "the components held"}
+/* clang-format on */
 
 typedef struct pin_parameters {
   flesh_selection selection;
@@ -135,7 +137,8 @@ typedef struct drag_parameters {
 
 static const flesh_key drag_keys[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(drag_parameters, point),
-     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates"},
+     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates; outside the body its "
+            "nearest surface point"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(drag_parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring"},
     {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(drag_parameters, target),
@@ -153,7 +156,8 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
   const drag_parameters *p = parameters;
   const target *targets = p->target.values;
   flesh_keyframe *keyframes = calloc((size_t)p->target.count + 1, sizeof *keyframes);
-  if (!keyframes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d keyframes", p->target.count);
+  if (!keyframes)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d keyframes", p->target.count);
   for (int k = 0; k < p->target.count; k++) {
     keyframes[k].t = targets[k].t;
     for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
@@ -166,21 +170,24 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
 }
 
 static const flesh_effect_row rows[] = {
-    {"inertia", "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
-     no_keys, 0, "{}", add_inertia},
+    {"inertia",
+     "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
+     no_keys, 0, "{}", add_inertia, 1},
     {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
-     no_keys, 0, "{}", add_elasticity},
+     no_keys, 0, "{}", add_elasticity, 1},
     {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
-     sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity},
-    {"pin", "Nodes, or single components of them, held at their rest positions.", pin_keys,
-     sizeof(pin_parameters), "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}", add_pin},
+     sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity, 0},
+    {"pin", "Nodes, or single components of them, held at their rest positions. Where several pins and "
+     "handles hold a component at a time, the last of them counts.", pin_keys,
+     sizeof(pin_parameters), "{box: [[-1, -1, -1], [0.1, 2, 2]], axes: [x, z]}", add_pin, 0},
     {"handle", "Nodes that follow a keyframed motion.", handle_keys, sizeof(handle_parameters),
      "{sphere: {centre: [1, 1, 1], radius: 0.1}, motion: [{time: 0}, {time: 1, translation: "
      "[0.1, 0, 0], rotation: [0, 0, 0.5]}]}",
-     add_handle},
+     add_handle, 0},
     {"drag", "A spring from a point of the body to a moving target: the mouse pull.", drag_keys,
      sizeof(drag_parameters),
-     "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}", add_drag},
+     "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
+     add_drag, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

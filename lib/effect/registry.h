@@ -1,7 +1,9 @@
-/* registry.h: the effects that a scene can name: one row each. Adding an effect is a file and a row.
+/* registry.h: the effects that a scene can name: one row each. Adding an effect is a file and a
+ * row.
  *
- * A row's keys are read into its parameter struct, and `add` puts what they mean into the system. The row's sample
- * is a mapping in scene syntax that the derivative tests, the docs and the schema use. */
+ * A row's keys are read into its parameter struct, and `add` puts what they mean into the system.
+ * The row's sample is a mapping in scene syntax that the derivative tests, the docs and the schema
+ * use. */
 #ifndef FLESH_EFFECT_REGISTRY_H
 #define FLESH_EFFECT_REGISTRY_H
 
@@ -14,8 +16,10 @@ typedef struct flesh_effect_row {
   const flesh_key *keys; /* of the mapping below the name; ended by a row without name */
   size_t parameters_size;
   const char *sample; /* for the unit cube [0,1]^3, "{...}" */
-  /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller knows them). */
+  /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller
+   * knows them). */
   int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
+  int once; /* of the whole body: a scene names it once at most */
 } flesh_effect_row;
 
 /* All rows, in the order of the docs; *count of them. */

@@ -15,17 +15,21 @@ typedef struct flesh_selection {
 
 /* Key rows for a struct that has a flesh_selection as `member`. */
 extern const flesh_key flesh_sphere_keys[];
-#define FLESH_SELECTION_KEYS(parameters, member)                                                           \
-  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box), .unit = "m",          \
-   .default_value = "", .doc = "nodes whose rest position lies in [[low], [high]], bounds included"}, \
-  {.name = "sphere", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, member.sphere),              \
-   .default_value = "", .children = flesh_sphere_keys,                                               \
-   .doc = "nodes whose rest position lies in a sphere"},                                             \
-  {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),              \
+/* clang-format off */
+#define FLESH_SELECTION_KEYS(parameters, member)                                                   \
+  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box),               \
+   .unit = "m", .default_value = "",                                                               \
+   .doc = "nodes whose rest position lies in [[low], [high]], bounds included"},                   \
+  {.name = "sphere", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, member.sphere),      \
+   .default_value = "", .children = flesh_sphere_keys,                                             \
+   .doc = "nodes whose rest position lies in a sphere"},                                           \
+  {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
    .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"}
+/* clang-format on */
 
-/* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count], freed by the
- * caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no node is selected. */
+/* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count],
+ * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
+ * node is selected. */
 int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
                           int **nodes);
 

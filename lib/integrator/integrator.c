@@ -13,6 +13,7 @@
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 #include "integrator/prescribed.h"
+#include "integrator/untangle.h"
 
 struct flesh_integrator {
   const flesh_system *system;
@@ -20,6 +21,7 @@ struct flesh_integrator {
   const flesh_method_row *row;
   flesh_solver_options options;
   flesh_nonlinear *nonlinear;
+  flesh_untangler *untangler; /* NULL: not wanted */
   int n;
   flesh_method_memory memory;
   flesh_prescribed prescribed; /* order > 1 */
@@ -72,6 +74,8 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
+  if (!status && options->untangle)
+    status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -85,6 +89,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
   flesh_adaptive_destroy(&(*integrator)->adaptive);
+  flesh_untangler_destroy(&(*integrator)->untangler);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0);
   free((*integrator)->memory.a0);
@@ -122,6 +127,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
+         (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
          (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
 }
 
@@ -379,10 +385,20 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
-  if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
-  else if (self->method == FLESH_METHOD_STATIC) status = solve_static(self, state, h, stats);
-  else status = step_in_time(self, state, h, stats);
-  if (status > 0 && !euler) return status;
+  if (self->method != FLESH_METHOD_STATIC) {
+    status = is_adaptive(self->method) ? step_adaptively(self, state, h, stats, &euler)
+                                       : step_in_time(self, state, h, stats);
+    if (!status && self->untangler) {
+      status = flesh_untangler_after_step(self->untangler, state, h, stats);
+      return status < 0 ? status : FLESH_OK;
+    }
+    if (status > 0 && !euler) return status;
+  } else {
+    status = solve_static(self, state, h, stats);
+    while (!status && self->untangler &&
+           (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
+      status = solve_static(self, state, 0, stats);
+  }
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
   char residual[80] = "there is no residual"; /* where the first iterate has no energy */

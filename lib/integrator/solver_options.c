@@ -13,6 +13,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .preconditioner = FLESH_PRECONDITIONER_IC,
       .projection = FLESH_PROJECTION_DEMAND,
       .filtering = FLESH_FILTERING_TRUST,
+      .untangle = 1,
       .globalization = FLESH_GLOBALIZATION_ENERGY,
   };
 }

@@ -91,8 +91,9 @@ int flesh_material_rest_ratio(const flesh_material *material, double *volume_rat
   int status = tension(material, 1, &g, &slope);
   if (!status) status = flesh_material_small_strain(material, &mu, &lambda, &stress);
   if (status) return status;
-  int stress_free = fabs(stress) <= 1e-14 * (fabs(mu) + fabs(lambda));
-  if (stress_free && slope > 0) {
+  double rounding = 1e-14 * (fabs(mu) + fabs(lambda));
+  int stress_free = fabs(stress) <= rounding;
+  if (stress_free && slope > -10 * rounding) { /* stable, or indifferent to its volume */
     *volume_ratio = 1;
     return FLESH_OK;
   }

@@ -74,7 +74,7 @@ int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every
 
 int flesh_frames_close(flesh_frames **frames)
 {
-  if (!*frames) return FLESH_OK;
+  if (!frames || !*frames) return FLESH_OK;
   free((*frames)->directory);
   free((*frames)->path);
   free((*frames)->displacement);

@@ -73,7 +73,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
 
 int flesh_history_close(flesh_history **history)
 {
-  if (!*history) return FLESH_OK;
+  if (!history || !*history) return FLESH_OK;
   int status = FLESH_OK;
   if ((*history)->stream) {
     status = written(*history);

@@ -1,6 +1,7 @@
 /* run.c: steps from a state to an end, telling observers. */
 #include "flesh/observer.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -132,11 +133,16 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
   if (!steps) steps = &taken;
   *steps = 0;
   if (!(options->h > 0) || !isfinite(options->h))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "run: the step is %g s; it must be positive", options->h);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
   if (!isfinite(options->end) || options->end < state->t)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "run: the end is %g s; it must not lie before the start at %g s",
+                      "the end is %g s; it must not lie before the start at %g s",
                       options->end, state->t);
+  if ((options->end - state->t) / options->h >= INT_MAX)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%g s in steps of %g s are %.3g steps; at most %d can be taken",
+                      options->end - state->t, options->h, (options->end - state->t) / options->h,
+                      INT_MAX - 1);
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options};
   int status = options->observer_count ? watch_open(&w) : FLESH_OK;
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);

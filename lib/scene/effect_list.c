@@ -83,6 +83,20 @@ static int read_entry(const flesh_key_reader *reader, const flesh_node *item, co
   return flesh_keys_read(reader, entry->row->keys, node, node, entry->path, entry->parameters);
 }
 
+/* Refuses a second of a kind that acts on the whole body: its mass, say, would count twice. */
+static int check_once(const flesh_effect_entry *entries, int count)
+{
+  const flesh_effect_entry *added = &entries[count];
+  for (int i = 0; added->row->once && i < count; i++)
+    if (entries[i].row == added->row)
+      return flesh_node_fail_at_key(added->node,
+                                    "%.*s is %s again; it stands in %.*s already, and a second one "
+                                    "would count twice",
+                                    (int)strcspn(added->path, "."), added->path, added->row->name,
+                                    (int)strcspn(entries[i].path, "."), entries[i].path);
+  return FLESH_OK;
+}
+
 int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *list, const char *path,
                            flesh_objects *entries)
 {
@@ -102,7 +116,9 @@ int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *lis
     if (!below) return no_memory();
     int status = read_entry(reader, item, below, &values[entries->count]);
     if (status) return status;
-    if (values[entries->count].parameters) entries->count++; /* what was removed is only checked */
+    if (!values[entries->count].parameters) continue; /* what was removed is only checked */
+    if ((status = check_once(values, entries->count))) return status;
+    entries->count++;
   }
   return FLESH_OK;
 }

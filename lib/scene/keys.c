@@ -114,7 +114,7 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     SAY("a list of whole numbers%s%s", each, range);
     break;
   case FLESH_KEY_OBJECT:
-    SAY("a mapping of the keys");
+    SAY(key->children && key->children->name ? "a mapping of the keys" : "{}: it has no keys");
     for (const flesh_key *child = key->children; child && child->name && used < size - 40; child++)
       SAY("%s %s", child == key->children ? "" : ",", child->name);
     break;

@@ -91,24 +91,23 @@ static int fail_at(int status, const flesh_node *node, int line, int column)
 /* Longer than any error text that is kept. */
 enum { SENTENCE_SIZE = 2048 };
 
+#define READ_SENTENCE(sentence)                                                                    \
+  char sentence[SENTENCE_SIZE];                                                                    \
+  va_list args;                                                                                    \
+  va_start(args, format);                                                                          \
+  vsnprintf(sentence, sizeof sentence, format, args);                                              \
+  va_end(args)
+
 int flesh_node_fail(const flesh_node *node, const char *format, ...)
 {
-  char sentence[SENTENCE_SIZE];
-  va_list args;
-  va_start(args, format);
-  vsnprintf(sentence, sizeof sentence, format, args);
-  va_end(args);
+  READ_SENTENCE(sentence);
   flesh_fail(FLESH_ERR_ARGUMENT, "%s", sentence);
   return fail_at(FLESH_ERR_ARGUMENT, node, node ? node->line : 0, node ? node->column : 0);
 }
 
 int flesh_node_fail_at_key(const flesh_node *node, const char *format, ...)
 {
-  char sentence[SENTENCE_SIZE];
-  va_list args;
-  va_start(args, format);
-  vsnprintf(sentence, sizeof sentence, format, args);
-  va_end(args);
+  READ_SENTENCE(sentence);
   flesh_fail(FLESH_ERR_ARGUMENT, "%s", sentence);
   int has_key = node->key && node->key_line;
   return fail_at(FLESH_ERR_ARGUMENT, node, has_key ? node->key_line : node->line,
@@ -117,11 +116,7 @@ int flesh_node_fail_at_key(const flesh_node *node, const char *format, ...)
 
 int flesh_node_fail_within(int status, const flesh_node *node, const char *format, ...)
 {
-  char sentence[SENTENCE_SIZE];
-  va_list args;
-  va_start(args, format);
-  vsnprintf(sentence, sizeof sentence, format, args);
-  va_end(args);
+  READ_SENTENCE(sentence);
   flesh_fail_within(status, "%s", sentence);
   return fail_at(status, node, node ? node->line : 0, node ? node->column : 0);
 }
@@ -142,15 +137,35 @@ const char *flesh_word_show(const char *word, char text[FLESH_SHOW_SIZE])
   return text;
 }
 
-const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
+/* A scalar, or a list as "[0, [1, a]]", at text + used; returns the characters used by then,
+ * FLESH_SHOW_SIZE when it is too long or has a mapping in it. */
+static size_t show_value(const flesh_node *node, char *text, size_t used)
 {
   char word[FLESH_SHOW_SIZE];
+  size_t room = FLESH_SHOW_SIZE - used;
+  int list = node->kind == FLESH_NODE_LIST;
+  if (node->kind == FLESH_NODE_MAPPING) return FLESH_SHOW_SIZE;
+  used += (size_t)snprintf(text + used, room,
+                           list           ? node->count ? "[%s" : "[]%s"
+                           : node->quoted ? "\"%.90s\""
+                                          : "%.90s",
+                           list ? "" : flesh_word_show(node->text, word));
+  for (const flesh_node *child = node->first; child && used < FLESH_SHOW_SIZE; child = child->next) {
+    used = show_value(child, text, used);
+    if (used < FLESH_SHOW_SIZE)
+      used += (size_t)snprintf(text + used, FLESH_SHOW_SIZE - used, child->next ? ", " : "]");
+  }
+  return used < FLESH_SHOW_SIZE ? used : FLESH_SHOW_SIZE;
+}
+
+const char *flesh_node_show(const flesh_node *node, char text[FLESH_SHOW_SIZE])
+{
   if (node->kind == FLESH_NODE_MAPPING) snprintf(text, FLESH_SHOW_SIZE, "a mapping");
-  else if (node->kind == FLESH_NODE_LIST)
-    snprintf(text, FLESH_SHOW_SIZE, node->count ? "a list of %d" : "an empty list", node->count);
-  else if (!*node->text) snprintf(text, FLESH_SHOW_SIZE, "empty");
-  else
-    snprintf(text, FLESH_SHOW_SIZE, node->quoted ? "\"%.90s\"" : "%.90s",
-             flesh_word_show(node->text, word));
+  else if (node->kind == FLESH_NODE_LIST && !node->count)
+    snprintf(text, FLESH_SHOW_SIZE, "an empty list");
+  else if (!*node->text && node->kind == FLESH_NODE_SCALAR)
+    snprintf(text, FLESH_SHOW_SIZE, "empty");
+  else if (show_value(node, text, 0) >= FLESH_SHOW_SIZE && node->kind == FLESH_NODE_LIST)
+    snprintf(text, FLESH_SHOW_SIZE, "a list of %d", node->count);
   return text;
 }

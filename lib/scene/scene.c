@@ -196,7 +196,7 @@ int flesh_scene_read(const char *path, int count, const char *const *overrides, 
 
 void flesh_scene_destroy(flesh_scene **scene)
 {
-  if (!*scene) return;
+  if (!scene || !*scene) return;
   flesh_system_destroy(&(*scene)->system);
   flesh_mesh_destroy(&(*scene)->mesh);
   flesh_arena_free(&(*scene)->arena);

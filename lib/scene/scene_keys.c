@@ -291,6 +291,13 @@ static const flesh_key solver_table[] = {
      .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "kinsol: KINSOL's line search on the residual"},
+    {.name = "untangle",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, untangle),
+     .default_value = "true",
+     .doc = "true: once calm, nodes of tets that stay inverted or wound once more around an edge, and are "
+            "held so by no load, are placed anew by their neighbours and the rest shape (counted in "
+            "the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
@@ -332,8 +339,7 @@ const flesh_key flesh_scene_table[] = {
      .offset = offsetof(flesh_scene_keys, effects),
      .default_value = "[]",
      .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "
-            "none; the same name "
-            "may stand several times"},
+            "none; the same name may stand several times, but for inertia and elasticity"},
     {.name = "time",
      .type = FLESH_KEY_OBJECT,
      .offset = offsetof(flesh_scene_keys, time),

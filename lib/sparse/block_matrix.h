@@ -9,10 +9,12 @@
 /* y = A x. */
 void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y);
 
-/* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the identity. */
+/* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the
+ * identity. */
 void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal);
 
-/* B = A^-1 of a symmetric positive definite 3x3 block [9]; 0 when A is not positive definite (B untouched). */
+/* B = A^-1 of a symmetric positive definite 3x3 block [9]; 0 when A is not positive definite (B
+ * untouched). */
 int flesh_block_invert(const double A[9], double B[9]);
 
 #endif

@@ -42,9 +42,10 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
   *direct = NULL;
 #ifndef FLESH_HAVE_CHOLMOD
   if (kind == FLESH_LINEAR_CHOLMOD)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "linear_solver is cholmod, which this build lacks; use pcg or klu, or build with "
-                      "-Dcholmod=enabled");
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "linear_solver is cholmod, which this build lacks; use pcg or klu, or build with "
+        "-Dcholmod=enabled");
 #endif
   flesh_direct *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
@@ -67,7 +68,8 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
   if (!status && kind == FLESH_LINEAR_CHOLMOD) {
     cholmod_sparse view = cholmod_view(self);
     self->factor = cholmod_l_analyze(&view, &self->cholmod);
-    if (!self->factor) status = flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD could not analyse the matrix");
+    if (!self->factor)
+      status = flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD could not analyse the matrix");
   }
 #endif
   if (status) {

@@ -1,4 +1,5 @@
-/* direct.h: direct factorisations of the block matrix by SuiteSparse: KLU, and CHOLMOD where built in. */
+/* direct.h: direct factorisations of the block matrix by SuiteSparse: KLU, and CHOLMOD where built
+ * in. */
 #ifndef FLESH_SPARSE_DIRECT_H
 #define FLESH_SPARSE_DIRECT_H
 
@@ -14,8 +15,8 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
                         flesh_direct **direct);
 void flesh_direct_destroy(flesh_direct **direct);
 
-/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (CHOLMOD), not positive
- * definite. */
+/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (CHOLMOD),
+ * not positive definite. */
 int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 
 /* x = A^-1 b [3*rows]; x and b must not overlap. */

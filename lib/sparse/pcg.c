@@ -26,8 +26,8 @@ static double weighted_norm(int n, const double *weights, const double *r)
 }
 
 int flesh_pcg(const flesh_block_matrix *A, const flesh_preconditioner_data *preconditioner,
-              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
-              double *work, flesh_pcg_result *result)
+              const double *weights, double tolerance, int max_iterations, const double *b,
+              double *x, double *work, flesh_pcg_result *result)
 {
   int n = 3 * A->rows;
   double *r = work, *z = work + n, *p = work + 2 * (size_t)n, *Ap = work + 3 * (size_t)n;

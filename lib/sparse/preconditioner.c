@@ -1,8 +1,8 @@
 /* preconditioner.c: block Jacobi and incomplete block Cholesky without fill.
  *
- * The factorisation is A + shift diag(A) ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is
- * final, every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends
- * on the pattern alone and is worked out once. */
+ * The factorisation is A + shift diag(A) ~ (I + U)^T D (I + U) on A's own pattern, right-looking:
+ * once row k is final, every pair (j,l) of its neighbours that is itself in the pattern is updated.
+ * Which pairs those are depends on the pattern alone and is worked out once. */
 #include "sparse/preconditioner.h"
 
 #include <math.h>
@@ -18,8 +18,8 @@ struct flesh_preconditioner_data {
   int rows;
   const int *row_start, *column; /* the matrix's */
   double *inverse;               /* [9*rows] of the diagonal blocks of D */
-  double *factor;                /* [9*blocks] U; the diagonal blocks' places hold D while it is made */
-  int *target;                   /* block updated by each pair of each row's neighbours, -1: dropped */
+  double *factor; /* [9*blocks] U; the diagonal blocks' places hold D while it is made */
+  int *target;    /* block updated by each pair of each row's neighbours, -1: dropped */
   size_t targets;
   double shift; /* that the last factorisation needed, relative to the diagonal */
 };
@@ -92,7 +92,8 @@ static int factorise(flesh_preconditioner_data *self, const flesh_block_matrix *
   if (shift > 0)
     for (int k = 0; k < self->rows; k++)
       for (int c = 0; c < 3; c++)
-        self->factor[9 * (size_t)start[k] + 4 * c] += shift * fabs(self->factor[9 * (size_t)start[k] + 4 * c]);
+        self->factor[9 * (size_t)start[k] + 4 * c] +=
+            shift * fabs(self->factor[9 * (size_t)start[k] + 4 * c]);
   const int *target = self->target;
   for (int k = 0; k < self->rows; k++) {
     double *inverse = self->inverse + 9 * (size_t)k;
@@ -106,7 +107,8 @@ static int factorise(flesh_preconditioner_data *self, const flesh_block_matrix *
       /* Blocks after p of this row are still unscaled: (j,l) -= (D^-1 A_kj)^T A_kl. */
       for (int q = p; q < start[k + 1]; q++, target++)
         if (*target >= 0)
-          subtract_product(scaled, self->factor + 9 * (size_t)q, self->factor + 9 * (size_t)*target);
+          subtract_product(scaled, self->factor + 9 * (size_t)q,
+                           self->factor + 9 * (size_t)*target);
       memcpy(row, scaled, sizeof scaled);
     }
   }
@@ -133,8 +135,10 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) return set_jacobi(self, A);
   for (int k = 0; k < self->rows; k++)
     for (int c = 0; c < 3; c++)
-      if (!(fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]) < INFINITY)) return FLESH_NONFINITE;
-  /* What was needed last is needed again, or nearly so: try a quarter of it, then four times as much. */
+      if (!(fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]) < INFINITY))
+        return FLESH_NONFINITE;
+  /* What was needed last is needed again, or nearly so: try a quarter of it, then four times as
+   * much. */
   double shift = self->shift > 1e-3 ? self->shift / 4 : 0;
   while (!factorise(self, A, shift)) {
     shift = shift > 0 ? 4 * shift : 1e-3;
@@ -163,7 +167,8 @@ void flesh_preconditioner_apply(const flesh_preconditioner_data *self, const dou
   if (z != r) memcpy(z, r, (size_t)self->rows * 3 * sizeof *z);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return;
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
-    for (int k = 0; k < self->rows; k++) block_times(self->inverse + 9 * (size_t)k, z + 3 * k, z + 3 * k);
+    for (int k = 0; k < self->rows; k++)
+      block_times(self->inverse + 9 * (size_t)k, z + 3 * k, z + 3 * k);
     return;
   }
   for (int k = 0; k < self->rows; k++) {

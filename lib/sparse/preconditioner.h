@@ -14,8 +14,8 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 flesh_preconditioner_data **preconditioner);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 
-/* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's diagonal as far
- * as it must. FLESH_NONFINITE when A has a non-finite diagonal. */
+/* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's
+ * diagonal as far as it must. FLESH_NONFINITE when A has a non-finite diagonal. */
 int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
                                const flesh_block_matrix *A);
 

@@ -1,4 +1,4 @@
-/* scalar_view.c: maps from blocks to the entries of the full scalar matrix, made once per pattern. */
+/* scalar_view.c: maps from blocks to entries of the full scalar matrix, made once per pattern. */
 #include "sparse/scalar_view.h"
 
 #include <stdlib.h>
@@ -14,13 +14,14 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
   view->starts = malloc(((size_t)view->n + 1) * sizeof *view->starts);
   view->indices = malloc((size_t)view->entries * sizeof *view->indices);
   view->place = malloc((2 * blocks + 1) * sizeof *view->place);
-  int *length = calloc((size_t)A->rows + 1, sizeof *length); /* entries of each block column so far */
+  /* Entries of each block column so far. */
+  int *length = calloc((size_t)A->rows + 1, sizeof *length);
   if (!view->starts || !view->indices || !view->place || !length) {
     free(length);
     flesh_scalar_view_clear(view);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
   }
-  /* Column j holds first the blocks (i,j), i < j, in the order of i, then its own row transposed. */
+  /* Column j holds first the blocks (i,j), i < j, in the order of i, then its row transposed. */
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
       view->place[2 * (size_t)k] = length[A->column[k]];
@@ -40,7 +41,8 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
       int j = A->column[k];
       for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++) {
-          view->indices[view->starts[3 * (size_t)j + c] + view->place[2 * (size_t)k] + r] = 3 * (int64_t)i + r;
+          view->indices[view->starts[3 * (size_t)j + c] + view->place[2 * (size_t)k] + r] =
+              3 * (int64_t)i + r;
           view->indices[view->starts[3 * (size_t)i + c] + view->place[2 * (size_t)k + 1] + r] =
               3 * (int64_t)j + r;
         }

@@ -1,5 +1,5 @@
-/* scalar_view.h: the symmetric block matrix as a full scalar matrix in compressed columns (or rows: it is
- * symmetric), as KLU, CHOLMOD and SUNDIALS' sparse matrix want it. */
+/* scalar_view.h: the symmetric block matrix as a full scalar matrix in compressed columns (or rows:
+ * it is symmetric), as KLU, CHOLMOD and SUNDIALS' sparse matrix want it. */
 #ifndef FLESH_SPARSE_SCALAR_VIEW_H
 #define FLESH_SPARSE_SCALAR_VIEW_H
 
@@ -12,7 +12,7 @@ typedef struct flesh_scalar_view {
   int64_t n, entries;
   int64_t *starts;  /* [n+1] */
   int64_t *indices; /* [entries] ascending within a column */
-  int *place;       /* [2*blocks] place of block (i,j) within column j, and of its transpose within column i */
+  int *place; /* [2*blocks] of block (i,j) within column j, and of its transpose within column i */
 } flesh_scalar_view;
 
 int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *view);

@@ -27,7 +27,8 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
   for (int k = 0; k < count; k++) {
     int m = cells[k]->nodes_per_cell;
     for (int e = 0; e < cells[k]->count; e++)
-      for (int a = 0; a < m; a++) start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
+      for (int a = 0; a < m; a++)
+        start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
   }
   for (int i = 0; i < rows; i++) start[i + 1] += start[i];
   entries = malloc((start[rows] + 1) * sizeof *entries);
@@ -100,7 +101,8 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
 {
   int m = cells->nodes_per_cell, pairs = m * (m + 1) / 2;
   *slots = malloc(((size_t)cells->count * pairs + 1) * sizeof **slots);
-  if (!*slots) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
+  if (!*slots)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
   int *slot = *slots;
   for (int e = 0; e < cells->count; e++) {
     const int *node = cells->nodes + (size_t)e * m;
