@@ -37,6 +37,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf(", %.3g Newton per step, %.3g linear per Newton",
            (double)figures->newton / figures->steps,
            figures->newton ? (double)figures->linear / (double)figures->newton : 0);
+  if (figures->internal_steps && figures->internal_steps != figures->steps)
+    printf("; %ld internal steps, %ld rejected", figures->internal_steps,
+           figures->rejected + figures->convergence_failures);
   printf("\nvolume drift: %.3g at most, %.3g at the end; smallest J %.4g; ",
          figures->max_volume_drift, figures->final_volume_drift, figures->min_J);
   if (figures->max_inverted)

@@ -56,6 +56,10 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->solves += stats->solves;
   figures->at_rounding += stats->at_rounding;
   figures->unconverged += stats->unconverged;
+  figures->internal_steps += stats->steps;
+  figures->rejected += stats->rejected;
+  figures->convergence_failures += stats->convergence_failures;
+  figures->residuals += stats->residuals;
   figures->untanglings += stats->untanglings;
   figures->untangled_nodes += stats->untangled_nodes;
   if (record->step) {
@@ -99,6 +103,10 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
            "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an "
            "energy that is "
            "defined there (S or E)";
+  if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_ADAPTIVE)
+    return "adaptive steps follow every fast oscillation: for a violent start or load try "
+           "time.method=calm-then-adaptive or backward-euler; else a larger time.tolerance or "
+           "time.max_steps";
   if (solver->globalization != FLESH_GLOBALIZATION_ENERGY)
     return "plain Newton steps are not guarded: try solver.globalization=energy, or a shorter "
            "time.step";
@@ -121,9 +129,12 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
 void flesh_failure_print(FILE *stream, const flesh_outcome *outcome)
 {
   const flesh_failure *f = &outcome->failure;
-  fprintf(stream, "  last try: t = %g s, h = %g s after %d halvings (%s)\n", f->t, f->h,
-          f->halvings, flesh_status_text(f->status));
-  if (f->worst_node >= 0)
+  fprintf(stream, "  last try: t = %g s, h = %g s", f->t, f->h);
+  if (!f->order) fprintf(stream, " after %d halvings", f->halvings);
+  fprintf(stream, " (%s)\n", flesh_status_text(f->status));
+  if (f->order > 0)
+    fprintf(stream, "  order %d; largest local error at node %d", f->order, f->worst_node);
+  else if (f->worst_node >= 0)
     fprintf(stream, "  residual: %.3g N; target %.3g N; largest at node %d", f->residual, f->target,
             f->worst_node);
   else fputs("  residual: none; it has no value at the first iterate", stream);
@@ -210,6 +221,11 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "min_J_t", figures->min_J_t);
   set_integer(object, "max_inverted", figures->max_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);
+  set_integer(object, "internal_steps", figures->internal_steps);
+  set_integer(object, "rejected_steps", figures->rejected);
+  set_integer(object, "convergence_failures", figures->convergence_failures);
+  set_integer(object, "residuals", figures->residuals);
+  set(object, "energy_gain", figures->energy_gain);
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);
   set_integer(object, "solves_unconverged", figures->unconverged);
@@ -261,8 +277,10 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   set(failure, "t", f->t);
   set(failure, "h", f->h);
   set_integer(failure, "halvings", f->halvings);
-  set(failure, "residual", f->worst_node >= 0 ? f->residual : NAN); /* null: there is none */
-  set(failure, "residual_target", f->worst_node >= 0 ? f->target : NAN);
+  set_integer(failure, "order", f->order);
+  int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
+  set(failure, "residual", solved ? f->residual : NAN);
+  set(failure, "residual_target", solved ? f->target : NAN);
   set_integer(failure, "worst_tet", f->worst_tet);
   if (f->worst_tet >= 0) {
     set(failure, "worst_J", f->worst_J);

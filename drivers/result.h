@@ -19,6 +19,8 @@ typedef struct flesh_figures {
   double first_inverted_t; /* first time with a J <= 0; NaN: never */
   long newton, linear, assemblies, projections, backtracks, solves;
   long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */
+  double energy_gain; /* flesh_integrator_energy_gain */
   long at_rounding, unconverged;    /* solves that ended above the tolerance but were accepted */
   double residual, residual_target; /* of the last step */
   int effects;

@@ -182,6 +182,7 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
   if (r->progress) fputs("\r\033[K", stderr);
+  figures->energy_gain = flesh_integrator_energy_gain(r->integrator);
   const char *warning = flesh_integrator_warning(r->integrator);
   if (warning) fprintf(stderr, "flesh: warning: %s\n", warning);
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR ||

@@ -1,5 +1,5 @@
-/* ida.h: flesh's residual, Jacobian and linear solver with SUNDIALS' own signatures, for a program that owns its
- * IDA.
+/* ida.h: flesh's residual, Jacobian and linear solver with SUNDIALS' own signatures, for a program
+ * that owns its IDA.
  *
  * The unknown is y = (x, v) [2*3*n], positions before velocities, and F(t, y, y') has the rows
  *
@@ -8,32 +8,34 @@
  *   of a constrained dof   x - (prescribed position at t)          [m]
  *                          v - (prescribed velocity at t)          [m/s]
  *
- * The effects are evaluated with the prescribed position, velocity and acceleration themselves, so a constrained dof's
- * entries of y are read nowhere else: the free dofs obey an ordinary differential equation (or, in IDA's terms, the
- * whole is of index 0 there and index 1 in the constrained rows, which nothing else depends on), and the Jacobian
- * stays symmetric. Newton's convergence and the error test of IDA are in the units of y, so the force rows need no
- * scaling by the mass.
+ * The effects are evaluated with the prescribed position, velocity and acceleration themselves, so
+ * a constrained dof's entries of y are read nowhere else: the free dofs obey an ordinary
+ * differential equation, the constrained rows are algebraic (index 1) and nothing depends on them,
+ * and the Jacobian stays symmetric. Newton's convergence and the error test of IDA are in the units
+ * of y, so the force rows need no scaling by the mass.
  *
- * What is prescribed, the springs of a drag and the set of constrained dofs change their course at events. One start
- * is good up to the next event; there, or when the state was changed from outside, start again:
+ * What is prescribed, the springs of a drag and the set of constrained dofs change their course at
+ * events. One start is good up to the next event; there, or when the state was changed from
+ * outside, start again:
  *
  *   flesh_ida_problem_create(system, &options, &problem);
- *   flesh_ida_vector_create(problem, context, &y);          yp = N_VClone(y);  atol = N_VClone(y);
- *   flesh_ida_start(problem, &state, y, yp);                consistent y'; no IDACalcIC
+ *   flesh_ida_vector_create(problem, context, &y);     yp = N_VClone(y);  atol = N_VClone(y);
+ *   flesh_ida_start(problem, &state, y, yp);           consistent y'; no IDACalcIC
  *   flesh_ida_tolerances(problem, 1e-6, atol);
- *   IDAInit(ida, flesh_ida_residual, state.t, y, yp);       at later starts IDAReInit(ida, state.t, y, yp)
- *   IDASVtolerances(ida, 0.0, atol);                        absolute: rtol |x| would depend on the origin
- *   IDASetUserData(ida, problem);                           IDASetMaxOrd(ida, 2);
- *   flesh_ida_sunmatrix_create(problem, context, &A);       flesh_ida_sunlinsol_create(problem, context, &solver);
- *   IDASetLinearSolver(ida, solver, A);                     IDASetJacFn(ida, flesh_ida_jacobian);
- *   IDASetStopTime(ida, flesh_ida_event(problem));          where that is finite
- *   IDASolve(ida, t_out, &t, y, yp, IDA_NORMAL);            as often as wanted, without starting anew
- *   flesh_ida_finish(problem, t, y, &state);                IDA_TSTOP_RETURN: go back to flesh_ida_start
+ *   IDAInit(ida, flesh_ida_residual, state.t, y, yp);  later: IDAReInit(ida, state.t, y, yp)
+ *   IDASVtolerances(ida, 0.0, atol);                   absolute: rtol |x| depends on the origin
+ *   IDASetUserData(ida, problem);                      IDASetMaxOrd(ida, 2);
+ *   flesh_ida_sunmatrix_create(problem, context, &A);
+ *   flesh_ida_sunlinsol_create(problem, context, &solver);
+ *   IDASetLinearSolver(ida, solver, A);                IDASetJacFn(ida, flesh_ida_jacobian);
+ *   IDASetStopTime(ida, flesh_ida_event(problem));     where that is finite
+ *   IDASolve(ida, t_out, &t, y, yp, IDA_NORMAL);       as often as wanted, without a new start
+ *   flesh_ida_finish(problem, t, y, &state);           IDA_TSTOP_RETURN: go on at flesh_ida_start
  *
- * The reference path is A = SUNSparseMatrix(2N, 2N, flesh_ida_entries(problem), CSC_MAT, context) with N = 3*n and
- * solver = SUNLinSol_KLU(y, A, context); the rest stays as it is. Orders above 2 are not A-stable: on undamped bodies
- * they take many more steps at loose tolerances and may gain energy. Velocities belong into the error test (do not
- * suppress them). */
+ * The reference path is A = SUNSparseMatrix(2N, 2N, flesh_ida_entries(problem), CSC_MAT, context)
+ * with N = 3*n and solver = SUNLinSol_KLU(y, A, context); the rest stays as it is. Orders above 2
+ * are not A-stable: on undamped bodies they take many more steps at loose tolerances and may gain
+ * energy. Velocities belong into the error test (do not suppress them). */
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 
@@ -51,57 +53,68 @@ extern "C" {
 /* The callbacks' `user_data`: the system, all work space, and what holds between two events. */
 typedef struct flesh_ida_problem flesh_ida_problem;
 
-/* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance, max_linear, linear_solver,
- * preconditioner and projection (always: projected, else the true Hessian) are read. Returns new. */
-FLESH_API int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
+/* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
+ * max_linear, linear_solver, preconditioner and projection (always: projected, else the true
+ * Hessian) are read. Returns new. */
+FLESH_API int flesh_ida_problem_create(const flesh_system *system,
+                                       const flesh_solver_options *options,
                                        flesh_ida_problem **problem);
 FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 
-/* A serial vector of 2*3*n for y, whose clones serve as the others: SUNDIALS' own but for its norm, which takes a
- * quarter of a run's time where it is one chain of additions. Any other N_Vector with contiguous data serves as well.
- * Returns new, freed by N_VDestroy. */
-FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y);
+/* A serial vector of 2*3*n for y, whose clones serve as the others: SUNDIALS' own but for its
+ * norm, which takes a quarter of a run's time where it is one chain of additions. Any other
+ * N_Vector with contiguous data serves as well. Returns new, freed by N_VDestroy. */
+FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
+                                      N_Vector *y);
 
-/* Length L [m], the body's longest side, and velocity V [m/s] that a tolerance is a share of. V is L per period of the
- * body's slowest bending, estimated by Rayleigh's quotient of a bent shape at rest; without elasticity
- * sqrt(L |applied load| / mass), without loads L per second. */
+/* Length L [m], the body's longest side, and velocity V [m/s] that a tolerance is a share of. V
+ * is L per period of the body's slowest bending, estimated by Rayleigh's quotient of a bent shape
+ * at rest; without elasticity sqrt(L |applied load| / mass), without loads L per second. */
 FLESH_API void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity);
 
-/* Starts from the state: constrained dofs take their prescribed places and velocities (a jump of theirs moves the free
- * dofs by M_ff du_f = -M_fc du_c, the limit of a short step; nothing with lumped mass), y = (x, v) and y' = (v, a)
- * with M a = -r(t, x, v, 0). FLESH_UNDEFINED or FLESH_NONFINITE where r has no value. */
+/* Starts from the state: constrained dofs take their prescribed places and velocities (a jump of
+ * theirs moves the free dofs by M_ff du_f = -M_fc du_c, the limit of a short step; nothing with
+ * lumped mass), y = (x, v) and y' = (v, a) with M a = -r(t, x, v, 0). FLESH_UNDEFINED or
+ * FLESH_NONFINITE where r has no value. */
 FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *state, N_Vector y,
                               N_Vector yp);
 
 /* Up to when the start is good; INFINITY when for ever. */
 FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 
-/* atol = (tolerance L, tolerance V), and for constrained dofs so large that no test sees them. After each start. */
-FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance, N_Vector atol);
+/* atol = (tolerance L, tolerance V), and for constrained dofs so large that no test sees them.
+ * After each start. */
+FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
+                                    N_Vector atol);
 
-/* ||y''|| at a start (y, y'), root mean square over the free dofs in units of L and V [1/s^2], by a difference along
- * the motion: a step of h of order 1 errs by h^2/2 of it. INFINITY where it has no value. */
+/* ||y''|| at a start (y, y'), root mean square over the free dofs in units of L and V [1/s^2], by
+ * a difference along the motion: a step of h of order 1 errs by h^2/2 of it. INFINITY where it
+ * has no value. */
 FLESH_API double flesh_ida_curvature(flesh_ida_problem *problem, N_Vector y, N_Vector yp);
 
 /* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
-FLESH_API void flesh_ida_finish(flesh_ida_problem *problem, double t, N_Vector y, flesh_state *state);
+FLESH_API void flesh_ida_finish(flesh_ida_problem *problem, double t, N_Vector y,
+                                flesh_state *state);
 
 /* IDAResFn. > 0 where an energy is undefined or a number not finite. */
 FLESH_API int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem);
 
-/* IDALsJacFn: dF/dy + cj dF/dy' into a matrix of flesh_ida_sunmatrix_create (condensed: K + cj C + cj^2 M) or a
- * 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ida_entries() entries. w1, w2, w3 are not used. */
+/* IDALsJacFn: dF/dy + cj dF/dy' into a matrix of flesh_ida_sunmatrix_create (condensed: K + cj C
+ * + cj^2 M) or a 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ida_entries() entries.
+ * w1, w2, w3 are not used. */
 FLESH_API int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
                                  SUNMatrix J, void *problem, N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
 
-/* A SUNMatrix that stands for the condensed matrix (a view: the values live in the problem), freed by SUNMatDestroy. */
+/* A SUNMatrix that stands for the condensed matrix (a view: the values live in the problem),
+ * freed by SUNMatDestroy. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 
-/* A SUNLinearSolver of type direct that eliminates one half: (K + cj C + cj^2 M) dv/cj = b2 - K b1/cj, dx = (dv + b1)/cj,
- * cj being that of the last Jacobian, by the options' PCG, KLU or CHOLMOD. > 0, so that IDA shortens its step, where
- * the matrix is not positive definite. Freed by SUNLinSolFree; the problem must outlive it. */
+/* A SUNLinearSolver of type direct that eliminates one half: (K + cj C + cj^2 M) dv/cj = b2 - K
+ * b1/cj, dx = (dv + b1)/cj, cj being that of the last Jacobian, by the options' PCG, KLU or
+ * CHOLMOD. > 0, so that IDA shortens its step, where the matrix is not positive definite. Freed
+ * by SUNLinSolFree; the problem must outlive it. */
 FLESH_API int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
 

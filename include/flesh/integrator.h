@@ -28,7 +28,7 @@ typedef struct flesh_state {
       "violent motion needs short steps")                                                          \
   ROW(NEWMARK, newmark, "newmark", 2,                                                              \
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
-  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")       \
+  ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
@@ -57,14 +57,14 @@ FLESH_API int flesh_method_options_check(const flesh_method_options *options);
 
 /* Everything known when a step could not be taken. */
 typedef struct flesh_failure {
-  int status;       /* of the last attempt */
-  double t, h;      /* where it was tried last */
-  int halvings;     /* how deep */
+  int status;   /* of the last attempt */
+  double t, h;  /* where it was tried last */
+  int halvings; /* how deep */
   double residual, target;
-  int worst_tet;    /* smallest J at the last iterate, or -1 */
+  int worst_tet; /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
-  int worst_node;   /* largest residual at the last iterate (adaptive: largest local error), or -1 */
-  int order;        /* adaptive: of the last attempt; else 0 */
+  int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */
+  int order;      /* adaptive: of the last attempt; else 0 */
 } flesh_failure;
 
 /* One internal step of the adaptive method. */
@@ -75,17 +75,20 @@ typedef struct flesh_internal_step {
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
-  /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q = max_order, IDA is given
-   * the absolute local tolerances e L for positions and e V for velocities (flesh_ida_scales), e = tolerance^(1 + 1/q):
-   * local errors fall with h^(q+1), but what they add up to only with h^q. */
+  /* The error of positions to aim at, as a share of the body's longest side L; (0, 1). With q =
+   * max_order, IDA is given the absolute local tolerances e L for positions and e V for
+   * velocities (flesh_ida_scales), e = tolerance^(1 + 1/q): local errors fall with h^(q+1), but
+   * what they add up to only with h^q. */
   double tolerance;
-  int max_order;   /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances */
+  /* 1 to 5; above 2 not A-stable: energy may grow, and steps become short at loose tolerances. */
+  int max_order;
   double max_step; /* s; INFINITY: no limit */
   int max_steps;   /* internal ones in one flesh_integrator_step */
-  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a backward-Euler step of h, is
-   * at most this in units of L and V. */
+  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a
+   * backward-Euler step of h, is at most this in units of L and V. */
   double calm;
-  /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with it. */
+  /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with
+   * it. */
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
@@ -113,22 +116,23 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
 
-/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a value is out of its
- * range. The integrator starts anew. */
+/* Replaces the defaults of the adaptive methods; others ignore them. FLESH_ERR_ARGUMENT when a
+ * value is out of its range. The integrator starts anew. */
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* `stop` is asked between the internal steps of the adaptive methods: a non-zero status ends the step with it, the
- * state being that reached. NULL: not asked. */
+/* `stop` is asked between the internal steps of the adaptive methods: a non-zero status ends the
+ * step with it, the state being that reached. NULL: not asked. */
 FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
                                          void *data);
 
-/* What a user should know about the steps so far although none failed, as a sentence (energy that grew although
- * nothing fed it); NULL when nothing. Owned by the integrator. */
+/* What a user should know about the steps so far although none failed, as a sentence (energy that
+ * grew although nothing fed it); NULL when nothing. Owned by the integrator. */
 FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrator);
 
-/* The largest growth of the energy over the least before it, as a share of the largest kinetic energy, while nothing
- * was moved from outside; of the adaptive methods, seen at the ends of flesh_integrator_step; 0 when none. */
+/* The largest growth of the energy over the least before it, as a share of the largest kinetic
+ * energy, while nothing was moved from outside; of the adaptive methods, seen at the ends of
+ * flesh_integrator_step; 0 when none. */
 FLESH_API double flesh_integrator_energy_gain(const flesh_integrator *integrator);
 
 /* Of the last failed step. */

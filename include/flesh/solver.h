@@ -15,7 +15,7 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  FLESH_PRECONDITIONER_IC, /* incomplete Cholesky on 3x3 blocks, no fill */
+  FLESH_PRECONDITIONER_IC,     /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE
 } flesh_preconditioner;
@@ -40,8 +40,8 @@ typedef enum flesh_filtering {
 typedef enum flesh_globalization {
   /* Full steps guarded by an Armijo search on the incremental potential. */
   FLESH_GLOBALIZATION_ENERGY,
-  FLESH_GLOBALIZATION_NONE,   /* plain full Newton steps */
-  FLESH_GLOBALIZATION_KINSOL  /* KINSOL's own line search on the residual norm */
+  FLESH_GLOBALIZATION_NONE,  /* plain full Newton steps */
+  FLESH_GLOBALIZATION_KINSOL /* KINSOL's own line search on the residual norm */
 } flesh_globalization;
 
 typedef struct flesh_solver_options {
@@ -74,10 +74,10 @@ FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
-  int backtracks; /* line-search reductions */
-  int at_rounding; /* solves that ended at rounding above the tolerance */
+  int backtracks;                   /* line-search reductions */
+  int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
-  int unconverged; /* solves accepted without convergence (accept_unconverged) */
+  int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
   /* Of the integrator: internal steps, those thrown away because they erred too much, and those

@@ -75,7 +75,8 @@ FLESH_API void flesh_block_matrix_destroy(flesh_block_matrix **matrix);
 FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);
-/* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that follow it). */
+/* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that
+ * follow it). */
 FLESH_API void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v,
                                                double *a);
 

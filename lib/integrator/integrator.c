@@ -73,7 +73,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && options->untangle && !is_adaptive(method))
+  if (!status && options->untangle)
     status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
