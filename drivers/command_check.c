@@ -35,9 +35,9 @@ static void report_mesh(const flesh_scene *scene)
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
   printf("mesh: %s\n", flesh_scene_mesh_path(scene));
-  printf("  %d nodes (%d unused), %d tets (%d flipped), %d surface triangles, %d region%s\n",
-         info.nodes, info.unused_nodes, info.tets, info.flipped, info.triangles, info.regions,
-         info.regions == 1 ? "" : "s");
+  printf("  %d nodes (%d unused), %d tet%s (%d flipped), %d surface triangles, %d region%s\n",
+         info.nodes, info.unused_nodes, info.tets, info.tets == 1 ? "" : "s", info.flipped,
+         info.triangles, info.regions, info.regions == 1 ? "" : "s");
   printf("  volume %.8g m^3, box (%g, %g, %g) to (%g, %g, %g) m\n", info.volume, info.low[0],
          info.low[1], info.low[2], info.high[0], info.high[1], info.high[2]);
   printf("  edges %.4g to %.4g m, radius ratio at least %.3g (tet %d), %.3g on average\n",

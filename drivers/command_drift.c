@@ -36,7 +36,10 @@ static int read_energies(const char *text, flesh_drift_variant *variants, int *c
     snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), text);
     flesh_energy energy;
     int status = flesh_energy_from_name(name, &energy);
-    if (status) return status;
+    if (status) return flesh_fail_within(status, "--energies: ");
+    for (int v = 0; v < *count; v++)
+      if (variants[v].energy == energy)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names %s twice; once is enough", name);
     if (*count + 2 > VARIANT_LIMIT)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--energies names more than %d forms", VARIANT_LIMIT / 2);
     int matched = energy != FLESH_ENERGY_M && energy != FLESH_ENERGY_C && energy != FLESH_ENERGY_D;
@@ -59,6 +62,9 @@ static int read_poissons(const char *text, double *poissons, int *count)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in [0, 0.5)", number);
     if (*count == POISSON_LIMIT)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has more than %d values", POISSON_LIMIT);
+    for (int p = 0; p < *count; p++)
+      if (poissons[p] == value)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has %g twice; once is enough", value);
     poissons[(*count)++] = value;
     text += length + (text[length] == ',');
   }
@@ -118,6 +124,9 @@ static int check_scenes(const flesh_drift_plan *plan)
     if (!status && !flesh_scene_body(scene)->materials)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material",
                           plan->scenes[s]);
+    if (!status && flesh_scene_material_count(scene) > 1)
+      printf("%s: body.material alone is varied; the materials of its regions stay\n",
+             plan->scenes[s]);
     flesh_scene_destroy(&scene);
     if (status) return status;
   }
@@ -190,7 +199,7 @@ int flesh_command_drift(int argc, char **argv)
   flesh_interrupt_watch();
   if (!status) status = compare(&plan);
   code = status ? flesh_command_fail("drift", status) : 0;
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+  if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
   free(plan.names);
   free(plan.cases);
   flesh_overrides_close(&overrides);

@@ -34,7 +34,7 @@ static void show_regions(const flesh_mesh *mesh)
     double volume = 0;
     for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
       if (regions[t] == tags[r]) tets++, volume += volumes[t];
-    printf("    region %-5d  %d tets, %.8g m^3\n", tags[r], tets, volume);
+    printf("    region %-5d  %d tet%s, %.8g m^3\n", tags[r], tets, tets == 1 ? "" : "s", volume);
   }
   if (count > SHOWN) printf("    ... and %d more\n", count - SHOWN);
   free(tags);
@@ -55,9 +55,10 @@ static void show_histogram(const flesh_mesh *mesh)
   for (int b = 0; b < BINS; b++) {
     /* The bad tets' bins are shown only when they hold some. */
     if (!count[b] && bounds[b] < 0.1) continue;
-    printf("    %5g to %-5g %9d %5.1f %%  ", bounds[b], bounds[b + 1], count[b],
+    printf("    %5g to %-5g %9d %5.1f %%", bounds[b], bounds[b + 1], count[b],
            100.0 * count[b] / tets);
     int length = (int)ceil((double)count[b] * WIDTH / most);
+    if (length) fputs("  ", stdout);
     for (int i = 0; i < length; i++) putchar('#');
     putchar('\n');
   }
@@ -103,7 +104,7 @@ static int command_info(int argc, char **argv)
   static const flesh_usage usage = {
       .command = "mesh info",
       .positionals = "FILE...",
-      .summary = "Show counts, sizes and quality of tetrahedral meshes.",
+      .summary = "Shows counts, sizes and quality of tetrahedral meshes.",
       .details =
           "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
           "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
@@ -132,10 +133,12 @@ static int write_and_say(const char *command, const flesh_mesh *mesh, const char
   int status = flesh_mesh_write(mesh, path);
   if (status) return flesh_command_fail(command, status);
   flesh_mesh_inspect(mesh, &info);
-  printf("%s: %d nodes, %d tets, %d region%s", path, info.nodes, info.tets, info.regions,
-         info.regions == 1 ? "" : "s");
-  if (info.flipped) printf("; %d inverted tets flipped", info.flipped);
-  if (info.unused_nodes) printf("; %d nodes used by no tet", info.unused_nodes);
+  printf("%s: %d nodes, %d tet%s, %d region%s", path, info.nodes, info.tets,
+         info.tets == 1 ? "" : "s", info.regions, info.regions == 1 ? "" : "s");
+  if (info.flipped)
+    printf("; %d inverted tet%s flipped", info.flipped, info.flipped == 1 ? "" : "s");
+  if (info.unused_nodes)
+    printf("; %d node%s used by no tet", info.unused_nodes, info.unused_nodes == 1 ? "" : "s");
   putchar('\n');
   return 0;
 }
@@ -145,7 +148,7 @@ static int command_convert(int argc, char **argv)
   static const flesh_usage usage = {
       .command = "mesh convert",
       .positionals = "IN OUT",
-      .summary = "Write a mesh in another format.",
+      .summary = "Writes a mesh in another format.",
       .details =
           "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
           "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
@@ -198,7 +201,7 @@ static int command_box(int argc, char **argv)
   const flesh_usage usage = {
       .command = "mesh box",
       .positionals = "--cells NX,NY,NZ --size X,Y,Z --out FILE",
-      .summary = "Make a regular grid of boxes, six tets each.",
+      .summary = "Makes a regular grid of boxes, six tets each.",
       .details = "The six tets of a box stand around its diagonal from the low to the high corner "
                  "(Kuhn).\n"
                  "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Sizes may be written a/b.\n"

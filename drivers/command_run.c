@@ -97,7 +97,7 @@ int flesh_command_run(int argc, char **argv)
   flesh_interrupt_watch();
   status =
       start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
-  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
+  if (!status && method) status = flesh_overrides_add(&overrides, "time.method", method);
   if (!status)
     status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
   if (status) {
@@ -108,8 +108,8 @@ int flesh_command_run(int argc, char **argv)
   if (!options.quiet) {
     flesh_mesh_info info;
     flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-    printf("mesh: %s, %d nodes, %d tets, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
-           info.tets, info.volume);
+    printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
+           info.tets, info.tets == 1 ? "" : "s", info.volume);
     if (info.flipped)
       printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
              info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");

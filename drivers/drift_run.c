@@ -12,6 +12,7 @@
 #include "drift.h"
 #include "interrupt.h"
 #include "overrides.h"
+#include "process.h"
 #include "runner.h"
 
 const char *flesh_drift_solver_name(flesh_drift_solver solver)
@@ -247,45 +248,35 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
 }
 
 typedef struct job {
-  pid_t process;
-  int pipe;
+  flesh_process process;
   flesh_drift_case *c;
 } job;
 
-static int start(const flesh_drift_plan *plan, flesh_drift_case *c, job *j)
+/* What a new process is told. */
+typedef struct task {
+  const flesh_drift_plan *plan;
+  const flesh_drift_case *c;
+} task;
+
+static void work(const void *data, void *result)
 {
-  int ends[2];
-  if (pipe(ends)) return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
-  fflush(NULL);
-  *j = (job){fork(), ends[0], c};
-  if (j->process < 0) {
-    close(ends[0]);
-    close(ends[1]);
-    return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
-  }
-  if (j->process == 0) {
-    close(ends[0]);
-    struct flesh_drift_figures figures = c->figures;
-    run_case(plan, c, &figures);
-    ssize_t written = write(ends[1], &figures, sizeof figures);
-    _exit(written == (ssize_t)sizeof figures ? 0 : 1);
-  }
-  close(ends[1]);
-  return FLESH_OK;
+  const task *given = data;
+  run_case(given->plan, given->c, result);
 }
 
-/* The figures are smaller than a pipe's buffer, so a finished process has left them whole. */
+static int start(const flesh_drift_plan *plan, flesh_drift_case *c, job *j)
+{
+  const task given = {plan, c};
+  j->c = c;
+  return flesh_process_start(work, &given, &c->figures, sizeof c->figures, &j->process);
+}
+
 static void collect(job *j, int ended)
 {
-  struct flesh_drift_figures figures;
-  if (read(j->pipe, &figures, sizeof figures) == (ssize_t)sizeof figures) {
-    j->c->figures = figures;
-  } else {
-    j->c->figures.status = FLESH_ERR_SOLVE;
-    j->c->figures.crashed_by = WIFSIGNALED(ended) ? WTERMSIG(ended) : -1;
-  }
-  close(j->pipe);
-  j->process = 0;
+  int crashed = flesh_process_collect(&j->process, ended, &j->c->figures, sizeof j->c->figures);
+  if (!crashed) return;
+  j->c->figures.status = FLESH_ERR_SOLVE;
+  j->c->figures.crashed_by = crashed;
 }
 
 static void show_progress(const flesh_drift_plan *plan, int done, const flesh_drift_case *c)
@@ -309,7 +300,7 @@ int flesh_drift_run(flesh_drift_plan *plan)
     int stopping = status || flesh_interrupt_signal();
     if (!stopping && next < plan->case_count && running < plan->jobs) {
       int place = 0;
-      while (jobs[place].process) place++;
+      while (jobs[place].process.id) place++;
       status = start(plan, &plan->cases[next], &jobs[place]);
       if (!status) next++, running++;
       continue;
@@ -317,12 +308,12 @@ int flesh_drift_run(flesh_drift_plan *plan)
     if (!running) break;
     /* A signal sent to this process alone is passed on, once. */
     for (int j = 0; stopping && !told && j < plan->jobs; j++)
-      if (jobs[j].process) kill(jobs[j].process, SIGTERM);
+      if (jobs[j].process.id) kill(jobs[j].process.id, SIGTERM);
     told |= stopping;
     int ended;
     pid_t process = waitpid(-1, &ended, 0);
     for (int j = 0; process > 0 && j < plan->jobs; j++)
-      if (jobs[j].process == process) {
+      if (jobs[j].process.id == process) {
         collect(&jobs[j], ended);
         running--;
         show_progress(plan, ++done, jobs[j].c);

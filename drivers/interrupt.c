@@ -19,6 +19,16 @@ void flesh_interrupt_watch(void)
   struct sigaction action = {.sa_handler = remember, .sa_flags = (int)SA_RESETHAND | SA_RESTART};
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
+  struct sigaction hangup;
+  if (!sigaction(SIGHUP, NULL, &hangup) && hangup.sa_handler != SIG_IGN) /* not under nohup */
+    sigaction(SIGHUP, &action, NULL);
 }
 
 int flesh_interrupt_signal(void) { return remembered; }
+
+const char *flesh_interrupt_name(void)
+{
+  return remembered == SIGTERM ? "SIGTERM" : remembered == SIGHUP ? "SIGHUP" : "SIGINT";
+}
+
+int flesh_interrupt_exit_code(void) { return 128 + (remembered ? remembered : SIGINT); }

@@ -3,12 +3,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "command_accuracy.h"
 #include "command_check.h"
 #include "command_drift.h"
 #include "command_material.h"
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
+#include "command_stress.h"
 #include "options.h"
 #include "provenance.h"
 
@@ -21,7 +23,9 @@ typedef struct command {
 /* A command is a row here, an include above and its file in drivers/meson.build. */
 static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
+    {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
+    {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},

@@ -21,7 +21,7 @@ const char flesh_exit_codes_text[] =
     "  5        the time integrator failed\n"
     "  6        the budget (--max-seconds) is spent\n"
     "  7        a number became non-finite\n"
-    "  130/143  interrupted by SIGINT/SIGTERM; what was done is kept and valid\n";
+    "  130/143  interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid\n";
 
 int flesh_exit_code(int status)
 {
@@ -41,7 +41,7 @@ int flesh_exit_code(int status)
   case FLESH_ERR_NONFINITE:
     return 7;
   case FLESH_ERR_INTERRUPTED:
-    return 130; /* the signal's handler knows better: 143 for SIGTERM */
+    return 130; /* flesh_interrupt_exit_code knows better: 143 for SIGTERM */
   }
   return status > 0 ? 4 : 1;
 }

@@ -3,7 +3,6 @@
 #include "runner.h"
 
 #include <math.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -66,10 +65,9 @@ static int show_progress(void *data, const flesh_step_record *record)
 static int stop(void *data)
 {
   runner *r = data;
-  int signal_number = flesh_interrupt_signal();
-  if (signal_number)
+  if (flesh_interrupt_signal())
     return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s",
-                      signal_number == SIGTERM ? "SIGTERM" : "SIGINT", r->state.t);
+                      flesh_interrupt_name(), r->state.t);
   if (r->options->max_seconds > 0 &&
       seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
     return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s",
@@ -216,8 +214,7 @@ static void note(flesh_outcome *outcome, int status)
   const char *text = flesh_error_text();
   outcome->status = status;
   outcome->exit_code = flesh_exit_code(status);
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == SIGTERM)
-    outcome->exit_code = 143;
+  if (status == FLESH_ERR_INTERRUPTED) outcome->exit_code = flesh_interrupt_exit_code();
   snprintf(outcome->message, sizeof outcome->message, "%s",
            !status ? ""
            : *text ? text

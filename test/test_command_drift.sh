@@ -70,13 +70,30 @@ no_free_rest_is_an_empty_field() {
     between 0.49 "$(value rest_volume_ratio_theory D as_e 0.3 guarded)" 0.5
 }
 
+materials_of_regions_are_told_apart() {
+  "$flesh" mesh convert "$scenes/../meshes/two_regions.mesh" regions.msh >/dev/null || return 1
+  cat >regions.yaml <<'END'
+body:
+  mesh: regions.msh
+  material: {energy: S, young: 1e5, poisson: 0.4}
+  regions: [{tags: [2], material: {energy: E, young: 1e6, poisson: 0.4}}]
+effects: [inertia, gravity]
+time: {step: 1/60, end: 1/60}
+END
+  expect 0 "$flesh" drift regions.yaml --energies S --poisson 0.4 --solvers guarded --out regions || return 1
+  has stdout.txt 'regions.yaml: body.material alone is varied; the materials of its regions stay'
+}
+
 bad_lists_are_refused() {
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*\[0, 0.5)" &&
-    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X && has stderr.txt "'*X" &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X && has stderr.txt "--energies: energy is 'X'" &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B && has stderr.txt '--energies names B twice' &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,3/10 && has stderr.txt '--poisson has 0.3 twice' &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --solvers fast && has stderr.txt 'guarded, plain' &&
     expect 2 "$flesh" drift && expect 3 "$flesh" drift no_such_scene.yaml &&
     has stderr.txt no_such_scene.yaml
 }
 
 run_tests the_comparison_ends_well the_table_has_the_promised_columns guarded_runs_survive a_failed_run_is_a_row \
-  the_figures_are_physical pictures_are_drawn no_free_rest_is_an_empty_field bad_lists_are_refused
+  the_figures_are_physical pictures_are_drawn no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
+  bad_lists_are_refused

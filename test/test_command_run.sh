@@ -52,6 +52,22 @@ the_resolved_scene_repeats_the_run() {
   cmp out/bar/state.txt again/state.txt && cmp out/bar/scene.yaml again/scene.yaml
 }
 
+methods_are_chosen_by_name() {
+  for method in bdf2 midpoint newmark hht; do
+    expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
+    has "by-$method/scene.yaml" "method: $method\$" || return 1
+    ! cmp -s out/bar/state.txt "by-$method/state.txt" || return 1
+    same_states out/bar/state.txt "by-$method/state.txt" 1 || return 1
+  done
+  expect 0 "$flesh" run bar.yaml --set time.method=newmark --set time.gamma=0.6 --set time.beta=0.3025 --out damped \
+    --no-frames --quiet || return 1
+  ! cmp -s damped/state.txt by-newmark/state.txt || return 1
+  expect 0 "$flesh" run bar.yaml --set time.alpha=0 --method hht --out undamped --no-frames --quiet || return 1
+  same_states undamped/state.txt by-newmark/state.txt 1e-6 || return 1
+  expect 2 "$flesh" run bar.yaml --method euler --out none || return 1
+  has stderr.txt 'time.method is euler; it must be one of backward-euler, static, bdf2, midpoint'
+}
+
 a_restart_goes_on_where_it_was() {
   expect 0 "$flesh" run bar.yaml --out half --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
   has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
@@ -143,6 +159,15 @@ interrupted() {
 }
 sigint_keeps_what_was_done() { interrupted INT 130; }
 sigterm_keeps_what_was_done() { interrupted TERM 143; }
+# As when a remote terminal goes away; under nohup it is none of our business.
+sighup_keeps_what_was_done() { interrupted HUP 129; }
+nohup_goes_on() {
+  (trap '' HUP; exec "$flesh" run bar.yaml --out nohup --set time.end=2 --quiet) &
+  run=$!
+  sleep 0.2
+  kill -HUP "$run"
+  wait "$run" && has nohup/result.json '"status": "complete"'
+}
 
 a_spent_budget_keeps_what_was_done() {
   expect 6 "$flesh" run bar.yaml --out budget --set time.end=1e5 --max-seconds 0.3 --no-frames || return 1
@@ -204,6 +229,7 @@ full_output_is_noticed() {
 tests='a_good_run_writes_everything
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
+methods_are_chosen_by_name
 a_restart_goes_on_where_it_was
 older_results_are_replaced
 statics_make_one_solve
@@ -214,6 +240,8 @@ bad_meshes_are_refused
 a_bad_place_is_refused_before_solving
 sigint_keeps_what_was_done
 sigterm_keeps_what_was_done
+sighup_keeps_what_was_done
+nohup_goes_on
 a_spent_budget_keeps_what_was_done
 a_failed_solve_is_explained
 a_state_without_an_energy_is_explained

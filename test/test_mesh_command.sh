@@ -52,10 +52,10 @@ check missing_out 2 '--out is missing' box --cells 1,1,1 --size 1,1,1
 check too_many_cells 2 'at most' box --cells 2000,2000,2000 --size 1,1,1 --out c.msh
 check box_argument 2 "too many arguments: 'c.msh'" box --cells 1,1,1 --size 1,1,1 c.msh
 check convert 0 'c.mesh: 5 nodes, 2 tets, 2 regions' convert "$meshes/two_regions.mesh" c.mesh
-check flips_are_told 0 'c.node: 4 nodes, 1 tets, 1 region; 1 inverted tets flipped' \
+check flips_are_told 0 'c.node: 4 nodes, 1 tet, 1 region; 1 inverted tet flipped' \
   convert "$meshes/one_inverted_tet.mesh" c.node
 check unused_nodes_are_told 0 '5 (1 used by no tet, the first is 4)' info "$meshes/unused_node.mesh"
-check regions_are_told 0 'region 2      1 tets, 0.16666667 m^3' info c.mesh
+check regions_are_told 0 'region 2      1 tet, 0.16666667 m^3' info c.mesh
 check worst_is_placed 0 'worst tet      0, nodes 0 1 2 3, centre (0.25, 0.25, 0.25)' \
   info "$meshes/one_tet.mesh"
 check bad_suffix 2 "the suffix '.stl' names no mesh format" convert bar.msh bar.stl

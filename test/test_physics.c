@@ -126,6 +126,7 @@ static void matched_bodies_keep_their_volume(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_B, FLESH_ENERGY_E, FLESH_ENERGY_S, FLESH_ENERGY_NEO, FLESH_ENERGY_A};
   const double poissons[] = {0, 0.3, 0.45, 0.49, 0.4999};
+  int most = 0;
   for (int k = 0; k < 5; k++)
     for (int p = 0; p < 5; p++)
       for (int dynamic = 0; dynamic < 2; dynamic++) {
@@ -135,7 +136,14 @@ static void matched_bodies_keep_their_volume(void)
                                   FLESH_MASS_CONSISTENT, dynamic, &b));
         CHECK_OK(flesh_system_finish(b.system));
         flesh_method method = dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC;
-        CHECK_OK(run(&b, method, &options, 1. / 60, 5, NULL));
+        for (int i = 0; i < b.n / 3; i++) { /* turned, so that the residual is rounding instead of 0 */
+          double *x = b.state.x + 3 * i, before = x[0];
+          x[0] = cos(0.7) * before - sin(0.7) * x[1];
+          x[1] = sin(0.7) * before + cos(0.7) * x[1];
+        }
+        flesh_solve_stats stats = {0};
+        CHECK_OK(run(&b, method, &options, 1. / 60, 5, &stats));
+        most = stats.linear > most ? stats.linear : most;
         check_scaled(&b, 1, 1e-12);
         CHECK_BELOW(test_norm(b.n, b.state.v), 1e-9);
         if (dynamic && poissons[p] > 0.2 && poissons[p] < 0.495) {
@@ -146,6 +154,8 @@ static void matched_bodies_keep_their_volume(void)
         }
         test_body_destroy(&b);
       }
+  printf("# at most %d PCG iterations in five steps at rest\n", most);
+  CHECK(most == 0); /* a residual of rounding is known for what it is */
 }
 
 /* Below lambda/mu = 2.1165 nothing holds a free body under D: it shrinks to (nearly) nothing, in finite numbers. */

@@ -23,8 +23,11 @@ typedef struct flesh_state {
   ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
-  ROW(MIDPOINT, midpoint, "midpoint", 2, "keeps energy and momenta, damps nothing")                \
-  ROW(NEWMARK, newmark, "newmark", 2, "the trapezoidal rule unless beta and gamma say otherwise")  \
+  ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
+      "keeps both momenta, and the energy of what the step resolves; damps nothing, so that "      \
+      "violent motion needs short steps")                                                          \
+  ROW(NEWMARK, newmark, "newmark", 2,                                                              \
+      "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
   ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
@@ -54,14 +57,14 @@ FLESH_API int flesh_method_options_check(const flesh_method_options *options);
 
 /* Everything known when a step could not be taken. */
 typedef struct flesh_failure {
-  int status;       /* of the last attempt */
-  double t, h;      /* where it was tried last */
-  int halvings;     /* how deep */
+  int status;   /* of the last attempt */
+  double t, h;  /* where it was tried last */
+  int halvings; /* how deep */
   double residual, target;
-  int worst_tet;    /* smallest J at the last iterate, or -1 */
+  int worst_tet; /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
-  int worst_node;   /* largest residual at the last iterate (adaptive: local error), or -1 */
-  int order;        /* adaptive: of the last attempt; else 0 */
+  int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */
+  int order;      /* adaptive: of the last attempt; else 0 */
 } flesh_failure;
 
 /* One internal step of the adaptive method. */

@@ -15,7 +15,7 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  FLESH_PRECONDITIONER_IC, /* incomplete Cholesky on 3x3 blocks, no fill */
+  FLESH_PRECONDITIONER_IC,     /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE
 } flesh_preconditioner;
@@ -30,7 +30,9 @@ typedef enum flesh_projection {
 typedef enum flesh_filtering {
   /* Zero where the quadratic model just foretold the decrease to a hundredth, else absolute values
    * (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
-  FLESH_FILTERING_TRUST,
+  FLESH_FILTERING_AUTO,    /* absolute values; in dynamics zero after a filtered step whose decrease
+                              the quadratic model foretold to a hundredth (Chen et al. 2024,
+                              "Trust-Region Eigenvalue Filtering") */
   FLESH_FILTERING_CLAMP,   /* zero */
   FLESH_FILTERING_ABSOLUTE /* absolute values */
 } flesh_filtering;
@@ -38,8 +40,8 @@ typedef enum flesh_filtering {
 typedef enum flesh_globalization {
   /* Full steps guarded by an Armijo search on the incremental potential. */
   FLESH_GLOBALIZATION_ENERGY,
-  FLESH_GLOBALIZATION_NONE,   /* plain full Newton steps */
-  FLESH_GLOBALIZATION_KINSOL  /* KINSOL's own line search on the residual norm */
+  FLESH_GLOBALIZATION_NONE,  /* plain full Newton steps */
+  FLESH_GLOBALIZATION_KINSOL /* KINSOL's own line search on the residual norm */
 } flesh_globalization;
 
 typedef struct flesh_solver_options {
@@ -72,10 +74,10 @@ FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
-  int backtracks; /* line-search reductions */
-  int at_rounding; /* solves that ended at rounding above the tolerance */
+  int backtracks;                   /* line-search reductions */
+  int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
-  int unconverged; /* solves accepted without convergence (accept_unconverged) */
+  int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
   /* Of the integrator: internal steps, those thrown away because they erred too much, and those

@@ -73,9 +73,9 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (!status && options->untangle)
     status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
+  if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -88,8 +88,8 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
 {
   if (!integrator || !*integrator) return;
   flesh_nonlinear_destroy(&(*integrator)->nonlinear);
-  flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_untangler_destroy(&(*integrator)->untangler);
+  flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_prescribed_clear(&(*integrator)->prescribed);
   free((*integrator)->memory.v0);
   free((*integrator)->memory.a0);
@@ -378,6 +378,16 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
   return status;
 }
 
+/* An equilibrium that is a tangle is put back and solved again. */
+static int equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  int status = solve_static(self, state, h, stats);
+  while (!status && self->untangler &&
+         (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
+    status = solve_static(self, state, 0, stats);
+  return status;
+}
+
 int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_solve_stats ignored = {0};
@@ -385,20 +395,14 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
-  if (self->method != FLESH_METHOD_STATIC) {
-    status = is_adaptive(self->method) ? step_adaptively(self, state, h, stats, &euler)
-                                       : step_in_time(self, state, h, stats);
-    if (!status && self->untangler) {
-      status = flesh_untangler_after_step(self->untangler, state, h, stats);
-      return status < 0 ? status : FLESH_OK;
-    }
-    if (status > 0 && !euler) return status;
-  } else {
-    status = solve_static(self, state, h, stats);
-    while (!status && self->untangler &&
-           (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
-      status = solve_static(self, state, 0, stats);
+  if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
+  else if (self->method == FLESH_METHOD_STATIC) status = equilibrium(self, state, h, stats);
+  else status = step_in_time(self, state, h, stats);
+  if (!status && self->untangler && self->method != FLESH_METHOD_STATIC) {
+    status = flesh_untangler_after_step(self->untangler, state, h, stats);
+    return status < 0 ? status : FLESH_OK;
   }
+  if (status > 0 && !euler) return status;
   if (status <= 0) return status;
   const flesh_failure *f = &self->failure;
   char residual[80] = "there is no residual"; /* where the first iterate has no energy */

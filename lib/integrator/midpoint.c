@@ -1,7 +1,9 @@
 /* midpoint.c: the implicit midpoint rule: balance at the middle of the step, where
  *   x = x_n + u/2,  v = u/h,  a = (v_{n+1} - v_n)/h  with  v_{n+1} = 2u/h - v_n.
  * Second order, symplectic: linear and angular momentum are kept exactly and energy without drift, and nothing is
- * damped, however fast it oscillates (Hairer, Lubich & Wanner 2006, IV.2 and VI). */
+ * damped, however fast it oscillates (Hairer, Lubich & Wanner 2006, IV.2 and VI). That holds for steps that resolve
+ * the motion: energy may grow without bound where large and fast motion is stepped over (Simo & Tarnow 1992; a pulled
+ * finger that snaps back gains 30 % in 20 steps of 1 ms and 0.07 % in the same time with steps of 1/16 ms). */
 #include "integrator/midpoint.h"
 
 void flesh_midpoint_stage(const flesh_method_memory *memory, const flesh_state *state, double t_end,

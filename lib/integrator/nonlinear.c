@@ -134,7 +134,7 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
   stats->residual_last = norm;
   if (norm <= target) return FLESH_OK;
   /* The line search may have given up, or KINSOL stopped, on a residual that cannot be made smaller. */
-  if (problem->at_rounding || norm <= 2 * flesh_problem_rounding(problem, u)) {
+  if (problem->at_rounding || norm <= 16 * flesh_problem_rounding(problem, u)) {
     stats->at_rounding++;
     return FLESH_OK;
   }

@@ -12,7 +12,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .linear_solver = FLESH_LINEAR_PCG,
       .preconditioner = FLESH_PRECONDITIONER_IC,
       .projection = FLESH_PROJECTION_DEMAND,
-      .filtering = FLESH_FILTERING_TRUST,
+      .filtering = FLESH_FILTERING_AUTO,
       .untangle = 1,
       .globalization = FLESH_GLOBALIZATION_ENERGY,
   };

@@ -17,7 +17,7 @@ static const char *const masses[] = {"lumped", "consistent", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
-static const char *const filterings[] = {"trust", "clamp", "absolute", NULL};
+static const char *const filterings[] = {"auto", "clamp", "absolute", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
 
 const flesh_key flesh_material_table[] = {
@@ -280,9 +280,9 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, filtering),
      .choices = filterings,
-     .default_value = "trust",
-     .doc = "what projection makes of negative eigenvalues: trust: zero where the last step went as "
-            "foretold, else their absolute values; clamp: zero; absolute: their absolute values"},
+     .default_value = "auto",
+     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute "
+            "values; auto: absolute, but in dynamics zero after a filtered step that went as foretold"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),

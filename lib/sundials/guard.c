@@ -23,14 +23,12 @@ static double curvature(flesh_problem *self, const double *u, const double *r, c
   return (dot(self->n, self->work, p) - dot(self->n, r, p)) / epsilon;
 }
 
-/* Actual over foretold decrease of the accepted step p, whose slope is given. */
+/* Actual over foretold decrease of the accepted filtered step p, whose slope is given; NaN where it is not needed. */
 static double model_ratio(flesh_problem *self, const double *u, const double *r, const double *p,
-                          double slope, double scale, double actual)
+                          double slope, double actual)
 {
-  if (self->options.filtering != FLESH_FILTERING_TRUST) return NAN;
-  /* An unfiltered step solves H p = -r before it is scaled, so that its curvature is known. */
-  double bend = self->projected ? curvature(self, u, r, p) : -slope * scale;
-  return actual / -(slope + bend / 2);
+  if (self->options.filtering != FLESH_FILTERING_AUTO || !self->projected) return NAN;
+  return actual / -(slope + curvature(self, u, r, p) / 2);
 }
 
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
@@ -54,7 +52,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
         accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       if (accepted) {
         for (int d = 0; d < self->n; d++) p[d] *= scale;
-        self->model_ratio = model_ratio(self, u, r, p, scale * slope, scale, start - value);
+        self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);
         return FLESH_OK;
       }
     }

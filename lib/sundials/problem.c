@@ -204,12 +204,17 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
   return FLESH_OK;
 }
 
-/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". */
+/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". It saves a tenth of the iterations in dynamics; in
+ * statics its zeros cost up to a third more than absolute values throughout. */
 static int filter_of(const flesh_problem *self)
 {
-  if (self->options.filtering == FLESH_FILTERING_CLAMP) return FLESH_PROJECTED_CLAMP;
-  if (self->options.filtering == FLESH_FILTERING_ABSOLUTE) return FLESH_PROJECTED_ABSOLUTE;
-  return fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
+  switch (self->options.filtering) {
+  case FLESH_FILTERING_CLAMP: return FLESH_PROJECTED_CLAMP;
+  case FLESH_FILTERING_ABSOLUTE: return FLESH_PROJECTED_ABSOLUTE;
+  default:
+    return self->stage.shift.a != 0 && fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP
+                                                                          : FLESH_PROJECTED_ABSOLUTE;
+  }
 }
 
 int flesh_problem_assemble(flesh_problem *self, const double *u, int project)

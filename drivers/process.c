@@ -1,0 +1,87 @@
+/* process.c: forks, and brings results back through a pipe. */
+#include "process.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "interrupt.h"
+
+/* Below a pipe's buffer: a process can end before anybody reads. */
+enum { LIMIT = 32 << 10 };
+
+int flesh_process_start(void (*work)(const void *data, void *result), const void *data,
+                        const void *result, size_t size, flesh_process *process)
+{
+  _Alignas(max_align_t) char copy[LIMIT];
+  int ends[2];
+  *process = (flesh_process){0};
+  if (size > LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a result of %zu bytes is too large for a pipe", size);
+  if (pipe(ends))
+    return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
+  fflush(NULL);
+  pid_t id = fork();
+  if (id < 0) {
+    close(ends[0]);
+    close(ends[1]);
+    return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
+  }
+  if (id == 0) {
+    close(ends[0]);
+    memcpy(copy, result, size);
+    work(data, copy);
+    ssize_t written = write(ends[1], copy, size);
+    _exit(written == (ssize_t)size ? 0 : 1);
+  }
+  close(ends[1]);
+  *process = (flesh_process){id, ends[0]};
+  return FLESH_OK;
+}
+
+int flesh_process_collect(flesh_process *process, int ended, void *result, size_t size)
+{
+  _Alignas(max_align_t) char copy[LIMIT];
+  ssize_t got = read(process->pipe, copy, size);
+  close(process->pipe);
+  *process = (flesh_process){0};
+  if (got == (ssize_t)size) {
+    memcpy(result, copy, size);
+    return 0;
+  }
+  return WIFSIGNALED(ended) ? WTERMSIG(ended) : -1;
+}
+
+static double now(void)
+{
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+int flesh_process_wait(flesh_process *process, double max_seconds, void *result, size_t size)
+{
+  const double grace = 2; /* for what stops by itself between steps */
+  double deadline = max_seconds > 0 ? now() + max_seconds + grace : 0;
+  int told = 0;
+  for (;;) {
+    struct pollfd end = {.fd = process->pipe, .events = POLLIN};
+    int ready = poll(&end, 1, 50);
+    if (ready > 0) break;
+    if (flesh_interrupt_signal() && !told) {
+      kill(process->id, SIGTERM);
+      told = 1;
+      deadline = now() + grace;
+    }
+    if (deadline > 0 && now() > deadline) kill(process->id, SIGKILL);
+  }
+  int ended = 0;
+  while (waitpid(process->id, &ended, 0) < 0 && errno == EINTR) continue;
+  return flesh_process_collect(process, ended, result, size);
+}

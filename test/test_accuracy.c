@@ -1,0 +1,225 @@
+/* test_accuracy.c: how `flesh accuracy` measures: times, distances, periods, fits and fronts,
+ * against closed forms. */
+#include "temporary.h"
+
+#include <stdlib.h>
+
+#include "accuracy.h"
+#include "test.h"
+
+static void times_meet_the_end(void)
+{
+  flesh_accuracy_grid grid;
+  flesh_accuracy_grid_make(0, 1, 0.1, &grid);
+  CHECK(grid.count == 10 && grid.every == 1);
+  flesh_accuracy_grid_make(0, 1.05, 0.1, &grid); /* the end is a time of its own */
+  CHECK(grid.count == 11);
+  flesh_accuracy_grid_make(2, 12, 0.01, &grid); /* 1000 intervals: every tenth */
+  CHECK(grid.count == 100 && grid.every == 10);
+  flesh_accuracy_grid_make(0, 0.03, 0.1, &grid);
+  CHECK(grid.count == 1);
+}
+
+enum { NODES = 3, TIMES = 60 };
+
+/* Three nodes of masses 1, 2 and 5 at rest at the origin. */
+static void open_three(flesh_accuracy_measure *measure)
+{
+  *measure = (flesh_accuracy_measure){.nodes = NODES, .rest_volume = 4};
+  measure->mass = calloc(NODES, sizeof(double));
+  measure->start = calloc(3 * NODES, sizeof(double));
+  measure->rest = calloc(3 * NODES, sizeof(double));
+  measure->mass[0] = 1, measure->mass[1] = 2, measure->mass[2] = 5;
+}
+
+static void distances_are_weighted(void)
+{
+  flesh_accuracy_measure measure;
+  flesh_accuracy_track a, b;
+  open_three(&measure);
+  CHECK_OK(flesh_accuracy_track_open(2, 3 * NODES, &a));
+  CHECK_OK(flesh_accuracy_track_open(2, 3 * NODES, &b));
+  /* Node 0 is off by (3,4,0) = 5 at the first time, node 2 by 2 at the second. */
+  a.x[0] = 3, a.x[1] = 4;
+  a.x[3 * NODES + 8] = 2;
+  a.volume[0] = 4, b.volume[0] = 4, a.volume[1] = 4.4, b.volume[1] = 4;
+  a.energy[0] = 3, b.energy[0] = 5, a.energy[1] = 6, b.energy[1] = 5;
+  flesh_accuracy_scale scale = {.tip = 2, .energy = 10};
+  flesh_accuracy_errors e;
+  flesh_accuracy_compare(&measure, &scale, &a, &b, &e);
+  CHECK_NEAR(e.position_rms, sqrt(25.0 / 8), 1e-15); /* against sqrt(5*4/8) */
+  CHECK_NEAR(e.position_max, 5, 1e-15);
+  CHECK_NEAR(e.tip, 2, 1e-15);
+  CHECK_NEAR(e.volume, 0.1, 1e-15);
+  CHECK_NEAR(e.energy, -0.2, 1e-15); /* the larger of -0.2 and +0.1, with its sign */
+  a.x[4] = NAN;                      /* early and not overwritten by later numbers */
+  flesh_accuracy_compare(&measure, &scale, &a, &b, &e);
+  CHECK(isnan(e.position_rms));
+  flesh_accuracy_track_close(&a);
+  flesh_accuracy_track_close(&b);
+  flesh_accuracy_measure_close(&measure);
+}
+
+static void tracks_come_back(void)
+{
+  char folder[512], path[600];
+  flesh_accuracy_track track, again;
+  CHECK(!test_folder_make(folder, sizeof folder));
+  snprintf(path, sizeof path, "%s/a.states", folder);
+  CHECK_OK(flesh_accuracy_track_open(4, 6, &track));
+  for (int k = 0; k < 24; k++) track.x[k] = sin(k), track.v[k] = 1 / (1.0 + k);
+  for (int k = 0; k < 4; k++) track.t[k] = k / 3.0, track.energy[k] = -k, track.volume[k] = exp(k);
+  CHECK_OK(flesh_accuracy_track_write(path, &track));
+  CHECK_OK(flesh_accuracy_track_read(path, &again));
+  CHECK(again.times == 4 && again.unknowns == 6);
+  if (again.x) {
+    CHECK(!memcmp(again.x, track.x, 24 * sizeof(double)) &&
+          !memcmp(again.v, track.v, 24 * sizeof(double)));
+    CHECK(!memcmp(again.t, track.t, 4 * sizeof(double)) &&
+          !memcmp(again.energy, track.energy, 4 * sizeof(double)));
+    CHECK(!memcmp(again.volume, track.volume, 4 * sizeof(double)));
+  }
+  flesh_accuracy_track_close(&again);
+  FILE *stream = fopen(path, "r+b"); /* half a file is none */
+  CHECK(stream && !fseek(stream, 0, SEEK_END));
+  CHECK(stream && !ftruncate(fileno(stream), ftell(stream) - 8));
+  if (stream) fclose(stream);
+  CHECK(flesh_accuracy_track_read(path, &again) == FLESH_ERR_FILE && !again.x);
+  CHECK_TEXT(flesh_error_text(), path);
+  flesh_accuracy_track_close(&track);
+  test_folder_remove(folder);
+}
+
+/* x(t) of node 1 along y swings with `period` about a place away from the start; node 2 moves a
+ * little. */
+static double found_period(double period, double end, double ripple)
+{
+  flesh_accuracy_measure measure;
+  flesh_accuracy_track track;
+  flesh_accuracy_grid grid;
+  flesh_accuracy_scale scale = {.period = NAN};
+  flesh_mesh *mesh = NULL;
+  const double corners[] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1};
+  const int tet[] = {0, 1, 2, 3};
+  open_three(&measure);
+  flesh_accuracy_grid_make(0, end, end / TIMES, &grid);
+  CHECK_OK(flesh_mesh_create(4, corners, 1, tet, NULL, &mesh));
+  CHECK_OK(flesh_accuracy_track_open(TIMES, 3 * NODES, &track));
+  const double w = 2 * M_PI / period;
+  for (int k = 0; k < TIMES; k++) {
+    double t = (k + 1) * end / TIMES, *x = track.x + 3 * NODES * k;
+    track.t[k] = t;
+    x[4] = 0.1 * (1 - cos(w * t)) + ripple * sin(17 * w * t);
+    x[6] = 0.01 * t;
+    track.v[3 * NODES * k + 4] = 0.1 * w * sin(w * t);
+  }
+  flesh_accuracy_measure_scale(&measure, mesh, &grid, &track, &scale);
+  CHECK(scale.tip == 1 && scale.tip_axis == 1);
+  CHECK_NEAR(scale.length, 2, 0);
+  /* Mass 2 of 8 moves 0.2 at most; its kinetic energy is m v^2/2. */
+  if (ripple == 0 && end > period) {
+    CHECK_NEAR(scale.tip_motion, 0.2, 4e-3);
+    CHECK_NEAR(scale.motion, 0.2 * sqrt(2.0 / 8), 2e-3);
+    CHECK_NEAR(scale.energy, 0.01 * w * w, 0.06 * 0.01 * w * w);
+  }
+  flesh_accuracy_track_close(&track);
+  flesh_accuracy_measure_close(&measure);
+  flesh_mesh_destroy(&mesh);
+  return scale.period;
+}
+
+static void periods_are_found(void)
+{
+  CHECK_NEAR(found_period(1, 3, 0), 1, 0.02);
+  CHECK_NEAR(found_period(0.7, 3, 0), 0.7, 0.02);
+  CHECK_NEAR(found_period(1, 3, 0.004), 1, 0.05); /* ringing does not count as motion */
+  CHECK(isnan(found_period(1, 0.2, 0)));          /* too short to show one */
+}
+
+static void a_reference_is_known_no_better_than_its_change(void)
+{
+  flesh_accuracy_errors u = {1e-8, 3e-8, 2e-8, 1e-9, -1e-7};
+  flesh_accuracy_widen(1e-9, &u); /* the two differ by more */
+  CHECK_NEAR(u.position_rms, 1e-8, 0);
+  CHECK_NEAR(u.energy, 1e-7, 0);
+  flesh_accuracy_widen(1e-6, &u);
+  CHECK_NEAR(u.position_rms, 1e-6, 0);
+  CHECK_NEAR(u.position_max, 3e-6, 1e-18);
+  CHECK_NEAR(u.tip, 2e-6, 1e-18);
+  CHECK_NEAR(u.volume, 1e-7, 1e-18);
+  CHECK_NEAR(u.energy, 1e-5, 1e-17);
+}
+
+/* Runs of one method with given errors and costs. */
+static void fill(flesh_accuracy_plan *plan, int count, const double *steps, const double *errors,
+                 const double *seconds)
+{
+  plan->rows = calloc((size_t)count, sizeof *plan->rows);
+  plan->row_count = count;
+  plan->reference.scale.motion = 1;
+  plan->reference.uncertainty.position_rms = 1e-9;
+  for (int k = 0; k < count; k++) {
+    plan->rows[k].value = steps[k];
+    plan->rows[k].done = 1;
+    plan->rows[k].figures.errors.position_rms = errors[k];
+    plan->rows[k].figures.cpu_s = seconds[k];
+    plan->rows[k].figures.residuals = (long)(100 / seconds[k]);
+  }
+}
+
+static void orders_are_fitted_where_they_hold(void)
+{
+  /* error = 3 h^2, but for one of half the motion and one that the reference cannot tell. */
+  const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001};
+  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9}, seconds[] = {1, 2, 3, 4, 5, 6};
+  flesh_accuracy_plan plan = {0};
+  flesh_accuracy_fit fit;
+  fill(&plan, 6, steps, errors, seconds);
+  flesh_accuracy_fit_order(&plan, 0, &fit);
+  CHECK(fit.points == 4);
+  CHECK_NEAR(fit.slope, 2, 1e-12);
+  CHECK_NEAR(exp(fit.constant), 3, 1e-11);
+  CHECK_BELOW(fit.slope_error, 1e-12);
+  CHECK_NEAR(fit.low, 0.01, 0);
+  CHECK_NEAR(fit.high, 0.1, 0);
+  /* The standard error of a slope: sqrt(sum r^2 / (n-2) / sum (x - mean)^2), here by hand. */
+  plan.rows[2].figures.errors.position_rms *= M_E;
+  flesh_accuracy_fit_order(&plan, 0, &fit);
+  double mean = 0, spread = 0, squares = 0;
+  for (int k = 1; k < 5; k++) mean += log(steps[k]) / 4;
+  for (int k = 1; k < 5; k++) {
+    double r =
+        log(plan.rows[k].figures.errors.position_rms) - fit.constant - fit.slope * log(steps[k]);
+    spread += (log(steps[k]) - mean) * (log(steps[k]) - mean);
+    squares += r * r;
+  }
+  CHECK_NEAR(fit.slope_error, sqrt(squares / 2 / spread), 1e-12);
+  flesh_accuracy_fit_order(&plan, 1, &fit);
+  CHECK(fit.points == 0 && isnan(fit.slope));
+  free(plan.rows);
+}
+
+static void fronts_hold_what_nothing_beats(void)
+{
+  const double steps[] = {1, 2, 3, 4, 5, 6};
+  const double errors[] = {1e-1, 1e-2, 2e-2, 1e-3, 1e-3, 5}, seconds[] = {1, 2, 3, 4, 4, 0.1};
+  flesh_accuracy_plan plan = {0};
+  fill(&plan, 6, steps, errors, seconds);
+  flesh_accuracy_find_fronts(&plan);
+  const int on_time[] = {1, 1, 0,
+                         1, 0, 0}; /* the fifth is the fourth again, the sixth is useless */
+  const int on_residuals[] = {0, 0, 0, 1, 0, 0}; /* the fourth has the fewest and the least error */
+  for (int k = 0; k < 6; k++) {
+    CHECK(plan.rows[k].on_front[0] == on_time[k]);
+    CHECK(plan.rows[k].on_front[1] == on_residuals[k]);
+  }
+  free(plan.rows);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(times_meet_the_end), TEST(distances_are_weighted),
+                   TEST(tracks_come_back), TEST(periods_are_found),
+                   TEST(a_reference_is_known_no_better_than_its_change),
+                   TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats));
+}
