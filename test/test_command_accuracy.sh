@@ -2,7 +2,6 @@
 # FLESH names the program.
 set -u
 flesh=${FLESH:?FLESH must name the flesh program}
-scenes=$(CDPATH='' cd -- "$(dirname -- "$0")/../data/scenes" && pwd)
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
@@ -116,13 +115,14 @@ errors_follow_the_tolerance() {
     all/steps/adaptive_1e-4.csv
 }
 
-# Order 5 at loose tolerances gains energy where much rings.
+# A nearly incompressible bar swings for long: order 5 feeds its fast oscillations many times over, order 2 does not.
 energy_from_nowhere_is_told() {
-  expect 0 "$flesh" accuracy "$scenes/twist.yaml" --quick --repeat 1 --out gain --methods adaptive5 \
-    --tolerances 1e-1,3e-2,1e-2 --reference-seconds 1e-6 || return 1
-  column gain/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.01 { gained = 1 } END { exit !gained }' || return 1
-  has gain/verdict.txt 'warning: adaptive5 gains energy' && has gain/verdict.txt 'not stable for fast oscillations' &&
-    has gain/verdict.txt 'Other prices are not measured'
+  expect 0 "$flesh" accuracy fall.yaml --set body.material.poisson=0.49 --set time.end=2 --methods adaptive,adaptive5 \
+    --tolerances 3e-3,1e-3 --quick --repeat 1 --reference-seconds 1 --out gains || return 1
+  has gains/verdict.txt 'warning: adaptive5 gains energy' && has gains/verdict.txt 'not stable for fast oscillations' ||
+    return 1
+  column gains/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.2 { gained = 1 } END { exit !gained }' || return 1
+  column gains/accuracy.csv energy_drift adaptive | awk '$1 > 0.1 { gained = 1 } END { exit gained }'
 }
 
 orders_are_those_of_the_methods() {
