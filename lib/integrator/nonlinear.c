@@ -154,6 +154,7 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
   stats->residuals += problem->stats.residuals;
   stats->potentials += problem->stats.potentials;
   stats->backtracks += problem->stats.backtracks;
+  stats->potential_rises += problem->stats.potential_rises;
 }
 
 int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh_solve_stats *stats)
