@@ -263,8 +263,10 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
     random ^= random << 5;
     double relative = DBL_EPSILON * (random * 0x1p-31 - 1);
     self->x[d] += relative * largest;
-    self->v[d] += relative * self->v[d];
-    self->a[d] += relative * self->a[d];
+    /* Of the sums' terms, which may be far larger than the sums. */
+    const flesh_stage *stage = &self->stage;
+    self->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
+    self->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }
   self->stats.residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;
