@@ -133,9 +133,10 @@ static void describe(const flesh_drift_plan *plan, const flesh_drift_case *c, fr
     snprintf(panel->subtitle, sizeof panel->subtitle, "at the end: volume %+.3f %%",
              100 * f->final_volume_drift);
   else
-    snprintf(panel->subtitle, sizeof panel->subtitle, "t = %.3g s: volume %+.2f %%",
+    snprintf(panel->subtitle, sizeof panel->subtitle, "t = %.3g s: volume %+.2f %%%s%s",
              kind == FRAME_WORST ? f->worst_t : f->event_t,
-             100 * (kind == FRAME_WORST ? f->worst_drift : f->event_drift));
+             100 * (kind == FRAME_WORST ? f->worst_drift : f->event_drift),
+             f->status ? "; later " : "", f->status ? flesh_drift_status_word(c) : "");
 }
 
 static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, frame_kind kind,

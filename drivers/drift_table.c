@@ -15,7 +15,7 @@ const char *flesh_drift_status_word(const flesh_drift_case *c)
   case FLESH_NONFINITE:
   case FLESH_ERR_NONFINITE: return "non-finite";
   case FLESH_ERR_BUDGET: return "out of budget";
-  case FLESH_ERR_INTERRUPTED: return "interrupted";
+  case FLESH_ERR_INTERRUPTED: return c->figures.tets ? "interrupted" : "not run";
   case FLESH_ERR_ARGUMENT: return "refused";
   default: return "not converged";
   }
@@ -43,8 +43,9 @@ static int write_csv(const flesh_drift_plan *plan)
     const flesh_drift_case *c = &plan->cases[k];
     const flesh_drift_variant *v = &plan->variants[c->variant];
     const struct flesh_drift_figures *f = &c->figures;
-    fprintf(file.stream, "%s,%s,%g,%s,%d,%s", plan->names[c->scene], flesh_energy_name(v->energy),
-            plan->poissons[c->poisson], flesh_constants_name(v->constants), f->tets,
+    fprintf(file.stream, "%s,%s,", plan->names[c->scene], flesh_energy_name(v->energy));
+    flesh_number_print(file.stream, plan->poissons[c->poisson]);
+    fprintf(file.stream, ",%s,%d,%s", flesh_constants_name(v->constants), f->tets,
             flesh_drift_status_word(c));
     field(file.stream, f->max_volume_drift);
     field(file.stream, f->final_volume_drift);
@@ -153,6 +154,10 @@ static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FIL
   char title[16];
   flesh_drift_variant_title(plan->variants[c->variant], title);
   SAY("    %-8s %-8s ", title, flesh_drift_solver_name(c->solver));
+  if (!f->tets) {
+    SAY("%s.\n", flesh_drift_status_word(c));
+    return;
+  }
   if (f->status) {
     SAY("ends at t = %.4g s, step %d: %s", f->failed_at, f->steps + 1, flesh_drift_status_word(c));
     if (f->first_inverted_step >= 0) SAY("; J <= 0 first at step %d", f->first_inverted_step);

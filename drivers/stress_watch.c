@@ -121,6 +121,7 @@ int flesh_stress_watch_observe(void *data, const flesh_step_record *record)
                       : stats->solves - 1 - stats->untanglings;
     f->unconverged += stats->unconverged;
     f->at_rounding += stats->at_rounding;
+    f->rises += stats->potential_rises; /* of iterates, in halved steps as well */
     f->newton += stats->newton;
     f->linear += stats->linear;
     f->projections += stats->projections;

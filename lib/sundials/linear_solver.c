@@ -88,7 +88,7 @@ static int at_rounding(flesh_problem *problem, double norm)
   } else if (norm < 0.3 * before) {
     return 0;
   }
-  return norm <= 2 * flesh_problem_rounding(problem, problem->u_matrix);
+  return norm <= 4 * flesh_problem_rounding(problem, problem->u_matrix);
 }
 
 static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)

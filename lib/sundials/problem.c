@@ -123,7 +123,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
-  self->model_ratio = NAN;
+  self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
