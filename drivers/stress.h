@@ -65,8 +65,9 @@ typedef struct flesh_stress_figures {
   long solves, retried, unconverged, at_rounding; /* retried: solves that failed and were halved */
   long newton, linear, projections, backtracks;
   long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
-  long rises, rises_checked; /* steps whose incremental potential rose, of those looked at */
-  double worst_rise;         /* over the sum of the terms' sizes */
+  long rises; /* accepted iterates above their solve's first one, and steps above their start */
+  long rises_checked; /* steps looked at: neither halved nor untangled */
+  double worst_rise;  /* over the sum of the terms' sizes */
   int finite, max_inverted, inverted_end;
   double distance, volume_error;   /* from the rest shape at the end */
   double recovered_at;             /* s, since when the distance has been small; NaN: never */

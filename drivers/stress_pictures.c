@@ -20,7 +20,7 @@ static const char *const colours[FLESH_STRESS_OUTCOMES] = {
     [FLESH_STRESS_CRASHED] = "#7a0c0c",     [FLESH_STRESS_NOT_RUN] = "#f4f4f4"};
 
 /* Pixels. */
-enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 30 };
+enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 110 };
 
 /* What stands in a cell beside its colour. */
 static void cell_text(const flesh_stress_run *r, char text[32])
@@ -185,9 +185,11 @@ static double centre(const flesh_stress_case *row, const flesh_mesh *mesh, doubl
     }
     middle[c] = 0.5 * (low + high);
   }
-  double largest = 0;
+  double largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
+  for (int c = 0; c < 3; c++) length += pow(info.high[c] - info.low[c], 2);
+  length = sqrt(length / 1.5);
   for (int d = 0; d < 3 * info.nodes; d++) {
-    x[d] = (x[d] - middle[d % 3]) / (info.high[0] - info.low[0]);
+    x[d] = (x[d] - middle[d % 3]) / length;
     largest = fmax(largest, fabs(x[d]));
   }
   if (!(largest > REACH)) return 1;
@@ -225,7 +227,7 @@ static int read_strip(const flesh_stress_plan *plan, const flesh_stress_run *run
     double shrunk = centre(run->row, s->mesh, s->x[k]);
     size_t length = strlen(s->titles[k]);
     if (shrunk < 1)
-      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.3g)", 1 / shrunk);
+      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.2g)", 1 / shrunk);
   }
   free(v);
   return FLESH_OK;

@@ -171,7 +171,7 @@ static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream
   for (int o = FLESH_STRESS_NOT_RECOVERED; o < FLESH_STRESS_OUTCOMES; o++)
     if (counts[o]) SAY(", %d %s", counts[o], flesh_stress_outcome_name((flesh_stress_outcome)o));
   SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
-  if (rises) SAY("; the incremental potential rose in %ld steps", rises);
+  if (rises) SAY("; the incremental potential rose %ld times", rises);
   SAY("\n");
 }
 
@@ -185,7 +185,7 @@ static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FI
   if (r->row->flags & FLESH_STRESS_RANDOM) SAY(", seed %d", r->seed);
   SAY(": %s", flesh_stress_outcome_name(r->outcome));
   if (r->outcome == FLESH_STRESS_UNCONVERGED)
-    SAY(" (%ld solves; the potential rose in %ld steps, by %.2g of its size)", f->unconverged,
+    SAY(" (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
         f->rises, f->worst_rise);
   if (r->outcome == FLESH_STRESS_NOT_RECOVERED || r->outcome == FLESH_STRESS_UNCONVERGED) {
     if (isnan(f->distance)) SAY(", this form has no rest shape");
