@@ -186,6 +186,7 @@ static void collect(job *j)
   int ended = 0;
   while (waitpid(j->process.id, &ended, 0) < 0 && errno == EINTR) continue;
   int crashed = flesh_process_collect(&j->process, ended, &j->run->figures, sizeof j->run->figures);
+  if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
   if (crashed) {
     flesh_stress_figures *f = &j->run->figures;
     f->status = FLESH_ERR_SOLVE;

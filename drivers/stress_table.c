@@ -146,6 +146,11 @@ static int is_promised(const flesh_stress_run *r)
 
 static int is_good(const flesh_stress_run *r) { return r->outcome <= FLESH_STRESS_EQUILIBRIUM; }
 
+static int is_failed(const flesh_stress_run *r)
+{
+  return !is_good(r) && r->outcome != FLESH_STRESS_NOT_RUN;
+}
+
 static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream)
 {
   int counts[FLESH_STRESS_OUTCOMES] = {0}, total = 0;
@@ -242,22 +247,22 @@ int flesh_stress_write_verdict(const flesh_stress_plan *plan)
   for (int s = 0; s < plan->setting_count; s++) say_setting(plan, s, stream);
   int promised = 0, broken = 0;
   for (int k = 0; k < plan->run_count; k++) {
-    promised += is_promised(&plan->runs[k]);
-    broken += is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]);
+    promised += is_promised(&plan->runs[k]) && plan->runs[k].outcome != FLESH_STRESS_NOT_RUN;
+    broken += is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
   }
   SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "
       "point): %d of %d "
       "do%s\n",
       promised - broken, promised, broken ? "; these do not:" : ".");
   for (int k = 0; k < plan->run_count; k++)
-    if (is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]))
+    if (is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   int others = 0;
   for (int k = 0; k < plan->run_count; k++)
-    others += !is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]);
+    others += !is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
   if (others) SAY("\nThe others that do not: %d\n", others);
   for (int k = 0; k < plan->run_count; k++)
-    if (!is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]))
+    if (!is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   say_slowest(plan, stream);
   return flesh_file_commit(&file);
