@@ -7,10 +7,25 @@
 
 #include "base/error.h"
 #include "sundials/ida_problem.h"
+#include "sundials/vector.h"
 
-int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem)
+/* NULL, with words, where user_data leads to none. */
+static flesh_ida_problem *problem_of(const void *user_data)
 {
-  return flesh_ida_evaluate(problem, t, N_VGetArrayPointer(y), N_VGetArrayPointer(yp), N_VGetArrayPointer(r));
+  flesh_ida_problem *problem = flesh_first_member(user_data);
+  if (problem && problem->self == problem) return problem;
+  flesh_fail_user_data("flesh_ida_problem");
+  return NULL;
+}
+
+int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *data)
+{
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *at = flesh_vector_data(y, length), *rate = flesh_vector_data(yp, length);
+  double *F = flesh_vector_data(r, length);
+  return at && rate && F ? flesh_ida_evaluate(problem, t, at, rate, F) : FLESH_ERR_ARGUMENT;
 }
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
@@ -85,10 +100,18 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
                        N_Vector w1, N_Vector w2, N_Vector w3)
 {
   (void)r, (void)w1, (void)w2, (void)w3;
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *at = flesh_vector_data(y, length), *rate = flesh_vector_data(yp, length);
+  if (!at || !rate) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
-  int status = flesh_ida_assemble(data, t, cj, N_VGetArrayPointer(y), N_VGetArrayPointer(yp),
-                                  sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
-  return !status && sparse ? fill_sparse(data, J) : status;
+  if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
+                                          "flesh_ida_sunmatrix_create");
+  int status =
+      flesh_ida_assemble(problem, t, cj, at, rate, sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
+  return !status && sparse ? fill_sparse(problem, J) : status;
 }
 
 static SUNMatrix_ID matrix_id(SUNMatrix A)

@@ -13,6 +13,7 @@
 #include "sparse/block_matrix.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
+#include "sundials/vector.h"
 
 typedef struct solver {
   flesh_ida_problem *problem;
@@ -51,9 +52,12 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   solver *self = S->content;
   flesh_ida_problem *problem = self->problem;
   const int n = problem->n;
-  const double *b1 = N_VGetArrayPointer(b), *b2 = b1 + n, cj = problem->cj;
-  double *dx = N_VGetArrayPointer(x), *dv = dx + n, *right = problem->right, *free1 = problem->change;
+  const double *b1 = flesh_vector_data(b, 2 * (sunindextype)n), cj = problem->cj;
+  double *dx = flesh_vector_data(x, 2 * (sunindextype)n), *right = problem->right, *free1 = problem->change;
   double *Kfree1 = problem->work;
+  if (!b1 || !dx) return known_flag(self, FLESH_ERR_ARGUMENT);
+  const double *b2 = b1 + n;
+  double *dv = dx + n;
   for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];
   flesh_ida_damping_times(problem, free1, right);
   flesh_block_multiply(problem->K, free1, Kfree1);

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "sparse/pcg.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 typedef struct solver {
   flesh_problem *problem;
@@ -96,8 +97,9 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   (void)A;
   solver *self = S->content;
   flesh_problem *problem = self->problem;
-  const double *right = N_VGetArrayPointer(b);
-  double *p = N_VGetArrayPointer(x), *gradient = problem->gradient;
+  const double *right = flesh_vector_data(b, problem->n);
+  double *p = flesh_vector_data(x, problem->n), *gradient = problem->gradient;
+  if (!right || !p) return self->last_flag = FLESH_ERR_ARGUMENT;
   self->iterations = 0;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;

@@ -11,6 +11,7 @@
 #include "sparse/scalar_view.h"
 
 struct flesh_problem {
+  flesh_problem *self; /* first, see vector.h */
   const flesh_system *system;
   flesh_solver_options options;
   int n; /* unknowns */
