@@ -29,8 +29,8 @@ int flesh_kinsol_residual(N_Vector u, N_Vector r, void *data)
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
   const double *at = flesh_vector_data(u, problem->n);
-  double *values = flesh_vector_data(r, problem->n);
-  if (!at || !values) return FLESH_ERR_ARGUMENT;
+  double *values = at ? flesh_vector_data(r, problem->n) : NULL;
+  if (!values) return FLESH_ERR_ARGUMENT;
   return callback_status(problem, flesh_problem_residual(problem, at, values));
 }
 
@@ -84,8 +84,8 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
   const double *x = flesh_vector_data(v, problem->n);
-  double *y = flesh_vector_data(Jv, problem->n), curvature = 0;
-  if (!x || !y) return FLESH_ERR_ARGUMENT;
+  double *y = x ? flesh_vector_data(Jv, problem->n) : NULL, curvature = 0;
+  if (!y) return FLESH_ERR_ARGUMENT;
   flesh_block_multiply(problem->K, x, y);
   for (int d = 0; d < problem->n; d++) curvature += x[d] * y[d];
   return !(curvature > 0);

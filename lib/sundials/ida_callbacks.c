@@ -23,9 +23,9 @@ int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void 
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
   const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *at = flesh_vector_data(y, length), *rate = flesh_vector_data(yp, length);
-  double *F = flesh_vector_data(r, length);
-  return at && rate && F ? flesh_ida_evaluate(problem, t, at, rate, F) : FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  double *F = rate ? flesh_vector_data(r, length) : NULL;
+  return F ? flesh_ida_evaluate(problem, t, at, rate, F) : FLESH_ERR_ARGUMENT;
 }
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
@@ -103,8 +103,8 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
   const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *at = flesh_vector_data(y, length), *rate = flesh_vector_data(yp, length);
-  if (!at || !rate) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  if (!rate) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
   if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "

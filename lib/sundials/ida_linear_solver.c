@@ -53,9 +53,9 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   flesh_ida_problem *problem = self->problem;
   const int n = problem->n;
   const double *b1 = flesh_vector_data(b, 2 * (sunindextype)n), cj = problem->cj;
-  double *dx = flesh_vector_data(x, 2 * (sunindextype)n), *right = problem->right, *free1 = problem->change;
+  double *dx = b1 ? flesh_vector_data(x, 2 * (sunindextype)n) : NULL, *right = problem->right, *free1 = problem->change;
   double *Kfree1 = problem->work;
-  if (!b1 || !dx) return known_flag(self, FLESH_ERR_ARGUMENT);
+  if (!dx) return known_flag(self, FLESH_ERR_ARGUMENT);
   const double *b2 = b1 + n;
   double *dv = dx + n;
   for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];

@@ -124,8 +124,9 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
 {
   const int n = self->n;
   const size_t bytes = (size_t)n * sizeof(double);
-  double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n), *xp = flesh_vector_data(yp_vector, 2 * (sunindextype)n);
-  if (!x || !xp) return FLESH_ERR_ARGUMENT;
+  double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  double *xp = x ? flesh_vector_data(yp_vector, 2 * (sunindextype)n) : NULL;
+  if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
   self->begin = t;

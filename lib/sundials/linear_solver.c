@@ -98,8 +98,8 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   solver *self = S->content;
   flesh_problem *problem = self->problem;
   const double *right = flesh_vector_data(b, problem->n);
-  double *p = flesh_vector_data(x, problem->n), *gradient = problem->gradient;
-  if (!right || !p) return self->last_flag = FLESH_ERR_ARGUMENT;
+  double *p = right ? flesh_vector_data(x, problem->n) : NULL, *gradient = problem->gradient;
+  if (!p) return self->last_flag = FLESH_ERR_ARGUMENT;
   self->iterations = 0;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;

@@ -140,8 +140,8 @@ int flesh_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
-  double *xdot = flesh_vector_data(ydot, 2 * (sunindextype)n), *r = self->rate;
-  if (!y || !xdot) return FLESH_ERR_ARGUMENT;
+  double *xdot = y ? flesh_vector_data(ydot, 2 * (sunindextype)n) : NULL, *r = self->rate;
+  if (!xdot) return FLESH_ERR_ARGUMENT;
   flesh_ida_problem *motion = self->motion;
   double *vdot = xdot + n;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
@@ -198,8 +198,8 @@ int flesh_rhs_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *u = flesh_vector_data(v_vector, 2 * (sunindextype)n);
-  double *xdot = flesh_vector_data(Jv, 2 * (sunindextype)n);
-  if (!u || !xdot) return FLESH_ERR_ARGUMENT;
+  double *xdot = u ? flesh_vector_data(Jv, 2 * (sunindextype)n) : NULL;
+  if (!xdot) return FLESH_ERR_ARGUMENT;
   if (!self->K)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_rhs_jacobian_times needs flesh_rhs_jacobian_times_setup beside it");
   double *force = self->rate, *Cw = self->room, *vdot = xdot + n;
@@ -267,8 +267,8 @@ int flesh_rhs_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *r1 = flesh_vector_data(r, 2 * (sunindextype)n);
-  double *z1 = flesh_vector_data(z, 2 * (sunindextype)n);
-  if (!r1 || !z1) return FLESH_ERR_ARGUMENT;
+  double *z1 = r1 ? flesh_vector_data(z, 2 * (sunindextype)n) : NULL;
+  if (!z1) return FLESH_ERR_ARGUMENT;
   const double *r2 = r1 + n;
   double *z2 = z1 + n, *free1 = self->room, *product = self->room + n, *mixed = self->rate, *right = self->rate + n;
   const condensed *c = &self->condensed;
