@@ -94,8 +94,8 @@ struct flesh_effect {
   void *data; /* the effect's own, freed by operations->destroy */
 };
 
-/* A new effect of a kind of your own: `operations` is borrowed (static const, usually), `data` taken
- * (freed by operations->destroy, also when this fails; not at all where that is NULL). */
+/* A new effect of a kind of your own: `operations` is borrowed (static const, usually), `data` is
+ * taken: freed by operations->destroy, also when this fails; not at all where that is NULL. */
 FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, void *data,
                                   flesh_effect **effect);
 /* NULL-safe; sets *effect to NULL. */
