@@ -109,6 +109,19 @@ FLESH_API int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Ve
                                  SUNMatrix J, void *problem, N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
 
+/* For solvers that take no matrix (SUNLinSol_SPGMR and the like). IDALsPrecSetupFn and
+ * IDALsPrecSolveFn: assembles and factors; one half eliminated as in flesh_ida_sunlinsol_create, by
+ * one application of the options' preconditioner or a direct solve. IDALsJacTimesVecFn: Jv with the
+ * matrix of the last preconditioner set-up, and its cj. */
+FLESH_API int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                             sunrealtype cj, void *problem);
+FLESH_API int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                             N_Vector right, N_Vector z, sunrealtype cj,
+                                             sunrealtype delta, void *problem);
+FLESH_API int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                       N_Vector v, N_Vector Jv, sunrealtype cj, void *problem,
+                                       N_Vector w1, N_Vector w2);
+
 /* A SUNMatrix that stands for the condensed matrix (a view: the values live in the problem),
  * freed by SUNMatDestroy. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,

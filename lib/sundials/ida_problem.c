@@ -216,6 +216,26 @@ void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, dou
   }
 }
 
+/* K x = A x - cj D x, A being the condensed matrix; A and D have no rows and columns of constrained dofs, but for A's
+ * diagonal, which does not count here. */
+void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
+{
+  const int n = self->n;
+  const double *v = x + n, cj = self->cj;
+  double *free_x = self->change, *product = self->right, *mixed = self->work;
+  for (int d = 0; d < n; d++) {
+    free_x[d] = self->fixed[d] ? 0 : x[d];
+    mixed[d] = self->fixed[d] ? 0 : v[d] - cj * x[d];
+  }
+  flesh_block_multiply(self->K, free_x, product);
+  flesh_ida_damping_times(self, mixed, free_x);
+  for (int d = 0; d < n; d++) {
+    const double position = x[d], velocity = v[d];
+    z[d] = self->fixed[d] ? position : cj * position - velocity;
+    z[n + d] = self->fixed[d] ? velocity : product[d] + free_x[d];
+  }
+}
+
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
   size_t bytes = sizeof *self + (size_t)self->n * (12 * sizeof(double) + 1);

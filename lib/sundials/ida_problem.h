@@ -62,6 +62,11 @@ int flesh_ida_solve(flesh_ida_problem *problem, double tolerance, const double *
 int flesh_ida_has_diagonal_blocks_only(const flesh_block_matrix *A);
 /* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
 double flesh_ida_mean_diagonal(const flesh_block_matrix *A);
+/* z = J x, all [2*n], with the condensed K and the cj it was assembled for. */
+void flesh_ida_multiply(flesh_ida_problem *problem, const double *x, double *z);
+/* J x = b by the options' solver or, `approximately`, one application of its preconditioner (a direct solver is one).
+ * x and b must not overlap. */
+int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x);
 /* y = D x. */
 void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);

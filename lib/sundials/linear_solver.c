@@ -45,7 +45,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  int status = flesh_problem_factor(self->problem);
+  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : flesh_problem_factor(self->problem);
   /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
   if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
     status = FLESH_OK, self->problem->projected = -1;
