@@ -3,10 +3,14 @@
  * signs of failures that SUNDIALS understands. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
+#ifdef HAVE_SUNLINSOLSPGMR
+#include <sunlinsol/sunlinsol_spgmr.h>
+#endif
 
 #include "busy_bar.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
+#include "motion_reference.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 
@@ -194,8 +198,58 @@ static void slots_without_a_matrix(void)
   close_owned(&o);
 }
 
+#ifdef HAVE_SUNLINSOLSPGMR
+/* IDA by GMRES with flesh's preconditioner and products finds the motion that it finds by the condensed solver. */
+static void ida_by_gmres(void)
+{
+  const double end = 0.09; /* before the first event */
+  flesh_state ends[2];
+  for (int gmres = 0; gmres < 2; gmres++) {
+    owned o;
+    open_owned(1, FLESH_LINEAR_PCG, &o);
+    N_Vector atol = N_VClone(o.at);
+    SUNLinearSolver S = gmres ? SUNLinSol_SPGMR(o.at, SUN_PREC_LEFT, 30, o.context) : o.S;
+    void *ida = IDACreate(o.context);
+    double t;
+    long iterations = 0;
+    CHECK_OK(flesh_ida_start(o.ida, &o.b.state, o.at, o.rate));
+    flesh_ida_tolerances(o.ida, 1e-7, atol);
+    CHECK(!IDAInit(ida, flesh_ida_residual, 0, o.at, o.rate) && !IDASetUserData(ida, o.ida));
+    CHECK(!IDASVtolerances(ida, 0, atol) && !IDASetMaxOrd(ida, 2) && !IDASetMaxNumSteps(ida, 100000));
+    CHECK(!IDASetLinearSolver(ida, S, gmres ? NULL : o.A));
+    if (gmres) {
+      CHECK(!IDASetPreconditioner(ida, flesh_ida_preconditioner_setup, flesh_ida_preconditioner_solve));
+      CHECK(!IDASetJacTimes(ida, NULL, flesh_ida_jacobian_times));
+    } else {
+      CHECK(!IDASetJacFn(ida, flesh_ida_jacobian));
+    }
+    CHECK(IDASolve(ida, end, &t, o.at, o.rate, IDA_NORMAL) == IDA_SUCCESS);
+    ends[gmres] = state_copy(o.b.n, &o.b.state);
+    flesh_ida_finish(o.ida, t, o.at, &ends[gmres]);
+    IDAGetNumLinIters(ida, &iterations);
+    CHECK(!gmres || iterations > 0);
+    if (gmres) {
+      double off = test_distance(o.b.n, ends[0].x, ends[1].x), moved = test_distance(o.b.n, ends[0].x, o.b.state.x);
+      printf("# GMRES, %ld iterations: %.3g m from the condensed solver's, after %.3g m\n", iterations, off, moved);
+      CHECK_BELOW(off, 1e-5);
+      CHECK(moved > 0.01);
+      SUNLinSolFree(S);
+    }
+    IDAFree(&ida);
+    N_VDestroy(atol);
+    close_owned(&o);
+  }
+  state_free(&ends[0]);
+  state_free(&ends[1]);
+}
+#endif
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(types), TEST(solutions), TEST(set_up_again), TEST(failures),
-                   TEST(slots_without_a_matrix));
+                   TEST(slots_without_a_matrix)
+#ifdef HAVE_SUNLINSOLSPGMR
+                       , TEST(ida_by_gmres)
+#endif
+  );
 }
