@@ -19,6 +19,13 @@
 
 #include "bar.h"
 
+/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+#if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
+#define ARK(stepper, function) stepper##function
+#else
+#define ARK(stepper, function) ARKode##function
+#endif
+
 static const double end = 0.5, tolerance = 1e-6;
 
 static void report(const char *name, const bar *b, const double *x, double exact)
@@ -94,30 +101,30 @@ int main(void)
   TRY(flesh_rhs_start(problem, &b.state, y));
   void *ark = ARKStepCreate(NULL, flesh_rhs, 0, y, context);
   gmres = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
-  TRY(ARKStepSetUserData(ark, problem));
-  TRY(ARKStepSVtolerances(ark, 0, atol));
-  TRY(ARKStepSetOrder(ark, 4));
-  TRY(ARKStepSetMaxNumSteps(ark, 100000));
-  TRY(ARKStepSetLinearSolver(ark, gmres, NULL));
-  TRY(ARKStepSetPreconditioner(ark, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
-  TRY(ARKStepSetJacTimes(ark, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
-  TRY(ARKStepSetStopTime(ark, end));
-  TRY(ARKStepEvolve(ark, end, y, &t, ARK_NORMAL) < 0);
+  TRY(ARK(ARKStep, SetUserData)(ark, problem));
+  TRY(ARK(ARKStep, SVtolerances)(ark, 0, atol));
+  TRY(ARK(ARKStep, SetOrder)(ark, 4));
+  TRY(ARK(ARKStep, SetMaxNumSteps)(ark, 100000));
+  TRY(ARK(ARKStep, SetLinearSolver)(ark, gmres, NULL));
+  TRY(ARK(ARKStep, SetPreconditioner)(ark, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
+  TRY(ARK(ARKStep, SetJacTimes)(ark, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+  TRY(ARK(ARKStep, SetStopTime)(ark, end));
+  TRY(ARK(ARKStep, Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
   report("ARKODE, implicit order 4", &b, N_VGetArrayPointer(y), exact);
-  ARKStepFree(&ark);
+  ARK(ARKStep, Free)(&ark);
   SUNLinSolFree(gmres);
 
   /* 5. ARKODE, explicit of order 4: no solver at all, but steps that resolve sound. */
   TRY(flesh_rhs_start(problem, &b.state, y));
   ark = ERKStepCreate(flesh_rhs, 0, y, context);
-  TRY(ERKStepSetUserData(ark, problem));
-  TRY(ERKStepSVtolerances(ark, 0, atol));
-  TRY(ERKStepSetOrder(ark, 4));
-  TRY(ERKStepSetMaxNumSteps(ark, 100000));
-  TRY(ERKStepSetStopTime(ark, end));
-  TRY(ERKStepEvolve(ark, end, y, &t, ARK_NORMAL) < 0);
+  TRY(ARK(ERKStep, SetUserData)(ark, problem));
+  TRY(ARK(ERKStep, SVtolerances)(ark, 0, atol));
+  TRY(ARK(ERKStep, SetOrder)(ark, 4));
+  TRY(ARK(ERKStep, SetMaxNumSteps)(ark, 100000));
+  TRY(ARK(ERKStep, SetStopTime)(ark, end));
+  TRY(ARK(ERKStep, Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
   report("ARKODE, explicit order 4", &b, N_VGetArrayPointer(y), exact);
-  ERKStepFree(&ark);
+  ARK(ERKStep, Free)(&ark);
 
   N_VDestroy(y);
   N_VDestroy(atol);
