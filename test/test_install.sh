@@ -120,7 +120,7 @@ languages=C
 } >"$work/CMakeLists.txt"
 (
   cd "$work" && mkdir by_cmake && cd by_cmake &&
-    cmake -DCMAKE_PREFIX_PATH="${library%/lib*}" -Dflesh_DIR="$library/cmake/flesh" .. && cmake --build .
+    cmake -G Ninja -DCMAKE_PREFIX_PATH="${library%/lib*}" -Dflesh_DIR="$library/cmake/flesh" .. && cmake --build .
 ) >"$work/cmake.log" 2>&1
 for kind in shared static; do
   for language in c cpp; do
