@@ -255,8 +255,54 @@ static void memory_handed_out(void)
   test_body_destroy(&b);
 }
 
+/* Every count of the struct comes out, under a name of its own, in all layouts alike. */
+static void statistics(void)
+{
+  flesh_solve_stats stats = {.solves = 1, .newton = 2, .linear = 3, .assemblies = 4, .projections = 5, .residuals = 6,
+                             .potentials = 7, .backtracks = 8, .at_rounding = 9, .untanglings = 10,
+                             .untangled_nodes = 11, .unconverged = 12, .steps = 13, .rejected = 14,
+                             .convergence_failures = 15, .order = 16, .residual_first = 17.5, .residual_last = 18.5,
+                             .residual_target = 19.5, .h_last = 20.5};
+  enum { FIGURES = 20 };
+  FILE *file = tmpfile();
+  char line[4096], names[FIGURES][64];
+  double values[FIGURES], sum = 0;
+  int count = 0;
+  CHECK(file != NULL);
+  if (!file) return;
+  CHECK_OK(flesh_solve_stats_print(&stats, FLESH_STATS_TABLE, file));
+  rewind(file);
+  for (; count < FIGURES && fgets(line, sizeof line, file); count++) {
+    CHECK(line[28] == ' ' && line[29] == '=');
+    CHECK(sscanf(line, "%63[^=]= %lf", names[count], &values[count]) == 2);
+    for (size_t end = strlen(names[count]); end > 0 && names[count][end - 1] == ' '; end--) names[count][end - 1] = 0;
+    sum += values[count];
+  }
+  CHECK(count == FIGURES && !fgets(line, sizeof line, file));
+  CHECK_NEAR(sum, 212, 0); /* 1 + 2 + ... + 20 and four halves */
+  fclose(file);
+
+  file = tmpfile();
+  CHECK_OK(flesh_solve_stats_print(&stats, FLESH_STATS_CSV, file));
+  CHECK_OK(flesh_solve_stats_print(&stats, FLESH_STATS_CSV_ROW, file));
+  rewind(file);
+  for (int row = 0; row < 3; row++) {
+    CHECK(fgets(line, sizeof line, file) != NULL);
+    int column = 0;
+    for (char *field = strtok(line, ",\n"); field; field = strtok(NULL, ",\n"), column++) {
+      if (column >= count) continue;
+      if (row == 0) CHECK(!strcmp(field, names[column]));
+      else CHECK_NEAR(strtod(field, NULL), values[column], 0);
+    }
+    CHECK(column == FIGURES);
+  }
+  CHECK(!fgets(line, sizeof line, file));
+  fclose(file);
+  CHECK(flesh_solve_stats_print(&stats, (flesh_stats_format)9, stdout) == FLESH_ERR_ARGUMENT);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(vectors_of_three_kinds), TEST(other_vectors_are_refused),
-                   TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own), TEST(memory_handed_out));
+                   TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own), TEST(memory_handed_out), TEST(statistics));
 }
