@@ -255,7 +255,7 @@ static int draw_steps(const flesh_accuracy_plan *plan)
   }
   FILE *stream = file.stream;
   const double period = plan->reference.scale.period;
-  const int width = 330 * columns + 260;
+  const int width = 350 * columns + 260;
   flesh_plot_begin(stream, name, width, 760);
   fprintf(stream,
           "set datafile separator ','\nset border 3 lc rgb '#606060'\n"
@@ -264,7 +264,7 @@ static int draw_steps(const flesh_accuracy_plan *plan)
           "tolerance' font ',13' margins screen %.4f,%.4f,0.08,0.88 spacing screen %.4f,0.1\n"
           "set xrange [%.17g:%.17g]\nset xlabel 't [s]'\nunset key\n"
           "set logscale y\nset format y '%%g'\nset ylabel 'step [s]'\n",
-          columns, 80.0 / width, 1 - 190.0 / width, 90.0 / width, plan->grid.start, plan->grid.end);
+          columns, 80.0 / width, 1 - 190.0 / width, 110.0 / width, plan->grid.start, plan->grid.end);
   for (int c = 0; c < columns; c++) {
     if (c == columns - 1) /* the same for all, beside the last */
       fputs("set key at screen 0.99,0.88 right top vertical Left reverse noenhanced samplen 2\n",

@@ -72,7 +72,7 @@ static void say_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *r
 {
   SAY("%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
   if (row->figures.below) SAY("below the reference's uncertainty");
-  else SAY("%.2g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
+  else SAY("%.3g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
   if (row->figures.errors.energy > 0.01) SAY(", gains energy");
 }
 

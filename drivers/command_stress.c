@@ -14,21 +14,32 @@
 #include "overrides.h"
 #include "stress.h"
 
-static const char details[] =
-    "Puts bodies through what breaks elastic solvers: scrambled, collapsed, mirrored, torn, spun and stopped bodies,\n"
-    "extreme materials, meshes and steps (--list shows them). Every run is a process of its own with a budget, and\n"
-    "a scene of its own: DIR/cases/NAME/scene.yaml (some with release.yaml, a second phase that goes on from it), which\n"
-    "`flesh run` repeats with the same result. A run has recovered when every solve converged, the incremental\n"
-    "potential never rose from a step's start to its end, no number was non-finite, and at the end the body is within\n"
-    "1e-3 of its length and of its volume from its rest shape with no element inverted. Where it ends otherwise a\n"
-    "static solve and the eigenvalues of the Hessian tell whether that is a true local minimum; it counts as not\n"
-    "recovered all the same. Free bodies on an exact line or point are judged as the equilibria they are.\n\n"
-    "Writes into DIR: stress.csv (a row per run), verdict.txt, matrix.png (cases x settings), frames_*.png, cases/.\n";
+static const char details[] = "Puts bodies through what breaks elastic solvers: scrambled, "
+                              "collapsed, mirrored, torn, spun and stopped bodies,\n"
+                              "extreme materials, meshes and steps (--list shows them). Every run "
+                              "is a process of its own with a budget, and\n"
+                              "a scene of its own: DIR/cases/NAME/scene.yaml (some with "
+                              "release.yaml, a second phase that goes on from it), which\n"
+                              "`flesh run` repeats with the same result. A run has recovered when "
+                              "every solve converged, the incremental\n"
+                              "potential never rose from a step's start to its end, no number was "
+                              "non-finite, and at the end the body is within\n"
+                              "1e-3 of its length and of its volume from its rest shape with no "
+                              "element inverted; put back when calm tangles had\n"
+                              "to be placed anew on the way (solver.untangle), which no force did. "
+                              "Where it ends otherwise a\n"
+                              "static solve and the eigenvalues of the Hessian tell whether that "
+                              "is a true local minimum; it counts as not\n"
+                              "recovered all the same. Free bodies on an exact line or point are "
+                              "judged as the equilibria they are.\n\n"
+                              "Writes into DIR: stress.csv (a row per run), verdict.txt, "
+                              "matrix.png (cases x settings), frames_*.png, cases/.\n";
 
 enum { LIMIT = 64, SETTING_LIMIT = 1024 };
 
 /* Calls `take` with every item of a comma list. */
-static int split(const char *option, const char *text, int (*take)(void *data, const char *item), void *data)
+static int split(const char *option, const char *text, int (*take)(void *data, const char *item),
+                 void *data)
 {
   char item[64];
   int count = 0;
@@ -37,10 +48,12 @@ static int split(const char *option, const char *text, int (*take)(void *data, c
     snprintf(item, sizeof item, "%.*s", (int)(length < 63 ? length : 63), text);
     int status = take(data, item);
     if (status) return status;
-    if (++count > LIMIT) return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d items", option, LIMIT);
+    if (++count > LIMIT)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d items", option, LIMIT);
     text += length + (text[length] == ',');
   }
-  return count ? FLESH_OK : flesh_fail(FLESH_ERR_ARGUMENT, "%s is empty; it must be a list", option);
+  return count ? FLESH_OK
+               : flesh_fail(FLESH_ERR_ARGUMENT, "%s is empty; it must be a list", option);
 }
 
 typedef struct lists {
@@ -75,7 +88,8 @@ static int take_poisson(void *data, const char *item)
   lists *l = data;
   double value;
   if (flesh_option_number(item, &value) || !(value >= 0 && value < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in [0, 0.5)", item);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in [0, 0.5)",
+                      item);
   l->poisson[l->poissons++] = value;
   return FLESH_OK;
 }
@@ -85,7 +99,8 @@ static int take_step(void *data, const char *item)
   lists *l = data;
   double value;
   if (flesh_option_number(item, &value) || !(value > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has '%s'; every value must be positive [s], as in 1/60", item);
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--steps has '%s'; every value must be positive [s], as in 1/60", item);
   l->step[l->steps++] = value;
   return FLESH_OK;
 }
@@ -98,11 +113,13 @@ static int take_solver(void *data, const char *item)
       l->solver[l->solvers++] = (flesh_stress_solver)s;
       if (strcmp(item, "all")) return FLESH_OK;
     }
-  return !strcmp(item, "all") ? FLESH_OK
-                              : flesh_fail(FLESH_ERR_ARGUMENT,
-                                           "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
-                                           "always-projected, never-projected, clamped, absolute, or all of them: all",
-                                           item);
+  return !strcmp(item, "all")
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT,
+                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
+                          "always-projected, never-projected, clamped, absolute, no-untangling, or "
+                          "all of them: all",
+                          item);
 }
 
 typedef struct choice {
@@ -123,10 +140,11 @@ static int take_case(void *data, const char *item)
     if (!known && c->count < 256) c->cases[c->count++] = row;
   }
   return found ? FLESH_OK
-               : flesh_fail(FLESH_ERR_ARGUMENT,
-                            "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*': "
-                            "`flesh stress --list` shows them",
-                            item);
+               : flesh_fail(
+                     FLESH_ERR_ARGUMENT,
+                     "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*': "
+                     "`flesh stress --list` shows them",
+                     item);
 }
 
 static int list_cases(void)
@@ -136,13 +154,17 @@ static int list_cases(void)
   return 0;
 }
 
-static int add_setting(flesh_stress_setting *settings, int *count, const lists *l, int e, int p, int h, int s)
+static int add_setting(flesh_stress_setting *settings, int *count, const lists *l, int e, int p,
+                       int h, int s)
 {
   if (*count == SETTING_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
-  settings[(*count)++] = (flesh_stress_setting){.energy = l->energy[e], .constants = l->constants[e],
-                                                .poisson = l->poisson[p], .step = l->step[h],
-                                                .first_poisson = p == 0, .first_step = h == 0,
+  settings[(*count)++] = (flesh_stress_setting){.energy = l->energy[e],
+                                                .constants = l->constants[e],
+                                                .poisson = l->poisson[p],
+                                                .step = l->step[h],
+                                                .first_poisson = p == 0,
+                                                .first_step = h == 0,
                                                 .solver = l->solver[s]};
   return FLESH_OK;
 }
@@ -160,23 +182,36 @@ static int make_settings(const lists *l, flesh_stress_setting *settings, int *co
 
 static int is_run(const flesh_stress_case *row, const flesh_stress_setting *setting)
 {
-  return (!(row->poisson > 0) || setting->first_poisson) && (!(row->step > 0) || setting->first_step);
+  return (!(row->poisson > 0) || setting->first_poisson) &&
+         (!(row->step > 0) || setting->first_step);
 }
 
 static int make_runs(flesh_stress_plan *plan)
 {
-  plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds, sizeof *plan->runs);
+  plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds,
+                      sizeof *plan->runs);
   if (!plan->runs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int s = 0; s < plan->setting_count; s++)
     for (int c = 0; c < plan->case_count; c++)
       for (int seed = 1; seed <= plan->seeds; seed++) {
         const flesh_stress_case *row = plan->cases[c];
-        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_STRESS_RANDOM))) continue;
-        plan->runs[plan->run_count++] = (flesh_stress_run){
-            .row = row, .setting = &plan->settings[s], .seed = seed, .outcome = FLESH_STRESS_NOT_RUN,
-            .figures = {.status = FLESH_ERR_INTERRUPTED, .exit_code = 130, .rank = -1, .distance = NAN,
-                        .volume_error = NAN, .recovered_at = NAN, .newton_ratio = NAN, .time_ratio = NAN,
-                        .gradient = NAN, .smallest_eigenvalue = NAN}};
+        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_STRESS_RANDOM)))
+          continue;
+        plan->runs[plan->run_count++] =
+            (flesh_stress_run){.row = row,
+                               .setting = &plan->settings[s],
+                               .seed = seed,
+                               .outcome = FLESH_STRESS_NOT_RUN,
+                               .figures = {.status = FLESH_ERR_INTERRUPTED,
+                                           .exit_code = 130,
+                                           .rank = -1,
+                                           .distance = NAN,
+                                           .volume_error = NAN,
+                                           .recovered_at = NAN,
+                                           .newton_ratio = NAN,
+                                           .time_ratio = NAN,
+                                           .gradient = NAN,
+                                           .smallest_eigenvalue = NAN}};
       }
   return FLESH_OK;
 }
@@ -186,8 +221,8 @@ static int batter(flesh_stress_plan *plan)
   int status = make_runs(plan);
   if (!status) status = flesh_folder_make(plan->out);
   if (status) return status;
-  printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count, plan->setting_count,
-         plan->jobs);
+  printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
+         plan->setting_count, plan->jobs);
   fflush(stdout);
   int ran = flesh_stress_run_all(plan);
   char words[1024];
@@ -198,38 +233,46 @@ static int batter(flesh_stress_plan *plan)
   if (status) return status;
   /* Without gnuplot the figures still stand. */
   if (flesh_stress_draw(plan)) fprintf(stderr, "flesh stress: %s\n", flesh_error_text());
-  printf("\nresults: %s/stress.csv, %s/verdict.txt, pictures %s/*.png\n", plan->out, plan->out, plan->out);
+  printf("\nresults: %s/stress.csv, %s/verdict.txt, pictures %s/*.png\n", plan->out, plan->out,
+         plan->out);
   return FLESH_OK;
 }
 
 int flesh_command_stress(int argc, char **argv)
 {
-  const char *energies = NULL, *poissons = NULL, *steps = "1/60", *solvers = "default", *cases = "*";
+  const char *energies = NULL, *poissons = NULL, *steps = "1/60", *solvers = "default",
+             *cases = "*";
   int list = 0;
   lists *l = calloc(1, sizeof *l);
   choice *chosen = calloc(1, sizeof *chosen);
   flesh_stress_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
   flesh_overrides overrides;
   long processors = sysconf(_SC_NPROCESSORS_ONLN);
-  flesh_stress_plan plan = {.out = "out/stress", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
+  flesh_stress_plan plan = {
+      .out = "out/stress", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
   int status = flesh_overrides_open(&overrides, argc);
-  if (!status && (!l || !chosen || !settings)) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && (!l || !chosen || !settings))
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) return flesh_command_fail("stress", status);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies,
        "forms, NAME or NAME.CONSTANTS (default Neo,A,B,C,D,E,S; S,E with --quick)"},
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons,
        "Poisson's ratios (default 0,0.3,0.45,0.49,0.499,0.4999; 0.45,0.49 with --quick)"},
-      {"steps", "LIST", FLESH_OPTION_TEXT, &steps, "steps of the cases without one of their own (default 1/60)"},
+      {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
+       "steps of the cases without one of their own (default 1/60)"},
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "cases, groups or patterns (default: all)"},
       {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
-       "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute or all\n"
-       "                         (default: default)"},
-      {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds, "how often the random cases run, each with other numbers (default 1)"},
-      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "smaller meshes and fewer settings: minutes"},
+       "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
+       "                         no-untangling or all (default: default)"},
+      {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
+       "how often the random cases run, each with other numbers (default 1)"},
+      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,
+       "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
-       "budget of each phase of a run (default 60; 20 with --quick)"},
-      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes, as in --set solver.max_newton=50"},
+       "budget of each phase of a run (default 30; 15 with --quick)"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
+       "a value of all scenes, as in --set solver.max_newton=50"},
       {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/stress)"},
       {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
@@ -240,7 +283,7 @@ int flesh_command_stress(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   if (!energies) energies = plan.quick ? "S,E" : "Neo,A,B,C,D,E,S";
   if (!poissons) poissons = plan.quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
-  if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 20 : 60;
+  if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 15 : 30;
   plan.overrides = &overrides.texts;
   status = split("--energies", energies, take_energy, l);
   if (!status) status = split("--poisson", poissons, take_poisson, l);

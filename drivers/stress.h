@@ -8,13 +8,14 @@
 #include "stress_cases.h"
 
 typedef enum flesh_stress_solver {
-  FLESH_STRESS_DEFAULT,           /* the library's defaults */
-  FLESH_STRESS_KINSOL,            /* KINSOL's own line search on the residual */
-  FLESH_STRESS_PLAIN,             /* full projected Newton steps, ten at most, taken as they come */
-  FLESH_STRESS_ALWAYS_PROJECTED,  /* the defaults, but every Hessian projected */
-  FLESH_STRESS_NEVER_PROJECTED,   /* the defaults, but none */
-  FLESH_STRESS_CLAMPED,           /* the defaults, but projected eigenvalues become zero */
-  FLESH_STRESS_ABSOLUTE,          /* the defaults, but they become absolute values */
+  FLESH_STRESS_DEFAULT,          /* the library's defaults */
+  FLESH_STRESS_KINSOL,           /* KINSOL's own line search on the residual */
+  FLESH_STRESS_PLAIN,            /* full projected Newton steps, ten at most, taken as they come */
+  FLESH_STRESS_ALWAYS_PROJECTED, /* the defaults, but every Hessian projected */
+  FLESH_STRESS_NEVER_PROJECTED,  /* the defaults, but none */
+  FLESH_STRESS_CLAMPED,          /* the defaults, but projected eigenvalues become zero */
+  FLESH_STRESS_ABSOLUTE,         /* the defaults, but they become absolute values */
+  FLESH_STRESS_NO_UNTANGLING,    /* the defaults, but calm tangles are left as they are */
   FLESH_STRESS_SOLVERS
 } flesh_stress_solver;
 
@@ -23,20 +24,23 @@ typedef struct flesh_stress_setting {
   flesh_energy energy;
   flesh_constants constants;
   double poisson, step; /* step in s */
-  int first_poisson, first_step; /* whether cases with a Poisson's ratio or step of their own run here */
+  int first_poisson,
+      first_step; /* whether cases with a Poisson's ratio or step of their own run here */
   flesh_stress_solver solver;
 } flesh_stress_setting;
 
 /* From best to worst. */
 typedef enum flesh_stress_outcome {
   FLESH_STRESS_RECOVERED,     /* back at rest, every solve converged, the potential never rose */
+  FLESH_STRESS_PUT_BACK,      /* the same, after calm tangles were put back, which no force did */
   FLESH_STRESS_EQUILIBRIUM,   /* an exact line or point that stayed the equilibrium it is */
   FLESH_STRESS_NOT_RECOVERED, /* finished away from its rest shape */
-  FLESH_STRESS_UNCONVERGED,   /* finished with solves that did not converge, or a potential that rose */
-  FLESH_STRESS_STOPPED,       /* ended in order with a statement why */
-  FLESH_STRESS_BUDGET,        /* its time was spent */
-  FLESH_STRESS_NONFINITE,     /* a number became non-finite */
-  FLESH_STRESS_CRASHED,       /* or hung, and was ended from outside */
+  FLESH_STRESS_UNCONVERGED, /* finished with solves that did not converge, or a potential that rose
+                             */
+  FLESH_STRESS_STOPPED,     /* ended in order with a statement why */
+  FLESH_STRESS_BUDGET,      /* its time was spent */
+  FLESH_STRESS_NONFINITE,   /* a number became non-finite */
+  FLESH_STRESS_CRASHED,     /* or hung, and was ended from outside */
   FLESH_STRESS_NOT_RUN,
   FLESH_STRESS_OUTCOMES
 } flesh_stress_outcome;
@@ -60,14 +64,16 @@ typedef struct flesh_stress_figures {
   int tets, steps;
   long solves, retried, unconverged, at_rounding; /* retried: solves that failed and were halved */
   long newton, linear, projections, backtracks;
-  long rises, rises_checked; /* steps whose incremental potential rose, of those looked at */
-  double worst_rise;         /* over the sum of the terms' sizes */
+  long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  long rises; /* accepted iterates above their solve's first one, and steps above their start */
+  long rises_checked; /* steps looked at: neither halved nor untangled */
+  double worst_rise;  /* over the sum of the terms' sizes */
   int finite, max_inverted, inverted_end;
-  double distance, volume_error;      /* from the rest shape at the end */
-  double recovered_at;                /* s, since when the distance has been small; NaN: never */
-  double newton_ratio, time_ratio;    /* worst step over the median one, of the hard phase */
+  double distance, volume_error;   /* from the rest shape at the end */
+  double recovered_at;             /* s, since when the distance has been small; NaN: never */
+  double newton_ratio, time_ratio; /* worst step over the median one, of the hard phase */
   double wall_s, cpu_s, simulated_s;
-  int rank;                           /* of the end shape: 0 a point, 1 a line, 2 a plane, 3 a body */
+  int rank; /* of the end shape: 0 a point, 1 a line, 2 a plane, 3 a body */
   flesh_stress_end end;
   double gradient, smallest_eigenvalue; /* relative; of the equilibrium nearest to the end */
   int negative_eigenvalues;

@@ -28,23 +28,24 @@ typedef enum flesh_stress_start {
   FLESH_STRESS_PLANE,        /* onto the middle plane z; `amount`: noise over the length */
   FLESH_STRESS_LINE,
   FLESH_STRESS_POINT,
-  FLESH_STRESS_MIRROR,     /* x -> -x */
-  FLESH_STRESS_INVERT_ONE, /* a node through the opposite face of one of its tets, the only one inverted */
-  FLESH_STRESS_SCALE_X,    /* x times `amount` */
-  FLESH_STRESS_SCALE_ALL,  /* everything times `amount` */
-  FLESH_STRESS_TWIST,      /* `amount` turns about the long axis */
-  FLESH_STRESS_SHEAR,      /* z += `amount` x */
+  FLESH_STRESS_MIRROR,        /* x -> -x */
+  FLESH_STRESS_INVERT_ONE,    /* a node through the opposite face of one of its tets, the only one
+                                 inverted */
+  FLESH_STRESS_SCALE_X,       /* x times `amount` */
+  FLESH_STRESS_SCALE_ALL,     /* everything times `amount` */
+  FLESH_STRESS_TWIST,         /* `amount` turns about the long axis */
+  FLESH_STRESS_SHEAR,         /* z += `amount` x */
   FLESH_STRESS_STRETCH_TWIST, /* x times `amount`, half a turn */
-  FLESH_STRESS_SPIN,       /* at rest shape, turning about z by `amount` turns per step */
-  FLESH_STRESS_FLY         /* along x at 100 m/s, `amount` m before its place */
+  FLESH_STRESS_SPIN,          /* at rest shape, turning about z by `amount` turns per step */
+  FLESH_STRESS_FLY            /* along x at 100 m/s, `amount` m before its place */
 } flesh_stress_start;
 
 enum {
-  FLESH_STRESS_PINNED = 1,      /* the face x = 0 is held at rest for all time */
-  FLESH_STRESS_RANDOM = 2,      /* run once per seed */
+  FLESH_STRESS_PINNED = 1,           /* the face x = 0 is held at rest for all time */
+  FLESH_STRESS_RANDOM = 2,           /* run once per seed */
   FLESH_STRESS_KEPT_EQUILIBRIUM = 4, /* judged as the equilibrium it is instead of on coming back */
   FLESH_STRESS_STATIC = 8,
-  FLESH_STRESS_HARDEST = 16     /* scramble and point: nothing is promised above nu = 0.49 */
+  FLESH_STRESS_HARDEST = 16 /* scramble and point: nothing is promised above nu = 0.49 */
 };
 
 typedef struct flesh_stress_case {
@@ -55,13 +56,14 @@ typedef struct flesh_stress_case {
   int flags;
   double seconds; /* of the hard phase: at least 20 steps; of statics no matter */
   double step;    /* s; 0: the setting's */
-  /* A second phase without `effects`, in which the body is to come back; 0: none. Steps shorter than 1/60 s
-   * make 100 steps of the hard phase and then `seconds` at 1/60 s. */
+  /* A second phase without `effects`, in which the body is to come back; 0: none. Steps shorter
+   * than 1/60 s make 100 steps of the hard phase and then `seconds` at 1/60 s. */
   double release, release_step; /* s; step 0: 1/60 */
-  double poisson;      /* 0: the setting's */
-  double density;      /* 0: 1000 kg/m^3 */
-  double young_ratio;  /* of region 1; 0: one material */
-  const char *effects; /* items of the scene's list, beside inertia and the pinned face; NULL: none */
+  double poisson;               /* 0: the setting's */
+  double density;               /* 0: 1000 kg/m^3 */
+  double young_ratio;           /* of region 1; 0: one material */
+  const char
+      *effects; /* items of the scene's list, beside inertia and the pinned face; NULL: none */
   const char *doc;
 } flesh_stress_case;
 
@@ -72,7 +74,7 @@ extern const flesh_stress_case flesh_stress_case_table[];
 int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh **mesh);
 
 /* Fills state->x, v [3*nodes] and t = 0; `step` is the length of the steps to come. */
-int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed, double step,
-                            flesh_state *state);
+int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed,
+                            double step, flesh_state *state);
 
 #endif

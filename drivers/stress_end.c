@@ -15,7 +15,8 @@ enum { DENSE_LIMIT = 1200 };
 static int is_stressed_at_rest(const flesh_material *material)
 {
   double stress, mu;
-  return flesh_material_small_strain(material, &mu, NULL, &stress) || fabs(stress) > 1e-9 * fabs(mu);
+  return flesh_material_small_strain(material, &mu, NULL, &stress) ||
+         fabs(stress) > 1e-9 * fabs(mu);
 }
 
 /* Static equilibrium at time t from x, with the scene's pins, to rounding if it can be had. */
@@ -30,6 +31,7 @@ static int settle(const flesh_scene *scene, double t, double *x, double toleranc
   options.newton_tolerance = tolerance;
   options.max_newton = 200;
   options.max_halvings = 0;
+  options.untangle = 0;           /* the energy's own equilibrium is asked for */
   options.accept_unconverged = 1; /* what is reached is judged by its gradient */
   int status = v ? flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator)
                  : FLESH_ERR_MEMORY;
@@ -100,7 +102,8 @@ static int compare(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-/* Ascending eigenvalues of the true Hessian of the free dofs; `free_count` of them in new *values. */
+/* Ascending eigenvalues of the true Hessian of the free dofs; `free_count` of them in new *values.
+ */
 static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed,
                     int free_count, double **values)
 {
@@ -110,7 +113,8 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
   gsl_matrix *dense = gsl_matrix_calloc((size_t)free_count, (size_t)free_count);
   gsl_vector *found = gsl_vector_alloc((size_t)free_count);
   *values = malloc(sizeof **values * (size_t)free_count);
-  int status = number && dense && found && *values ? flesh_system_matrix_create(system, &K) : FLESH_ERR_MEMORY;
+  int status = number && dense && found && *values ? flesh_system_matrix_create(system, &K)
+                                                   : FLESH_ERR_MEMORY;
   const flesh_shift shift = {.x = 1};
   if (!status) status = flesh_system_jacobian(system, point, &shift, K);
   for (int d = 0, next = 0; d < unknowns && !status; d++) number[d] = fixed[d] ? -1 : next++;
@@ -136,20 +140,24 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
   return status;
 }
 
-/* Size of the forces that balance: the sum over the nodes at the stiffness's scale, E times the mean area per node. */
+/* Size of the forces that balance: the sum over the nodes at the stiffness's scale, E times the
+ * mean area per node. */
 static double force_scale(const flesh_scene *scene)
 {
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-  return flesh_scene_body(scene)->materials[0].mu * info.edge_mean * info.edge_mean * sqrt(info.nodes);
+  return flesh_scene_body(scene)->materials[0].mu * info.edge_mean * info.edge_mean *
+         sqrt(info.nodes);
 }
 
 /* Fills end, gradient and eigenvalues for the equilibrium x. */
-static void judge_equilibrium(const flesh_scene *scene, double t, const double *x, flesh_stress_figures *f)
+static void judge_equilibrium(const flesh_scene *scene, double t, const double *x,
+                              flesh_stress_figures *f)
 {
   const flesh_system *system = flesh_scene_system(scene);
   int unknowns = flesh_system_unknowns(system);
-  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r), *values = NULL;
+  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r),
+         *values = NULL;
   uint8_t *fixed = calloc((size_t)unknowns, 1);
   if (zero && r && fixed) {
     const flesh_point point = {.t = t, .load = 1, .x = x, .v = zero, .a = zero};
@@ -168,7 +176,8 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
         f->negative_eigenvalues += values[k] < -zero_below;
         zeros += fabs(values[k]) <= zero_below;
       }
-      /* A free body's rigid motions are no weakness (in a point or line, some of them do not exist). */
+      /* A free body's rigid motions are no weakness (in a point or line, some of them do not
+       * exist). */
       f->smallest_eigenvalue = values[f->negative_eigenvalues ? 0 : zeros < rigid ? zeros : rigid];
       f->end = f->negative_eigenvalues ? FLESH_STRESS_END_SADDLE
                : zeros > rigid         ? FLESH_STRESS_END_DEGENERATE
@@ -178,8 +187,8 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
   free(zero), free(r), free(values), free(fixed);
 }
 
-void flesh_stress_judge_end(const flesh_scene *scene, double t, const double *x, const flesh_mesh *rest,
-                            flesh_stress_figures *f)
+void flesh_stress_judge_end(const flesh_scene *scene, double t, const double *x,
+                            const flesh_mesh *rest, flesh_stress_figures *f)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   int nodes = flesh_mesh_node_count(mesh);

@@ -42,7 +42,8 @@ static int open_blocks(parts *p, const int cells[3], const double size[3], int b
   int nodes = flesh_mesh_node_count(box), tets = flesh_mesh_tet_count(box);
   status = parts_open(p, blocks * nodes, blocks * tets);
   for (int b = 0; b < blocks && !status; b++) {
-    memcpy(p->positions + 3 * p->nodes, flesh_mesh_positions(box), sizeof(double) * 3 * (size_t)nodes);
+    memcpy(p->positions + 3 * p->nodes, flesh_mesh_positions(box),
+           sizeof(double) * 3 * (size_t)nodes);
     for (int i = 0; i < nodes; i++) p->positions[3 * (p->nodes + i)] += b * 1.2 * size[0];
     for (int k = 0; k < 4 * tets; k++)
       p->tet_nodes[4 * p->tets + k] = flesh_mesh_tets(box)[k] + p->nodes;
@@ -55,15 +56,17 @@ static int open_blocks(parts *p, const int cells[3], const double size[3], int b
 static void colour_cells(parts *p, const int cells[3], int checker)
 {
   for (int t = 0; t < p->tets; t++) {
-    int cell = t / 6, i = cell % cells[0], j = cell / cells[0] % cells[1], k = cell / (cells[0] * cells[1]);
+    int cell = t / 6, i = cell % cells[0], j = cell / cells[0] % cells[1],
+        k = cell / (cells[0] * cells[1]);
     p->regions[t] = checker ? (i + j + k) % 2 : i >= cells[0] / 2;
   }
 }
 
-/* The first tet of each inner node with odd indices is flattened: the node moves towards the opposite
- * face until its height is `part` of what it was (its circumscribed sphere grows as its inscribed one shrinks, so that
- * the radius ratio goes with the square). The node's star is convex, so the others stay whole,
- * but for the neighbour behind the same flat face of the star, which becomes a sliver too. */
+/* The first tet of each inner node with odd indices is flattened: the node moves towards the
+ * opposite face until its height is `part` of what it was (its circumscribed sphere grows as its
+ * inscribed one shrinks, so that the radius ratio goes with the square). The node's star is convex,
+ * so the others stay whole, but for the neighbour behind the same flat face of the star, which
+ * becomes a sliver too. */
 static void flatten(parts *p, const int cells[3], double part)
 {
   for (int k = 1; k < cells[2]; k += 2)
@@ -93,12 +96,14 @@ static void split(parts *p, const int corner[8])
 
 enum { GRID = 2, LEVELS = 9, SIDE = GRID + 1, SHELL = SIDE * SIDE * SIDE };
 
-/* Shells of cells around the corner at the origin, each `ratio` times smaller than the one around it, and a grid
- * of cells in the innermost cube. The outer faces of a shell are x, y or z = its size. */
+/* Shells of cells around the corner at the origin, each `ratio` times smaller than the one around
+ * it, and a grid of cells in the innermost cube. The outer faces of a shell are x, y or z = its
+ * size. */
 static int open_graded(parts *p, double size, double smallest)
 {
   int numbers[LEVELS][SHELL];
-  int status = parts_open(p, LEVELS * SHELL, 6 * (3 * GRID * GRID * (LEVELS - 1) + GRID * GRID * GRID));
+  int status =
+      parts_open(p, LEVELS * SHELL, 6 * (3 * GRID * GRID * (LEVELS - 1) + GRID * GRID * GRID));
   for (int level = 0; level < LEVELS && !status; level++)
     for (int n = 0; n < SHELL; n++) {
       const int g[3] = {n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)};
@@ -137,18 +142,21 @@ static int open_fan(parts *p, double size, int cells)
 {
   flesh_mesh *box = NULL;
   const int grid[3] = {cells, cells, cells};
-  int status = flesh_mesh_box(grid, (double[3]){size, size, size}, (double[3]){0}, &box), triangles = 0;
+  int status = flesh_mesh_box(grid, (double[3]){size, size, size}, (double[3]){0}, &box),
+      triangles = 0;
   if (status) return status;
   const int *surface = flesh_mesh_surface(box, &triangles);
   int nodes = flesh_mesh_node_count(box);
   int *number = calloc((size_t)nodes, sizeof *number);
-  status = number ? parts_open(p, nodes + 1, triangles) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  status =
+      number ? parts_open(p, nodes + 1, triangles) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) {
     p->positions[0] = p->positions[1] = p->positions[2] = 0.5 * size;
     p->nodes = 1;
     for (int k = 0; k < 3 * triangles; k++) {
       if (!number[surface[k]]) {
-        memcpy(p->positions + 3 * p->nodes, flesh_mesh_positions(box) + 3 * surface[k], 3 * sizeof(double));
+        memcpy(p->positions + 3 * p->nodes, flesh_mesh_positions(box) + 3 * surface[k],
+               3 * sizeof(double));
         number[surface[k]] = p->nodes++;
       }
       p->tet_nodes[4 * (k / 3) + k % 3] = number[surface[k]];
@@ -162,7 +170,8 @@ static int open_fan(parts *p, double size, int cells)
 
 static int open_single(parts *p, double edge)
 {
-  static const double corners[4][3] = {{0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}}; /* of a cube: a regular tet */
+  static const double corners[4][3] = {
+      {0, 0, 0}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}}; /* of a cube: a regular tet */
   int status = parts_open(p, 4, 1);
   if (status) return status;
   p->nodes = 4, p->tets = 1;
@@ -185,10 +194,14 @@ int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh *
   *mesh = NULL;
   quick = quick != 0;
   switch (row->mesh) {
-  case FLESH_STRESS_BLOCK: return flesh_mesh_box(block[quick], size, (double[3]){0}, mesh);
-  case FLESH_STRESS_FINE: return flesh_mesh_box(fine[quick], size, (double[3]){0}, mesh);
-  case FLESH_STRESS_BAR: return flesh_mesh_box(bar[quick], long_size, (double[3]){0}, mesh);
-  case FLESH_STRESS_LARGE: return flesh_mesh_box(large[quick], size, (double[3]){0}, mesh);
+  case FLESH_STRESS_BLOCK:
+    return flesh_mesh_box(block[quick], size, (double[3]){0}, mesh);
+  case FLESH_STRESS_FINE:
+    return flesh_mesh_box(fine[quick], size, (double[3]){0}, mesh);
+  case FLESH_STRESS_BAR:
+    return flesh_mesh_box(bar[quick], long_size, (double[3]){0}, mesh);
+  case FLESH_STRESS_LARGE:
+    return flesh_mesh_box(large[quick], size, (double[3]){0}, mesh);
   case FLESH_STRESS_CHECKER:
   case FLESH_STRESS_HALVES:
     status = open_blocks(&p, block[quick], size, 1);
@@ -198,9 +211,15 @@ int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh *
     status = open_blocks(&p, even[quick], size, 1);
     if (!status) flatten(&p, even[quick], 0.005);
     break;
-  case FLESH_STRESS_GRADED: status = open_graded(&p, 0.1, 1e-4); break;
-  case FLESH_STRESS_FAN: status = open_fan(&p, 0.1, quick ? 5 : 8); break;
-  case FLESH_STRESS_SINGLE: status = open_single(&p, 0.1); break;
+  case FLESH_STRESS_GRADED:
+    status = open_graded(&p, 0.1, 1e-4);
+    break;
+  case FLESH_STRESS_FAN:
+    status = open_fan(&p, 0.1, quick ? 5 : 8);
+    break;
+  case FLESH_STRESS_SINGLE:
+    status = open_single(&p, 0.1);
+    break;
   case FLESH_STRESS_TWO_BODIES:
     status = open_blocks(&p, quick ? (const int[3]){3, 3, 3} : (const int[3]){4, 4, 4}, cube, 2);
     break;

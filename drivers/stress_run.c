@@ -25,9 +25,11 @@ void flesh_stress_run_folder(const flesh_stress_run *run, char folder[256])
   if (run->row->flags & FLESH_STRESS_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
-  if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, "_h%g", s->step);
-  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed, flesh_energy_name(s->energy),
-           constants, run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
+  if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
+    snprintf(step, sizeof step, "_h%g", s->step);
+  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed,
+           flesh_energy_name(s->energy), constants,
+           run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
            flesh_stress_solver_name(s->solver));
 }
 
@@ -38,8 +40,8 @@ static double wall_seconds(void)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Reads a phase's scene with the command line's overrides, which become part of its file, so that the file alone
- * gives the same run. */
+/* Reads a phase's scene with the command line's overrides, which become part of its file, so that
+ * the file alone gives the same run. */
 static int read_phase(const flesh_stress_plan *plan, const char *path, flesh_scene **scene)
 {
   int count = plan->overrides->count;
@@ -58,8 +60,12 @@ static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, co
   snprintf(out, sizeof out, "%s/%s", folder, name);
   snprintf(path, sizeof path, "%s/scene.yaml", folder);
   const flesh_observer watching = {flesh_stress_watch_observe, watch};
-  const flesh_runner_options options = {.out = out, .scene_path = path, .max_seconds = plan->max_seconds,
-                                        .no_frames = 1, .quiet = 1, .observer_count = 1,
+  const flesh_runner_options options = {.out = out,
+                                        .scene_path = path,
+                                        .max_seconds = plan->max_seconds,
+                                        .no_frames = 1,
+                                        .quiet = 1,
+                                        .observer_count = 1,
                                         .observers = &watching};
   flesh_runner_run(scene, &options, &figures, &outcome);
   f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
@@ -73,7 +79,8 @@ static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, co
 
 static int is_back(const flesh_stress_figures *f)
 {
-  return f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE && !f->inverted_end;
+  return f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE &&
+         !f->inverted_end;
 }
 
 static int refuse(flesh_stress_figures *f, int status)
@@ -84,7 +91,8 @@ static int refuse(flesh_stress_figures *f, int status)
   return status;
 }
 
-void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run *run, flesh_stress_figures *f)
+void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run *run,
+                          flesh_stress_figures *f)
 {
   char folder[256], path[1300], file[1400];
   flesh_scene *scene = NULL, *release = NULL;
@@ -121,7 +129,8 @@ void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run 
   flesh_stress_watch_finish(&watch);
   if (status) goto done;
   f->rank = flesh_stress_rank(flesh_scene_mesh(scene), watch.last.x);
-  if (!is_back(f) && f->finite) flesh_stress_judge_end(release ? release : scene, end, watch.last.x, rest, f);
+  if (!is_back(f) && f->finite)
+    flesh_stress_judge_end(release ? release : scene, end, watch.last.x, rest, f);
 done:
   flesh_stress_watch_close(&watch);
   flesh_mesh_destroy(&rest);
@@ -134,18 +143,24 @@ static flesh_stress_outcome judge(const flesh_stress_run *run)
   const flesh_stress_figures *f = &run->figures;
   if (f->crashed_by) return FLESH_STRESS_CRASHED;
   switch (f->status) {
-  case FLESH_OK: break;
-  case FLESH_ERR_BUDGET: return FLESH_STRESS_BUDGET;
+  case FLESH_OK:
+    break;
+  case FLESH_ERR_BUDGET:
+    return FLESH_STRESS_BUDGET;
   case FLESH_NONFINITE:
-  case FLESH_ERR_NONFINITE: return FLESH_STRESS_NONFINITE;
-  case FLESH_ERR_INTERRUPTED: return FLESH_STRESS_NOT_RUN;
-  default: return FLESH_STRESS_STOPPED;
+  case FLESH_ERR_NONFINITE:
+    return FLESH_STRESS_NONFINITE;
+  case FLESH_ERR_INTERRUPTED:
+    return FLESH_STRESS_NOT_RUN;
+  default:
+    return FLESH_STRESS_STOPPED;
   }
   if (!f->finite) return FLESH_STRESS_NONFINITE;
   if (f->unconverged || f->rises) return FLESH_STRESS_UNCONVERGED;
   int kept = run->row->flags & FLESH_STRESS_KEPT_EQUILIBRIUM;
   if (kept && f->rank < 2 && f->end != FLESH_STRESS_END_MOVING) return FLESH_STRESS_EQUILIBRIUM;
-  return is_back(f) ? FLESH_STRESS_RECOVERED : FLESH_STRESS_NOT_RECOVERED;
+  if (!is_back(f)) return FLESH_STRESS_NOT_RECOVERED;
+  return f->untanglings ? FLESH_STRESS_PUT_BACK : FLESH_STRESS_RECOVERED;
 }
 
 /* What a new process is told. */
@@ -176,8 +191,12 @@ static void collect(job *j)
     f->status = FLESH_ERR_SOLVE;
     f->exit_code = 1;
     f->crashed_by = crashed;
-    if (crashed == SIGKILL) snprintf(f->message, sizeof f->message, "killed: no step ended within its time, or something else ended it");
-    else snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed, crashed > 0 ? strsignal(crashed) : "exit");
+    if (crashed == SIGKILL)
+      snprintf(f->message, sizeof f->message,
+               "killed: no step ended within its time, or something else ended it");
+    else
+      snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed,
+               crashed > 0 ? strsignal(crashed) : "exit");
   }
   j->run->outcome = judge(j->run);
 }
@@ -197,7 +216,8 @@ static void show_progress(const flesh_stress_plan *plan, int done, const flesh_s
 static void wait_for_any(int count, job *jobs, struct pollfd *ends)
 {
   for (int j = 0; j < count; j++)
-    ends[j] = (struct pollfd){.fd = jobs[j].process.id ? jobs[j].process.pipe : -1, .events = POLLIN};
+    ends[j] =
+        (struct pollfd){.fd = jobs[j].process.id ? jobs[j].process.pipe : -1, .events = POLLIN};
   if (poll(ends, (nfds_t)count, 200) < 0) /* a signal */
     for (int j = 0; j < count; j++) ends[j].revents = 0;
   for (int j = 0; j < count; j++)
@@ -221,12 +241,14 @@ int flesh_stress_run_all(flesh_stress_plan *plan)
       /* Two phases, and time to judge the end. */
       j->deadline = plan->max_seconds > 0 ? wall_seconds() + 3 * plan->max_seconds + 20 : 0;
       const task given = {plan, j->run};
-      status = flesh_process_start(work, &given, &j->run->figures, sizeof j->run->figures, &j->process);
+      status =
+          flesh_process_start(work, &given, &j->run->figures, sizeof j->run->figures, &j->process);
       if (!status) next++, running++;
       continue;
     }
     if (!running) break;
-    /* A signal sent to this process alone is passed on, once; a solve that does not look up is ended. */
+    /* A signal sent to this process alone is passed on, once; a solve that does not look up is
+     * ended. */
     for (int j = 0; stopping && !told && j < plan->jobs; j++)
       if (jobs[j].process.id) {
         kill(jobs[j].process.id, SIGTERM);
@@ -244,6 +266,7 @@ int flesh_stress_run_all(flesh_stress_plan *plan)
   free(jobs);
   free(ends);
   if (!status && flesh_interrupt_signal())
-    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", done, plan->run_count);
+    status =
+        flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", done, plan->run_count);
   return status;
 }

@@ -54,7 +54,8 @@ static void write_solver(FILE *stream, const flesh_stress_run *run)
       [FLESH_STRESS_ALWAYS_PROJECTED] = "projection: always",
       [FLESH_STRESS_NEVER_PROJECTED] = "projection: never",
       [FLESH_STRESS_CLAMPED] = "filtering: clamp",
-      [FLESH_STRESS_ABSOLUTE] = "filtering: absolute"};
+      [FLESH_STRESS_ABSOLUTE] = "filtering: absolute",
+      [FLESH_STRESS_NO_UNTANGLING] = "untangle: false"};
   const char *tolerance = strcmp(run->row->group, "statics") ? NULL : "newton_tolerance: 1e-8";
   const char *key = keys[run->setting->solver];
   if (key || tolerance)
@@ -111,7 +112,8 @@ static int write_text(const flesh_stress_run *run, const char *path, int release
   return flesh_file_commit(&file);
 }
 
-static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *run, const char *folder)
+static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *run,
+                       const char *folder)
 {
   char path[1500];
   flesh_mesh *mesh = NULL;
@@ -123,8 +125,7 @@ static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *ru
   flesh_state state = {0, malloc(sizeof(double) * 3 * (size_t)nodes),
                        malloc(sizeof(double) * 3 * (size_t)nodes)};
   if (!status && (!state.x || !state.v)) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status)
-    status = flesh_stress_make_start(run->row, mesh, run->seed, step_of(run), &state);
+  if (!status) status = flesh_stress_make_start(run->row, mesh, run->seed, step_of(run), &state);
   snprintf(path, sizeof path, "%s/start.txt", folder);
   if (!status) status = flesh_state_write(path, nodes, &state);
   free(state.x);

@@ -38,7 +38,8 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   return FLESH_OK;
 }
 
-/* A node through the opposite face of one of its tets, as far as leaves that tet the only inverted one. */
+/* A node through the opposite face of one of its tets, as far as leaves that tet the only inverted
+ * one. */
 static void invert_one(const flesh_mesh *mesh, double *x)
 {
   static const double factors[] = {2, 1.5, 1.2, 1.05};
@@ -69,8 +70,8 @@ static void turn(double *x, const double middle[3], double angle)
   x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
 }
 
-int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed, double step,
-                            flesh_state *state)
+int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed,
+                            double step, flesh_state *state)
 {
   const double pi = acos(-1);
   int nodes = flesh_mesh_node_count(mesh);
@@ -91,7 +92,8 @@ int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
     switch (row->start) {
     case FLESH_STRESS_REST:
-    case FLESH_STRESS_INVERT_ONE: break;
+    case FLESH_STRESS_INVERT_ONE:
+      break;
     case FLESH_STRESS_SCRAMBLE_ONE:
       for (int c = 0; c < 3 && X[3 * i] > 0.1; c++)
         x[c] = c ? middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]) : 0.15 + 0.05 * u[c];
@@ -102,20 +104,31 @@ int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh
     case FLESH_STRESS_JITTER:
       for (int c = 0; c < 3; c++) x[c] += amount * edge[i] * u[c];
       break;
-    case FLESH_STRESS_PLANE: x[2] = middle[2] + amount * length * u[2]; break;
+    case FLESH_STRESS_PLANE:
+      x[2] = middle[2] + amount * length * u[2];
+      break;
     case FLESH_STRESS_LINE:
       for (int c = 1; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
       break;
     case FLESH_STRESS_POINT:
       for (int c = 0; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
       break;
-    case FLESH_STRESS_MIRROR: x[0] = 2 * middle[0] - x[0]; break;
-    case FLESH_STRESS_SCALE_X: x[0] *= amount; break;
-    case FLESH_STRESS_SCALE_ALL:
-      for (int c = 0; c < 3; c++) x[c] = middle[c] * (c > 0) + amount * (x[c] - middle[c] * (c > 0));
+    case FLESH_STRESS_MIRROR:
+      x[0] = 2 * middle[0] - x[0];
       break;
-    case FLESH_STRESS_TWIST: turn(x, middle, 2 * pi * amount * x[0] / length); break;
-    case FLESH_STRESS_SHEAR: x[2] += amount * x[0]; break;
+    case FLESH_STRESS_SCALE_X:
+      x[0] *= amount;
+      break;
+    case FLESH_STRESS_SCALE_ALL:
+      for (int c = 0; c < 3; c++)
+        x[c] = middle[c] * (c > 0) + amount * (x[c] - middle[c] * (c > 0));
+      break;
+    case FLESH_STRESS_TWIST:
+      turn(x, middle, 2 * pi * amount * x[0] / length);
+      break;
+    case FLESH_STRESS_SHEAR:
+      x[2] += amount * x[0];
+      break;
     case FLESH_STRESS_STRETCH_TWIST:
       turn(x, middle, pi * x[0] / length);
       x[0] *= amount;

@@ -17,27 +17,31 @@ const char *flesh_stress_solver_name(flesh_stress_solver solver)
       [FLESH_STRESS_ALWAYS_PROJECTED] = "always-projected",
       [FLESH_STRESS_NEVER_PROJECTED] = "never-projected",
       [FLESH_STRESS_CLAMPED] = "clamped",
-      [FLESH_STRESS_ABSOLUTE] = "absolute"};
+      [FLESH_STRESS_ABSOLUTE] = "absolute",
+      [FLESH_STRESS_NO_UNTANGLING] = "no-untangling"};
   return names[solver];
 }
 
 const char *flesh_stress_outcome_name(flesh_stress_outcome outcome)
 {
   static const char *const names[FLESH_STRESS_OUTCOMES] = {
-      [FLESH_STRESS_RECOVERED] = "recovered",         [FLESH_STRESS_EQUILIBRIUM] = "equilibrium",
-      [FLESH_STRESS_NOT_RECOVERED] = "not recovered", [FLESH_STRESS_UNCONVERGED] = "unconverged",
-      [FLESH_STRESS_STOPPED] = "stopped",             [FLESH_STRESS_BUDGET] = "out of budget",
-      [FLESH_STRESS_NONFINITE] = "non-finite",        [FLESH_STRESS_CRASHED] = "crashed or hung",
-      [FLESH_STRESS_NOT_RUN] = "not run"};
+      [FLESH_STRESS_RECOVERED] = "recovered",     [FLESH_STRESS_PUT_BACK] = "put back",
+      [FLESH_STRESS_EQUILIBRIUM] = "equilibrium", [FLESH_STRESS_NOT_RECOVERED] = "not recovered",
+      [FLESH_STRESS_UNCONVERGED] = "unconverged", [FLESH_STRESS_STOPPED] = "stopped",
+      [FLESH_STRESS_BUDGET] = "out of budget",    [FLESH_STRESS_NONFINITE] = "non-finite",
+      [FLESH_STRESS_CRASHED] = "crashed or hung", [FLESH_STRESS_NOT_RUN] = "not run"};
   return names[outcome];
 }
 
 const char *flesh_stress_end_name(flesh_stress_end end)
 {
-  static const char *const names[FLESH_STRESS_ENDS] = {
-      [FLESH_STRESS_END_UNKNOWN] = "",           [FLESH_STRESS_END_MINIMUM] = "minimum",
-      [FLESH_STRESS_END_DEGENERATE] = "degenerate", [FLESH_STRESS_END_SADDLE] = "saddle",
-      [FLESH_STRESS_END_UNTANGLES] = "untangles", [FLESH_STRESS_END_MOVING] = "no equilibrium found"};
+  static const char *const names[FLESH_STRESS_ENDS] = {[FLESH_STRESS_END_UNKNOWN] = "",
+                                                       [FLESH_STRESS_END_MINIMUM] = "minimum",
+                                                       [FLESH_STRESS_END_DEGENERATE] = "degenerate",
+                                                       [FLESH_STRESS_END_SADDLE] = "saddle",
+                                                       [FLESH_STRESS_END_UNTANGLES] = "untangles",
+                                                       [FLESH_STRESS_END_MOVING] =
+                                                           "no equilibrium found"};
   return names[end];
 }
 
@@ -77,8 +81,10 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
-  fputs("case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,solves,"
-        "retried,unconverged,at_rounding,potential_rises,potential_checked,worst_rise,finite,max_inverted,"
+  fputs("case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,"
+        "solves,"
+        "retried,unconverged,at_rounding,untanglings,untangled_nodes,potential_rises,potential_"
+        "checked,worst_rise,finite,max_inverted,"
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
         "smallest_eigenvalue,negative_eigenvalues,newton,linear,projections,backtracks,"
         "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,folder,message\n",
@@ -88,12 +94,17 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
     const flesh_stress_figures *f = &r->figures;
     const flesh_stress_setting *s = r->setting;
     flesh_stress_run_folder(r, folder);
-    fprintf(stream, "%s,%s,%d,%s,%s,%g", r->row->name, r->row->group, r->seed, flesh_energy_name(s->energy),
-            flesh_constants_name(s->constants), r->row->poisson > 0 ? r->row->poisson : s->poisson);
-    field(stream, r->row->flags & FLESH_STRESS_STATIC ? NAN : r->row->step > 0 ? r->row->step : s->step);
-    fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld", flesh_stress_solver_name(s->solver), f->tets,
-            flesh_stress_outcome_name(r->outcome), flesh_status_name(f->status), f->exit_code, f->steps,
-            f->solves, f->retried, f->unconverged, f->at_rounding, f->rises, f->rises_checked);
+    fprintf(stream, "%s,%s,%d,%s,%s,%g", r->row->name, r->row->group, r->seed,
+            flesh_energy_name(s->energy), flesh_constants_name(s->constants),
+            r->row->poisson > 0 ? r->row->poisson : s->poisson);
+    field(stream, r->row->flags & FLESH_STRESS_STATIC ? NAN
+                  : r->row->step > 0                  ? r->row->step
+                                                      : s->step);
+    fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%ld",
+            flesh_stress_solver_name(s->solver), f->tets, flesh_stress_outcome_name(r->outcome),
+            flesh_status_name(f->status), f->exit_code, f->steps, f->solves, f->retried,
+            f->unconverged, f->at_rounding, f->untanglings, f->untangled_nodes, f->rises,
+            f->rises_checked);
     field(stream, f->worst_rise);
     fprintf(stream, ",%d,%d,%d", f->finite, f->max_inverted, f->inverted_end);
     field(stream, f->distance);
@@ -102,8 +113,8 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
     fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_stress_end_name(f->end));
     field(stream, f->gradient);
     field(stream, f->smallest_eigenvalue);
-    fprintf(stream, ",%d,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear, f->projections,
-            f->backtracks);
+    fprintf(stream, ",%d,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
+            f->projections, f->backtracks);
     field(stream, f->newton_ratio);
     field(stream, f->time_ratio);
     field(stream, f->wall_s);
@@ -133,10 +144,7 @@ static int is_promised(const flesh_stress_run *r)
   return poisson < 0.4951 || !(r->row->flags & FLESH_STRESS_HARDEST);
 }
 
-static int is_good(const flesh_stress_run *r)
-{
-  return r->outcome == FLESH_STRESS_RECOVERED || r->outcome == FLESH_STRESS_EQUILIBRIUM;
-}
+static int is_good(const flesh_stress_run *r) { return r->outcome <= FLESH_STRESS_EQUILIBRIUM; }
 
 static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream)
 {
@@ -155,11 +163,15 @@ static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream
     seconds += isnan(r->figures.wall_s) ? 0 : r->figures.cpu_s;
   }
   flesh_stress_setting_title(&plan->settings[setting], title);
-  SAY("  %-28s %3d of %d", title, counts[FLESH_STRESS_RECOVERED] + counts[FLESH_STRESS_EQUILIBRIUM], total);
+  SAY("  %-28s %3d of %d", title,
+      counts[FLESH_STRESS_RECOVERED] + counts[FLESH_STRESS_PUT_BACK] +
+          counts[FLESH_STRESS_EQUILIBRIUM],
+      total);
+  if (counts[FLESH_STRESS_PUT_BACK]) SAY(" (%d of them put back)", counts[FLESH_STRESS_PUT_BACK]);
   for (int o = FLESH_STRESS_NOT_RECOVERED; o < FLESH_STRESS_OUTCOMES; o++)
     if (counts[o]) SAY(", %d %s", counts[o], flesh_stress_outcome_name((flesh_stress_outcome)o));
   SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
-  if (rises) SAY("; the incremental potential rose in %ld steps", rises);
+  if (rises) SAY("; the incremental potential rose %ld times", rises);
   SAY("\n");
 }
 
@@ -173,8 +185,8 @@ static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FI
   if (r->row->flags & FLESH_STRESS_RANDOM) SAY(", seed %d", r->seed);
   SAY(": %s", flesh_stress_outcome_name(r->outcome));
   if (r->outcome == FLESH_STRESS_UNCONVERGED)
-    SAY(" (%ld solves; the potential rose in %ld steps, by %.2g of its size)", f->unconverged, f->rises,
-        f->worst_rise);
+    SAY(" (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
+        f->rises, f->worst_rise);
   if (r->outcome == FLESH_STRESS_NOT_RECOVERED || r->outcome == FLESH_STRESS_UNCONVERGED) {
     if (isnan(f->distance)) SAY(", this form has no rest shape");
     else
@@ -184,7 +196,8 @@ static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FI
       SAY("; a true local minimum (smallest eigenvalue %.2g N/m)", f->smallest_eigenvalue);
     else if (f->end == FLESH_STRESS_END_SADDLE)
       SAY("; a saddle (%d negative eigenvalues)", f->negative_eigenvalues);
-    else if (f->end == FLESH_STRESS_END_UNTANGLES) SAY("; a static solve from there leads back to rest");
+    else if (f->end == FLESH_STRESS_END_UNTANGLES)
+      SAY("; a static solve from there leads back to rest");
     else if (f->end) SAY("; %s", flesh_stress_end_name(f->end));
   }
   if (*f->message) SAY(": %s", f->message);
@@ -204,16 +217,15 @@ static void say_slowest(const flesh_stress_plan *plan, FILE *stream)
   const flesh_stress_run **order = malloc(sizeof *order * (size_t)(plan->run_count + 1));
   int count = 0;
   if (!order) return;
-  for (int k = 0; k < plan->run_count; k++)
-    order[count++] = &plan->runs[k];
+  for (int k = 0; k < plan->run_count; k++) order[count++] = &plan->runs[k];
   qsort(order, (size_t)count, sizeof *order, compare_cost);
   SAY("\nThe slowest runs (CPU)\n");
   for (int k = 0; k < count && k < 10; k++) {
     const flesh_stress_figures *f = &order[k]->figures;
     char title[80];
     flesh_stress_setting_title(order[k]->setting, title);
-    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear, worst step %.3g times the median\n", f->cpu_s,
-        order[k]->row->name, title, f->newton, f->linear, f->newton_ratio);
+    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear, worst step %.3g times the median\n",
+        f->cpu_s, order[k]->row->name, title, f->newton, f->linear, f->newton_ratio);
   }
   free(order);
 }
@@ -233,17 +245,20 @@ int flesh_stress_write_verdict(const flesh_stress_plan *plan)
     promised += is_promised(&plan->runs[k]);
     broken += is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]);
   }
-  SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or point): %d of %d "
+  SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "
+      "point): %d of %d "
       "do%s\n",
       promised - broken, promised, broken ? "; these do not:" : ".");
   for (int k = 0; k < plan->run_count; k++)
-    if (is_promised(&plan->runs[k]) && !is_good(&plan->runs[k])) say_run(plan, &plan->runs[k], stream);
+    if (is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]))
+      say_run(plan, &plan->runs[k], stream);
   int others = 0;
   for (int k = 0; k < plan->run_count; k++)
     others += !is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]);
   if (others) SAY("\nThe others that do not: %d\n", others);
   for (int k = 0; k < plan->run_count; k++)
-    if (!is_promised(&plan->runs[k]) && !is_good(&plan->runs[k])) say_run(plan, &plan->runs[k], stream);
+    if (!is_promised(&plan->runs[k]) && !is_good(&plan->runs[k]))
+      say_run(plan, &plan->runs[k], stream);
   say_slowest(plan, stream);
   return flesh_file_commit(&file);
 }

@@ -26,8 +26,9 @@ int flesh_stress_watch_open(flesh_stress_watch *w, const flesh_mesh *mesh)
   w->point = calloc(3 * n, sizeof(double));
   w->zero = calloc(n, sizeof(double));
   w->figures->recovered_at = NAN;
-  return w->last.x && w->last.v && w->point && w->zero ? FLESH_OK
-                                                       : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return w->last.x && w->last.v && w->point && w->zero
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
 void flesh_stress_watch_close(flesh_stress_watch *w)
@@ -41,10 +42,10 @@ void flesh_stress_watch_release(flesh_stress_watch *w)
   w->timed = w->count;
 }
 
-/* The potential of the unknown that leads from the last state to x within h, and the sum of its terms' sizes.
- * Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
-static int potential(flesh_stress_watch *w, const flesh_step_record *record, double h, const double *x,
-                     double *phi, double *magnitude)
+/* The potential of the unknown that leads from the last state to x within h, and the sum of its
+ * terms' sizes. Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
+static int potential(flesh_stress_watch *w, const flesh_step_record *record, double h,
+                     const double *x, double *phi, double *magnitude)
 {
   double *v = w->point + w->unknowns, *a = v + w->unknowns;
   for (int d = 0; d < w->unknowns; d++) {
@@ -57,12 +58,13 @@ static int potential(flesh_stress_watch *w, const flesh_step_record *record, dou
   return flesh_system_potential(record->system, &point, &shift, phi, magnitude);
 }
 
-/* Whether the step's end lies higher than its start with the constrained nodes put in place. Steps that were
- * halved have several potentials and are left out. */
+/* Whether the step's end lies higher than its start with the constrained nodes put in place. Steps
+ * that were halved have several potentials, and where a tangle was put back the end is not where
+ * the solve led: left out. */
 static void check_potential(flesh_stress_watch *w, const flesh_step_record *record)
 {
   double first, last, size, other;
-  if (record->stats->solves != 1) return;
+  if (record->stats->solves != 1 || record->stats->untanglings) return;
   double h = flesh_system_has_effect(record->system, "inertia") ? record->h : 0;
   memcpy(w->point, w->last.x, sizeof(double) * (size_t)w->unknowns);
   flesh_system_prescribe(record->system, record->state->t, w->point);
@@ -90,7 +92,8 @@ static int keep_cost(flesh_stress_watch *w, int newton, double seconds)
   return FLESH_OK;
 }
 
-static void keep_frame(const flesh_stress_watch *w, const flesh_step_record *record, const char *name)
+static void keep_frame(const flesh_stress_watch *w, const flesh_step_record *record,
+                       const char *name)
 {
   char path[1500];
   snprintf(path, sizeof path, "%s/%s", w->folder, name);
@@ -109,9 +112,16 @@ int flesh_stress_watch_observe(void *data, const flesh_step_record *record)
     f->steps++;
     f->simulated_s += record->h;
     f->solves += stats->solves;
-    f->retried += (stats->solves - 1) / 2; /* a binary tree of n failures has n + 1 leaves */
+    f->untanglings += stats->untanglings;
+    f->untangled_nodes += stats->untangled_nodes;
+    /* In time n failures have n + 1 successes; an equilibrium is looked for anew after each
+     * untangling. */
+    f->retried += flesh_system_has_effect(record->system, "inertia")
+                      ? (stats->solves - 1) / 2
+                      : stats->solves - 1 - stats->untanglings;
     f->unconverged += stats->unconverged;
     f->at_rounding += stats->at_rounding;
+    f->rises += stats->potential_rises; /* of iterates, in halved steps as well */
     f->newton += stats->newton;
     f->linear += stats->linear;
     f->projections += stats->projections;

@@ -13,10 +13,13 @@ typedef struct flesh_stress_watch {
   /* Own. */
   int unknowns, phase, kept_first, kept_early;
   double clock, now;
-  flesh_state last;     /* of the step before */
-  double *point, *zero; /* [3*unknowns] x, v, a; [unknowns] */
+  flesh_state last;       /* of the step before */
+  double *point, *zero;   /* [3*unknowns] x, v, a; [unknowns] */
   int count, room, timed; /* steps; of them those of the first phase */
-  struct { int newton; double seconds; } *cost;
+  struct {
+    int newton;
+    double seconds;
+  } * cost;
 } flesh_stress_watch;
 
 int flesh_stress_watch_open(flesh_stress_watch *watch, const flesh_mesh *mesh);

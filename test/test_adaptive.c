@@ -322,6 +322,7 @@ static void failures_are_reported(void)
   int status = flesh_integrator_step(integrator, &b.state, 1, NULL);
   printf("# %s\n", flesh_error_text());
   CHECK(status == FLESH_ERR_INTEGRATOR);
+  CHECK_TEXT(flesh_error_text(), "too short");
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }

@@ -115,9 +115,14 @@ errors_follow_the_tolerance() {
     all/steps/adaptive_1e-4.csv
 }
 
+# A nearly incompressible bar swings for long: order 5 feeds its fast oscillations many times over, order 2 does not.
 energy_from_nowhere_is_told() {
-  has all/verdict.txt 'warning: adaptive5 gains energy' && has all/verdict.txt 'not stable for fast oscillations' || return 1
-  column all/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.01 { gained = 1 } END { exit !gained }'
+  expect 0 "$flesh" accuracy fall.yaml --set body.material.poisson=0.49 --set time.end=2 --methods adaptive,adaptive5 \
+    --tolerances 3e-3,1e-3 --quick --repeat 1 --reference-seconds 1 --out gains || return 1
+  has gains/verdict.txt 'warning: adaptive5 gains energy' && has gains/verdict.txt 'not stable for fast oscillations' ||
+    return 1
+  column gains/accuracy.csv energy_drift adaptive5 | awk '$1 > 0.2 { gained = 1 } END { exit !gained }' || return 1
+  column gains/accuracy.csv energy_drift adaptive | awk '$1 > 0.1 { gained = 1 } END { exit gained }'
 }
 
 orders_are_those_of_the_methods() {

@@ -254,6 +254,52 @@ static void starts_are_consistent(void)
   }
 }
 
+/* At the event itself what held before it still holds: the drag pulls, the roller holds. */
+static void events_belong_to_what_was_before_them(void)
+{
+  test_body b;
+  owned o;
+  make_busy_bar(FLESH_MASS_CONSISTENT, &b);
+  open_owned(&b, FLESH_LINEAR_PCG, 0, &o);
+  const double events[] = {0.0913, 0.1307, 0.2617, 0.3111};
+  for (size_t k = 0; k < sizeof events / sizeof events[0]; k++) {
+    b.state.t = events[k] - 0.01;
+    CHECK_OK(flesh_ida_start(o.problem, &b.state, o.y, o.yp));
+    CHECK(flesh_ida_event(o.problem) == events[k]);
+    double *at = malloc(2 * (size_t)b.n * sizeof *at), *before = malloc(2 * (size_t)b.n * sizeof *before);
+    const double *y = N_VGetArrayPointer(o.y), *yp = N_VGetArrayPointer(o.yp);
+    CHECK_OK(flesh_ida_evaluate(o.problem, events[k], y, yp, at));
+    CHECK_OK(flesh_ida_evaluate(o.problem, events[k] - 1e-9, y, yp, before));
+    CHECK_BELOW(test_distance(2 * b.n, at, before), 1e-2); /* forces are some 1e3 N, and 1e6 N/m m/s 1e-9 s */
+    free(at);
+    free(before);
+  }
+  close_owned(&o);
+  test_body_destroy(&b);
+}
+
+/* IDA must be told in its own words that a matrix is indefinite, or it takes the step that is none. */
+static void indefinite_matrices_are_recoverable(void)
+{
+  test_body b;
+  owned o;
+  make_busy_bar(FLESH_MASS_LUMPED, &b);
+  open_owned(&b, FLESH_LINEAR_PCG, 0, &o);
+  for (int d = 0; d < b.n; d++) b.state.x[d] *= d % 3 == 0 ? 0.3 : 1; /* squashed: it would buckle */
+  CHECK_OK(flesh_ida_start(o.problem, &b.state, o.y, o.yp));
+  CHECK_OK(flesh_ida_jacobian(0, 1e-3, o.y, o.yp, NULL, o.A, o.problem, NULL, NULL, NULL));
+  N_Vector right = N_VClone(o.y), x = N_VClone(o.y);
+  N_VConst(1, right);
+  test_jitter(2 * b.n, 1, 3, N_VGetArrayPointer(right));
+  CHECK(!SUNLinSolInitialize(o.solver) && !SUNLinSolSetup(o.solver, o.A));
+  CHECK(SUNLinSolSolve(o.solver, o.A, x, right, 0) == SUNLS_CONV_FAIL);
+  CHECK(SUNLinSolLastFlag(o.solver) == FLESH_NOT_POSITIVE);
+  N_VDestroy(right);
+  N_VDestroy(x);
+  close_owned(&o);
+  test_body_destroy(&b);
+}
+
 /* The scale of velocity is that of the slowest bending: a slender bar's frequency of free bending is known. */
 static void scales_are_the_bodys_own(void)
 {
@@ -286,5 +332,6 @@ static void scales_are_the_bodys_own(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(rates_of_motions), TEST(jacobians_are_derivatives), TEST(starts_are_consistent),
+                   TEST(events_belong_to_what_was_before_them), TEST(indefinite_matrices_are_recoverable),
                    TEST(scales_are_the_bodys_own), TEST(ways_to_solve_agree));
 }

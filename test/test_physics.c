@@ -493,6 +493,7 @@ static void hard_starts_finish_and_descend(void)
           stats.linear += one.linear;
           stats.projections += one.projections;
           stats.backtracks += one.backtracks;
+          CHECK(one.potential_rises == 0);
         }
         flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
         printf("# %-30s %4d Newton (at most %3d), %5d PCG, %4d projected, %4d backtracks, %d split; %d inverted, V/V0 %.4f\n",

@@ -57,20 +57,23 @@ static void every_case_can_be_made(void)
       CHECK(info.unused_nodes == 0);
       if (quick) CHECK(info.tets <= 3000);
       if (!quick && r->mesh == FLESH_STRESS_LARGE) CHECK(info.tets >= 15000 && info.tets <= 50000);
-      flesh_state state = {0, malloc(sizeof(double) * (size_t)n), malloc(sizeof(double) * (size_t)n)};
+      flesh_state state = {0, malloc(sizeof(double) * (size_t)n),
+                           malloc(sizeof(double) * (size_t)n)};
       CHECK_OK(flesh_stress_make_start(r, mesh, 1, 1. / 60, &state));
       for (int d = 0; d < n; d++) finite &= isfinite(state.x[d]) && isfinite(state.v[d]);
       CHECK(finite);
       free(state.x);
       free(state.v);
       flesh_mesh_destroy(&mesh);
-      for (const flesh_stress_case *other = r + 1; other->name; other++) CHECK(strcmp(r->name, other->name));
+      for (const flesh_stress_case *other = r + 1; other->name; other++)
+        CHECK(strcmp(r->name, other->name));
     }
 }
 
 static void meshes_are_bad_as_promised(void)
 {
-  body slivers = make("slivers_stretch", 1), graded = make("graded_stretch", 1), fan = make("fan_jitter", 1);
+  body slivers = make("slivers_stretch", 1), graded = make("graded_stretch", 1),
+       fan = make("fan_jitter", 1);
   CHECK_BELOW(slivers.info.radius_ratio_min, 2e-4);
   CHECK(slivers.info.radius_ratio_min > 1e-5);
   CHECK(graded.info.edge_max / graded.info.edge_min > 0.9e4);
@@ -110,12 +113,15 @@ static void two_bodies_share_nothing(void)
 
 static void exact_starts_are_exact(void)
 {
-  body plane = make("plane", 1), line = make("line", 1), point = make("point", 1), noisy = make("plane_noise", 1);
+  body plane = make("plane", 1), line = make("line", 1), point = make("point", 1),
+       noisy = make("plane_noise", 1);
   double off[4] = {0};
   for (int i = 0; i < plane.info.nodes; i++) {
     off[0] = fmax(off[0], fabs(plane.state.x[3 * i + 2] - plane.state.x[2]));
-    for (int c = 1; c < 3; c++) off[1] = fmax(off[1], fabs(line.state.x[3 * i + c] - line.state.x[c]));
-    for (int c = 0; c < 3; c++) off[2] = fmax(off[2], fabs(point.state.x[3 * i + c] - point.state.x[c]));
+    for (int c = 1; c < 3; c++)
+      off[1] = fmax(off[1], fabs(line.state.x[3 * i + c] - line.state.x[c]));
+    for (int c = 0; c < 3; c++)
+      off[2] = fmax(off[2], fabs(point.state.x[3 * i + c] - point.state.x[c]));
     off[3] = fmax(off[3], fabs(noisy.state.x[3 * i + 2] - 0.05));
   }
   CHECK(off[0] == 0 && off[1] == 0 && off[2] == 0);
@@ -176,7 +182,8 @@ static void moving_starts_move(void)
   double worst = 0, omega = 2 * acos(-1) * 60;
   for (int i = 0; i < spin.info.nodes; i++) {
     const double *x = spin.state.x + 3 * i, *v = spin.state.v + 3 * i;
-    worst = fmax(worst, fabs(v[0] + omega * (x[1] - 0.05)) + fabs(v[1] - omega * (x[0] - 0.1)) + fabs(v[2]));
+    worst = fmax(worst, fabs(v[0] + omega * (x[1] - 0.05)) + fabs(v[1] - omega * (x[0] - 0.1)) +
+                            fabs(v[2]));
     double place = fly.state.x[3 * i] + 2. / 30 * fly.state.v[3 * i];
     CHECK_NEAR(place, flesh_mesh_positions(fly.mesh)[3 * i], 1e-12);
   }

@@ -1,21 +1,30 @@
-# make_starts.sh: makes the start states of swing.yaml, swing_coarse.yaml and twist.yaml again. The swing: the bar let
-# go from rest, after 0.4 s of long backward-Euler steps, which leave its slow motion alone.
+# make_starts.sh: makes the start states of swing.yaml, swing_coarse.yaml and twist.yaml again.
 #
 #   sh data/scenes/make_starts.sh            FLESH names the program; default flesh
 set -eu
 cd "$(dirname -- "$0")"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+flesh=${FLESH:-flesh}
+
+# The swings: the bar let go from rest, in backward-Euler steps that get shorter. They damp all motion that is fast
+# against the step and leave what is left ever closer to a slow one.
 for scene in swing swing_coarse; do
-  "${FLESH:-flesh}" run $scene.yaml --set start=null --set time.method=backward-euler --set time.step=1/50 \
-    --set time.end=0.4 --out "$work" --no-frames --quiet
+  start=start=null
+  for stage in 1/50:0.3 1/200:0.45 1/800:0.6; do
+    "$flesh" run $scene.yaml --set "$start" --set time.method=backward-euler --set solver.newton_tolerance=1e-11 \
+      --set time.step=${stage%:*} --set time.end=${stage#*:} --out "$work" --no-frames --quiet
+    cp "$work/state.txt" "$work/reached.txt"
+    start=start.state=$work/reached.txt
+  done
   {
     echo "# Where $scene.yaml starts: x y z vx vy vz; made by make_starts.sh"
     grep -v '^#' "$work/state.txt"
   } >${scene}_start.txt
 done
-# And that of twist.yaml: each cross-section turned about the bar's axis, a full turn at the end.
-"${FLESH:-flesh}" run whip.yaml --set time.end=0 --out "$work" --no-frames --quiet
+
+# The twist: each cross-section turned about the bar's axis, a full turn at the end.
+"$flesh" run whip.yaml --set time.end=0 --out "$work" --no-frames --quiet
 {
   echo "# Where twist.yaml starts: x y z vx vy vz; made by make_starts.sh"
   grep -v '^#' "$work/state.txt" | awk '{

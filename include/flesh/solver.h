@@ -76,7 +76,11 @@ FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
-  int backtracks;                   /* line-search reductions */
+  int backtracks; /* line-search reductions */
+  /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
+   * more than 1e-12 of the sum of its terms' sizes: none, unless an effect's potential and residual
+   * differ. */
+  int potential_rises;
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */

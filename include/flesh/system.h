@@ -73,6 +73,8 @@ FLESH_API void flesh_block_matrix_destroy(flesh_block_matrix **matrix);
 /* fixed[d] = 1 for the dofs constrained at time t (and those of nodes no tet uses), else 0; [3*n].
  * Returns the number fixed. */
 FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed);
+/* Whether any constraint acts at time t. */
+FLESH_API int flesh_system_holds(const flesh_system *system, double t);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);
 /* The same with the prescribed velocities and accelerations (analytic; at a keyframe those that

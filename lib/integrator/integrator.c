@@ -15,6 +15,7 @@
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 #include "integrator/prescribed.h"
+#include "integrator/rigid_guess.h"
 #include "integrator/untangle.h"
 
 struct flesh_integrator {
@@ -29,6 +30,7 @@ struct flesh_integrator {
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
+  double *guess; /* [n] rigid displacement over a step */
   flesh_failure failure;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   int calm;                 /* the motion has been found calm: IDA steps */
@@ -49,6 +51,7 @@ static int create_memory(flesh_integrator *self)
   failed |= !(memory->v0 = calloc(n, sizeof(double)));
   failed |= !(memory->a0 = calloc(n, sizeof(double)));
   failed |= !(self->start = calloc(n, sizeof(double)));
+  failed |= !(self->guess = calloc(n, sizeof(double)));
   for (int k = 0; k < self->row->vectors; k++)
     failed |= !(memory->vectors[k] = calloc(n, sizeof(double)));
   if (second) {
@@ -99,6 +102,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   free((*integrator)->returned.x);
   free((*integrator)->returned.v);
   free((*integrator)->start);
+  free((*integrator)->guess);
   free(*integrator);
   *integrator = NULL;
 }
@@ -125,7 +129,7 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  int vectors = 3 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
+  int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
@@ -181,9 +185,9 @@ static void record_failure(flesh_integrator *self, const flesh_stage *stage, dou
 }
 
 static int solve(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
-                 flesh_solve_stats *stats)
+                 int extensions, flesh_solve_stats *stats)
 {
-  int status = flesh_nonlinear_solve(self->nonlinear, stage, stats);
+  int status = flesh_nonlinear_solve(self->nonlinear, stage, NULL, extensions, stats);
   if (status) record_failure(self, stage, h, halvings, status, stats);
   return status;
 }
@@ -240,7 +244,12 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
                          state->x);
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
-  int status = flesh_nonlinear_solve(self->nonlinear, &stage, stats);
+  const double *guess = NULL;
+  if (!flesh_system_holds(self->system, stage.t)) {
+    flesh_rigid_guess(flesh_system_mesh(self->system), state, h, self->guess);
+    guess = self->guess;
+  }
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, guess, 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
   if (status) {
     record_failure(self, &stage, h, halvings, status, stats);
@@ -337,7 +346,8 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
 {
   flesh_stage stage;
   self->row->stage(&self->memory, state, state->t + h, h, &stage);
-  int status = solve(self, &stage, h, 0, stats);
+  /* From a far start the full load may need many iterations, each of which is nearer. */
+  int status = solve(self, &stage, h, 0, self->options.max_halvings, stats);
   if (status == FLESH_OK) {
     self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     state->t = stage.t;
@@ -353,7 +363,7 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     self->row->stage(&self->memory, state, state->t + h, h, &stage);
     stage.load = load;
     stage.share = (load - reached) / (1 - reached);
-    status = solve(self, &stage, h, (int)lround(-log2(increment)), stats);
+    status = solve(self, &stage, h, (int)lround(-log2(increment)), 0, stats);
     if (status < 0) break;
     if (status) {
       increment /= 2;

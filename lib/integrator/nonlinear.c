@@ -156,9 +156,21 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
   stats->residuals += problem->stats.residuals;
   stats->potentials += problem->stats.potentials;
   stats->backtracks += problem->stats.backtracks;
+  stats->potential_rises += problem->stats.potential_rises;
 }
 
-int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh_solve_stats *stats)
+/* Takes the guess for the free dofs where that has the lower potential. */
+static void try_guess(flesh_problem *problem, const double *guess, double *u)
+{
+  double value, guessed, size;
+  if (flesh_problem_potential(problem, u, &value, &size)) value = INFINITY;
+  for (int d = 0; d < problem->n; d++) problem->step[d] = problem->fixed[d] ? u[d] : guess[d];
+  if (!flesh_problem_potential(problem, problem->step, &guessed, &size) && guessed < value)
+    memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
+}
+
+int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *guess,
+                          int extensions, flesh_solve_stats *stats)
 {
   flesh_problem *problem = self->problem;
   double *u = N_VGetArrayPointer(self->u), load;
@@ -167,6 +179,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh
   memset(&problem->stats, 0, sizeof problem->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_problem_start(problem, u);
+  if (guess) try_guess(problem, guess, u);
   status = flesh_problem_residual(problem, u, problem->work);
   double first = status ? 0 : flesh_norm(problem->n, problem->work);
   if (!status) status = flesh_problem_load_norm(problem, u, &load);
@@ -178,7 +191,10 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, flesh
   if (first > target) {
     KINSetFuncNormTol(self->kinsol, target);
     int search = problem->options.globalization == FLESH_GLOBALIZATION_KINSOL;
-    int flag = KINSol(self->kinsol, self->u, search ? KIN_LINESEARCH : KIN_NONE, self->ones, self->ones);
+    int strategy = search ? KIN_LINESEARCH : KIN_NONE;
+    int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
+    while (flag == KIN_MAXITER_REACHED && extensions-- > 0)
+      flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
     status = judge(self, flag, target, stats);
   }
   add_counts(problem, stats);

@@ -10,10 +10,12 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
                            flesh_nonlinear **nonlinear);
 void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
 
-/* Solves the stage. The solution is flesh_nonlinear_unknowns() [3*n], also (the last iterate) after
- * FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no residual. Adds to *stats. */
-int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage,
-                          flesh_solve_stats *stats);
+/* Solves the stage from u = 0, or from `guess` [3*n] (may be NULL) where that has the lower potential; a solve that
+ * meets its iteration limit goes on as many times as `extensions` says. The solution is flesh_nonlinear_unknowns()
+ * [3*n], also (the last iterate) after FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no
+ * residual. Adds to *stats. */
+int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *guess,
+                          int extensions, flesh_solve_stats *stats);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
 /* The acceleration a [3*n] that balances x and v at t; constrained dofs keep the a they come with. As

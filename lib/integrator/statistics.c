@@ -13,6 +13,7 @@
   X(solves, "NLS solves")                                \
   X(newton, "NLS iters")                                 \
   X(backtracks, "Backtracks")                            \
+  X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
   X(assemblies, "Jac fn evals")                          \
   X(projections, "Projected Jac fn evals")               \

@@ -38,6 +38,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
   double rounding = 1e-13 * magnitude;
+  if (isnan(self->first_potential)) self->first_potential = start;
   for (double scale = 1; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
@@ -52,6 +53,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
         accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       if (accepted) {
         for (int d = 0; d < self->n; d++) p[d] *= scale;
+        self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);
         return FLESH_OK;
       }

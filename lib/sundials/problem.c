@@ -124,7 +124,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
-  self->model_ratio = NAN;
+  self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
@@ -265,8 +265,10 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
     random ^= random << 5;
     double relative = DBL_EPSILON * (random * 0x1p-31 - 1);
     self->x[d] += relative * largest;
-    self->v[d] += relative * self->v[d];
-    self->a[d] += relative * self->a[d];
+    /* Of the sums' terms, which may be far larger than the sums. */
+    const flesh_stage *stage = &self->stage;
+    self->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
+    self->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }
   self->stats.residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;

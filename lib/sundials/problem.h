@@ -42,6 +42,7 @@ struct flesh_problem {
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
+  double first_potential; /* of the stage's first guarded iterate; NaN before */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
   flesh_solve_stats stats;

@@ -329,6 +329,13 @@ int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
   return count;
 }
 
+int flesh_system_holds(const flesh_system *system, double t)
+{
+  for (int k = 0; k < system->constraint_count; k++)
+    if (t >= system->constraints[k].from && t < system->constraints[k].until) return 1;
+  return 0;
+}
+
 void flesh_system_prescribe(const flesh_system *system, double t, double *x)
 {
   const double *X = flesh_mesh_positions(system->mesh);
