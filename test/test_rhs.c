@@ -3,8 +3,10 @@
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
+#include <sunmatrix/sunmatrix_sparse.h>
 #ifdef HAVE_CVODE
 #include <cvode/cvode.h>
+#include <sunlinsol/sunlinsol_klu.h>
 #include <sunlinsol/sunlinsol_spgmr.h>
 #endif
 
@@ -184,6 +186,19 @@ static void products_are_derivatives(void)
     printf("# %s, mass %d: Jw off by %.3g of %.3g\n", kind < 2 ? "undamped" : "damped", kind % 2, off, size);
     CHECK_BELOW(off, 1e-8 * size);
 
+    /* The same products with the sparse matrix, twice, so that nothing of the first is left. */
+    SUNMatrix J = SUNSparseMatrix(o.N, o.N, flesh_rhs_entries(o.problem), CSC_MAT, o.context);
+    if (kind % 2 == FLESH_MASS_LUMPED) {
+      for (int again = 0; again < 2; again++)
+        CHECK_OK(flesh_rhs_jacobian(t, o.y, o.f, J, o.problem, NULL, NULL, NULL));
+      CHECK(!SUNMatMatvec(J, w, moved));
+      CHECK_BELOW(test_distance(o.N, N_VGetArrayPointer(Jw), N_VGetArrayPointer(moved)), 1e-12 * size);
+    } else {
+      CHECK(flesh_rhs_jacobian(t, o.y, o.f, J, o.problem, NULL, NULL, NULL) == FLESH_ERR_ARGUMENT);
+      CHECK_TEXT(flesh_error_text(), "consistent mass");
+    }
+    SUNMatDestroy(J);
+
     flesh_sunboolean current = 0;
     N_Vector z = slope;
     CHECK_OK(flesh_rhs_preconditioner_setup(t, o.y, o.f, 0, &current, gamma, o.problem));
@@ -204,7 +219,7 @@ static void products_are_derivatives(void)
 
 #ifdef HAVE_CVODE
 /* The sequence of rhs.h through all events, user_data being a struct of the program's own. */
-static long run_cvode(owned *o, double tolerance, double end, flesh_state *state)
+static long run_cvode(owned *o, int klu, double tolerance, double end, flesh_state *state)
 {
   struct {
     flesh_rhs_problem *problem;
@@ -212,7 +227,9 @@ static long run_cvode(owned *o, double tolerance, double end, flesh_state *state
   } mine = {o->problem, 7};
   void *cvode = CVodeCreate(CV_BDF, o->context);
   N_Vector atol = N_VClone(o->y);
-  SUNLinearSolver solver = SUNLinSol_SPGMR(o->y, SUN_PREC_LEFT, 30, o->context);
+  SUNMatrix J = SUNSparseMatrix(o->N, o->N, flesh_rhs_entries(o->problem), CSC_MAT, o->context);
+  SUNLinearSolver solver =
+      klu ? SUNLinSol_KLU(o->y, J, o->context) : SUNLinSol_SPGMR(o->y, SUN_PREC_LEFT, 30, o->context);
   long steps = 0;
   for (int begun = 0; state->t < end; begun = 1) {
     double t = state->t;
@@ -223,9 +240,13 @@ static long run_cvode(owned *o, double tolerance, double end, flesh_state *state
       CHECK(!CVodeInit(cvode, flesh_rhs, state->t, o->y));
       CHECK(!CVodeSetUserData(cvode, &mine) && !CVodeSetMaxNumSteps(cvode, 100000));
       CHECK(!CVodeSVtolerances(cvode, 0, atol));
-      CHECK(!CVodeSetLinearSolver(cvode, solver, NULL));
-      CHECK(!CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
-      CHECK(!CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+      CHECK(!CVodeSetLinearSolver(cvode, solver, klu ? J : NULL));
+      if (klu) {
+        CHECK(!CVodeSetJacFn(cvode, flesh_rhs_jacobian));
+      } else {
+        CHECK(!CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
+        CHECK(!CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+      }
     } else {
       CHECK(!CVodeReInit(cvode, state->t, o->y) && !CVodeSVtolerances(cvode, 0, atol));
     }
@@ -239,22 +260,26 @@ static long run_cvode(owned *o, double tolerance, double end, flesh_state *state
   }
   N_VDestroy(atol);
   SUNLinSolFree(solver);
+  SUNMatDestroy(J);
   CVodeFree(&cvode);
   return steps;
 }
 
 static void cvode_finds_the_motion(void)
 {
-  owned o;
-  open_owned(FLESH_MASS_LUMPED, FLESH_LINEAR_PCG, &o);
-  flesh_state exact = state_copy(o.b.n, &o.b.state);
-  motion_reference_run(&o.b, 0.5, 1e-12, &exact);
-  long steps = run_cvode(&o, 1e-8, 0.5, &o.b.state);
-  double off = test_distance(o.b.n, o.b.state.x, exact.x);
-  printf("# lumped: %ld steps, %d residuals, from GSL %.3g m\n", steps, flesh_rhs_stats(o.problem)->residuals, off);
-  CHECK_BELOW(off, 1e-5);
-  state_free(&exact);
-  close_owned(&o);
+  for (int klu = 0; klu < 2; klu++) {
+    owned o;
+    open_owned(FLESH_MASS_LUMPED, FLESH_LINEAR_PCG, &o);
+    flesh_state exact = state_copy(o.b.n, &o.b.state);
+    motion_reference_run(&o.b, 0.5, 1e-12, &exact);
+    long steps = run_cvode(&o, klu, 1e-8, 0.5, &o.b.state);
+    double off = test_distance(o.b.n, o.b.state.x, exact.x);
+    printf("# lumped, %s: %ld steps, %d residuals, from GSL %.3g m\n", klu ? "KLU" : "GMRES", steps,
+           flesh_rhs_stats(o.problem)->residuals, off);
+    CHECK_BELOW(off, 1e-5);
+    state_free(&exact);
+    close_owned(&o);
+  }
 }
 
 /* Consistent mass: CVODE's result against IDA's, each at its own tight tolerance. */
@@ -273,7 +298,7 @@ static void cvode_agrees_with_ida(void)
   CHECK_OK(flesh_integrator_create(o.b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   CHECK_OK(flesh_integrator_step(integrator, &other, 0.5, NULL));
-  long steps = run_cvode(&o, 1e-7, 0.5, &o.b.state);
+  long steps = run_cvode(&o, 0, 1e-7, 0.5, &o.b.state);
   double off = test_distance(o.b.n, o.b.state.x, other.x);
   printf("# consistent: %ld steps, from IDA %.3g m\n", steps, off);
   CHECK_BELOW(off, 1e-4);

@@ -40,6 +40,7 @@
 #ifndef FLESH_RHS_H
 #define FLESH_RHS_H
 
+#include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_types.h>
 
@@ -79,6 +80,13 @@ FLESH_API void flesh_rhs_finish(flesh_rhs_problem *problem, double t, N_Vector y
 
 /* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite. */
 FLESH_API int flesh_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
+
+/* CVLsJacFn, ARKLsJacFn: df/dy into a 2*3*n square SUNSparseMatrix (CSC) with room for
+ * flesh_rhs_entries() entries, for SUNLinSol_KLU. FLESH_ERR_ARGUMENT where the mass couples dofs
+ * (consistent mass), as df/dy is full then. fy, w1, w2 and w3 are not used. */
+FLESH_API int flesh_rhs_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
+                                 N_Vector w1, N_Vector w2, N_Vector w3);
+FLESH_API sunindextype flesh_rhs_entries(const flesh_rhs_problem *problem);
 
 /* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
  * at (t, y); Jv = (df/dy) v there. fy and tmp are not used. */

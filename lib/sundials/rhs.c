@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"
 #include "sparse/block_matrix.h"
@@ -32,6 +33,8 @@ struct flesh_rhs_problem {
   double *rate, *room; /* [2*n], [2*n] */
   flesh_block_matrix *K, *C; /* dr/dx, dr/dv for the products; NULL before they are wanted */
   int damped;
+  flesh_scalar_view view; /* of the sparse Jacobian, as are the next two; made when one is first filled */
+  double *K_values, *C_values;
   condensed condensed; /* NULL matrices before it is wanted */
 };
 
@@ -77,6 +80,9 @@ void flesh_rhs_problem_destroy(flesh_rhs_problem **problem)
   flesh_block_matrix_destroy(&self->condensed.C);
   flesh_preconditioner_destroy(&self->condensed.preconditioner);
   flesh_direct_destroy(&self->condensed.direct);
+  flesh_scalar_view_clear(&self->view);
+  free(self->K_values);
+  free(self->C_values);
   free(self->inverse);
   free(self->rate);
   free(self->room);
@@ -188,6 +194,68 @@ int flesh_rhs_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   if (status) return status;
   flesh_block_fix(self->K, motion->fixed, 0);
   return assemble_damping(self, &point, self->C, &self->damped);
+}
+
+sunindextype flesh_rhs_entries(const flesh_rhs_problem *self) { return flesh_ida_entries(self->motion); }
+
+/* Room, and reasons why there can be no sparse Jacobian. */
+static int prepare_sparse(flesh_rhs_problem *self, SUNMatrix J)
+{
+  const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_rhs_entries(self);
+  if (SUNMatGetID(J) != SUNMATRIX_SPARSE || SUNSparseMatrix_SparseType(J) != CSC_MAT || SUNSparseMatrix_Rows(J) != size ||
+      SUNSparseMatrix_Columns(J) != size || SUNSparseMatrix_NNZ(J) < entries)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the matrix must be a SUNSparseMatrix of %lld x %lld in compressed columns with room for %lld "
+                      "entries",
+                      (long long)size, (long long)size, (long long)entries);
+  int separate = self->mass_is_diagonal;
+  for (int e = 0; e < 3 * self->n && separate; e++) separate = e % 9 % 4 == 0 || self->inverse[e] == 0;
+  if (!separate)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "df/dy is full where the mass couples dofs, as consistent mass does; use "
+                                          "lumped mass or flesh_rhs_jacobian_times");
+  if (!self->motion->couples && !flesh_ida_has_diagonal_blocks_only(self->C))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the rest "
+                                          "shape; use flesh_rhs_jacobian_times");
+  if (self->C_values) return FLESH_OK;
+  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
+  if (status) return status;
+  const size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
+  if (!self->K_values) self->K_values = malloc(bytes);
+  if (self->K_values) self->C_values = malloc(bytes);
+  return self->C_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
+}
+
+int flesh_rhs_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *data, N_Vector w1, N_Vector w2,
+                       N_Vector w3)
+{
+  (void)w1, (void)w2, (void)w3;
+  flesh_rhs_problem *self = problem_of(data);
+  int status = self ? flesh_rhs_jacobian_times_setup(t, y, fy, data) : FLESH_ERR_ARGUMENT;
+  if (!status) status = prepare_sparse(self, J);
+  if (status) return status;
+  const flesh_scalar_view *view = &self->view;
+  const int64_t n = self->n;
+  const uint8_t *fixed = self->motion->fixed;
+  sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
+  double *values = SUNSparseMatrix_Data(J);
+  flesh_scalar_view_fill(view, self->K, self->K_values);
+  flesh_scalar_view_fill(view, self->C, self->C_values);
+  /* The zeros on the diagonal keep the pattern as it is where the identity is added. */
+  for (int half = 0; half < 2; half++)
+    for (int64_t d = 0; d < n; d++) {
+      const double *forces = half ? self->C_values : self->K_values;
+      starts[half * n + d] = next;
+      rows[next] = d;
+      values[next++] = half && !fixed[d];
+      for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
+        const int64_t row = view->indices[k];
+        if (half && !self->motion->couples && row / 3 != d / 3) continue;
+        rows[next] = n + row;
+        values[next++] = fixed[row] ? 0 : -self->inverse[9 * (row / 3) + 4 * (row % 3)] * forces[k];
+      }
+    }
+  starts[2 * n] = next;
+  return FLESH_OK;
 }
 
 int flesh_rhs_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Vector y, N_Vector fy, void *data,
