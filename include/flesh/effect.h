@@ -15,6 +15,7 @@
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
+#include "flesh/mesh.h"
 #include "flesh/status.h"
 
 #ifdef __cplusplus
@@ -92,6 +93,45 @@ struct flesh_effect {
   const flesh_effect_operations *operations;
   void *data; /* the effect's own, freed by operations->destroy */
 };
+
+/* A new effect of a kind of your own: `operations` is borrowed (static const, usually), `data` is
+ * taken: freed by operations->destroy, also when this fails; not at all where that is NULL. */
+FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, void *data,
+                                  flesh_effect **effect);
+/* NULL-safe; sets *effect to NULL. */
+FLESH_API void flesh_effect_destroy(flesh_effect **effect);
+
+/* Cells of every tet of the mesh with its nodes ascending, for operations->cells. Freed with
+ * flesh_cells_clear. */
+FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
+FLESH_API void flesh_cells_clear(flesh_cells *cells);
+
+/* The shifts with which flesh_effect_check_derivatives tries: statics (1,0,0) and backward Euler
+ * with h = 1/60 s (1,60,3600). */
+enum { FLESH_CHECK_SHIFTS = 2 };
+
+/* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
+typedef struct flesh_derivative_report {
+  double potential[FLESH_CHECK_SHIFTS]; /* |d phi - r.du| / sum |r_i du_i| */
+  double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du| */
+  double asymmetry;                     /* of the diagonal blocks (the others are stored once) */
+  double negative; /* most negative curvature of the projected Jacobian found, over its largest
+                      curvature; 0 when none */
+} flesh_derivative_report;
+
+/* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
+ * its residual, by differences: at (t, x) with random velocities and accelerations (zero for
+ * statics) along random directions that move nodes by a small part of the mesh's mean edge; each
+ * error is the best of several step lengths. x [3*nodes] should be generic (not the rest state,
+ * where gradients vanish). Returns the effect's status where it cannot be evaluated
+ * (FLESH_UNDEFINED: choose another x). */
+FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
+                                             double t, const double *x, unsigned long long seed,
+                                             flesh_derivative_report *report);
+
+/* Whether every error that was measured is below `tolerance`; 1e-6 is what correct effects pass. */
+FLESH_API int flesh_derivative_report_passes(const flesh_derivative_report *report,
+                                             double tolerance);
 
 #ifdef __cplusplus
 }

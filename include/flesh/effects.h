@@ -55,9 +55,6 @@ FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], d
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
-/* NULL-safe; sets *effect to NULL. */
-FLESH_API void flesh_effect_destroy(flesh_effect **effect);
-
 #ifdef __cplusplus
 }
 #endif

@@ -35,7 +35,10 @@
  * The reference path is A = SUNSparseMatrix(2N, 2N, flesh_ida_entries(problem), CSC_MAT, context)
  * with N = 3*n and solver = SUNLinSol_KLU(y, A, context); the rest stays as it is. Orders above 2
  * are not A-stable: on undamped bodies they take many more steps at loose tolerances and may gain
- * energy. Velocities belong into the error test (do not suppress them). */
+ * energy. Velocities belong into the error test (do not suppress them).
+ *
+ * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
+ * serial, OpenMP or Pthreads, of length 2*3*n. */
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 
@@ -62,8 +65,8 @@ FLESH_API int flesh_ida_problem_create(const flesh_system *system,
 FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 
 /* A serial vector of 2*3*n for y, whose clones serve as the others: SUNDIALS' own but for its
- * norm, which takes a quarter of a run's time where it is one chain of additions. Any other
- * N_Vector with contiguous data serves as well. Returns new, freed by N_VDestroy. */
+ * norm, which takes a quarter of a run's time where it is one chain of additions. Returns new,
+ * freed by N_VDestroy. */
 FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
                                       N_Vector *y);
 
@@ -106,6 +109,19 @@ FLESH_API int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Ve
                                  SUNMatrix J, void *problem, N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
 
+/* For solvers that take no matrix (SUNLinSol_SPGMR and the like). IDALsPrecSetupFn and
+ * IDALsPrecSolveFn: assembles and factors; one half eliminated as in flesh_ida_sunlinsol_create, by
+ * one application of the options' preconditioner or a direct solve. IDALsJacTimesVecFn: Jv with the
+ * matrix of the last preconditioner set-up, and its cj. */
+FLESH_API int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                             sunrealtype cj, void *problem);
+FLESH_API int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                             N_Vector right, N_Vector z, sunrealtype cj,
+                                             sunrealtype delta, void *problem);
+FLESH_API int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
+                                       N_Vector v, N_Vector Jv, sunrealtype cj, void *problem,
+                                       N_Vector w1, N_Vector w2);
+
 /* A SUNMatrix that stands for the condensed matrix (a view: the values live in the problem),
  * freed by SUNMatDestroy. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
@@ -117,6 +133,13 @@ FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext 
  * by SUNLinSolFree; the problem must outlive it. */
 FLESH_API int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
+
+/* The IDA memory (of IDACreate) inside an integrator of an adaptive method, for IDASet... and
+ * IDAGet... functions, NULL for other methods; it stays the integrator's. What is set holds for all
+ * later steps, but for tolerances, the initial step and the stop time, which every start sets;
+ * flesh_integrator_set_adaptive sets the maximal order and step and the bounds of a kept step
+ * anew. The residual, its user data, the linear solver and the Jacobian are to be left alone. */
+FLESH_API void *flesh_integrator_ida(const flesh_integrator *integrator);
 
 /* Counts since creation; the caller may zero them. Owned by the problem. */
 FLESH_API flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem);

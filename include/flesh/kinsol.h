@@ -21,8 +21,13 @@
  * start; flesh_problem_start gives the natural one, u = 0 but for them.
  *
  * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero:
- * hence MaxSetupCalls and MaxNewtonStep.) Any N_Vector with contiguous data (serial, OpenMP,
- * Pthreads) of length 3*n serves. */
+ * hence MaxSetupCalls and MaxNewtonStep.) Serial, OpenMP and Pthreads N_Vectors of length 3*n
+ * serve; the callbacks refuse others with FLESH_ERR_ARGUMENT and a sentence in flesh_error_text().
+ *
+ * The callbacks' user_data is the problem, or any struct whose first member is a pointer to it:
+ *
+ *   struct mine { flesh_problem *problem; ... } mine = {problem, ...};
+ *   KINSetUserData(kin, &mine); */
 #ifndef FLESH_KINSOL_H
 #define FLESH_KINSOL_H
 
@@ -32,6 +37,7 @@
 #include <sundials/sundials_types.h>
 #include <sundials/sundials_version.h>
 
+#include "flesh/integrator.h"
 #include "flesh/solver.h"
 #include "flesh/system.h"
 
@@ -95,6 +101,12 @@ FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_V
 /* The library's block matrix as a SUNMatrix (a view: the values live in the problem), freed by
  * SUNMatDestroy. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
+
+/* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it
+ * stays the integrator's. What is set holds for all later steps, but for KINSetFuncNormTol, which
+ * every solve sets from newton_tolerance; the system function, its user data, the linear solver and
+ * the Jacobian are to be left alone. Steps of FLESH_METHOD_ADAPTIVE do not use it. */
+FLESH_API void *flesh_integrator_kinsol(const flesh_integrator *integrator);
 
 /* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type
  * matrix-iterative, for use with the matrix above. With FLESH_GLOBALIZATION_ENERGY the step it

@@ -2,6 +2,8 @@
 #ifndef FLESH_SOLVER_H
 #define FLESH_SOLVER_H
 
+#include <stdio.h>
+
 #include "flesh/status.h"
 
 #ifdef __cplusplus
@@ -89,6 +91,20 @@ typedef struct flesh_solve_stats {
   int steps, rejected, convergence_failures, order;
   double h_last;
 } flesh_solve_stats;
+
+/* The layouts of SUNDIALS' ...PrintAllStats functions: a line `name = value` per figure; a header
+ * row of names and a row of values (SUNDIALS has both in one row); the row alone, for the next runs
+ * of a table. */
+typedef enum flesh_stats_format {
+  FLESH_STATS_TABLE,
+  FLESH_STATS_CSV,
+  FLESH_STATS_CSV_ROW
+} flesh_stats_format;
+
+/* Writes *stats to the caller's file. FLESH_ERR_FILE when that fails. The figures of KINSOL and IDA
+ * themselves: KINPrintAllStats(flesh_integrator_kinsol(integrator), ...), and so for IDA. */
+FLESH_API int flesh_solve_stats_print(const flesh_solve_stats *stats, flesh_stats_format format,
+                                      FILE *file);
 
 #ifdef __cplusplus
 }

@@ -12,7 +12,7 @@ int flesh_effect_create(const flesh_effect_operations *operations, void *data,
 {
   *effect = malloc(sizeof **effect);
   if (!*effect) {
-    operations->destroy(data);
+    if (operations->destroy) operations->destroy(data);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for an effect");
   }
   (*effect)->operations = operations;

@@ -22,7 +22,7 @@ struct flesh_adaptive {
   const flesh_system *system;
   flesh_adaptive_options options;
   flesh_ida_problem *problem;
-  int n, initialised;
+  int n;
   SUNContext context;
   void *ida;
   SUNMatrix matrix;
@@ -62,6 +62,31 @@ static int make_sundials(flesh_adaptive *self)
   return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
 }
 
+/* Those of IDA's options that stay until others are given. */
+static int apply_options(flesh_adaptive *self)
+{
+  const flesh_adaptive_options *options = &self->options;
+  int failed = IDASetMaxOrd(self->ida, options->max_order);
+  /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
+   * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
+  failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
+  failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : FLESH_OK;
+}
+
+/* Attaches everything, so that whoever is handed the memory can set what IDA has to set; every run is a new start. */
+static int initialise(flesh_adaptive *self)
+{
+  N_VConst(0, self->y);
+  N_VConst(0, self->yp);
+  int failed = IDAInit(self->ida, flesh_ida_residual, 0, self->y, self->yp);
+  failed |= IDASetUserData(self->ida, self->problem);
+  failed |= IDASetLinearSolver(self->ida, self->solver, self->matrix);
+  failed |= IDASetJacFn(self->ida, flesh_ida_jacobian);
+  failed |= IDASetMaxNumSteps(self->ida, -1); /* counted here */
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : apply_options(self);
+}
+
 int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver, flesh_adaptive **adaptive)
 {
   *adaptive = NULL;
@@ -75,6 +100,7 @@ int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options
                               : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   if (!status) status = flesh_energy_watch_create(system, &self->energy);
   if (!status) status = make_sundials(self);
+  if (!status) status = initialise(self);
   if (status) {
     flesh_adaptive_destroy(&self);
     return status;
@@ -115,7 +141,7 @@ int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_option
     return flesh_fail(FLESH_ERR_ARGUMENT, "calm is %g; it must be positive", options->calm);
   self->options = *options;
   self->running = 0;
-  return FLESH_OK;
+  return apply_options(self);
 }
 
 void flesh_adaptive_set_stop(flesh_adaptive *self, int (*stop)(void *data), void *data)
@@ -135,17 +161,6 @@ size_t flesh_adaptive_memory(const flesh_adaptive *self)
   /* IDA clones nine vectors and max_order + 1 differences beside ours. */
   size_t vectors = 4 + 10 + (size_t)self->options.max_order + 1;
   return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 3) * 2 * (size_t)self->n * sizeof(double);
-}
-
-static int initialise(flesh_adaptive *self, double t)
-{
-  int failed = IDAInit(self->ida, flesh_ida_residual, t, self->y, self->yp);
-  failed |= IDASetUserData(self->ida, self->problem);
-  failed |= IDASetLinearSolver(self->ida, self->solver, self->matrix);
-  failed |= IDASetJacFn(self->ida, flesh_ida_jacobian);
-  failed |= IDASetMaxNumSteps(self->ida, -1); /* counted here */
-  self->initialised = !failed;
-  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : FLESH_OK;
 }
 
 /* Local errors fall with h^(q+1), their sum with h^q. */
@@ -170,23 +185,14 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   if (status) return status;
   double curvature = flesh_ida_curvature(self->problem, self->y, self->yp);
   flesh_ida_tolerances(self->problem, local, self->atol);
-  if (self->initialised) {
-    if (IDAReInit(self->ida, state->t, self->y, self->yp))
-      return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
-  } else {
-    status = initialise(self, state->t);
-    if (status) return status;
-  }
+  if (IDAReInit(self->ida, state->t, self->y, self->yp))
+    return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
   const double event = flesh_ida_event(self->problem);
   /* Half the local error that the first step, of order 1, may make; where nothing moves yet, a tenth of what is asked. */
   double first = fmin(sqrt(local / curvature), 0.1 * (event - state->t));
   if (!(first < INFINITY)) first = 0.1 * ahead;
   first = fmax(first, 1e-9 * fmin(ahead, event - state->t));
   int failed = IDASVtolerances(self->ida, 0, self->atol);
-  failed |= IDASetMaxOrd(self->ida, options->max_order);  /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
-   * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
-  failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
-  failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
   failed |= IDASetInitStep(self->ida, fmin(first, options->max_step));
   failed |= IDASetStopTime(self->ida, fmin(event, 1e300));
   if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option");
@@ -409,3 +415,5 @@ int flesh_adaptive_is_calm(flesh_adaptive *self, const flesh_state *state, doubl
   add_problem_stats(self, stats);
   return status < 0 ? status : FLESH_OK;
 }
+
+void *flesh_adaptive_ida(const flesh_adaptive *self) { return self->ida; }

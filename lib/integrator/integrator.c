@@ -9,6 +9,8 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "flesh/ida.h"
+#include "flesh/kinsol.h"
 #include "integrator/adaptive.h"
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
@@ -133,6 +135,16 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
          flesh_nonlinear_memory(integrator->nonlinear) +
          (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
          (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
+}
+
+void *flesh_integrator_kinsol(const flesh_integrator *integrator)
+{
+  return flesh_nonlinear_kinsol(integrator->nonlinear);
+}
+
+void *flesh_integrator_ida(const flesh_integrator *integrator)
+{
+  return integrator->adaptive ? flesh_adaptive_ida(integrator->adaptive) : NULL;
 }
 
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)

@@ -112,6 +112,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   return worst / 3;
 }
 
+void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
+
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
 {
   /* KINSOL clones seven vectors of its own beside u and ones. */

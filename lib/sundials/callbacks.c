@@ -6,6 +6,16 @@
 #include "base/error.h"
 #include "sparse/block_matrix.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
+
+/* NULL, with words, where user_data leads to none. */
+static flesh_problem *problem_of(const void *user_data)
+{
+  flesh_problem *problem = flesh_first_member(user_data);
+  if (problem && problem->self == problem) return problem;
+  flesh_fail_user_data("flesh_problem");
+  return NULL;
+}
 
 /* KINSOL takes a positive code as "try a shorter step" and gives up at a negative one. */
 static int callback_status(const flesh_problem *problem, int status)
@@ -16,9 +26,12 @@ static int callback_status(const flesh_problem *problem, int status)
 
 int flesh_kinsol_residual(N_Vector u, N_Vector r, void *data)
 {
-  flesh_problem *problem = data;
-  return callback_status(problem, flesh_problem_residual(problem, N_VGetArrayPointer(u),
-                                                         N_VGetArrayPointer(r)));
+  flesh_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(u, problem->n);
+  double *values = at ? flesh_vector_data(r, problem->n) : NULL;
+  if (!values) return FLESH_ERR_ARGUMENT;
+  return callback_status(problem, flesh_problem_residual(problem, at, values));
 }
 
 static int fill_sparse(flesh_problem *problem, SUNMatrix J)
@@ -51,10 +64,16 @@ sunindextype flesh_problem_entries(const flesh_problem *problem)
 int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vector w1, N_Vector w2)
 {
   (void)r, (void)w1, (void)w2;
-  flesh_problem *problem = data;
-  int project = problem->options.projection == FLESH_PROJECTION_ALWAYS;
-  int status = flesh_problem_assemble(problem, N_VGetArrayPointer(u), project);
-  if (!status && SUNMatGetID(J) == SUNMATRIX_SPARSE) status = fill_sparse(problem, J);
+  flesh_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(u, problem->n);
+  if (!at) return FLESH_ERR_ARGUMENT;
+  int project = problem->options.projection == FLESH_PROJECTION_ALWAYS, sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
+  if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
+                                          "flesh_sunmatrix_create");
+  int status = flesh_problem_assemble(problem, at, project);
+  if (!status && sparse) status = fill_sparse(problem, J);
   return callback_status(problem, status);
 }
 
@@ -62,9 +81,11 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
                                 void *data)
 {
   (void)u, (void)new_u;
-  flesh_problem *problem = data;
-  const double *x = N_VGetArrayPointer(v);
-  double *y = N_VGetArrayPointer(Jv), curvature = 0;
+  flesh_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const double *x = flesh_vector_data(v, problem->n);
+  double *y = x ? flesh_vector_data(Jv, problem->n) : NULL, curvature = 0;
+  if (!y) return FLESH_ERR_ARGUMENT;
   flesh_block_multiply(problem->K, x, y);
   for (int d = 0; d < problem->n; d++) curvature += x[d] * y[d];
   return !(curvature > 0);
@@ -74,9 +95,12 @@ int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval
                                       void *data)
 {
   (void)uscale, (void)fval, (void)fscale;
-  flesh_problem *problem = data;
+  flesh_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(u, problem->n);
+  if (!at) return FLESH_ERR_ARGUMENT;
   int project = problem->options.projection == FLESH_PROJECTION_ALWAYS;
-  int status = flesh_problem_assemble(problem, N_VGetArrayPointer(u), project);
+  int status = flesh_problem_assemble(problem, at, project);
   if (!status) status = flesh_problem_factor(problem);
   return callback_status(problem, status);
 }
@@ -85,8 +109,10 @@ int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval
                                       N_Vector z, void *data)
 {
   (void)u, (void)uscale, (void)fval, (void)fscale;
-  flesh_problem *problem = data;
-  double *values = N_VGetArrayPointer(z);
+  flesh_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  double *values = flesh_vector_data(z, problem->n);
+  if (!values) return FLESH_ERR_ARGUMENT;
   if (!problem->direct) {
     flesh_preconditioner_apply(problem->preconditioner, values, values);
     return 0;
@@ -102,17 +128,21 @@ static SUNMatrix_ID matrix_id(SUNMatrix A)
   return SUNMATRIX_CUSTOM;
 }
 
-/* The Jacobian overwrites every entry. */
+/* The Jacobian overwrites every entry: no need to touch them before. */
 static int matrix_zero(SUNMatrix A)
 {
-  (void)A;
+  ((flesh_problem *)A->content)->zeroed = 1;
   return FLESH_OK;
 }
 
 static int matrix_times(SUNMatrix A, N_Vector x, N_Vector y)
 {
   const flesh_problem *problem = A->content;
-  flesh_block_multiply(problem->K, N_VGetArrayPointer(x), N_VGetArrayPointer(y));
+  const double *values = flesh_vector_data(x, problem->n);
+  double *product = values ? flesh_vector_data(y, problem->n) : NULL;
+  if (!product) return FLESH_ERR_ARGUMENT;
+  if (problem->zeroed) N_VConst(0, y);
+  else flesh_block_multiply(problem->K, values, product);
   return FLESH_OK;
 }
 

@@ -7,10 +7,25 @@
 
 #include "base/error.h"
 #include "sundials/ida_problem.h"
+#include "sundials/vector.h"
 
-int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem)
+/* NULL, with words, where user_data leads to none. */
+static flesh_ida_problem *problem_of(const void *user_data)
 {
-  return flesh_ida_evaluate(problem, t, N_VGetArrayPointer(y), N_VGetArrayPointer(yp), N_VGetArrayPointer(r));
+  flesh_ida_problem *problem = flesh_first_member(user_data);
+  if (problem && problem->self == problem) return problem;
+  flesh_fail_user_data("flesh_ida_problem");
+  return NULL;
+}
+
+int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *data)
+{
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  double *F = rate ? flesh_vector_data(r, length) : NULL;
+  return F ? flesh_ida_evaluate(problem, t, at, rate, F) : FLESH_ERR_ARGUMENT;
 }
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
@@ -85,10 +100,58 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
                        N_Vector w1, N_Vector w2, N_Vector w3)
 {
   (void)r, (void)w1, (void)w2, (void)w3;
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  if (!rate) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
-  int status = flesh_ida_assemble(data, t, cj, N_VGetArrayPointer(y), N_VGetArrayPointer(yp),
-                                  sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
-  return !status && sparse ? fill_sparse(data, J) : status;
+  if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
+                                          "flesh_ida_sunmatrix_create");
+  int status =
+      flesh_ida_assemble(problem, t, cj, at, rate, sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
+  return !status && sparse ? fill_sparse(problem, J) : status;
+}
+
+int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, N_Vector v, N_Vector Jv,
+                             sunrealtype cj, void *data, N_Vector w1, N_Vector w2)
+{
+  (void)t, (void)y, (void)yp, (void)r, (void)cj, (void)w1, (void)w2;
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *x = flesh_vector_data(v, length);
+  double *z = x ? flesh_vector_data(Jv, length) : NULL;
+  if (!z) return FLESH_ERR_ARGUMENT;
+  if (problem->content != FLESH_IDA_CONDENSED)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ida_jacobian_times needs flesh_ida_preconditioner_setup beside it");
+  flesh_ida_multiply(problem, x, z);
+  return FLESH_OK;
+}
+
+int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, sunrealtype cj, void *data)
+{
+  (void)r;
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
+  if (!rate) return FLESH_ERR_ARGUMENT;
+  int status = flesh_ida_assemble(problem, t, cj, at, rate, FLESH_IDA_CONDENSED);
+  return status ? status : flesh_ida_factor(problem);
+}
+
+int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, N_Vector right, N_Vector z,
+                                   sunrealtype cj, sunrealtype delta, void *data)
+{
+  (void)t, (void)y, (void)yp, (void)r, (void)cj, (void)delta;
+  flesh_ida_problem *problem = problem_of(data);
+  if (!problem) return FLESH_ERR_ARGUMENT;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *b = flesh_vector_data(right, length);
+  double *x = b ? flesh_vector_data(z, length) : NULL;
+  return x ? flesh_ida_solve_both(problem, b, 1, x) : FLESH_ERR_ARGUMENT;
 }
 
 static SUNMatrix_ID matrix_id(SUNMatrix A)
@@ -97,10 +160,22 @@ static SUNMatrix_ID matrix_id(SUNMatrix A)
   return SUNMATRIX_CUSTOM;
 }
 
-/* The Jacobian overwrites every entry. */
+/* The Jacobian overwrites every entry: no need to touch them before. */
 static int matrix_zero(SUNMatrix A)
 {
-  (void)A;
+  ((flesh_ida_problem *)A->content)->content = FLESH_IDA_NOTHING;
+  return FLESH_OK;
+}
+
+static int matrix_times(SUNMatrix A, N_Vector x, N_Vector z)
+{
+  flesh_ida_problem *problem = A->content;
+  const sunindextype length = 2 * (sunindextype)problem->n;
+  const double *values = flesh_vector_data(x, length);
+  double *product = values ? flesh_vector_data(z, length) : NULL;
+  if (!product) return FLESH_ERR_ARGUMENT;
+  if (problem->content != FLESH_IDA_CONDENSED) N_VConst(0, z);
+  else flesh_ida_multiply(problem, values, product);
   return FLESH_OK;
 }
 
@@ -116,6 +191,7 @@ int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, S
   if (!*matrix) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
   (*matrix)->ops->getid = matrix_id;
   (*matrix)->ops->zero = matrix_zero;
+  (*matrix)->ops->matvec = matrix_times;
   (*matrix)->ops->destroy = matrix_destroy;
   (*matrix)->content = problem;
   return FLESH_OK;

@@ -13,6 +13,7 @@
 #include "sparse/block_matrix.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
+#include "sundials/vector.h"
 
 typedef struct solver {
   flesh_ida_problem *problem;
@@ -42,32 +43,42 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  return known_flag(self, flesh_ida_factor(self->problem));
+  int filled = self->problem->content == FLESH_IDA_CONDENSED;
+  return known_flag(self, filled ? flesh_ida_factor(self->problem) : FLESH_NOT_POSITIVE);
 }
 
-static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
+int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x)
 {
-  (void)A, (void)tolerance;
-  solver *self = S->content;
-  flesh_ida_problem *problem = self->problem;
   const int n = problem->n;
-  const double *b1 = N_VGetArrayPointer(b), *b2 = b1 + n, cj = problem->cj;
-  double *dx = N_VGetArrayPointer(x), *dv = dx + n, *right = problem->right, *free1 = problem->change;
-  double *Kfree1 = problem->work;
+  const double *b1 = b, *b2 = b + n, cj = problem->cj;
+  double *dx = x, *dv = x + n, *right = problem->right, *free1 = problem->change, *Kfree1 = problem->work;
   for (int d = 0; d < n; d++) free1[d] = problem->fixed[d] ? 0 : b1[d];
   flesh_ida_damping_times(problem, free1, right);
   flesh_block_multiply(problem->K, free1, Kfree1);
   for (int d = 0; d < n; d++) right[d] = problem->fixed[d] ? 0 : b2[d] + right[d] - Kfree1[d] / cj;
   double *w = problem->change;
-  int status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
-  if (status) return known_flag(self, status);
+  int status = FLESH_OK;
+  if (approximately && problem->preconditioner) flesh_preconditioner_apply(problem->preconditioner, right, w);
+  else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
+  if (status) return status;
   for (int d = 0; d < n; d++) {
     int fixed = problem->fixed[d];
     double first = b1[d], second = b2[d];
     dx[d] = fixed ? first : w[d] + first / cj;
     dv[d] = fixed ? second : cj * w[d];
   }
-  return known_flag(self, FLESH_OK);
+  return FLESH_OK;
+}
+
+static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
+{
+  (void)A, (void)tolerance;
+  solver *self = S->content;
+  const sunindextype length = 2 * (sunindextype)self->problem->n;
+  const double *right = flesh_vector_data(b, length);
+  double *solution = right ? flesh_vector_data(x, length) : NULL;
+  if (!solution) return known_flag(self, FLESH_ERR_ARGUMENT);
+  return known_flag(self, flesh_ida_solve_both(self->problem, right, 0, solution));
 }
 
 static sunindextype solver_last_flag(SUNLinearSolver S) { return ((solver *)S->content)->last_flag; }

@@ -38,6 +38,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
   flesh_ida_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
+  self->self = self;
   self->system = system;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
@@ -111,14 +112,15 @@ static void prescribe(flesh_ida_problem *self, double t)
   self->t_prescribed = t;
 }
 
-static flesh_point point_at(flesh_ida_problem *self, double t, const double *y, const double *yp)
+flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, const double *yp)
 {
   const int n = self->n;
   t = time_before_event(self, t);
   prescribe(self, t);
   memcpy(self->x, y, (size_t)n * sizeof *y);
   memcpy(self->v, y + n, (size_t)n * sizeof *y);
-  memcpy(self->a, yp + n, (size_t)n * sizeof *y);
+  if (yp) memcpy(self->a, yp + n, (size_t)n * sizeof *y);
+  else memset(self->a, 0, (size_t)n * sizeof *y);
   for (int d = 0; d < n; d++)
     if (self->fixed[d]) {
       self->x[d] = self->x_prescribed[d];
@@ -131,7 +133,7 @@ static flesh_point point_at(flesh_ida_problem *self, double t, const double *y, 
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
 {
   const int n = self->n;
-  const flesh_point point = point_at(self, t, y, yp);
+  const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
   int status = flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(n, F + n) < INFINITY)) status = FLESH_NONFINITE;
@@ -147,7 +149,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   return FLESH_OK;
 }
 
-static int has_diagonal_blocks_only(const flesh_block_matrix *A)
+int flesh_ida_has_diagonal_blocks_only(const flesh_block_matrix *A)
 {
   for (int i = 0; i < A->rows; i++)
     for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_start[i + 1]; k++)
@@ -155,8 +157,7 @@ static int has_diagonal_blocks_only(const flesh_block_matrix *A)
   return 1;
 }
 
-/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
-static double mean_diagonal(const flesh_block_matrix *A)
+double flesh_ida_mean_diagonal(const flesh_block_matrix *A)
 {
   double sum = 0;
   for (int i = 0; i < A->rows; i++)
@@ -167,7 +168,7 @@ static double mean_diagonal(const flesh_block_matrix *A)
 int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const double *y, const double *yp,
                        flesh_ida_content content)
 {
-  const flesh_point point = point_at(self, t, y, yp);
+  const flesh_point point = flesh_ida_point(self, t, y, yp);
   flesh_shift shift = {.x = 1, .project = self->options.projection == FLESH_PROJECTION_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
   self->content = FLESH_IDA_NOTHING;
@@ -178,9 +179,9 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
   shift.x = 0, shift.v = 1, shift.a = cj;
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
   if (status) return status;
-  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? mean_diagonal(self->K) : 0);
+  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? flesh_ida_mean_diagonal(self->K) : 0);
   flesh_block_fix(self->D, self->fixed, 0);
-  self->D_is_diagonal = has_diagonal_blocks_only(self->D);
+  self->D_is_diagonal = flesh_ida_has_diagonal_blocks_only(self->D);
   self->content = content;
   return FLESH_OK;
 }
@@ -212,6 +213,26 @@ void flesh_ida_damping_times(const flesh_ida_problem *self, const double *x, dou
     const double *b = D->values + 9 * (size_t)D->row_start[i];
     for (int c = 0; c < 3; c++)
       y[3 * i + c] = b[3 * c] * x[3 * i] + b[3 * c + 1] * x[3 * i + 1] + b[3 * c + 2] * x[3 * i + 2];
+  }
+}
+
+/* K x = A x - cj D x, A being the condensed matrix; A and D have no rows and columns of constrained dofs, but for A's
+ * diagonal, which does not count here. */
+void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
+{
+  const int n = self->n;
+  const double *v = x + n, cj = self->cj;
+  double *free_x = self->change, *product = self->right, *mixed = self->work;
+  for (int d = 0; d < n; d++) {
+    free_x[d] = self->fixed[d] ? 0 : x[d];
+    mixed[d] = self->fixed[d] ? 0 : v[d] - cj * x[d];
+  }
+  flesh_block_multiply(self->K, free_x, product);
+  flesh_ida_damping_times(self, mixed, free_x);
+  for (int d = 0; d < n; d++) {
+    const double position = x[d], velocity = v[d];
+    z[d] = self->fixed[d] ? position : cj * position - velocity;
+    z[n + d] = self->fixed[d] ? velocity : product[d] + free_x[d];
   }
 }
 

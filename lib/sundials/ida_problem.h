@@ -19,6 +19,7 @@ typedef enum flesh_ida_content {
 } flesh_ida_content;
 
 struct flesh_ida_problem {
+  flesh_ida_problem *self; /* first, see vector.h */
   const flesh_system *system;
   flesh_solver_options options;
   int n;                   /* dofs; y has 2*n */
@@ -45,6 +46,8 @@ struct flesh_ida_problem {
   flesh_solve_stats stats;
 };
 
+/* The point of (t, y, y'), which lies in x, v, a; without y' the free dofs' a are 0. */
+flesh_point flesh_ida_point(flesh_ida_problem *problem, double t, const double *y, const double *yp);
 /* y [2*n], yp [2*n], F [2*n]. */
 int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, const double *yp,
                        double *F);
@@ -55,6 +58,15 @@ int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const do
 int flesh_ida_factor(flesh_ida_problem *problem);
 /* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. */
 int flesh_ida_solve(flesh_ida_problem *problem, double tolerance, const double *b, double *x);
+/* Whether no node's row knows of another node. */
+int flesh_ida_has_diagonal_blocks_only(const flesh_block_matrix *A);
+/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
+double flesh_ida_mean_diagonal(const flesh_block_matrix *A);
+/* z = J x, all [2*n], with the condensed K and the cj it was assembled for. */
+void flesh_ida_multiply(flesh_ida_problem *problem, const double *x, double *z);
+/* J x = b by the options' solver or, `approximately`, one application of its preconditioner (a direct solver is one).
+ * x and b must not overlap. */
+int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approximately, double *x);
 /* y = D x. */
 void flesh_ida_damping_times(const flesh_ida_problem *problem, const double *x, double *y);
 double flesh_ida_scale_of_velocity(flesh_ida_problem *problem);

@@ -5,6 +5,7 @@
 #include "sparse/block_matrix.h"
 #include "sundials/ida_problem.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 static const double mass_tolerance = 1e-14; /* of solves with the mass matrix, which is well conditioned */
 
@@ -123,8 +124,10 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
 {
   const int n = self->n;
   const size_t bytes = (size_t)n * sizeof(double);
-  double *x = N_VGetArrayPointer(y_vector), *v = x + n;
-  double *xp = N_VGetArrayPointer(yp_vector), *a = xp + n;
+  double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  double *xp = x ? flesh_vector_data(yp_vector, 2 * (sunindextype)n) : NULL;
+  if (!xp) return FLESH_ERR_ARGUMENT;
+  double *v = x + n, *a = xp + n;
   const double t = state->t;
   self->begin = t;
   self->event = flesh_system_next_event(self->system, t);

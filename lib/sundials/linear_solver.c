@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "sparse/pcg.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 typedef struct solver {
   flesh_problem *problem;
@@ -44,7 +45,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  int status = flesh_problem_factor(self->problem);
+  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : flesh_problem_factor(self->problem);
   /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
   if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
     status = FLESH_OK, self->problem->projected = -1;
@@ -96,8 +97,9 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   (void)A;
   solver *self = S->content;
   flesh_problem *problem = self->problem;
-  const double *right = N_VGetArrayPointer(b);
-  double *p = N_VGetArrayPointer(x), *gradient = problem->gradient;
+  const double *right = flesh_vector_data(b, problem->n);
+  double *p = right ? flesh_vector_data(x, problem->n) : NULL, *gradient = problem->gradient;
+  if (!p) return self->last_flag = FLESH_ERR_ARGUMENT;
   self->iterations = 0;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;

@@ -66,6 +66,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   if (status) return status;
   flesh_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
+  self->self = self;
   self->system = system;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
@@ -229,6 +230,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   flesh_block_fix(self->K, self->fixed, self->fixed_scale);
   if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
   self->projected = project;
+  self->zeroed = 0;
   return FLESH_OK;
 }
 

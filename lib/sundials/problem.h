@@ -11,6 +11,7 @@
 #include "sparse/scalar_view.h"
 
 struct flesh_problem {
+  flesh_problem *self; /* first, see vector.h */
   const flesh_system *system;
   flesh_solver_options options;
   int n; /* unknowns */
@@ -38,6 +39,7 @@ struct flesh_problem {
   } potential;
   double *u_matrix;      /* [n] where K was assembled */
   int projected;         /* whether K is */
+  int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   double first_potential; /* of the stage's first guarded iterate; NaN before */

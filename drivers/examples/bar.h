@@ -1,0 +1,94 @@
+/* bar.h: the body of the examples: a soft bar of 2 m x 0.5 m x 0.5 m along x, and what every program needs to make it. */
+#ifndef FLESH_EXAMPLES_BAR_H
+#define FLESH_EXAMPLES_BAR_H
+
+#include <flesh/flesh.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sundials/sundials_context.h>
+
+#ifndef SUN_COMM_NULL /* SUNDIALS before 7 */
+#define SUN_COMM_NULL NULL
+#endif
+
+/* Ends the program with the library's words (and the call, for functions of SUNDIALS) where a call fails. */
+#define TRY(call)                                                                              \
+  do {                                                                                         \
+    if (call) {                                                                                \
+      fprintf(stderr, "%s:%d: %s fails: %s\n", __FILE__, __LINE__, #call, flesh_error_text()); \
+      exit(1);                                                                                 \
+    }                                                                                          \
+  } while (0)
+
+typedef struct bar {
+  flesh_mesh *mesh;
+  int nodes, tip; /* tip: the node in the middle of the free end */
+  double *density;
+  flesh_material material;
+  flesh_body body;
+  flesh_system *system;
+  flesh_state state; /* at rest */
+} bar;
+
+/* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. */
+static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass mass, int moves)
+{
+  TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
+  b->nodes = flesh_mesh_node_count(b->mesh);
+  b->tip = (1 * 3 + 1) * 9 + 8; /* node (8,1,1) */
+  int tets = flesh_mesh_tet_count(b->mesh);
+  b->density = malloc((size_t)tets * sizeof(double));
+  for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
+  b->material = *material;
+  b->body = (flesh_body){b->mesh, b->density, &b->material, NULL, mass};
+  TRY(flesh_system_create(b->mesh, &b->system));
+  flesh_effect *effect;
+  TRY(flesh_effect_elasticity(&b->body, &effect));
+  TRY(flesh_system_add_effect(b->system, &effect));
+  if (moves) {
+    TRY(flesh_effect_inertia(&b->body, &effect));
+    TRY(flesh_system_add_effect(b->system, &effect));
+  }
+  const size_t n = 3 * (size_t)b->nodes;
+  b->state = (flesh_state){0, malloc(n * sizeof(double)), calloc(n, sizeof(double))};
+  memcpy(b->state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
+}
+
+static inline void bar_gravity(bar *b, double z)
+{
+  flesh_effect *effect;
+  TRY(flesh_effect_gravity(&b->body, (double[]){0, 0, z}, &effect));
+  TRY(flesh_system_add_effect(b->system, &effect));
+}
+
+/* Holds the end at x = 0 and finishes the system. */
+static inline void bar_finish(bar *b)
+{
+  int *nodes = malloc((size_t)b->nodes * sizeof(int)), count = 0;
+  for (int i = 0; i < b->nodes; i++)
+    if (flesh_mesh_positions(b->mesh)[3 * i] == 0) nodes[count++] = i;
+  TRY(flesh_system_add_pin(b->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY));
+  TRY(flesh_system_finish(b->system));
+  free(nodes);
+}
+
+static inline void bar_destroy(bar *b)
+{
+  flesh_system_destroy(&b->system);
+  flesh_mesh_destroy(&b->mesh);
+  free(b->density);
+  free(b->state.x);
+  free(b->state.v);
+}
+
+/* Young's modulus 5e4 Pa, Poisson's ratio 0.45, Psi_S. */
+static inline flesh_material bar_soft(void)
+{
+  flesh_material material;
+  TRY(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 5e4, 0.45, &material));
+  return material;
+}
+
+#endif

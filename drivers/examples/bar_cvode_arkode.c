@@ -1,0 +1,135 @@
+/* bar_cvode_arkode.c: one motion by CVODE (BDF), ARKODE (implicit and explicit Runge-Kutta) and IDA.
+ *
+ * A bar, held at one end, falls and swings under gravity: y' = f(t, y), y = (x, v), f = (v, -M^-1 r(t, x, v, 0)).
+ * CVODE and ARKODE's implicit methods solve with GMRES, products by flesh's df/dy and flesh's preconditioner. The
+ * reference is IDA's, with a far smaller tolerance.
+ *
+ * Sample output:
+ *   IDA, reference            tip at z = -1.0952 m
+ *   CVODE, BDF                tip at z = -1.0952 m, within 1e-5 m of it
+ *   ARKODE, implicit order 4  tip at z = -1.0952 m, within 1e-5 m of it
+ *   ARKODE, explicit order 4  tip at z = -1.0952 m, within 1e-5 m of it
+ */
+#include <arkode/arkode_arkstep.h>
+#include <arkode/arkode_erkstep.h>
+#include <cvode/cvode.h>
+#include <flesh/rhs.h>
+#include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
+
+#include "bar.h"
+
+/* Before SUNDIALS 7.1, ARKODE's functions bear the name of the stepper. */
+#if SUNDIALS_VERSION_MAJOR * 100 + SUNDIALS_VERSION_MINOR < 701
+#define ARK(stepper, function) stepper##function
+#else
+#define ARK(stepper, function) ARKode##function
+#endif
+
+static const double end = 0.5, tolerance = 1e-6;
+
+static void report(const char *name, const bar *b, const double *x, double exact)
+{
+  const double z = x[3 * b->tip + 2], off = fabs(z - exact);
+  printf("%-25s tip at z = %.4f m, within %s of it\n", name, z,
+         off < 1e-5 ? "1e-5 m" : off < 1e-4 ? "1e-4 m" : off < 1e-3 ? "1e-3 m" : "more than 1e-3 m");
+}
+
+/* 1. The reference: the integrator layer's IDA. */
+static double reference(const bar *b)
+{
+  flesh_solver_options options;
+  flesh_adaptive_options adaptive;
+  flesh_integrator *integrator;
+  flesh_solver_options_default(&options);
+  flesh_adaptive_options_default(&adaptive);
+  options.linear_tolerance = 1e-6;
+  adaptive.tolerance = 1e-6;
+  TRY(flesh_integrator_create(b->system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
+  TRY(flesh_integrator_set_adaptive(integrator, &adaptive));
+  const size_t n = 3 * (size_t)b->nodes;
+  flesh_state state = {0, malloc(n * sizeof(double)), calloc(n, sizeof(double))};
+  memcpy(state.x, b->state.x, n * sizeof(double));
+  TRY(flesh_integrator_step(integrator, &state, end, NULL));
+  const double z = state.x[3 * b->tip + 2];
+  printf("%-25s tip at z = %.4f m\n", "IDA, reference", z);
+  free(state.x);
+  free(state.v);
+  flesh_integrator_destroy(&integrator);
+  return z;
+}
+
+int main(void)
+{
+  bar b;
+  const flesh_material soft = bar_soft();
+  bar_begin(&b, &soft, FLESH_MASS_LUMPED, 1);
+  bar_gravity(&b, -9.81);
+  bar_finish(&b);
+  const double exact = reference(&b);
+
+  /* 2. Flesh's side of y' = f(t, y). */
+  SUNContext context;
+  TRY(SUNContext_Create(SUN_COMM_NULL, &context));
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  flesh_rhs_problem *problem;
+  TRY(flesh_rhs_problem_create(b.system, &options, &problem));
+  N_Vector y = N_VNew_Serial(6 * (sunindextype)b.nodes, context), atol = N_VClone(y);
+  double t;
+
+  /* 3. CVODE. Above order 2, BDF is not A-stable. */
+  TRY(flesh_rhs_start(problem, &b.state, y));
+  flesh_rhs_tolerances(problem, tolerance, atol);
+  void *cvode = CVodeCreate(CV_BDF, context);
+  SUNLinearSolver gmres = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
+  TRY(CVodeInit(cvode, flesh_rhs, 0, y));
+  TRY(CVodeSetUserData(cvode, problem));
+  TRY(CVodeSVtolerances(cvode, 0, atol));
+  TRY(CVodeSetMaxOrd(cvode, 2));
+  TRY(CVodeSetMaxNumSteps(cvode, 100000));
+  TRY(CVodeSetLinearSolver(cvode, gmres, NULL));
+  TRY(CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
+  TRY(CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+  TRY(CVodeSetStopTime(cvode, end)); /* a step onto the end instead of an interpolation */
+  TRY(CVode(cvode, end, y, &t, CV_NORMAL) < 0);
+  report("CVODE, BDF", &b, N_VGetArrayPointer(y), exact);
+  CVodeFree(&cvode);
+  SUNLinSolFree(gmres);
+
+  /* 4. ARKODE, diagonally implicit of order 4. */
+  TRY(flesh_rhs_start(problem, &b.state, y));
+  void *ark = ARKStepCreate(NULL, flesh_rhs, 0, y, context);
+  gmres = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
+  TRY(ARK(ARKStep, SetUserData)(ark, problem));
+  TRY(ARK(ARKStep, SVtolerances)(ark, 0, atol));
+  TRY(ARK(ARKStep, SetOrder)(ark, 4));
+  TRY(ARK(ARKStep, SetMaxNumSteps)(ark, 100000));
+  TRY(ARK(ARKStep, SetLinearSolver)(ark, gmres, NULL));
+  TRY(ARK(ARKStep, SetPreconditioner)(ark, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
+  TRY(ARK(ARKStep, SetJacTimes)(ark, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+  TRY(ARK(ARKStep, SetStopTime)(ark, end));
+  TRY(ARK(ARKStep, Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
+  report("ARKODE, implicit order 4", &b, N_VGetArrayPointer(y), exact);
+  ARK(ARKStep, Free)(&ark);
+  SUNLinSolFree(gmres);
+
+  /* 5. ARKODE, explicit of order 4: no solver at all, but steps that resolve sound. */
+  TRY(flesh_rhs_start(problem, &b.state, y));
+  ark = ERKStepCreate(flesh_rhs, 0, y, context);
+  TRY(ARK(ERKStep, SetUserData)(ark, problem));
+  TRY(ARK(ERKStep, SVtolerances)(ark, 0, atol));
+  TRY(ARK(ERKStep, SetOrder)(ark, 4));
+  TRY(ARK(ERKStep, SetMaxNumSteps)(ark, 100000));
+  TRY(ARK(ERKStep, SetStopTime)(ark, end));
+  TRY(ARK(ERKStep, Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
+  report("ARKODE, explicit order 4", &b, N_VGetArrayPointer(y), exact);
+  ARK(ERKStep, Free)(&ark);
+
+  N_VDestroy(y);
+  N_VDestroy(atol);
+  flesh_rhs_problem_destroy(&problem);
+  SUNContext_Free(&context);
+  bar_destroy(&b);
+  return 0;
+}

@@ -1,0 +1,114 @@
+/* rhs.h: the equations of motion as y' = f(t, y) with SUNDIALS' own signatures, for a program that
+ * owns its CVODE or ARKODE.
+ *
+ * The unknown is y = (x, v) [2*3*n], positions before velocities, and f has the rows
+ *
+ *   of a free dof          x' = v                                  [m/s]
+ *                          v' = -M^-1 r(t, x, v, a = 0)            [m/s^2]
+ *   of a constrained dof   x' = prescribed velocity at t
+ *                          v' = prescribed acceleration at t
+ *
+ * r is the sum of all effects; what constrained dofs are prescribed is read from the system, never
+ * from y. M = dr/da is taken at the start and must not change with t, x and v, which holds for all
+ * effects of the library; lumped mass is divided by, consistent mass solved with, both on the free
+ * dofs alone.
+ *
+ * As with ida.h, a start is good up to the next event:
+ *
+ *   flesh_rhs_problem_create(system, &options, &problem);
+ *   y = N_VNew_Serial(2*3*n, context);                  atol = N_VClone(y);
+ *   flesh_rhs_start(problem, &state, y);
+ *   flesh_rhs_tolerances(problem, 1e-6, atol);
+ *   CVodeInit(cvode, flesh_rhs, state.t, y);            later: CVodeReInit(cvode, state.t, y)
+ *   CVodeSVtolerances(cvode, 0.0, atol);                absolute: rtol |x| depends on the origin
+ *   CVodeSetUserData(cvode, problem);
+ *   solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
+ *   CVodeSetLinearSolver(cvode, solver, NULL);
+ *   CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve);
+ *   CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times);
+ *   CVodeSetStopTime(cvode, flesh_rhs_event(problem));  where that is finite
+ *   CVode(cvode, t_out, y, &t, CV_NORMAL);              as often as wanted, without a new start
+ *   flesh_rhs_finish(problem, t, y, &state);            CV_TSTOP_RETURN: go on at flesh_rhs_start
+ *
+ * ARKODE: ERKStepCreate(flesh_rhs, ...) for explicit steps, ARKStepCreate(NULL, flesh_rhs, ...) for
+ * implicit ones, with the same functions in ARKStepSetPreconditioner and ARKStepSetJacTimes. Bodies
+ * of soft tissue ring at frequencies far above those one looks at: explicit methods are bound
+ * to steps of about the time that sound takes through the smallest tet.
+ *
+ * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
+ * serial, OpenMP or Pthreads, of length 2*3*n. */
+#ifndef FLESH_RHS_H
+#define FLESH_RHS_H
+
+#include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nvector.h>
+#include <sundials/sundials_types.h>
+
+#include "flesh/integrator.h"
+#include "flesh/kinsol.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The callbacks' `user_data`, or the first member of the struct that is. */
+typedef struct flesh_rhs_problem flesh_rhs_problem;
+
+/* Borrows `system` (finished, with inertia), copies `options`, of which linear_solver,
+ * preconditioner, max_linear and projection (always: projected in the preconditioner) are read.
+ * Returns new. */
+FLESH_API int flesh_rhs_problem_create(const flesh_system *system,
+                                       const flesh_solver_options *options,
+                                       flesh_rhs_problem **problem);
+FLESH_API void flesh_rhs_problem_destroy(flesh_rhs_problem **problem);
+
+/* Starts from the state: y = (x, v), where constrained dofs take their prescribed places and
+ * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value. */
+FLESH_API int flesh_rhs_start(flesh_rhs_problem *problem, const flesh_state *state, N_Vector y);
+
+/* Up to when the start is good; INFINITY when for ever. */
+FLESH_API double flesh_rhs_event(const flesh_rhs_problem *problem);
+
+/* As flesh_ida_scales and flesh_ida_tolerances. */
+FLESH_API void flesh_rhs_scales(const flesh_rhs_problem *problem, double *length, double *velocity);
+FLESH_API void flesh_rhs_tolerances(const flesh_rhs_problem *problem, double tolerance,
+                                    N_Vector atol);
+
+/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
+FLESH_API void flesh_rhs_finish(flesh_rhs_problem *problem, double t, N_Vector y,
+                                flesh_state *state);
+
+/* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite. */
+FLESH_API int flesh_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
+
+/* CVLsJacFn, ARKLsJacFn: df/dy into a 2*3*n square SUNSparseMatrix (CSC) with room for
+ * flesh_rhs_entries() entries, for SUNLinSol_KLU. FLESH_ERR_ARGUMENT where the mass couples dofs
+ * (consistent mass), as df/dy is full then. fy, w1, w2 and w3 are not used. */
+FLESH_API int flesh_rhs_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
+                                 N_Vector w1, N_Vector w2, N_Vector w3);
+FLESH_API sunindextype flesh_rhs_entries(const flesh_rhs_problem *problem);
+
+/* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
+ * at (t, y); Jv = (df/dy) v there. fy and tmp are not used. */
+FLESH_API int flesh_rhs_jacobian_times_setup(sunrealtype t, N_Vector y, N_Vector fy, void *problem);
+FLESH_API int flesh_rhs_jacobian_times(N_Vector v, N_Vector Jv, sunrealtype t, N_Vector y,
+                                       N_Vector fy, void *problem, N_Vector tmp);
+
+/* CVLsPrecSetupFn and CVLsPrecSolveFn, ARKLsPrecSetupFn and ARKLsPrecSolveFn: I - gamma df/dy with
+ * one half eliminated, (M + gamma C + gamma^2 K) dv = ..., by one application of the options'
+ * preconditioner, or a direct solve where the options name one. > 0 where that matrix is not
+ * positive definite. Left or right. */
+FLESH_API int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector fy,
+                                             flesh_sunboolean jok, flesh_sunboolean *jcur,
+                                             sunrealtype gamma, void *problem);
+FLESH_API int flesh_rhs_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vector r,
+                                             N_Vector z, sunrealtype gamma, sunrealtype delta,
+                                             int lr, void *problem);
+
+/* Counts since creation; the caller may zero them. Owned by the problem. */
+FLESH_API flesh_solve_stats *flesh_rhs_stats(flesh_rhs_problem *problem);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
