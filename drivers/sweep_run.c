@@ -126,7 +126,7 @@ static json_t *silent(const crew *w, const job *j, int ended)
 {
   char message[160];
   if (j->killed && w->sweep->max_seconds > 0) {
-    snprintf(message, sizeof message, "it hung: ended %g s after its budget of %g s was spent", GRACE,
+    snprintf(message, sizeof message, "it did not stop by itself: ended %g s after its budget of %g s was spent", GRACE,
              w->sweep->max_seconds);
     return json_pack("{sssisssn}", "status", "out of budget", "exit_code", 6, "message", message, "result");
   }

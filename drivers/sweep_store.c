@@ -22,7 +22,8 @@ enum { PATIENCE_MS = 60000 };
 const char flesh_sweep_schema_text[] =
     "Tables of the database:\n"
     "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (when repeats > 1),\n"
-    "              status (planned, running, complete, failed, out of budget, crashed, refused), exit_code, message,\n"
+    "              status (planned, running, complete, failed, out of budget, crashed, refused,\n"
+    "              interrupted), exit_code, message,\n"
     "              seconds (of the whole case), started (UTC), worker, scene, overrides (what --set would have, JSON),\n"
     "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256)\n"
     "  table_rows  of drift, accuracy and stress: case_id, number, data (a row of the command's CSV as JSON)\n"

@@ -173,7 +173,7 @@ END
   done
   kill -SEGV "$(child "$sweep")" || return 1
   wait "$sweep" || return 1
-  [ "$(ask hung/sweep.db "status, message LIKE 'it hung%'" 'id = 1')" = 'out of budget,1' ] &&
+  [ "$(ask hung/sweep.db "status, message LIKE 'it did not stop by itself%'" 'id = 1')" = 'out of budget,1' ] &&
     [ "$(ask hung/sweep.db "status, message LIKE '%signal 11%' OR message LIKE '%without a result%'" 'id = 2')" = crashed,1 ] &&
     [ "$(ask hung/sweep.db "status, message LIKE 'the budget of 1.5 s%', t_end > 0" 'id = 3')" = 'out of budget,1,1' ] ||
     { ask hung/sweep.db id,status,message; return 1; }
