@@ -11,6 +11,7 @@
 #include "command_run.h"
 #include "command_schema.h"
 #include "command_stress.h"
+#include "command_sweep.h"
 #include "options.h"
 #include "provenance.h"
 
@@ -26,6 +27,7 @@ static const command commands[] = {
     {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
     {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
+    {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},

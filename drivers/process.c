@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -27,13 +28,15 @@ int flesh_process_start(void (*work)(const void *data, void *result), const void
   if (pipe(ends))
     return flesh_fail(FLESH_ERR_FILE, "no pipe to a new process: %s", strerror(errno));
   fflush(NULL);
-  pid_t id = fork();
+  pid_t parent = getpid(), id = fork();
   if (id < 0) {
     close(ends[0]);
     close(ends[1]);
     return flesh_fail(FLESH_ERR_MEMORY, "no new process: %s", strerror(errno));
   }
   if (id == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* it does not outlive who would collect it */
+    if (getppid() != parent) _exit(1);
     close(ends[0]);
     memcpy(copy, result, size);
     work(data, copy);

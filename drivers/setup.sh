@@ -38,6 +38,7 @@ libfyaml-dev pkg-config libfyaml reads scenes
 libgsl-dev pkg-config gsl root finding and dense linear algebra of the program and tests
 libjansson-dev pkg-config jansson writes results as JSON
 libmd-dev pkg-config libmd checksums of inputs
+libsqlite3-dev pkg-config sqlite3 the databases of sweeps
 gnuplot-nox tool gnuplot plots and pictures
 END
 }
@@ -47,6 +48,7 @@ test_packages() {
 gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
+parallel tool parallel runs the shards of a sweep
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 END
 }

@@ -21,7 +21,8 @@ typedef enum flesh_key_type {
   FLESH_KEY_INTEGERS, /* flesh_integers */
   FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
   FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
-  FLESH_KEY_EFFECTS   /* list of one-key mappings named by the registry of effects: flesh_objects */
+  FLESH_KEY_EFFECTS,  /* list of one-key mappings named by the registry of effects: flesh_objects */
+  FLESH_KEY_TREE      /* const flesh_node *: whatever stands there, for its reader to judge; NULL when absent */
 } flesh_key_type;
 
 typedef struct flesh_integers {

@@ -124,6 +124,9 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
   case FLESH_KEY_EFFECTS:
     SAY("a list of effects, each \"- name: {its keys}\"");
     break;
+  case FLESH_KEY_TREE:
+    SAY("as documented");
+    break;
   }
   if (key->unit && used < size) SAY(" [%s]", key->unit);
 #undef SAY
@@ -162,6 +165,9 @@ void flesh_keys_blank(const flesh_key *keys, void *target)
     case FLESH_KEY_TEXT:
     case FLESH_KEY_PATH:
       *(char **)value = NULL;
+      break;
+    case FLESH_KEY_TREE:
+      *(const flesh_node **)value = NULL;
       break;
     case FLESH_KEY_AXES:
       *(unsigned *)value = 0;
@@ -335,6 +341,9 @@ static int read_value(const flesh_key_reader *reader, const flesh_key *key, cons
     return read_objects(reader, key, node, path, value);
   case FLESH_KEY_EFFECTS:
     return flesh_effect_list_read(reader, node, path, value);
+  case FLESH_KEY_TREE:
+    *(const flesh_node **)value = node;
+    return FLESH_OK;
   case FLESH_KEY_OBJECT:
     if (flesh_node_is_null(node))
       return flesh_keys_read(reader, key->children, NULL, node, path, value);

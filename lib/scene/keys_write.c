@@ -26,6 +26,8 @@ static int value_absent(const flesh_key *key, const void *value)
   case FLESH_KEY_TEXT:
   case FLESH_KEY_PATH:
     return !*(char *const *)value;
+  case FLESH_KEY_TREE:
+    return 1; /* never written */
   case FLESH_KEY_AXES:
     return !*(const unsigned *)value;
   case FLESH_KEY_INTEGERS:
@@ -142,6 +144,8 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     break;
   case FLESH_KEY_EFFECTS:
     flesh_effect_list_write(value, indent, text);
+    break;
+  case FLESH_KEY_TREE:
     break;
   }
 }

@@ -159,7 +159,8 @@ static int check_solver(const flesh_scene *scene)
   return FLESH_OK;
 }
 
-static int read_scene(flesh_scene *scene, int count, const char *const *overrides)
+/* The values of all keys, before anything is made of them. */
+static int read_keys(flesh_scene *scene, int count, const char *const *overrides)
 {
   flesh_node *root = NULL;
   int status = read_tree(scene, count, overrides, &root);
@@ -172,13 +173,26 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
       flesh_arena_text(&scene->arena, scene->path,
                        slash ? (size_t)(slash - scene->path) + (slash == scene->path) : 0);
   if (!reader.directory) return no_memory(scene->path);
-  status = flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
+  return flesh_keys_read(&reader, flesh_scene_table, root, root, "", &scene->keys);
+}
+
+static int read_scene(flesh_scene *scene, int count, const char *const *overrides)
+{
+  int status = read_keys(scene, count, overrides);
   if (!status) status = check_solver(scene);
   if (!status) status = read_mesh(scene);
   if (!status) status = flesh_scene_make_body(scene);
   if (!status) status = flesh_scene_make_system(scene);
   if (!status) status = settle_time(scene);
   if (!status) status = read_start(scene);
+  return status;
+}
+
+int flesh_scene_check_keys(const char *path, int count, const char *const *overrides)
+{
+  flesh_scene scene = {.path = path};
+  int status = read_keys(&scene, count, overrides);
+  flesh_arena_free(&scene.arena);
   return status;
 }
 

@@ -19,6 +19,10 @@ struct flesh_scene {
   flesh_state start; /* arrays [3*n] in the arena */
 };
 
+/* Whether every key and its value are valid, as flesh_scene_read finds them; no mesh is read and
+ * nothing is built. */
+int flesh_scene_check_keys(const char *path, int count, const char *const *overrides);
+
 /* The node of `name` (may be NULL), else the one above it: where an error about it is reported. */
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset);
 

@@ -211,6 +211,9 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
   case FLESH_KEY_EFFECTS:
     write_effects(arena, indent, text);
     break;
+  case FLESH_KEY_TREE:
+    flesh_text_print(text, "\"type\": [\"object\", \"array\", \"string\", \"number\", \"boolean\"]");
+    break;
   }
 }
 

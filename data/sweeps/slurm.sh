@@ -1,0 +1,14 @@
+#!/bin/sh
+# slurm.sh: a sweep as an array of SLURM jobs. A job that is requeued goes on where it was.
+#
+#   sbatch data/sweeps/slurm.sh SPEC OUT
+#   flesh sweep merge OUT/sweep.db OUT/shard*/sweep.db     when all have ended
+#
+#SBATCH --job-name=flesh-sweep
+#SBATCH --array=1-32
+#SBATCH --cpus-per-task=1
+#SBATCH --time=04:00:00
+#SBATCH --requeue
+set -eu
+exec "${FLESH:-flesh}" sweep "$1" --shard "$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT" \
+  --out "$2/shard$SLURM_ARRAY_TASK_ID" --jobs "${SLURM_CPUS_PER_TASK:-1}" --resume --quiet
