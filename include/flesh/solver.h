@@ -69,7 +69,7 @@ typedef struct flesh_solver_options {
   int untangle;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 100 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
+/* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
  * unconverged solves refused. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
