@@ -35,6 +35,8 @@ static void impossible_statics_leave_the_state(void)
   const flesh_motion motion = {.count = 1, .keyframes = &through};
   test_body b;
   flesh_solver_options options = tight(1e-6);
+  options.max_newton = 20; /* with more the bar finds a way round */
+  options.max_halvings = 4;
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
   make_bar(FLESH_ENERGY_B, 0.45, &b);
