@@ -1,37 +1,6 @@
 # test_command_accuracy.sh: `flesh accuracy` as it is used: figures, orders, its reference, resuming, refusals.
-# FLESH names the program.
 set -u
-flesh=${FLESH:?FLESH must name the flesh program}
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-number=0
-
-# Each test is a function whose status says whether it passed; its output is shown as comments when it did not.
-try() {
-  number=$((number + 1))
-  if ("$1") >log 2>&1; then
-    printf 'ok %d - %s\n' "$number" "$1"
-  else
-    printf 'not ok %d - %s\n' "$number" "$1"
-    sed 's/^/# /' log
-  fi
-}
-
-# expect CODE COMMAND...: the exit status; output goes to stdout.txt and stderr.txt.
-expect() {
-  code=$1
-  shift
-  "$@" >stdout.txt 2>stderr.txt
-  status=$?
-  [ "$status" -eq "$code" ] && return
-  echo "$* ended with $status, not $code:"
-  cat stdout.txt stderr.txt
-  return 1
-}
-
-has() { grep -q -e "$2" "$1" || { echo "$1 lacks: $2"; cat "$1"; return 1; }; }
-lines() { grep -c '' "$1"; }
+. "$(dirname -- "$0")/command.sh"
 
 # column FILE NAME METHOD PRICE: the values of a column of the rows of a method.
 column() {
@@ -276,5 +245,5 @@ a_spent_budget_is_a_row
 a_run_that_fails_is_a_row
 bad_usage_is_refused
 without_gnuplot_the_figures_stand'
-echo "1..$(echo "$tests" | wc -l)"
-for name in $tests; do try "$name"; done
+# shellcheck disable=SC2086
+run_tests $tests
