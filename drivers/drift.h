@@ -7,7 +7,7 @@
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */
-  FLESH_DRIFT_PLAIN,   /* full projected Newton steps, ten at most, taken as they come */
+  FLESH_DRIFT_PLAIN,   /* full Newton steps, clamped Hessian, ten at most, taken as they come */
   FLESH_DRIFT_SOLVERS
 } flesh_drift_solver;
 

@@ -148,6 +148,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   if (!status && c->solver == FLESH_DRIFT_PLAIN)
     status = flesh_overrides_add(&overrides, "solver.globalization", "none") ||
              flesh_overrides_add(&overrides, "solver.projection", "always") ||
+             flesh_overrides_add(&overrides, "solver.filtering", "clamp") ||
              flesh_overrides_add(&overrides, "solver.max_newton", "10") ||
              flesh_overrides_add(&overrides, "solver.max_halvings", "0") ||
              flesh_overrides_add(&overrides, "solver.accept_unconverged", "true")
