@@ -27,6 +27,7 @@ struct flesh_untangler {
   int stressed;     /* at rest */
   int may_collapse; /* stressed, or it began in a point or line */
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
+  double edge;      /* mean, m */
   double force;     /* that strains the average edge by its own length, N */
   double *v, *a, *r, *saved, *zero; /* [n] */
   uint8_t *fixed; /* [n] */
@@ -37,16 +38,18 @@ static int is(const flesh_effect *effect, const char *name)
   return !strcmp(effect->operations->name, name);
 }
 
-/* Adds up, in `r`, what elasticity or everything but elasticity and inertia does to nodes that stand
- * still at x. */
-static int forces(flesh_untangler *self, double t, const double *x, int elastic)
+enum { ELASTIC = 1, OTHER = 2 };
+
+/* Adds up, in `r`, what elasticity or everything but elasticity and inertia (or both) does to nodes
+ * that stand still at x. */
+static int forces(flesh_untangler *self, double t, const double *x, int kinds)
 {
   const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero};
   memset(self->r, 0, sizeof(double) * (size_t)self->n);
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
-    if (!effect->operations->residual || is(effect, "inertia") || is(effect, "elasticity") != elastic)
-      continue;
+    int kind = is(effect, "inertia") ? 0 : is(effect, "elasticity") ? ELASTIC : OTHER;
+    if (!effect->operations->residual || !(kind & kinds)) continue;
     int status = effect->operations->residual(effect, &point, self->r);
     if (status) return status;
   }
@@ -68,16 +71,14 @@ static double force_scale(flesh_untangler *self, int *stressed)
   const double part = 1e-6, *X = flesh_mesh_positions(self->mesh);
   unsigned long long random = 1;
   double sum = 0;
-  flesh_mesh_info info;
-  flesh_mesh_inspect(self->mesh, &info);
   *stressed = 1;
-  if (forces(self, 0, X, 1)) return 0;
+  if (forces(self, 0, X, ELASTIC)) return 0;
   memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
   for (int d = 0; d < self->n; d++) {
     random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
-    self->a[d] = X[d] + part * info.edge_mean * (random >> 63 ? 1 : -1);
+    self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
   }
-  if (forces(self, 0, self->a, 1)) return 0;
+  if (forces(self, 0, self->a, ELASTIC)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
   double force = sum / self->n / part;
   *stressed = largest(self->n, self->saved) > 1e-6 * force;
@@ -96,6 +97,9 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     if (is(flesh_system_effect(system, k), "inertia"))
       self->inertia = flesh_system_effect(system, k);
+  flesh_mesh_info info;
+  flesh_mesh_inspect(self->mesh, &info);
+  self->edge = info.edge_mean;
   double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
@@ -150,11 +154,36 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   return largest(self->n, self->r) <= calm_share * self->force;
 }
 
+/* Whether the body would not begin to move if it stood still: what creeps through much damping is
+ * calm, but on its way. Leaves what is fixed in `fixed`. */
+static int is_balanced(flesh_untangler *self, const flesh_state *state)
+{
+  flesh_system_fixed(self->system, state->t, self->fixed);
+  if (forces(self, state->t, state->x, ELASTIC | OTHER)) return 0;
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d] && fabs(self->r[d]) > 2 * calm_share * self->force) return 0;
+  return 1;
+}
+
+/* Whether nothing strains the body: its nodes are held at rest positions if at all, and all loads
+ * together could not hold a tangle. */
+static int is_unloaded(flesh_untangler *self, const flesh_state *state)
+{
+  double sum = 0, largest_offset = 0;
+  const double *X = flesh_mesh_positions(self->mesh);
+  if (forces(self, state->t, state->x, OTHER)) return 0;
+  for (int d = 0; d < self->n; d++) {
+    sum += fabs(self->r[d]);
+    if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
+  }
+  return sum <= held_share * self->force && largest_offset <= 1e-6 * self->edge;
+}
+
 /* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
  * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
-  if (forces(self, state->t, state->x, 0)) return 1;
+  if (forces(self, state->t, state->x, OTHER)) return 1;
   const int *tets = flesh_mesh_tets(self->mesh);
   for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
     for (int a = 0; tangled[t] && a < 4; a++)
@@ -203,14 +232,15 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   }
   const uint8_t *tangled;
   int count = flesh_winding_find(self->winding, state->x, &tangled);
+  if (!count && !self->may_collapse && is_balanced(self, state) && is_unloaded(self, state))
+    count = flesh_winding_find_crushed(self->winding, state->x, &tangled);
   if (!count) {
     self->attempts = 0;
     return 0;
   }
   if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) ||
-      is_held(self, state, tangled))
+      !is_balanced(self, state) || is_held(self, state, tangled))
     return 0;
-  flesh_system_fixed(self->system, state->t, self->fixed);
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;

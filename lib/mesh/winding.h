@@ -29,6 +29,11 @@ int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
  * `tangled` [tets] is theirs. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
+/* The same for tets that are inverted or squeezed to less than a twentieth in some direction. What
+ * nothing squeezes does not rest so, but tets that are slivers at rest may: flat in another
+ * direction than they should be, they hold their neighbours in place. */
+int flesh_winding_find_crushed(flesh_winding *winding, const double *x, const uint8_t **tangled);
+
 /* Moves the nodes within `rings` layers of tets around the tangled ones of the last find so that the
  * squares of (x_a - x_b) - R (X_a - X_b), over their edges' lengths, sum to the least, R being the
  * rotation that fits the nodes around best, for every connected group of moved nodes its own.
