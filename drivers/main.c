@@ -10,6 +10,7 @@
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
+#include "command_skin.h"
 #include "command_stress.h"
 #include "command_sweep.h"
 #include "options.h"
@@ -29,6 +30,7 @@ static const command commands[] = {
     {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
+    {"skin", flesh_command_skin, "let a fine surface follow a body's tets"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},
     {"check", flesh_command_check, "validate a scene and differentiate its effects"},
