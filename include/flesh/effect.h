@@ -17,16 +17,19 @@
 
 #include "flesh/mesh.h"
 #include "flesh/status.h"
+#include "flesh/threads.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
- * static solve raises its load in increments). */
+ * static solve raises its load in increments). An effect may hand its work to `threads` (borrowed,
+ * or NULL); what it returns must not depend on their number. */
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */
+  flesh_threads *threads;
 } flesh_point;
 
 /* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute

@@ -71,7 +71,7 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->vs[d] = shift->v != 0 ? c->v[d] + s * shift->v * c->du[d] : 0;
     c->as[d] = shift->a != 0 ? c->a[d] + s * shift->a * c->du[d] : 0;
   }
-  return (flesh_point){c->t, 1, c->xs, c->vs, c->as};
+  return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as};
 }
 
 static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
