@@ -34,7 +34,8 @@ FLESH_API int flesh_threads_count(const flesh_threads *threads);
 
 /* Calls task(data, 0) ... task(data, tasks - 1), tasks <= FLESH_TASKS_MAX, in any order and on any
  * thread, and returns when all are done. `threads` NULL, or inherited by a fork: in the caller's
- * thread. One caller at a time; tasks must not call it for the same `threads`. Allocates nothing. */
+ * own thread. One caller at a time; tasks must not call it for the same `threads`. Allocates
+ * nothing. */
 FLESH_API void flesh_threads_run(flesh_threads *threads, int tasks, flesh_task *task, void *data);
 
 #ifdef __cplusplus
