@@ -12,5 +12,6 @@
 #include "flesh/solver.h"
 #include "flesh/status.h"
 #include "flesh/system.h"
+#include "flesh/threads.h"
 
 #endif
