@@ -4,6 +4,8 @@
  * gets volume * P g_a; the pair (a,b) the block K_ab = volume * (dP g_a) in direction e_j g_b^T. */
 #include "effect/elasticity_kernel.h"
 
+#include <stddef.h>
+
 #include "material/psi.h"
 #include "material/spectrum.h"
 #include "math/svd3.h"
