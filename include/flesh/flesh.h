@@ -11,6 +11,7 @@
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
+#include "flesh/surface.h"
 #include "flesh/system.h"
 #include "flesh/threads.h"
 
