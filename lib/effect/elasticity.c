@@ -4,6 +4,7 @@
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
@@ -163,26 +164,40 @@ static const flesh_elasticity_kernel *kernel_for(flesh_instructions instructions
   return &flesh_elasticity_portable;
 }
 
-/* Cuts the ordered tets into batches: within a piece, of one material. Only counts them where
- * `first` is NULL. */
-static int cut_batches(const flesh_tet_order *order, const int *tet_material, int lanes,
-                       int *piece_batch, int *first, int *material)
+/* Cuts n tets of one material into batches and arranges them in `tet` so that lane l takes a run
+ * of its own: neighbours, which share nodes, follow one another and do not wait for one another
+ * within a batch. Only counts where `first` is NULL. Returns how many batches. */
+static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *first)
 {
+  int batches = (n + lanes - 1) / lanes;
+  for (int b = 0; first && b < batches; b++) {
+    first[b] = at;
+    for (int k = b; k < n; k += batches) tet[at++] = run[k];
+  }
+  return batches;
+}
+
+/* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
+ * is NULL, else fills it with the tets' new order. */
+static int cut_batches(elasticity *self, const int *tet_material, int *tet, int *first,
+                       int *material)
+{
+  const flesh_tet_order *order = &self->order;
   int count = 0;
   for (int p = 0; p < order->pieces; p++) {
-    piece_batch[p] = count;
-    for (int k = order->piece_first[p], used = 0; k < order->piece_first[p + 1]; k++) {
+    self->piece_batch[p] = count;
+    for (int k = order->piece_first[p], n; k < order->piece_first[p + 1]; k += n) {
       int own = tet_material ? tet_material[order->tet[k]] : 0;
-      if (used == 0 || used == lanes || (tet_material && own != tet_material[order->tet[k - 1]])) {
-        if (first) first[count] = k, material[count] = own;
-        count++;
-        used = 0;
-      }
-      used++;
+      for (n = 1; k + n < order->piece_first[p + 1]; n++)
+        if (tet_material && tet_material[order->tet[k + n]] != own) break;
+      int batches =
+          cut_run(order->tet + k, n, self->kernel->lanes, k, tet, tet ? first + count : NULL);
+      for (int b = 0; tet && b < batches; b++) material[count + b] = own;
+      count += batches;
     }
   }
-  piece_batch[order->pieces] = count;
-  if (first) first[count] = order->piece_first[order->pieces];
+  self->piece_batch[order->pieces] = count;
+  if (tet) first[count] = order->piece_first[order->pieces];
   return count;
 }
 
@@ -198,50 +213,57 @@ static void find_shape(const double *X, const int node[4], double shape[10])
   shape[9] = fabs(flesh_mat3_inverse(D, shape)) / 6;
 }
 
-static int make_batches(elasticity *self, const flesh_body *body)
+/* Nodes and shapes of the batches, whose cells are the tets in this order. */
+static int fill_batches(elasticity *self, const flesh_body *body, const int *tet)
 {
-  int lanes = self->kernel->lanes, tets = self->cells.count;
-  self->piece_batch = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
-  if (!self->piece_batch) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
-  int count = cut_batches(&self->order, body->tet_material, lanes, self->piece_batch, NULL, NULL);
-  int *first = malloc(((size_t)count + 1) * sizeof *first);
-  int *material = malloc(((size_t)count + 1) * sizeof *material);
-  double *shapes = aligned_alloc(64, ((size_t)count * 10 * (size_t)lanes * 8 + 127) / 64 * 64);
-  self->batches = (flesh_batches){.count = count,
-                                  .first = first,
-                                  .material = material,
-                                  .shapes = shapes,
-                                  .nodes = self->cells.nodes,
-                                  .materials = body->materials};
-  if (!first || !material || !shapes)
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
-  cut_batches(&self->order, body->tet_material, lanes, self->piece_batch, first, material);
+  flesh_cells given;
+  int status = flesh_cells_of_tets(body->mesh, &given);
+  if (status) return status;
+  int lanes = self->kernel->lanes, tets = given.count, count = self->batches.count;
+  int *nodes = malloc((size_t)tets * 4 * sizeof *nodes);
+  double *shapes = aligned_alloc(64, ((size_t)count * 80 * (size_t)lanes + 127) / 64 * 64);
+  for (int k = 0; nodes && k < tets; k++)
+    memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
+  flesh_cells_clear(&given);
+  self->cells = (flesh_cells){tets, 4, nodes};
+  self->batches.nodes = nodes;
+  self->batches.shapes = shapes;
+  if (!nodes || !shapes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
   const double *X = flesh_mesh_positions(body->mesh);
   for (int b = 0; b < count; b++)
     for (int l = 0; l < lanes; l++) {
-      int used = first[b + 1] - first[b];
+      int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
       double shape[10];
-      find_shape(X, self->cells.nodes + 4 * (size_t)(first[b] + (l < used ? l : used - 1)), shape);
+      find_shape(X, nodes + 4 * (size_t)(first + (l < used ? l : used - 1)), shape);
       if (l >= used) shape[9] = 0;
       for (int k = 0; k < 10; k++) shapes[((size_t)b * 10 + k) * lanes + l] = shape[k];
     }
   return FLESH_OK;
 }
 
-/* The cells in the order of the pieces. */
-static int order_cells(elasticity *self, const flesh_body *body)
+static int make_batches(elasticity *self, const flesh_body *body)
 {
-  flesh_cells given;
+  int tets = flesh_mesh_tet_count(body->mesh);
   int status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
-  if (!status) status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
-  int *nodes = malloc((size_t)given.count * 4 * sizeof *nodes);
-  for (int k = 0; nodes && k < given.count; k++)
-    for (int a = 0; a < 4; a++)
-      nodes[4 * (size_t)k + a] = given.nodes[4 * (size_t)self->order.tet[k] + a];
-  self->cells = (flesh_cells){given.count, 4, nodes};
-  flesh_cells_clear(&given);
-  return nodes ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to order the elements");
+  self->piece_batch = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
+  if (!self->piece_batch) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
+  int count = cut_batches(self, body->tet_material, NULL, NULL, NULL);
+  int *first = malloc(((size_t)count + 1) * sizeof *first);
+  int *material = malloc(((size_t)count + 1) * sizeof *material);
+  int *tet = malloc(((size_t)tets + 1) * sizeof *tet);
+  self->batches = (flesh_batches){
+      .count = count, .first = first, .material = material, .materials = body->materials};
+  if (first && material && tet) {
+    cut_batches(self, body->tet_material, tet, first, material);
+    status = fill_batches(self, body, tet);
+  } else {
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
+  }
+  free(tet);
+  free(self->order.tet);
+  self->order.tet = NULL;
+  return status;
 }
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
@@ -259,10 +281,7 @@ int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions inst
   elasticity *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
   self->kernel = kernel_for(instructions);
-  status = order_cells(self, body);
-  if (!status) status = make_batches(self, body);
-  free(self->order.tet);
-  self->order.tet = NULL;
+  status = make_batches(self, body);
   if (status) {
     elasticity_destroy(self);
     return status;

@@ -13,7 +13,7 @@
 
 /* Within these bounds of I_C and J nothing of a built-in energy overflows, nor does the batched
  * logarithm or decomposition leave its domain; beyond, tets are taken one by one. */
-#define LARGEST 1e50
+#define LARGEST  1e50
 #define SMALLEST 1e-50
 
 /* A batch at a point. */
@@ -38,10 +38,10 @@ static inline void deformation(const double *x, batch *b)
   }
   for (int i = 0; i < 3; i++) {
 #define POSITION(a, l) x[3 * (size_t)node[4 * (l) + (a)] + i]
-#define FIRST(l) POSITION(0, l)
-#define SECOND(l) POSITION(1, l)
-#define THIRD(l) POSITION(2, l)
-#define FOURTH(l) POSITION(3, l)
+#define FIRST(l)       POSITION(0, l)
+#define SECOND(l)      POSITION(1, l)
+#define THIRD(l)       POSITION(2, l)
+#define FOURTH(l)      POSITION(3, l)
     flesh_real x0 = FLESH_EACH_LANE(FIRST), d1 = FLESH_EACH_LANE(SECOND) - x0;
     flesh_real d2 = FLESH_EACH_LANE(THIRD) - x0, d3 = FLESH_EACH_LANE(FOURTH) - x0;
 #undef FOURTH
@@ -54,30 +54,33 @@ static inline void deformation(const double *x, batch *b)
   }
 }
 
-/* psi where it is a function of the user's own, or where the batch has something out of bounds. */
-static int psi_one_by_one(batch *b)
+/* psi where it is a function of the user's own, or where something is out of bounds. */
+static __attribute__((noinline, cold)) int psi_one_by_one(const flesh_material *material,
+                                                          const flesh_real *I_C,
+                                                          const flesh_real *J, flesh_psi_real *psi)
 {
   for (int l = 0; l < FLESH_LANES; l++) {
-    flesh_psi psi;
-    double I_C = flesh_lane(b->I_C, l);
-    int status = b->material->psi(I_C, flesh_lane(b->J, l), b->material, &psi);
+    flesh_psi one;
+    double length = flesh_lane(*I_C, l);
+    int status = material->psi(length, flesh_lane(*J, l), material, &one);
     /* An overflow would spread silently, or be taken for J <= 0. */
-    if (status == FLESH_UNDEFINED && !(I_C < INFINITY)) return FLESH_NONFINITE;
+    if (status == FLESH_UNDEFINED && !(length < INFINITY)) return FLESH_NONFINITE;
     if (status) return status;
-    if (0 * psi.value + 0 * psi.I + 0 * psi.J + 0 * psi.II + 0 * psi.IJ + 0 * psi.JJ + 0 * I_C != 0)
+    if (0 * one.value + 0 * one.I + 0 * one.J + 0 * one.II + 0 * one.IJ + 0 * one.JJ + 0 * length !=
+        0)
       return FLESH_NONFINITE;
-    flesh_set_lane(&b->psi.value, l, psi.value);
-    flesh_set_lane(&b->psi.I, l, psi.I);
-    flesh_set_lane(&b->psi.J, l, psi.J);
-    flesh_set_lane(&b->psi.II, l, psi.II);
-    flesh_set_lane(&b->psi.IJ, l, psi.IJ);
-    flesh_set_lane(&b->psi.JJ, l, psi.JJ);
+    flesh_set_lane(&psi->value, l, one.value);
+    flesh_set_lane(&psi->I, l, one.I);
+    flesh_set_lane(&psi->J, l, one.J);
+    flesh_set_lane(&psi->II, l, one.II);
+    flesh_set_lane(&psi->IJ, l, one.IJ);
+    flesh_set_lane(&psi->JJ, l, one.JJ);
   }
   return FLESH_OK;
 }
 
-static inline int load(const flesh_batches *batches, int index, const double *x, int with_value,
-                       batch *b)
+static inline __attribute__((always_inline)) int load(const flesh_batches *batches, int index,
+                                                      const double *x, int with_value, batch *b)
 {
   const flesh_real_at *shape =
       (const flesh_real_at *)(batches->shapes + (size_t)index * 10 * FLESH_LANES);
@@ -96,8 +99,13 @@ static inline int load(const flesh_batches *batches, int index, const double *x,
   flesh_energy energy = b->material->energy;
   flesh_real smallest = flesh_all(flesh_psi_needs_volume(energy) ? SMALLEST : -LARGEST);
   flesh_mask ordinary = (b->I_C < LARGEST) & (b->J < LARGEST) & (b->J > smallest);
-  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_builtin(energy))
-    return psi_one_by_one(b);
+  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_builtin(energy)) {
+    flesh_real I_C = b->I_C, J = b->J;
+    flesh_psi_real psi;
+    int status = psi_one_by_one(b->material, &I_C, &J, &psi);
+    b->psi = psi;
+    return status;
+  }
   flesh_psi_form(energy, b->material, with_value, b->I_C, b->J, &b->psi);
   return FLESH_OK;
 }
@@ -108,16 +116,18 @@ static int residual(const flesh_batches *batches, int from, int until, const dou
     batch b;
     int status = load(batches, k, x, 0, &b);
     if (status) return status;
-    flesh_real pI = 2 * b.volume * b.psi.I, pJ = b.volume * b.psi.J, f[4][3];
+    flesh_real pI = 2 * b.volume * b.psi.I, pJ = b.volume * b.psi.J, f[4];
+    double parts[3][4][FLESH_LANES] __attribute__((aligned(64)));
     for (int i = 0; i < 3; i++) {
       flesh_real P[3];
       for (int j = 0; j < 3; j++) P[j] = pI * b.F[3 * i + j] + pJ * b.C[3 * i + j];
-      for (int a = 0; a < 3; a++) f[a + 1][i] = flesh_vec3_dot(P, b.g[a]);
-      f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
+      for (int a = 0; a < 3; a++) f[a + 1] = flesh_vec3_dot(P, b.g[a]);
+      f[0] = -(f[1] + f[2] + f[3]);
+      for (int a = 0; a < 4; a++) *(flesh_real_at *)parts[i][a] = f[a];
     }
-    for (int l = 0; l < FLESH_LANES && l < b.used; l++)
+    for (int l = 0; l < b.used; l++)
       for (int a = 0; a < 4; a++)
-        for (int i = 0; i < 3; i++) r[3 * (size_t)b.node[4 * l + a] + i] += flesh_lane(f[a][i], l);
+        for (int i = 0; i < 3; i++) r[3 * (size_t)b.node[4 * l + a] + i] += parts[i][a][l];
   }
   return FLESH_OK;
 }
@@ -176,15 +186,13 @@ static inline void true_blocks(const batch *b, flesh_real scale, flesh_real pair
     }
 }
 
-static void decompose(const batch *b, flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
+/* Singular values of any size. */
+static __attribute__((noinline, cold)) void
+decompose_one_by_one(const flesh_real F[9], flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
 {
-  if (!flesh_any((b->I_C < SMALLEST) | (b->I_C > LARGEST))) {
-    flesh_svd3_core(b->F, U, sigma, V);
-    return;
-  }
   for (int l = 0; l < FLESH_LANES; l++) {
     double f[9], u[9], s[3], v[9];
-    for (int k = 0; k < 9; k++) f[k] = flesh_lane(b->F[k], l);
+    for (int k = 0; k < 9; k++) f[k] = flesh_lane(F[k], l);
     flesh_svd3(f, u, s, v);
     for (int k = 0; k < 9; k++) flesh_set_lane(&U[k], l, u[k]), flesh_set_lane(&V[k], l, v[k]);
     for (int k = 0; k < 3; k++) flesh_set_lane(&sigma[k], l, s[k]);
@@ -197,7 +205,8 @@ static int projected_blocks(const batch *b, flesh_real scale, flesh_filter filte
 {
   flesh_real U[9], sigma[3], V[9], g[3][3];
   flesh_spectrum spectrum;
-  decompose(b, U, sigma, V);
+  if (flesh_any((b->I_C < SMALLEST) | (b->I_C > LARGEST))) decompose_one_by_one(b->F, U, sigma, V);
+  else flesh_svd3_core(b->F, U, sigma, V);
   if (flesh_any(flesh_spectrum_make(&b->psi, sigma, &spectrum) == 0)) return FLESH_NONFINITE;
   if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) {
     true_blocks(b, scale, pair);
@@ -231,7 +240,8 @@ static inline void add_block(const flesh_real block[9], const int *slot, int use
   }
 }
 
-/* Adds the six blocks between nodes 1, 2, 3 and, by the zero row sum, the four that touch node 0. */
+/* Adds the six blocks between nodes 1, 2, 3 and, by the zero row sum, the four that touch node 0.
+ */
 static inline void scatter(const flesh_real pair[6][9], const int *slot, int used, double *values)
 {
   flesh_real k0[3][9], k00[9];
@@ -247,7 +257,8 @@ static inline void scatter(const flesh_real pair[6][9], const int *slot, int use
   for (int i = 0; i < 3; i++)
     for (int j = i; j < 3; j++) {
       int c = 3 * i + j, t = 3 * j + i;
-      k00[c] = k00[t] = -0.5 * ((k0[0][c] + k0[1][c] + k0[2][c]) + (k0[0][t] + k0[1][t] + k0[2][t]));
+      k00[c] = k00[t] =
+          -0.5 * ((k0[0][c] + k0[1][c] + k0[2][c]) + (k0[0][t] + k0[1][t] + k0[2][t]));
     }
   add_block(k00, slot, used, values);
   for (int p = 0; p < 3; p++) add_block(k0[p], slot + 1 + p, used, values);

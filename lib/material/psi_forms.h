@@ -17,10 +17,7 @@ typedef struct flesh_psi_real {
 #endif
 
 /* Whether a built-in energy is undefined for J <= 0. */
-static inline int flesh_psi_needs_volume(flesh_energy energy)
-{
-  return energy <= FLESH_ENERGY_C;
-}
+static inline int flesh_psi_needs_volume(flesh_energy energy) { return energy <= FLESH_ENERGY_C; }
 
 /* Where lambda multiplies J - alpha, J - 1 is taken first: it is exact near rest, so that nearly
  * incompressible constants (lambda >> mu) do not magnify the rounding of alpha. */
@@ -30,19 +27,18 @@ static inline void flesh_psi_neo(const flesh_material *m, int with_value, flesh_
 {
   flesh_real log_J = flesh_log(J), inverse = 1 / J;
   flesh_real pressure = m->lambda * log_J - m->mu; /* J psi_J */
-  if (with_value)
-    psi->value = 0.5 * m->mu * (I_C - 3) + (0.5 * m->lambda * log_J - m->mu) * log_J;
+  if (with_value) psi->value = 0.5 * m->mu * (I_C - 3) + (0.5 * m->lambda * log_J - m->mu) * log_J;
   psi->J = pressure * inverse;
   psi->JJ = (m->lambda - pressure) * inverse * inverse;
 }
 
-static inline void flesh_psi_a(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_a(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_real dilation = J - 1, inverse = 1 / J;
   if (with_value)
-    psi->value = 0.5 * m->mu * (I_C - 3) - m->mu * flesh_log(J) +
-                 0.5 * m->lambda * dilation * dilation;
+    psi->value =
+        0.5 * m->mu * (I_C - 3) - m->mu * flesh_log(J) + 0.5 * m->lambda * dilation * dilation;
   psi->J = m->lambda * dilation - m->mu * inverse;
   psi->JJ = m->lambda + m->mu * inverse * inverse;
 }
@@ -60,8 +56,8 @@ static inline void flesh_psi_isochoric(const flesh_material *m, int with_value, 
   psi->JJ = 5 * m->mu / 9 * I_bar * inverse * inverse;
 }
 
-static inline void flesh_psi_b(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_b(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_real dilation = J - 1;
   flesh_psi_isochoric(m, with_value, I_C, J, psi);
@@ -70,8 +66,8 @@ static inline void flesh_psi_b(const flesh_material *m, int with_value, flesh_re
   psi->JJ += m->lambda;
 }
 
-static inline void flesh_psi_c(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_c(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_psi_isochoric(m, with_value, I_C, J, psi);
   if (with_value) psi->value += 0.5 * m->lambda * (J - 1);
@@ -84,19 +80,18 @@ static inline void flesh_psi_m(const flesh_material *m, int with_value, flesh_re
   if (with_value) psi->value = 0.5 * m->mu * (I_C - 3);
 }
 
-static inline void flesh_psi_d(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_d(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_real dilation = J - 1;
-  if (with_value)
-    psi->value = 0.5 * m->mu * (I_C - 3) + 0.5 * m->lambda * dilation * dilation;
+  if (with_value) psi->value = 0.5 * m->mu * (I_C - 3) + 0.5 * m->lambda * dilation * dilation;
   psi->J = m->lambda * dilation;
   psi->JJ = flesh_all(m->lambda);
 }
 
 /* lambda (alpha - 1) = mu */
-static inline void flesh_psi_e(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_e(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_real dilation = J - 1, offset = dilation - m->mu / m->lambda;
   if (with_value) psi->value = 0.5 * m->mu * (I_C - 3) + 0.5 * m->lambda * offset * offset;
@@ -105,8 +100,8 @@ static inline void flesh_psi_e(const flesh_material *m, int with_value, flesh_re
 }
 
 /* lambda (alpha - 1) = 3/4 mu */
-static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
-                               flesh_psi_real *psi)
+static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_real I_C,
+                               flesh_real J, flesh_psi_real *psi)
 {
   flesh_real dilation = J - 1, inverse = 1 / (I_C + 1);
   if (with_value) {

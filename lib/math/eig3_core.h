@@ -8,11 +8,12 @@
 
 #include "math/mat3.h"
 
-#define FLESH_EIG3_SMALLEST 1e-100
-#define FLESH_EIG3_LARGEST 1e100
+#define FLESH_EIG3_SMALLEST   1e-100
+#define FLESH_EIG3_LARGEST    1e100
 #define FLESH_EIG3_MAX_SWEEPS 20
 
-/* Zeroes a[p][q] where `turn`; r is the third index. a is kept full and symmetric; v is Q by columns. */
+/* Zeroes a[p][q] where `turn`; r is the third index. a is kept full and symmetric; v is Q by
+ * columns. */
 static inline void flesh_eig3_rotate(flesh_mask turn, flesh_real a[3][3], flesh_real v[3][3], int p,
                                      int q, int r)
 {
@@ -45,8 +46,8 @@ static inline void flesh_eig3_core(const flesh_real A[9], flesh_real w[3], flesh
       v[i][j] = v[j][i] = flesh_all(i == j);
     }
   /* Below this fraction of |A| an off-diagonal entry cannot be seen. */
-  flesh_real norm2 = flesh_vec3_dot(a[0], a[0]) + flesh_vec3_dot(a[1], a[1]) +
-                     flesh_vec3_dot(a[2], a[2]);
+  flesh_real norm2 =
+      flesh_vec3_dot(a[0], a[0]) + flesh_vec3_dot(a[1], a[1]) + flesh_vec3_dot(a[2], a[2]);
   flesh_real floor = norm2 * (0.0625 * DBL_EPSILON * DBL_EPSILON);
   for (int sweep = 0; sweep < FLESH_EIG3_MAX_SWEEPS; sweep++) {
     flesh_real off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];

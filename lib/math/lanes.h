@@ -86,12 +86,12 @@ static inline flesh_real flesh_abs(flesh_real value)
  */
 static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 {
-#define EXCHANGE(step, low, high)                                    \
-  for (int k = 0; k < FLESH_LANES; k++)                              \
-    if (!(k & (step))) {                                             \
-      flesh_real a = v[k], b = v[k + (step)];                        \
-      v[k] = __builtin_shufflevector(a, b, FLESH_UNPACK low);        \
-      v[k + (step)] = __builtin_shufflevector(a, b, FLESH_UNPACK high); \
+#define EXCHANGE(step, low, high)                                                                  \
+  for (int k = 0; k < FLESH_LANES; k++)                                                            \
+    if (!(k & (step))) {                                                                           \
+      flesh_real a = v[k], b = v[k + (step)];                                                      \
+      v[k] = __builtin_shufflevector(a, b, FLESH_UNPACK low);                                      \
+      v[k + (step)] = __builtin_shufflevector(a, b, FLESH_UNPACK high);                            \
     }
 #define FLESH_UNPACK(...) __VA_ARGS__
 #if FLESH_LANES == 8
@@ -110,12 +110,14 @@ static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 
 /* The vector of f(0) ... f(lanes - 1). */
 #if FLESH_LANES == 8
-#define FLESH_EACH_LANE(f) \
-  (flesh_real){f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7)}
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7) }
 #elif FLESH_LANES == 4
-#define FLESH_EACH_LANE(f) (flesh_real){f(0), f(1), f(2), f(3)}
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1), f(2), f(3) }
 #else
-#define FLESH_EACH_LANE(f) (flesh_real){f(0), f(1)}
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1) }
 #endif
 
 /* n doubles anywhere in memory. */

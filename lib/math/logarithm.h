@@ -16,8 +16,8 @@ static inline double flesh_inverse_cbrt(double x) { return 1 / cbrt(x); }
 
 typedef uint64_t flesh_unsigned __attribute__((vector_size(8 * FLESH_LANES)));
 
-/* x = 2^e m with m within sqrt(1/2) and sqrt(2); log m = 2 artanh s, s = (m-1)/(m+1), by its series,
- * whose next term is below 2^-55 there. */
+/* x = 2^e m with m within sqrt(1/2) and sqrt(2); log m = 2 artanh s, s = (m-1)/(m+1), by its
+ * series, whose next term is below 2^-55 there. */
 static inline flesh_real flesh_log(flesh_real x)
 {
   /* Added to the bits of x, what lies between sqrt(1/2) and 1 carries into the exponent. */

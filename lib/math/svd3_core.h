@@ -11,7 +11,7 @@
 #include "math/mat3.h"
 
 #define FLESH_SVD3_SMALLEST 1e-30
-#define FLESH_SVD3_LARGEST 1e30
+#define FLESH_SVD3_LARGEST  1e30
 /* Columns count as orthogonal when the cosine between them is below this. */
 #define FLESH_SVD3_ORTHOGONAL (2 * DBL_EPSILON)
 /* Jacobi converges quadratically: after a sweep whose cosines and angles were all below this,
@@ -39,8 +39,8 @@ static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3
 {
   flesh_real pp = flesh_vec3_dot(b[p], b[p]), qq = flesh_vec3_dot(b[q], b[q]);
   flesh_real pq = flesh_vec3_dot(b[p], b[q]), product = pp * qq, pq2 = pq * pq;
-  flesh_mask turn = (pq2 > FLESH_SVD3_ORTHOGONAL * FLESH_SVD3_ORTHOGONAL * product) &
-                    (flesh_abs(pq) > floor);
+  flesh_mask turn =
+      (pq2 > FLESH_SVD3_ORTHOGONAL * FLESH_SVD3_ORTHOGONAL * product) & (flesh_abs(pq) > floor);
   if (!flesh_any(turn)) return turn;
   /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)) with the sign of d = qq - pp.
    */
