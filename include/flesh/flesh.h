@@ -11,6 +11,8 @@
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
+#include "flesh/surface.h"
 #include "flesh/system.h"
+#include "flesh/threads.h"
 
 #endif

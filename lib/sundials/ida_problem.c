@@ -50,6 +50,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
   if (!status) status = flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_system_matrix_create(system, &self->D);
+  if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status && options->linear_solver == FLESH_LINEAR_PCG)
     status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
   else if (!status)
@@ -80,6 +81,7 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_block_matrix_destroy(&self->D);
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_direct_destroy(&self->direct);
+  flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
   free(self);
   *problem = NULL;
@@ -124,7 +126,8 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
       self->v[d] = self->v_prescribed[d];
       self->a[d] = self->a_prescribed[d];
     }
-  return (flesh_point){.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a};
+  return (flesh_point){.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
+                       .threads = self->threads};
 }
 
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)

@@ -39,6 +39,7 @@ struct flesh_ida_problem {
   double from_x, from_v, held;
   flesh_preconditioner_data *preconditioner;
   flesh_direct *direct;
+  flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled, as are the next two */
   double *K_values, *D_values;
   double *work;   /* [4*n] of the linear solver */

@@ -23,6 +23,7 @@ struct flesh_problem {
   flesh_block_matrix *K;
   flesh_preconditioner_data *preconditioner;
   flesh_direct *direct;
+  flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   double *work;           /* [4*n] of the linear solver */
   double *step;           /* [n] trial of the line search */
