@@ -60,6 +60,21 @@ FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], d
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
+/* Which stiffness damps: that of the rest shape, or that of the lagged state. */
+typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;
+
+/* Rayleigh damping r = mass M v + stiffness K v [1/s, s], not negative, not both 0. K is
+ * elasticity's Hessian without its negative eigenvalues; `mass` brakes rigid motion as well, and
+ * K of the rest shape a body that has turned. */
+FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
+                                   flesh_stiffness against, flesh_effect **effect);
+
+/* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
+ * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0; F of the lagged
+ * state. r = 0 where x = R X and v = w x (x). */
+FLESH_API int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk,
+                                     flesh_effect **effect);
+
 #ifdef __cplusplus
 }
 #endif

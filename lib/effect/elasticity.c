@@ -9,8 +9,8 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "effect/elasticity_kernel.h"
+#include "effect/element.h"
 #include "effect/tet_order.h"
-#include "math/mat3.h"
 
 /* Parts whose energies are summed one by one, however many threads there are. */
 enum { PARTS = 64 };
@@ -201,18 +201,6 @@ static int cut_batches(elasticity *self, const int *tet_material, int *tet, int 
   return count;
 }
 
-/* Gradients and volume of one tet; its nodes ascend. */
-static void find_shape(const double *X, const int node[4], double shape[10])
-{
-  double D[9];
-  for (int i = 0; i < 3; i++)
-    for (int a = 0; a < 3; a++)
-      D[3 * i + a] = X[3 * (size_t)node[a + 1] + i] - X[3 * (size_t)node[0] + i];
-  /* D's columns are the edges; the rows of its inverse are the gradients, whichever way round
-   * the ascending nodes wind. */
-  shape[9] = fabs(flesh_mat3_inverse(D, shape)) / 6;
-}
-
 /* Nodes and shapes of the batches, whose cells are the tets in this order. */
 static int fill_batches(elasticity *self, const flesh_body *body, const int *tet)
 {
@@ -234,7 +222,8 @@ static int fill_batches(elasticity *self, const flesh_body *body, const int *tet
     for (int l = 0; l < lanes; l++) {
       int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
       double shape[10];
-      find_shape(X, nodes + 4 * (size_t)(first + (l < used ? l : used - 1)), shape);
+      shape[9] =
+          flesh_element_shape(X, nodes + 4 * (size_t)(first + (l < used ? l : used - 1)), shape);
       if (l >= used) shape[9] = 0;
       for (int k = 0; k < 10; k++) shapes[((size_t)b * 10 + k) * lanes + l] = shape[k];
     }
