@@ -24,6 +24,7 @@
 
 #include "flesh/mesh.h"
 #include "flesh/status.h"
+#include "flesh/threads.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,11 +35,15 @@ extern "C" {
  *
  * x_lag and v_lag are the last accepted state: the start of the step, or the last load increment
  * (at rest). They are x and v themselves where nothing is lagged. Effects never see NULL; in a
- * point handed to a flesh_system_ function NULL stands for x and v. */
+ * point handed to a flesh_system_ function NULL stands for x and v.
+ *
+ * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
+ * their number. */
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
   const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
+  flesh_threads *threads;
 } flesh_point;
 
 /* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute

@@ -4,6 +4,7 @@
 
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
@@ -14,5 +15,6 @@
 #include "flesh/status.h"
 #include "flesh/surface.h"
 #include "flesh/system.h"
+#include "flesh/threads.h"
 
 #endif

@@ -227,6 +227,7 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (x != problem->x) memcpy(problem->x, x, (size_t)problem->n * sizeof *x);
   memset(problem->a, 0, (size_t)problem->n * sizeof *problem->a);
   stats->potentials++;
-  const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a};
+  const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
+                             .threads = problem->threads};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }
