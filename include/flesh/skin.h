@@ -62,7 +62,7 @@ FLESH_API int flesh_skin_read(const char *path, const flesh_mesh *mesh,
  * Cache reads it (one sample per frame). Frames are the start, every `every`-th step and the last
  * one, as those of flesh_frames. Numbers are of single precision, in the VTU double. Older files of
  * these names are removed. An OBJ has its texture coordinates; the VTU has the point data
- * displacement and velocity. The point cache appears when it is closed. Borrows skin and surface. */
+ * displacement and velocity. The point cache appears when it is closed. Borrows the rest. */
 enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
 typedef struct flesh_skin_frames flesh_skin_frames;
 FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,

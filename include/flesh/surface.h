@@ -33,7 +33,8 @@ FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
  * FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. */
 FLESH_API int flesh_surface_write(const flesh_surface *surface, const double *x, const char *path);
 
-/* The boundary triangles of a mesh, with the nodes that they use in the mesh's order. Returns new. */
+/* The boundary triangles of a mesh with the nodes that they use, in the mesh's order. Returns
+ * new. */
 FLESH_API int flesh_surface_of_mesh(const flesh_mesh *mesh, flesh_surface **surface);
 
 /* NULL-safe; sets *surface to NULL. */
