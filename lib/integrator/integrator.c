@@ -239,6 +239,8 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
   flesh_stage stage;
   self->row->stage(memory, state, t_end, h, &stage);
   stage.t = before(stage.t, piece->event);
+  stage.x_lag = state->x;
+  stage.v_lag = state->v;
   if (second) {
     flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(t_end, piece->event),
                          state->x);

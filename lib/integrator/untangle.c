@@ -78,7 +78,8 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
     self->r[d] = 0;
   }
   self->know_velocity = 1;
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a};
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a,
+                       .x_lag = state->x, .v_lag = state->v};
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;

@@ -37,7 +37,8 @@ static int watch_open(watch *w)
     return flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
   const double *rest = flesh_mesh_positions(w->mesh);
   w->rest_volume = flesh_mesh_volume(w->mesh, rest);
-  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros};
+  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
+                             .x_lag = rest, .v_lag = w->zeros};
   for (size_t e = 0; e < effects; e++) {
     const flesh_effect *effect = flesh_system_effect(w->system, (int)e);
     /* Only elasticity's formula has an arbitrary constant. */

@@ -73,7 +73,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
-                       &self->residual.r, &self->potential.u, &self->u_matrix};
+                       &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
   int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
@@ -110,6 +110,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->residual.r);
   free(self->potential.u);
   free(self->u_matrix);
+  free(self->rest);
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_direct_destroy(&self->direct);
@@ -121,6 +122,8 @@ void flesh_problem_destroy(flesh_problem **problem)
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 {
   self->stage = *stage;
+  if (!stage->x_lag) self->stage.x_lag = stage->x0;
+  if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
@@ -157,7 +160,8 @@ static flesh_point point_at(flesh_problem *self, const double *u)
     for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * (fixed[d] ? held[d] : u[d]);
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
-  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a};
+  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
+                       .x_lag = s->x_lag, .v_lag = s->v_lag};
 }
 
 static int same(const flesh_problem *self, const double *u, const double *other)
@@ -288,7 +292,7 @@ double flesh_norm(int n, const double *x)
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (14 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->direct) bytes += flesh_direct_memory(self->direct);

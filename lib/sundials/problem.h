@@ -38,6 +38,7 @@ struct flesh_problem {
     double value, magnitude;
   } potential;
   double *u_matrix;      /* [n] where K was assembled */
+  double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */

@@ -224,14 +224,24 @@ int flesh_system_moves(const flesh_system *system)
   return flesh_system_next_event(system, -INFINITY) < INFINITY;
 }
 
+/* The point as effects see it. */
+static flesh_point with_lag(const flesh_point *point)
+{
+  flesh_point full = *point;
+  if (!full.x_lag) full.x_lag = full.x;
+  if (!full.v_lag) full.v_lag = full.v;
+  return full;
+}
+
 static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
                          double *r)
 {
+  const flesh_point full = with_lag(point);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
-    int status = effect->operations->residual(effect, point, r);
+    int status = effect->operations->residual(effect, &full, r);
     if (status) return status;
   }
   return FLESH_OK;
@@ -250,11 +260,12 @@ int flesh_system_load(const flesh_system *system, const flesh_point *point, doub
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
+  const flesh_point full = with_lag(point);
   memset(K->values, 0, (size_t)K->row_start[K->rows] * 9 * sizeof *K->values);
   for (int k = 0; k < system->entry_count; k++) {
     const entry *e = &system->entries[k];
     if (!e->effect->operations->jacobian) continue;
-    int status = e->effect->operations->jacobian(e->effect, point, shift, K, e->slots);
+    int status = e->effect->operations->jacobian(e->effect, &full, shift, K, e->slots);
     if (status) return status;
   }
   return FLESH_OK;
@@ -263,11 +274,12 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                            const flesh_shift *shift, double *phi, double *magnitude)
 {
+  const flesh_point full = with_lag(point);
   *phi = *magnitude = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->potential) continue;
-    int status = effect->operations->potential(effect, point, shift, phi, magnitude);
+    int status = effect->operations->potential(effect, &full, shift, phi, magnitude);
     if (status) return status;
   }
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
@@ -275,11 +287,12 @@ int flesh_system_potential(const flesh_system *system, const flesh_point *point,
 
 int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
 {
+  const flesh_point full = with_lag(point);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
-    int status = effect->operations->energy(effect, point, &energies[k]);
+    int status = effect->operations->energy(effect, &full, &energies[k]);
     if (status) return status;
   }
   return FLESH_OK;
