@@ -42,6 +42,8 @@ struct flesh_ida_problem {
   double *work;   /* [4*n] of the linear solver */
   double *right;  /* [n] */
   double *change; /* [n] */
+  double *x_accepted, t_accepted; /* [n] from where ways are tested, where `accepted`; else NULL */
+  int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
 };
@@ -54,6 +56,9 @@ int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, co
 /* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
 int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
                        const double *yp, flesh_ida_content content);
+/* From now on a residual is refused where something bars the straight way from x [n] at t: the state
+ * accepted last. */
+void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);
 /* Prepares the linear solver for K. */
 int flesh_ida_factor(flesh_ida_problem *problem);
 /* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. */
