@@ -204,11 +204,11 @@ void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double t
   if (!(d < w)) return;
   barrier->distance = fmin(barrier->distance, d);
   if (!(d > 0)) return;
-  const double s = d / w, rest = 1 - s, logarithm = log(s);
-  const double first = 2 * rest * logarithm - rest * rest / s;
-  const double second = -2 * logarithm + 4 * rest / s + rest * rest / (s * s);
+  const double s = d / w, rest = 1 - s, part = rest / s;
+  const double first = -part * rest * (3 + part);
+  const double second = part * (6 + 6 * part + 2 * part * part);
   const double along = weight * second / w, across = flat < 2 ? weight * first / to_core : 0;
-  barrier->value -= weight * w * rest * rest * logarithm;
+  barrier->value += weight * w * rest * rest * part;
   for (int i = 0; i < 3; i++) {
     barrier->gradient[i] += weight * first * direction[i];
     for (int j = 0; j < 3; j++) {
