@@ -49,20 +49,23 @@ typedef struct flesh_contact_options {
 /* NaN, NaN, 0, 1e-3 m/s. */
 FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
 
-/* Keeps the body's surface nodes out of the obstacle. Takes *obstacle (sets it to NULL), also when
+/* Keeps the body's nodes out of the obstacle (what lies between them may be cut by edges and by
+ * what is smaller than its faces). Takes *obstacle (sets it to NULL), also when
  * it fails; borrows `body`'s arrays.
  *
- * V = sum over nodes of A k w B(d/w), with the node's share A of the rest surface [m^2], the
- * distance d to the obstacle, stiffness k and thickness w; B(s) = -(1-s)^2 log s for s < 1, else 0
- * (the barrier of Li et al. 2020, "Incremental Potential Contact", eq. 6): nothing beyond w, a
- * cubic penalty where it begins, and no value at d <= 0. On triangle meshes V is summed over
+ * V = sum over nodes of A k w B(d/w), with the node's share A of the rest surface [m^2] (within the
+ * body, (V/4 of its tets)^(2/3): those nodes meet the obstacle when the body is crushed), the
+ * distance d to the obstacle, stiffness k and thickness w; B(s) = (1-s)^3/s for s < 1, else 0:
+ * nothing beyond w, a cubic penalty where it begins, no value at d <= 0, and towards that without
+ * bound: a barrier as in Li et al. 2020, "Incremental Potential Contact", whose logarithm is too
+ * weak to stop a fast node where time steps resolve its stop. On triangle meshes V is summed over
  * triangles, less that of the edges they share, plus that of the vertices (Li et al. 2023,
  * "Convergent Incremental Potential Contact"), so that it has no kinks in inner corners and does
  * not depend on how a flat face is cut into triangles.
  *
  * Friction: r = mu N f(|u|) u/|u| with the relative tangential velocity u, f(y) = 2 y/e - (y/e)^2
  * below the slip speed e, 1 above; normal force N and direction from the lagged state. In statics
- * there is none. */
+ * only a moving obstacle rubs. */
 FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
                                    flesh_obstacle **obstacle, flesh_effect **effect);
 

@@ -1,5 +1,4 @@
-/* contact.c: a barrier that keeps the body's surface nodes out of an obstacle, and lagged friction
- * on it. */
+/* contact.c: a barrier that keeps the body's nodes out of an obstacle, and lagged friction on it. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,9 +12,9 @@
 typedef struct contact {
   flesh_obstacle *obstacle;
   double thickness, friction, slip_speed;
-  int count;      /* surface nodes */
+  int count;      /* nodes of tets */
   int *nodes;     /* [count] ascending */
-  double *weight; /* [count] stiffness times the node's share of the surface, N */
+  double *weight; /* [count] stiffness times the node's area, N */
 } contact;
 
 /* The barrier at the place of a node; FLESH_UNDEFINED within the obstacle. */
@@ -177,13 +176,23 @@ static int contact_potential(const flesh_effect *effect, const flesh_point *poin
     *phi += energy / shift->x;
     *magnitude += fabs(energy / shift->x);
   }
-  if (self->friction == 0 || shift->v == 0) return FLESH_OK;
+  if (self->friction == 0 || (shift->v == 0 && shift->x == 0)) return FLESH_OK;
   flesh_obstacle_frame(self->obstacle, point->t_lag, &lagged);
   for (int k = 0; k < self->count; k++) {
     const rub rubs = rub_of(self, &lagged, point, k);
-    double share = rubs.force * slip_potential(rubs.speed, self->slip_speed) / shift->v;
+    double share = 0;
+    if (rubs.force == 0) continue;
+    if (shift->v != 0) {
+      share = rubs.force * slip_potential(rubs.speed, self->slip_speed) / shift->v;
+    } else { /* an unknown that does not change velocities sees a constant force */
+      for (int c = 0; c < 3; c++) {
+        const int d = 3 * self->nodes[k] + c;
+        share += rubs.force * slip_ratio(rubs.speed, self->slip_speed) * rubs.u[c] *
+                 (point->x[d] - point->x_lag[d]) / shift->x;
+      }
+    }
     *phi += share;
-    *magnitude += share;
+    *magnitude += fabs(share);
   }
   return FLESH_OK;
 }
@@ -310,17 +319,21 @@ void flesh_contact_options_default(flesh_contact_options *options)
   *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
 }
 
-/* The surface nodes and their shares of the rest surface; *edge is the mean length of its edges. */
+/* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
+ * gives. These meet the obstacle only where the body is crushed, and must not pass it then. *edge is
+ * the mean length of the surface's edges. */
 static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge)
 {
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles), nodes = flesh_mesh_node_count(mesh);
   const double *X = flesh_mesh_positions(mesh);
   double *area = calloc((size_t)nodes + 1, sizeof *area);
+  double *volume = calloc((size_t)nodes + 1, sizeof *volume);
   self->nodes = malloc(((size_t)nodes + 1) * sizeof *self->nodes);
   self->weight = malloc(((size_t)nodes + 1) * sizeof *self->weight);
-  if (!area || !self->nodes || !self->weight) {
+  if (!area || !volume || !self->nodes || !self->weight) {
     free(area);
+    free(volume);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d triangles", triangles);
   }
   *edge = 0;
@@ -335,12 +348,15 @@ static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge)
     for (int k = 0; k < 3; k++) area[corner[k]] += sqrt(flesh_vec3_dot(n, n)) / 6;
     *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
   }
+  for (int k = 0; k < 4 * flesh_mesh_tet_count(mesh); k++)
+    volume[flesh_mesh_tets(mesh)[k]] += flesh_mesh_tet_volumes(mesh)[k / 4] / 4;
   for (int i = 0; i < nodes; i++)
-    if (area[i] > 0) {
+    if (volume[i] > 0) {
       self->nodes[self->count] = i;
-      self->weight[self->count++] = area[i];
+      self->weight[self->count++] = area[i] > 0 ? area[i] : cbrt(volume[i] * volume[i]);
     }
   free(area);
+  free(volume);
   return FLESH_OK;
 }
 

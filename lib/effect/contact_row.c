@@ -64,7 +64,7 @@ const flesh_key flesh_contact_keys[] = {
      .doc = "distance at which the barrier begins. Default: 1/20 of the mean edge of the body's "
             "surface"},
     {.name = "friction", .type = FLESH_KEY_NUMBER, AT(friction), .range = FLESH_RANGE_NOT_NEGATIVE,
-     .default_value = "0", .doc = "Coulomb's coefficient; in statics there is no friction"},
+     .default_value = "0", .doc = "Coulomb's coefficient; in statics only a moving obstacle rubs"},
     {.name = "slip_speed", .type = FLESH_KEY_NUMBER, AT(slip_speed), .range = FLESH_RANGE_POSITIVE,
      .unit = "m/s", .default_value = "1e-3",
      .doc = "speed below which friction is viscous: what sticks creeps more slowly than this"},

@@ -25,7 +25,7 @@ int flesh_contact_add(const void *parameters, const flesh_body *body, flesh_syst
 
 /* clang-format off */
 #define FLESH_CONTACT_ROW                                                                          \
-  {"contact", "Keeps the body's surface nodes out of an obstacle, still or moving, by a smooth "    \
+  {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth "            \
    "barrier that no node can pass, with friction. One obstacle each: plane, sphere, capsule or "   \
    "mesh. Histories have the columns contact_gap, contact_nodes and contact_force.",               \
    flesh_contact_keys, sizeof(flesh_contact_parameters),                                           \
