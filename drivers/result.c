@@ -243,8 +243,10 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   json_t *energies = json_object();
   double total = 0;
   for (int e = 0; e < figures->effects; e++) {
-    const char *name = flesh_system_effect(system, e)->operations->name;
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
+    const char *name = operations->name;
     char key[80];
+    if (!operations->energy) continue; /* what dissipates has none */
     snprintf(key, sizeof key, "%s", name);
     for (int n = 2; json_object_get(energies, key); n++)
       snprintf(key, sizeof key, "%.60s_%d", name, n);

@@ -118,6 +118,9 @@ static int open_outputs(runner *r, flesh_figures *figures)
   r->path = malloc(strlen(options->out) + 64);
   if (!r->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   r->program = flesh_provenance_program(options->argc, options->argv);
+  int threads = flesh_scene_solver(r->scene)->threads;
+  if (threads == 0) threads = flesh_threads_available();
+  json_object_set_new(r->program, "threads", json_integer(threads));
   r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
   unlink(in_out(r, "state.txt"));
   json_t *running = json_pack("{ss}", "status", "running");

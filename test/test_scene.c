@@ -37,6 +37,7 @@ static void check_example(const flesh_scene *scene)
   CHECK(given->linear_solver == solver.linear_solver);
   CHECK(given->preconditioner == solver.preconditioner && given->projection == solver.projection);
   CHECK(given->globalization == solver.globalization);
+  CHECK(given->threads == solver.threads);
   CHECK(flesh_scene_outputs(scene)->frame_interval == 1 && flesh_scene_outputs(scene)->seed == 0);
   CHECK_TEXT(flesh_scene_mesh_path(scene), "/bar.node");
   CHECK(flesh_scene_mesh_path(scene)[0] == '/');

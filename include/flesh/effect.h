@@ -24,6 +24,7 @@
 
 #include "flesh/mesh.h"
 #include "flesh/status.h"
+#include "flesh/threads.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,12 +35,16 @@ extern "C" {
  *
  * x_lag and v_lag are the last accepted state: the start of the step, or the last load increment
  * (at rest), at t_lag. They are x, v and t themselves where nothing is lagged. Effects never see
- * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v. */
+ * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
+ *
+ * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
+ * their number. */
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
   const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
   double t_lag;                /* s */
+  flesh_threads *threads;
 } flesh_point;
 
 /* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute

@@ -5,6 +5,7 @@
 #include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
@@ -12,6 +13,8 @@
 #include "flesh/scene.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
+#include "flesh/surface.h"
 #include "flesh/system.h"
+#include "flesh/threads.h"
 
 #endif

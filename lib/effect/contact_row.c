@@ -1,5 +1,5 @@
 /* contact_row.c: contact as a scene names it. */
-#include "effect/contact_row.h"
+#include "effect/rows.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,8 +5,8 @@
 #include <stdlib.h>
 
 #include "base/error.h"
-#include "effect/contact_row.h"
 #include "effect/motion.h"
+#include "effect/rows.h"
 #include "effect/selection.h"
 
 static const flesh_key no_keys[] = {{0}};
@@ -186,7 +186,18 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
-    FLESH_CONTACT_ROW,
+    {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
+     "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
+     "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
+    {"viscosity", "Kelvin-Voigt damping: stresses in proportion to the rate of the Green strain; rigid motion feels "
+     "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
+     "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",
+     flesh_viscosity_keys, sizeof(flesh_viscosity_parameters), "{shear: 300, bulk: 500}", flesh_viscosity_add, 0},
+    {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+     flesh_contact_keys, sizeof(flesh_contact_parameters),
+     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

@@ -232,6 +232,7 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   const flesh_stage *stage = &problem->stage;
   if (flesh_system_way(problem->system, stage->t_lag, stage->x_lag, t, problem->x) < 1)
     return FLESH_UNDEFINED;
-  const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a};
+  const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
+                             .threads = problem->threads};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }

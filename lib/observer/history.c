@@ -83,6 +83,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
   fputs("t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
         history->stream);
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    if (!flesh_system_effect(system, e)->operations->energy) continue;
     print_name(history->stream, system, e, "energy_", ",");
   }
   fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted", history->stream);
@@ -153,6 +154,7 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
   put(stream, stats->residual_target);
   double total = 0;
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
+    if (!flesh_system_effect(record->system, e)->operations->energy) continue;
     double energy = record->energies[e] - record->rest_energies[e];
     total += energy;
     put(stream, energy);

@@ -304,6 +304,13 @@ static const flesh_key solver_table[] = {
      .default_value = "false",
      .doc = "true: a solve that ends at max_newton counts all the same, as in programs that take a "
             "fixed number of iterations; false: the step is retried in halves and fails"},
+    {.name = "threads",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, threads),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "1",
+     .doc = "threads of a solve, at most 256; 0: one for each processor the process may use; results "
+            "do not depend on it"},
     {.name = NULL},
 };
 

@@ -50,7 +50,8 @@ static int check_options(const flesh_solver_options *o)
                   {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
                   {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_NONE},
                   {"projection", o->projection, 0, FLESH_PROJECTION_NEVER},
-                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL}};
+                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL},
+                  {"threads", o->threads, 0, FLESH_THREADS_MAX}};
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     if (integers[k].value < integers[k].low || integers[k].value > integers[k].high)
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %lld; it must be in %lld to %lld", integers[k].name,
@@ -79,6 +80,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
+  if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status) {
     if (options->linear_solver == FLESH_LINEAR_PCG)
       status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
@@ -114,6 +116,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_direct_destroy(&self->direct);
+  flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
   free(self);
   *problem = NULL;
@@ -161,7 +164,7 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads};
 }
 
 int flesh_problem_reaches(flesh_problem *self, const double *u)

@@ -23,6 +23,7 @@ struct flesh_problem {
   flesh_block_matrix *K;
   flesh_preconditioner_data *preconditioner;
   flesh_direct *direct;
+  flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   double *work;           /* [4*n] of the linear solver */
   double *step;           /* [n] trial of the line search */
@@ -72,6 +73,8 @@ int flesh_problem_acceleration(flesh_problem *problem, double t, const double *x
  * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
 int flesh_problem_take_up(flesh_problem *problem, double t, const double *x_prescribed,
                           const double *v_prescribed, double *x, double *v);
+/* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */
+int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 /* 2-norm of the applied load over the free dofs at u. */
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */
