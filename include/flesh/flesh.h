@@ -4,6 +4,7 @@
 
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
