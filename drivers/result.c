@@ -158,6 +158,17 @@ static small_strain small_strain_of(const flesh_material *material)
   return s;
 }
 
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info)
+{
+  fprintf(stream, "skin: %s, %d vertices, ", surface, info->vertices);
+  if (!info->outside) fprintf(stream, "all inside the body\n");
+  else
+    fprintf(stream,
+            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least "
+            "weight is %.3g\n",
+            info->outside, info->distance_max, info->farthest, info->weight_min);
+}
+
 void flesh_materials_print(FILE *stream, const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;
@@ -243,8 +254,10 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   json_t *energies = json_object();
   double total = 0;
   for (int e = 0; e < figures->effects; e++) {
-    const char *name = flesh_system_effect(system, e)->operations->name;
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
+    const char *name = operations->name;
     char key[80];
+    if (!operations->energy) continue; /* what dissipates has none */
     snprintf(key, sizeof key, "%s", name);
     for (int n = 2; json_object_get(energies, key); n++)
       snprintf(key, sizeof key, "%.60s_%d", name, n);

@@ -52,6 +52,18 @@ the_resolved_scene_repeats_the_run() {
   cmp out/bar/state.txt again/state.txt && cmp out/bar/scene.yaml again/scene.yaml
 }
 
+threads_change_no_bit() {
+  has out/bar/result.json '"threads": 1,' || return 1
+  for threads in 2 3 0; do
+    expect 0 "$flesh" run bar.yaml --set "solver.threads=$threads" --out threaded --no-frames --quiet || return 1
+    cmp out/bar/state.txt threaded/state.txt || return 1
+    [ "$threads" = 0 ] && threads=$(nproc)
+    has threaded/result.json "\"threads\": $threads," || return 1
+  done
+  expect 2 "$flesh" run bar.yaml --set solver.threads=257 --out refused --quiet || return 1
+  has stderr.txt 'threads is 257; it must be in 0 to 256'
+}
+
 methods_are_chosen_by_name() {
   for method in bdf2 midpoint newmark hht; do
     expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
@@ -233,6 +245,7 @@ full_output_is_noticed() {
 tests='a_good_run_writes_everything
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
+threads_change_no_bit
 methods_are_chosen_by_name
 a_restart_goes_on_where_it_was
 older_results_are_replaced

@@ -447,6 +447,8 @@ static void bad_arguments_are_sentences(void)
   TRY(preconditioner, (flesh_preconditioner)9, "preconditioner is 9");
   TRY(projection, (flesh_projection)7, "projection is 7; it must be in 0 to 2");
   TRY(globalization, (flesh_globalization)3, "globalization is 3");
+  TRY(threads, -1, "threads is -1; it must be in 0 to 256");
+  TRY(threads, 257, "threads is 257");
   REFUSED(flesh_integrator_create(b.system, (flesh_method)77, &good, &integrator), "no integration method 77");
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &good, &integrator));
   REFUSED(flesh_integrator_step(integrator, &b.state, 0, NULL), "the step is 0 s");

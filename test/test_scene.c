@@ -37,6 +37,7 @@ static void check_example(const flesh_scene *scene)
   CHECK(given->linear_solver == solver.linear_solver);
   CHECK(given->preconditioner == solver.preconditioner && given->projection == solver.projection);
   CHECK(given->globalization == solver.globalization);
+  CHECK(given->threads == solver.threads);
   CHECK(flesh_scene_outputs(scene)->frame_interval == 1 && flesh_scene_outputs(scene)->seed == 0);
   CHECK_TEXT(flesh_scene_mesh_path(scene), "/bar.node");
   CHECK(flesh_scene_mesh_path(scene)[0] == '/');
@@ -50,7 +51,7 @@ static void check_example(const flesh_scene *scene)
   CHECK(state.t == 0);
   CHECK(!memcmp(x, flesh_mesh_positions(flesh_scene_mesh(scene)), sizeof x));
   CHECK(!memcmp(v, zero, sizeof v));
-  CHECK_OK(flesh_system_residual(system, &(flesh_point){0, 1, x, v, zero}, r));
+  CHECK_OK(flesh_system_residual(system, &(flesh_point){.load = 1, .x = x, .v = v, .a = zero}, r));
   for (int i = 0; i < 60; i++) sum[i % 3] += r[i];
   CHECK_NEAR(sum[0], 0, 1e-9);
   CHECK_NEAR(sum[2], 4 * 1000 * 9.81, 1e-9);

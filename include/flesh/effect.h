@@ -9,24 +9,42 @@
  *   Jacobian   K += shift.x dr/dx + shift.v dr/dv + shift.a dr/da           [N/m]
  *   potential  phi with d phi = r . du for a change du of the unknown, where dx = shift.x du,
  *              dv = shift.v du, da = shift.a du: conservative V(x)/shift.x,
- *              inertia a.Ma/(2 shift.a), 0 when its shift is 0              [J]
+ *              inertia a.Ma/(2 shift.a), damping v.Cv/(2 shift.v); each is
+ *              0 when its shift is 0                                        [J]
  *   energy     the physical energy: V(x), or v.Mv/2 for inertia             [J]
+ *
+ * What cannot be written as a potential (the normal force behind friction, a damping matrix that
+ * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
+ * state, x_lag and v_lag, which residual, Jacobian and potential treat as constants, so that they
+ * stay symmetric and consistent. Where nothing is stepped over (IDA, the right-hand side of an ODE)
+ * the lagged state is the point's own and the effect is its continuous self.
  */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
 #include "flesh/mesh.h"
 #include "flesh/status.h"
+#include "flesh/threads.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
- * static solve raises its load in increments). */
+ * static solve raises its load in increments).
+ *
+ * x_lag and v_lag are the last accepted state: the start of the step, or the last load increment
+ * (at rest), at t_lag. They are x, v and t themselves where nothing is lagged. Effects never see
+ * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
+ *
+ * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
+ * their number. */
 typedef struct flesh_point {
   double t, load;
-  const double *x, *v, *a; /* [3*n] each; m, m/s, m/s^2 */
+  const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
+  const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
+  double t_lag;                /* s */
+  flesh_threads *threads;
 } flesh_point;
 
 /* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute
@@ -86,6 +104,19 @@ typedef struct flesh_effect_operations {
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
+  /* For effects that bar the way. The share of the straight way from x_from [3*n] at t_from to x_to
+   * at t_to that all nodes can go before one of them is stopped; 1: all. NULL: no way is barred. */
+  double (*way)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                const double *x_to);
+  /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. Beside
+   * `way` only. */
+  void (*clear)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                double *x_to);
+  /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
+  int (*check)(const flesh_effect *effect, double t, const double *x);
+  /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
+  const char *const *report_names;
+  void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
   void (*destroy)(void *data); /* frees `data` */
 } flesh_effect_operations;
 
@@ -121,10 +152,10 @@ typedef struct flesh_derivative_report {
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
  * its residual, by differences: at (t, x) with random velocities and accelerations (zero for
- * statics) along random directions that move nodes by a small part of the mesh's mean edge; each
- * error is the best of several step lengths. x [3*nodes] should be generic (not the rest state,
- * where gradients vanish). Returns the effect's status where it cannot be evaluated
- * (FLESH_UNDEFINED: choose another x). */
+ * statics), x_lag near x and v_lag random, along random directions that move nodes by a small part
+ * of the mesh's mean edge; each error is the best of several step lengths. x [3*nodes] should be
+ * generic (not the rest state, where gradients vanish). Returns the effect's status where it cannot
+ * be evaluated (FLESH_UNDEFINED: choose another x). */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

@@ -3,6 +3,7 @@
 #define FLESH_EFFECTS_H
 
 #include "flesh/effect.h"
+#include "flesh/instructions.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
 
@@ -44,6 +45,10 @@ FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect
 /* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
+/* The same with the instructions given. FLESH_ERR_ARGUMENT where the machine lacks them. */
+FLESH_API int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions instructions,
+                                           flesh_effect **effect);
+
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
@@ -54,6 +59,21 @@ FLESH_API int flesh_effect_gravity(const flesh_body *body, const double accelera
 FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
+
+/* Which stiffness damps: that of the rest shape, or that of the lagged state. */
+typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;
+
+/* Rayleigh damping r = mass M v + stiffness K v [1/s, s], not negative, not both 0. K is
+ * elasticity's Hessian without its negative eigenvalues; `mass` brakes rigid motion as well, and
+ * K of the rest shape a body that has turned. */
+FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
+                                   flesh_stiffness against, flesh_effect **effect);
+
+/* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
+ * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0; F of the lagged
+ * state. r = 0 where x = R X and v = w x (x). */
+FLESH_API int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk,
+                                     flesh_effect **effect);
 
 #ifdef __cplusplus
 }

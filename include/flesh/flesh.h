@@ -2,15 +2,20 @@
 #ifndef FLESH_FLESH_H
 #define FLESH_FLESH_H
 
+#include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
 #include "flesh/observer.h"
 #include "flesh/scene.h"
+#include "flesh/skin.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
+#include "flesh/surface.h"
 #include "flesh/system.h"
+#include "flesh/threads.h"
 
 #endif

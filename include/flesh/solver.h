@@ -68,10 +68,13 @@ typedef struct flesh_solver_options {
    * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
    * exact line or point may collapse. */
   int untangle;
+  /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
+   * it. */
+  int threads;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
- * unconverged solves refused. */
+ * unconverged solves refused, 1 thread. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* Of one solve, or summed over a step with its halvings. */

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "effect/motion.h"
+#include "effect/rows.h"
 #include "effect/selection.h"
 
 static const flesh_key no_keys[] = {{0}};
@@ -54,9 +55,11 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
 #define AXES_KEY(parameters)                                                                       \
-  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                   \
-   .default_value = "[x, y, z]", .doc = "the components held"}
+  {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
+   .choices = axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
 /* clang-format on */
+
+static const char *const axis_names[] = {"x", "y", "z", NULL}; /* the bits of FLESH_AXIS_* */
 
 typedef struct pin_parameters {
   flesh_selection selection;
@@ -79,9 +82,6 @@ static int add_pin(const void *parameters, const flesh_body *body, flesh_system 
   return status;
 }
 
-enum { MOTION_LINEAR, MOTION_SMOOTH };
-static const char *const interpolations[] = {"linear", "smooth", NULL};
-
 typedef struct handle_parameters {
   flesh_selection selection;
   unsigned axes;
@@ -99,7 +99,7 @@ static const flesh_key handle_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(handle_parameters, centre),
      .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(handle_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
     INTERVAL_KEYS(handle_parameters),
@@ -110,7 +110,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   const handle_parameters *p = parameters;
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
-                         p->interpolation == MOTION_SMOOTH};
+                         p->interpolation};
   int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
@@ -145,7 +145,7 @@ static const flesh_key drag_keys[] = {
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(drag_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
     INTERVAL_KEYS(drag_parameters),
@@ -162,7 +162,7 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
     keyframes[k].t = targets[k].t;
     for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
   }
-  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation == MOTION_SMOOTH};
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation};
   flesh_effect *effect = NULL;
   int status = flesh_effect_drag(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
   free(keyframes);
@@ -188,6 +188,18 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
+    {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
+     "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
+     "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
+    {"viscosity", "Kelvin-Voigt damping: stresses in proportion to the rate of the Green strain; rigid motion feels "
+     "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
+     "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",
+     flesh_viscosity_keys, sizeof(flesh_viscosity_parameters), "{shear: 300, bulk: 500}", flesh_viscosity_add, 0},
+    {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+     flesh_contact_keys, sizeof(flesh_contact_parameters),
+     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

@@ -44,7 +44,8 @@ enum { ELASTIC = 1, OTHER = 2 };
  * that stand still at x. */
 static int forces(flesh_untangler *self, double t, const double *x, int kinds)
 {
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero};
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
+                             .x_lag = x, .v_lag = self->zero, .t_lag = t};
   memset(self->r, 0, sizeof(double) * (size_t)self->n);
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
@@ -147,7 +148,8 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
     self->r[d] = 0;
   }
   self->know_velocity = 1;
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a};
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a,
+                       .x_lag = state->x, .v_lag = state->v};
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;
@@ -244,10 +246,12 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;
-  /* Energies that inverted tets have no place in must have one afterwards. */
+  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be
+   * passed. */
   flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
   double phi, magnitude;
-  if (flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
+  if (flesh_system_way(self->system, state->t, self->saved, state->t, state->x) < 1 ||
+      flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
     memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
     return 0;
   }

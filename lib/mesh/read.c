@@ -1,9 +1,9 @@
 /* read.c: flesh_mesh_read: loads a file and tells its format by its content. */
-#include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/plain_locale.h"
 #include "mesh/formats.h"
 
 /* The first bytes of formats that are known but not read, and what to do about them. */
@@ -50,15 +50,14 @@ static int read_by_content(flesh_scanner *s, flesh_draft *draft)
 int flesh_mesh_read(const char *path, flesh_mesh **mesh)
 {
   *mesh = NULL;
-  /* A decimal comma of the caller's locale must not reach the numbers, nor the sentences. */
-  locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-  if (!plain) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a locale");
-  locale_t before = uselocale(plain);
+  flesh_plain_locale locale;
+  int status = flesh_plain_locale_begin(&locale);
+  if (status) return status;
   char *data;
   size_t size;
   flesh_scanner scanner;
   flesh_draft draft = {.path = path};
-  int status = flesh_file_load(path, &data, &size);
+  status = flesh_file_load(path, &data, &size);
   if (!status) {
     flesh_scan_begin(&scanner, path, data, size);
     status = read_by_content(&scanner, &draft);
@@ -66,7 +65,6 @@ int flesh_mesh_read(const char *path, flesh_mesh **mesh)
   if (!status) status = flesh_draft_finish(&draft, mesh);
   flesh_draft_clear(&draft);
   free(data);
-  uselocale(before);
-  freelocale(plain);
+  flesh_plain_locale_end(&locale);
   return status;
 }

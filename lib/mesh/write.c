@@ -1,10 +1,10 @@
 /* write.c: flesh_mesh_write: one mesh in the format of the path's suffix. */
 #include <errno.h>
-#include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/plain_locale.h"
 #include "io/file.h"
 #include "mesh/inspect.h"
 
@@ -163,12 +163,10 @@ static int write_by_suffix(const flesh_mesh *mesh, const char *path)
 
 int flesh_mesh_write(const flesh_mesh *mesh, const char *path)
 {
-  /* A decimal comma of the caller's locale must not reach the file. */
-  locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-  if (!plain) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a locale");
-  locale_t before = uselocale(plain);
-  int status = write_by_suffix(mesh, path);
-  uselocale(before);
-  freelocale(plain);
+  flesh_plain_locale locale;
+  int status = flesh_plain_locale_begin(&locale);
+  if (status) return status;
+  status = write_by_suffix(mesh, path);
+  flesh_plain_locale_end(&locale);
   return status;
 }

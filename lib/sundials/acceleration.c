@@ -14,7 +14,8 @@ static int assemble_mass(flesh_problem *self, double t, const double *x, const d
   if (v != self->v) memcpy(self->v, v, bytes);
   self->residual.known = self->potential.known = 0;
   self->stats.assemblies++;
-  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a};
+  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
+                             .threads = self->threads};
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 
@@ -46,7 +47,8 @@ int flesh_problem_acceleration(flesh_problem *self, double t, const double *x, c
   for (int d = 0; d < self->n; d++) self->a[d] = a[d] = self->fixed[d] ? a[d] : 0;
   int status = assemble_mass(self, t, x, v);
   if (status) return status;
-  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a};
+  const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
+                             .threads = self->threads};
   self->stats.residuals++;
   status = flesh_system_residual(self->system, &point, r);
   if (status) return status;

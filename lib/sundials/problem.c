@@ -50,7 +50,8 @@ static int check_options(const flesh_solver_options *o)
                   {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
                   {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_NONE},
                   {"projection", o->projection, 0, FLESH_PROJECTION_NEVER},
-                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL}};
+                  {"globalization", o->globalization, 0, FLESH_GLOBALIZATION_KINSOL},
+                  {"threads", o->threads, 0, FLESH_THREADS_MAX}};
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     if (integers[k].value < integers[k].low || integers[k].value > integers[k].high)
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %lld; it must be in %lld to %lld", integers[k].name,
@@ -73,12 +74,13 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
-                       &self->residual.r, &self->potential.u, &self->u_matrix};
+                       &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
   int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
+  if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status) {
     if (options->linear_solver == FLESH_LINEAR_PCG)
       status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
@@ -110,9 +112,11 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->residual.r);
   free(self->potential.u);
   free(self->u_matrix);
+  free(self->rest);
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_direct_destroy(&self->direct);
+  flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
   free(self);
   *problem = NULL;
@@ -121,6 +125,8 @@ void flesh_problem_destroy(flesh_problem **problem)
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 {
   self->stage = *stage;
+  if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
+  if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
   self->at_rounding = self->refused = 0;
@@ -157,7 +163,35 @@ static flesh_point point_at(flesh_problem *self, const double *u)
     for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * (fixed[d] ? held[d] : u[d]);
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
-  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a};
+  return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads};
+}
+
+int flesh_problem_reaches(flesh_problem *self, const double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, u);
+  return flesh_system_way(self->system, s->t_lag, s->x_lag, s->t, self->x) == 1;
+}
+
+int flesh_problem_clear(flesh_problem *self, double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (flesh_problem_reaches(self, u)) return FLESH_OK;
+  flesh_system_clear(self->system, s->t_lag, s->x_lag, s->t, self->x);
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d]) u[d] = (self->x[d] - s->x0[d]) / s->shift.x;
+  return flesh_problem_reaches(self, u) ? FLESH_OK : FLESH_UNDEFINED;
+}
+
+double flesh_problem_way(flesh_problem *self, const double *from, const double *to)
+{
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, from);
+  memcpy(self->work, self->x, (size_t)self->n * sizeof *self->x);
+  point_at(self, to);
+  return flesh_system_way(self->system, self->stage.t, self->work, self->stage.t, self->x);
 }
 
 static int same(const flesh_problem *self, const double *u, const double *other)
@@ -171,6 +205,9 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     flesh_point point = point_at(self, u);
     self->residual.known = 0;
     self->stats.residuals++;
+    /* The guard sees to the way from iterate to iterate; without it there is only the whole. */
+    if (self->options.globalization != FLESH_GLOBALIZATION_ENERGY && !flesh_problem_reaches(self, u))
+      return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
     if (status) return self->refused = status;
     for (int d = 0; d < self->n; d++)
@@ -288,7 +325,7 @@ double flesh_norm(int n, const double *x)
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (14 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->direct) bytes += flesh_direct_memory(self->direct);

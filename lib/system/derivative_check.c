@@ -27,6 +27,7 @@ typedef struct check {
   double edge, t;
   const double *x;
   double *v, *a;             /* the point */
+  double *x_lag, *v_lag;     /* near x, and any */
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
@@ -71,7 +72,8 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->vs[d] = shift->v != 0 ? c->v[d] + s * shift->v * c->du[d] : 0;
     c->as[d] = shift->a != 0 ? c->a[d] + s * shift->a * c->du[d] : 0;
   }
-  return (flesh_point){c->t, 1, c->xs, c->vs, c->as};
+  return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as,
+                       .x_lag = c->x_lag, .v_lag = c->v_lag};
 }
 
 static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
@@ -214,7 +216,7 @@ static int check_open(check *c, const flesh_mesh *mesh)
   if (status) return status;
   double *values = calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
   c->K = (flesh_block_matrix){nodes, c->pattern.row_start, c->pattern.column, values};
-  double **vectors[] = {&c->v, &c->a, &c->xs, &c->vs, &c->as, &c->du, &c->r, &c->dr, &c->Kdu};
+  double **vectors[] = {&c->v, &c->a, &c->x_lag, &c->v_lag, &c->xs, &c->vs, &c->as, &c->du, &c->r, &c->dr, &c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     if (!(*vectors[k] = calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
@@ -225,7 +227,7 @@ static void check_close(check *c)
   flesh_pattern_clear(&c->pattern);
   free(c->slots);
   free(c->K.values);
-  double *vectors[] = {c->v, c->a, c->xs, c->vs, c->as, c->du, c->r, c->dr, c->Kdu};
+  double *vectors[] = {c->v, c->a, c->x_lag, c->v_lag, c->xs, c->vs, c->as, c->du, c->r, c->dr, c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) free(vectors[k]);
 }
 
@@ -246,6 +248,9 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
   if (!status) {
     randomize(&c, c.v, c.edge);
     randomize(&c, c.a, c.edge);
+    randomize(&c, c.x_lag, 0.1 * c.edge);
+    for (size_t d = 0; d < c.unknowns; d++) c.x_lag[d] += x[d];
+    randomize(&c, c.v_lag, c.edge);
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);

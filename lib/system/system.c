@@ -25,7 +25,7 @@ typedef struct entry {
 
 struct flesh_system {
   const flesh_mesh *mesh;
-  int nodes, finished;
+  int nodes, finished, bars; /* bars: some effect has a `way` */
   int entry_count, constraint_count;
   entry *entries;
   constraint *constraints;
@@ -79,6 +79,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (entry){.effect = *effect};
+  system->bars |= (*effect)->operations->way != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -224,14 +225,24 @@ int flesh_system_moves(const flesh_system *system)
   return flesh_system_next_event(system, -INFINITY) < INFINITY;
 }
 
+/* The point as effects see it. */
+static flesh_point with_lag(const flesh_point *point)
+{
+  flesh_point full = *point;
+  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
+  if (!full.v_lag) full.v_lag = full.v;
+  return full;
+}
+
 static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
                          double *r)
 {
+  const flesh_point full = with_lag(point);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
-    int status = effect->operations->residual(effect, point, r);
+    int status = effect->operations->residual(effect, &full, r);
     if (status) return status;
   }
   return FLESH_OK;
@@ -250,11 +261,12 @@ int flesh_system_load(const flesh_system *system, const flesh_point *point, doub
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
+  const flesh_point full = with_lag(point);
   memset(K->values, 0, (size_t)K->row_start[K->rows] * 9 * sizeof *K->values);
   for (int k = 0; k < system->entry_count; k++) {
     const entry *e = &system->entries[k];
     if (!e->effect->operations->jacobian) continue;
-    int status = e->effect->operations->jacobian(e->effect, point, shift, K, e->slots);
+    int status = e->effect->operations->jacobian(e->effect, &full, shift, K, e->slots);
     if (status) return status;
   }
   return FLESH_OK;
@@ -263,11 +275,12 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                            const flesh_shift *shift, double *phi, double *magnitude)
 {
+  const flesh_point full = with_lag(point);
   *phi = *magnitude = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->potential) continue;
-    int status = effect->operations->potential(effect, point, shift, phi, magnitude);
+    int status = effect->operations->potential(effect, &full, shift, phi, magnitude);
     if (status) return status;
   }
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
@@ -275,14 +288,49 @@ int flesh_system_potential(const flesh_system *system, const flesh_point *point,
 
 int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
 {
+  const flesh_point full = with_lag(point);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
-    int status = effect->operations->energy(effect, point, &energies[k]);
+    int status = effect->operations->energy(effect, &full, &energies[k]);
     if (status) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_system_bars(const flesh_system *system) { return system->bars; }
+
+double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, const double *x_to)
+{
+  double way = 1;
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->way)
+      way = fmin(way, effect->operations->way(effect, t_from, x_from, t_to, x_to));
+  }
+  return way;
+}
+
+void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, double *x_to)
+{
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->clear)
+      effect->operations->clear(effect, t_from, x_from, t_to, x_to);
+  }
+}
+
+int flesh_system_check(const flesh_system *system, double t, const double *x)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->check) status = effect->operations->check(effect, t, x);
+  }
+  return status;
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

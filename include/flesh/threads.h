@@ -1,0 +1,44 @@
+/* threads.h: a few threads that share out the tasks of a step.
+ *
+ * Results are the same bits for any number of threads as long as work is cut into tasks by its size
+ * alone, every task writes places of its own, and what tasks sum up is added in the tasks' order
+ * afterwards. So do all of flesh's. */
+#ifndef FLESH_THREADS_H
+#define FLESH_THREADS_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct flesh_threads flesh_threads;
+
+enum { FLESH_THREADS_MAX = 256, FLESH_TASKS_MAX = 65535 };
+
+/* Task number 0 <= task < tasks of flesh_threads_run. It must not fail aloud: statuses go into
+ * `data`. */
+typedef void flesh_task(void *data, int task);
+
+/* `count` threads, that of the caller included; 0: as many as this process has processors.
+ * FLESH_ERR_ARGUMENT outside 0 to FLESH_THREADS_MAX. Returns new. */
+FLESH_API int flesh_threads_create(int count, flesh_threads **threads);
+/* NULL-safe; sets *threads to NULL. */
+FLESH_API void flesh_threads_destroy(flesh_threads **threads);
+
+/* How many processors this process may use. */
+FLESH_API int flesh_threads_available(void);
+
+/* 1 for NULL. */
+FLESH_API int flesh_threads_count(const flesh_threads *threads);
+
+/* Calls task(data, 0) ... task(data, tasks - 1), tasks <= FLESH_TASKS_MAX, in any order and on any
+ * thread, and returns when all are done. `threads` NULL, or inherited by a fork: in the caller's
+ * own thread. One caller at a time; tasks must not call it for the same `threads`. Allocates
+ * nothing. */
+FLESH_API void flesh_threads_run(flesh_threads *threads, int tasks, flesh_task *task, void *data);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

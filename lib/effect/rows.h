@@ -1,0 +1,41 @@
+/* rows.h: what the registry needs to know of the effects that keep their keys in their own files: the struct that the
+ * keys are read into, the keys, and what puts them into a system. */
+#ifndef FLESH_EFFECT_ROWS_H
+#define FLESH_EFFECT_ROWS_H
+
+#include "effect/registry.h"
+#include "effect/selection.h"
+
+typedef struct flesh_damping_parameters {
+  double mass, stiffness;
+  int against;
+} flesh_damping_parameters;
+extern const flesh_key flesh_damping_keys[];
+int flesh_damping_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
+typedef struct flesh_viscosity_parameters {
+  double shear, bulk;
+} flesh_viscosity_parameters;
+extern const flesh_key flesh_viscosity_keys[];
+int flesh_viscosity_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
+typedef struct flesh_contact_parameters {
+  struct {
+    double point[3], normal[3];
+  } plane;
+  struct {
+    double centre[3], radius;
+  } sphere;
+  struct {
+    double from[3], to[3], radius;
+  } capsule;
+  char *mesh;
+  double stiffness, thickness, friction, slip_speed, centre[3];
+  int interpolation;
+  flesh_objects motion;
+} flesh_contact_parameters;
+
+extern const flesh_key flesh_contact_keys[];
+int flesh_contact_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
+#endif
