@@ -16,12 +16,12 @@ touches() {
 
 jelly_on_stairs() {
   expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set time.end=0.2 --out out/jelly --quiet || return 1
-  touches out/jelly
+  touches out/jelly && [ "$(ls out/jelly/frames/*.obj)" = out/jelly/frames/obstacle_1.obj ]
 }
 
 hand_on_a_ball() {
   expect 0 "$flesh" run "$scenes/hand_ball.yaml" --set time.end=0.2 --set time.step=1/40 --out out/hand --quiet &&
-    touches out/hand
+    touches out/hand && [ "$(ls out/hand/frames/obstacle_1_*.obj | wc -l)" -eq 9 ]
 }
 
 # What is written runs again, to the same bits.
