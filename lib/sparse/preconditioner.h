@@ -9,8 +9,10 @@
 
 typedef struct flesh_preconditioner_data flesh_preconditioner_data;
 
-/* Symbolic set-up for the pattern of A, all memory included. Returns new. */
+/* Symbolic set-up for the pattern of A, all memory included; `threads` (may be NULL) is borrowed.
+ * Returns new. */
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 
@@ -19,9 +21,12 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
                                const flesh_block_matrix *A);
 
-/* z = P^-1 r; z may be r. */
-void flesh_preconditioner_apply(const flesh_preconditioner_data *preconditioner, const double *r,
+/* z = P^-1 r, both [3*rows]; z may be r. */
+void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
                                 double *z);
+/* The same on four lanes per node, the fourth of z anything; `norm` of r. */
+void flesh_preconditioner_apply_lanes(flesh_preconditioner_data *preconditioner, double norm,
+                                      const double *r, double *z);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 

@@ -213,7 +213,8 @@ int flesh_rhs_make_condensed(flesh_rhs_problem *self)
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
   if (status || c->preconditioner || c->direct) return status;
   return options->linear_solver == FLESH_LINEAR_PCG
-             ? flesh_preconditioner_create(options->preconditioner, c->A, &c->preconditioner)
+             ? flesh_preconditioner_create(options->preconditioner, c->A, self->motion->threads,
+                                           &c->preconditioner)
              : flesh_direct_create(options->linear_solver, c->A, &c->direct);
 }
 
