@@ -2,6 +2,7 @@
 #ifndef FLESH_FLESH_H
 #define FLESH_FLESH_H
 
+#include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
 #include "flesh/instructions.h"

@@ -80,9 +80,6 @@ static int add_pin(const void *parameters, const flesh_body *body, flesh_system 
   return status;
 }
 
-enum { MOTION_LINEAR, MOTION_SMOOTH };
-static const char *const interpolations[] = {"linear", "smooth", NULL};
-
 typedef struct handle_parameters {
   flesh_selection selection;
   unsigned axes;
@@ -100,7 +97,7 @@ static const flesh_key handle_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(handle_parameters, centre),
      .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(handle_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
     INTERVAL_KEYS(handle_parameters),
@@ -111,7 +108,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   const handle_parameters *p = parameters;
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
-                         p->interpolation == MOTION_SMOOTH};
+                         p->interpolation};
   int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
@@ -146,7 +143,7 @@ static const flesh_key drag_keys[] = {
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(drag_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
     INTERVAL_KEYS(drag_parameters),
@@ -163,7 +160,7 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
     keyframes[k].t = targets[k].t;
     for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
   }
-  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation == MOTION_SMOOTH};
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation};
   flesh_effect *effect = NULL;
   int status = flesh_effect_drag(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
   free(keyframes);
@@ -196,6 +193,11 @@ static const flesh_effect_row rows[] = {
      "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
      "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",
      flesh_viscosity_keys, sizeof(flesh_viscosity_parameters), "{shear: 300, bulk: 500}", flesh_viscosity_add, 0},
+    {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+     flesh_contact_keys, sizeof(flesh_contact_parameters),
+     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)
