@@ -52,7 +52,7 @@ static int product(void *data)
 static int set_up(void *data)
 {
   bench *b = data;
-  return flesh_preconditioner_setup(b->preconditioner, b->A);
+  return flesh_preconditioner_setup(b->preconditioner, b->A, NULL);
 }
 
 static int apply(void *data)
@@ -128,7 +128,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     for (int i = 0; i < nodes; i++)
       if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
     flesh_block_fix(b->A, fixed, 1);
-    status = flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, b->A, b->point.threads,
+    status = flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, b->A, NULL, b->point.threads,
                                          &b->preconditioner);
   }
   flesh_halves halves = {0};

@@ -55,7 +55,8 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   if (!status && options->linear_solver != FLESH_LINEAR_PCG)
     status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
   else if (!status) {
-    status = flesh_preconditioner_create(options->preconditioner, self->K, self->threads, &self->preconditioner);
+    status = flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
+                                         self->threads, &self->preconditioner);
     if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
   }
   if (status) {
@@ -217,7 +218,7 @@ int flesh_ida_condense(flesh_ida_problem *self)
 int flesh_ida_factor(flesh_ida_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)

@@ -85,7 +85,9 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
     if (options->linear_solver != FLESH_LINEAR_PCG)
       status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
     else {
-      status = flesh_preconditioner_create(options->preconditioner, self->K, self->threads, &self->preconditioner);
+      status = flesh_preconditioner_create(options->preconditioner, self->K,
+                                           flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
+                                           &self->preconditioner);
       if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
     }
   }
@@ -277,7 +279,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 int flesh_problem_factor(flesh_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
