@@ -43,7 +43,7 @@ static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3
   flesh_mask turn =
       (pq2 > FLESH_SVD3_ORTHOGONAL * FLESH_SVD3_ORTHOGONAL * product) & (flesh_abs(pq) > floor);
   if (!flesh_any(turn)) return turn;
-  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)), the sign that of d = qq - pp. */
+  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)), its sign that of qq - pp. */
   flesh_real d = qq - pp, o = 2 * pq;
   flesh_real r = flesh_abs(d) + flesh_sqrt(d * d + o * o);
   o = flesh_select(d < 0, -o, o);
