@@ -48,12 +48,6 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
 }
 
 /* clang-format off */
-#define INTERVAL_KEYS(parameters)                                                                  \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
-   .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
-   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
-
 #define AXES_KEY(parameters)                                                                       \
   {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                   \
    .default_value = "[x, y, z]", .doc = "the components held"}
@@ -67,7 +61,7 @@ typedef struct pin_parameters {
 
 static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, selection),
                                      AXES_KEY(pin_parameters),
-                                     INTERVAL_KEYS(pin_parameters),
+                                     FLESH_INTERVAL_KEYS(pin_parameters),
                                      {0}};
 
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -79,9 +73,6 @@ static int add_pin(const void *parameters, const flesh_body *body, flesh_system 
   free(nodes);
   return status;
 }
-
-enum { MOTION_LINEAR, MOTION_SMOOTH };
-static const char *const interpolations[] = {"linear", "smooth", NULL};
 
 typedef struct handle_parameters {
   flesh_selection selection;
@@ -100,10 +91,10 @@ static const flesh_key handle_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(handle_parameters, centre),
      .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(handle_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(handle_parameters),
+    FLESH_INTERVAL_KEYS(handle_parameters),
     {0}};
 
 static int add_handle(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -111,7 +102,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   const handle_parameters *p = parameters;
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
-                         p->interpolation == MOTION_SMOOTH};
+                         p->interpolation};
   int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
@@ -146,10 +137,10 @@ static const flesh_key drag_keys[] = {
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(drag_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(drag_parameters),
+    FLESH_INTERVAL_KEYS(drag_parameters),
     {0}};
 
 static int add_drag(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -163,7 +154,7 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
     keyframes[k].t = targets[k].t;
     for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
   }
-  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation == MOTION_SMOOTH};
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation};
   flesh_effect *effect = NULL;
   int status = flesh_effect_drag(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
   free(keyframes);
@@ -189,6 +180,17 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
+    {"force", "A force in a fixed direction, shared by nodes: a dead load.", flesh_force_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50], curve: [{time: 0, value: 0}, "
+     "{time: 1, value: 1}]}", flesh_force_add, 0},
+    {"traction", "A force per area of the rest shape's surface, in a fixed direction: a dead load.", flesh_traction_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}", flesh_traction_add, 0},
+    {"pressure", "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
+     "is conservative. On an open one the part of the rim's edges is taken from the last accepted state in every "
+     "step of a fixed-step method; statics and adaptive steps have it as it is, and its work is in no energy.",
+     flesh_pressure_keys, sizeof(flesh_pressure_parameters),
+     "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, curve: [{time: 0, value: 0.5}, {time: 1, value: 1}], "
+     "interpolation: smooth}", flesh_pressure_add, 0},
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
