@@ -219,7 +219,36 @@ static void products_are_derivatives(void)
 
 #ifdef HAVE_CVODE
 /* The sequence of rhs.h through all events, user_data being a struct of the program's own. */
-static long run_cvode(owned *o, int klu, double tolerance, double end, flesh_state *state)
+enum { BY_GMRES, BY_KLU, BY_OWN, WAYS };
+static const char *const ways[] = {"GMRES", "KLU", "own solver"};
+
+typedef struct costs {
+  long steps, setups, jacobians, linear;
+} costs;
+
+/* Slot by slot, the solver of one of the ways. */
+static void set_solver(owned *o, int way, void *cvode, SUNLinearSolver *solver, SUNMatrix *J)
+{
+  *J = NULL;
+  if (way == BY_GMRES) {
+    *solver = SUNLinSol_SPGMR(o->y, SUN_PREC_LEFT, 30, o->context);
+  } else if (way == BY_KLU) {
+    *J = SUNSparseMatrix(o->N, o->N, flesh_rhs_entries(o->problem), CSC_MAT, o->context);
+    *solver = SUNLinSol_KLU(o->y, *J, o->context);
+  } else {
+    CHECK_OK(flesh_rhs_sunmatrix_create(o->problem, o->context, J));
+    CHECK_OK(flesh_rhs_sunlinsol_create(o->problem, o->context, solver));
+  }
+  CHECK(!CVodeSetLinearSolver(cvode, *solver, *J));
+  if (*J) {
+    CHECK(!CVodeSetJacFn(cvode, flesh_rhs_jacobian));
+  } else {
+    CHECK(!CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
+    CHECK(!CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+  }
+}
+
+static costs run_cvode(owned *o, int way, double tolerance, double end, flesh_state *state)
 {
   struct {
     flesh_rhs_problem *problem;
@@ -227,26 +256,19 @@ static long run_cvode(owned *o, int klu, double tolerance, double end, flesh_sta
   } mine = {o->problem, 7};
   void *cvode = CVodeCreate(CV_BDF, o->context);
   N_Vector atol = N_VClone(o->y);
-  SUNMatrix J = SUNSparseMatrix(o->N, o->N, flesh_rhs_entries(o->problem), CSC_MAT, o->context);
-  SUNLinearSolver solver =
-      klu ? SUNLinSol_KLU(o->y, J, o->context) : SUNLinSol_SPGMR(o->y, SUN_PREC_LEFT, 30, o->context);
-  long steps = 0;
+  SUNMatrix J = NULL;
+  SUNLinearSolver solver = NULL;
+  costs all = {0};
   for (int begun = 0; state->t < end; begun = 1) {
     double t = state->t;
-    long more = 0;
+    costs more = {0};
     CHECK_OK(flesh_rhs_start(o->problem, state, o->y));
     flesh_rhs_tolerances(o->problem, tolerance, atol);
     if (!begun) {
       CHECK(!CVodeInit(cvode, flesh_rhs, state->t, o->y));
       CHECK(!CVodeSetUserData(cvode, &mine) && !CVodeSetMaxNumSteps(cvode, 100000));
       CHECK(!CVodeSVtolerances(cvode, 0, atol));
-      CHECK(!CVodeSetLinearSolver(cvode, solver, klu ? J : NULL));
-      if (klu) {
-        CHECK(!CVodeSetJacFn(cvode, flesh_rhs_jacobian));
-      } else {
-        CHECK(!CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
-        CHECK(!CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
-      }
+      set_solver(o, way, cvode, &solver, &J);
     } else {
       CHECK(!CVodeReInit(cvode, state->t, o->y) && !CVodeSVtolerances(cvode, 0, atol));
     }
@@ -255,35 +277,49 @@ static long run_cvode(owned *o, int klu, double tolerance, double end, flesh_sta
     CHECK(flag == CV_SUCCESS || flag == CV_TSTOP_RETURN);
     if (flag < 0) break;
     flesh_rhs_finish(o->problem, t, o->y, state);
-    CVodeGetNumSteps(cvode, &more);
-    steps += more;
+    CVodeGetNumSteps(cvode, &more.steps);
+    CVodeGetNumLinSolvSetups(cvode, &more.setups);
+    CVodeGetNumJacEvals(cvode, &more.jacobians);
+    CVodeGetNumLinIters(cvode, &more.linear);
+    all.steps += more.steps;
+    all.setups += more.setups;
+    all.jacobians += more.jacobians;
+    all.linear += more.linear;
   }
   N_VDestroy(atol);
   SUNLinSolFree(solver);
-  SUNMatDestroy(J);
+  if (J) SUNMatDestroy(J);
   CVodeFree(&cvode);
-  return steps;
+  return all;
 }
 
 static void cvode_finds_the_motion(void)
 {
-  for (int klu = 0; klu < 2; klu++) {
+  for (int way = 0; way < WAYS + 1; way++) { /* the last: the own solver, direct */
     owned o;
-    open_owned(FLESH_MASS_LUMPED, FLESH_LINEAR_PCG, &o);
+    const int direct = way == WAYS, kind = direct ? BY_OWN : way;
+    open_owned(FLESH_MASS_LUMPED, direct ? FLESH_LINEAR_KLU : FLESH_LINEAR_PCG, &o);
     flesh_state exact = state_copy(o.b.n, &o.b.state);
     motion_reference_run(&o.b, 0.5, 1e-12, &exact);
-    long steps = run_cvode(&o, klu, 1e-8, 0.5, &o.b.state);
+    const costs all = run_cvode(&o, kind, 1e-8, 0.5, &o.b.state);
     double off = test_distance(o.b.n, o.b.state.x, exact.x);
-    printf("# lumped, %s: %ld steps, %d residuals, from GSL %.3g m\n", klu ? "KLU" : "GMRES", steps,
-           flesh_rhs_stats(o.problem)->residuals, off);
+    printf("# lumped, %s%s: %ld steps, %d residuals, %ld set-ups with %ld Jacobians, %ld linear iterations, from GSL "
+           "%.3g m\n",
+           ways[kind], direct ? " by KLU" : "", all.steps, flesh_rhs_stats(o.problem)->residuals, all.setups,
+           all.jacobians, all.linear, off);
     CHECK_BELOW(off, 1e-5);
+    if (kind == BY_OWN) {
+      CHECK(all.jacobians > 0 && all.jacobians < all.setups); /* df/dy is kept where only gamma changes */
+      CHECK(flesh_rhs_stats(o.problem)->assemblies == all.jacobians);
+      CHECK(direct ? all.linear == 0 : all.linear > 0 && all.linear <= flesh_rhs_stats(o.problem)->linear);
+    }
     state_free(&exact);
     close_owned(&o);
   }
 }
 
 /* Consistent mass: CVODE's result against IDA's, each at its own tight tolerance. */
-static void cvode_agrees_with_ida(void)
+static void cvode_agrees_with_ida(int way)
 {
   owned o;
   flesh_solver_options options;
@@ -298,21 +334,26 @@ static void cvode_agrees_with_ida(void)
   CHECK_OK(flesh_integrator_create(o.b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
   CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
   CHECK_OK(flesh_integrator_step(integrator, &other, 0.5, NULL));
-  long steps = run_cvode(&o, 0, 1e-7, 0.5, &o.b.state);
+  const costs all = run_cvode(&o, way, 1e-7, 0.5, &o.b.state);
   double off = test_distance(o.b.n, o.b.state.x, other.x);
-  printf("# consistent: %ld steps, from IDA %.3g m\n", steps, off);
+  printf("# consistent, %s: %ld steps, %ld linear iterations, from IDA %.3g m\n", ways[way], all.steps, all.linear, off);
   CHECK_BELOW(off, 1e-4);
   flesh_integrator_destroy(&integrator);
   state_free(&other);
   close_owned(&o);
 }
+
+static void cvode_by_gmres_agrees_with_ida(void) { cvode_agrees_with_ida(BY_GMRES); }
+
+static void cvode_by_the_own_solver_agrees_with_ida(void) { cvode_agrees_with_ida(BY_OWN); }
 #endif
 
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(agrees_with_the_residual), TEST(products_are_derivatives)
 #ifdef HAVE_CVODE
-                   , TEST(cvode_finds_the_motion), TEST(cvode_agrees_with_ida)
+                   , TEST(cvode_finds_the_motion), TEST(cvode_by_gmres_agrees_with_ida),
+                   TEST(cvode_by_the_own_solver_agrees_with_ida)
 #endif
   );
 }

@@ -3,6 +3,7 @@
 #define FLESH_EFFECTS_H
 
 #include "flesh/effect.h"
+#include "flesh/instructions.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"
 
@@ -44,6 +45,10 @@ FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect
 /* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
+/* The same with the instructions given. FLESH_ERR_ARGUMENT where the machine lacks them. */
+FLESH_API int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions instructions,
+                                           flesh_effect **effect);
+
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
@@ -84,7 +89,8 @@ typedef struct flesh_amplitude {
   double from, until; /* s; may be infinite */
 } flesh_amplitude;
 
-/* A dead load of `force` [3] N in all, shared evenly by `nodes` [count]; V = -force.displacement. */
+/* A dead load of `force` [3] N in all, shared evenly by `nodes` [count]; V = -force.displacement.
+ */
 FLESH_API int flesh_effect_force(const flesh_body *body, int count, const int *nodes,
                                  const double force[3], const flesh_amplitude *amplitude,
                                  flesh_effect **effect);

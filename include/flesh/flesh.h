@@ -2,8 +2,10 @@
 #ifndef FLESH_FLESH_H
 #define FLESH_FLESH_H
 
+#include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/material.h"
 #include "flesh/mesh.h"

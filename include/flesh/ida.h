@@ -122,8 +122,8 @@ FLESH_API int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N
                                        N_Vector v, N_Vector Jv, sunrealtype cj, void *problem,
                                        N_Vector w1, N_Vector w2);
 
-/* A SUNMatrix that stands for the condensed matrix (a view: the values live in the problem),
- * freed by SUNMatDestroy. */
+/* J as a SUNMatrix with all operations, a view of what the problem holds (condensed); clones have
+ * memory of their own. Freed by SUNMatDestroy; the problem must outlive it. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 

@@ -59,8 +59,9 @@ typedef struct flesh_stage {
   flesh_shift shift; /* sx, sv, sa; its `project` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
   const double *x0, *v0, *a0;
-  /* The point's lagged state: where the step starts, borrowed too; NULL: x0, and v0 or rest. */
+  /* The point's lagged state: where the step starts, borrowed too; NULL: x0 (at t), v0 or rest. */
   const double *x_lag, *v_lag;
+  double t_lag;
 } flesh_stage;
 
 /* Borrows `system` (finished), copies `options`. Returns new. */
@@ -100,8 +101,8 @@ FLESH_API int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_V
 FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, N_Vector z, void *problem);
 
-/* The library's block matrix as a SUNMatrix (a view: the values live in the problem), freed by
- * SUNMatDestroy. */
+/* The library's block matrix as a SUNMatrix with all operations, a view: the values live in the
+ * problem; clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
 
 /* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it

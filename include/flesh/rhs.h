@@ -22,24 +22,30 @@
  *   CVodeInit(cvode, flesh_rhs, state.t, y);            later: CVodeReInit(cvode, state.t, y)
  *   CVodeSVtolerances(cvode, 0.0, atol);                absolute: rtol |x| depends on the origin
  *   CVodeSetUserData(cvode, problem);
- *   solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
- *   CVodeSetLinearSolver(cvode, solver, NULL);
- *   CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve);
- *   CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times);
+ *   flesh_rhs_sunmatrix_create(problem, context, &A);
+ *   flesh_rhs_sunlinsol_create(problem, context, &solver);
+ *   CVodeSetLinearSolver(cvode, solver, A);             CVodeSetJacFn(cvode, flesh_rhs_jacobian);
  *   CVodeSetStopTime(cvode, flesh_rhs_event(problem));  where that is finite
  *   CVode(cvode, t_out, y, &t, CV_NORMAL);              as often as wanted, without a new start
  *   flesh_rhs_finish(problem, t, y, &state);            CV_TSTOP_RETURN: go on at flesh_rhs_start
  *
+ * Without a matrix, by SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context) and the like:
+ *
+ *   CVodeSetLinearSolver(cvode, solver, NULL);
+ *   CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve);
+ *   CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times);
+ *
  * ARKODE: ERKStepCreate(flesh_rhs, ...) for explicit steps, ARKStepCreate(NULL, flesh_rhs, ...) for
- * implicit ones, with the same functions in ARKStepSetPreconditioner and ARKStepSetJacTimes. Bodies
- * of soft tissue ring at frequencies far above those one looks at: explicit methods are bound
- * to steps of about the time that sound takes through the smallest tet.
+ * implicit ones, with the same functions in the slots named ARKStepSet... or ARKodeSet.... Bodies
+ * of soft tissue ring at frequencies far above those one looks at: explicit methods are bound to
+ * steps of about the time that sound takes through the smallest tet.
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
  * serial, OpenMP or Pthreads, of length 2*3*n. */
 #ifndef FLESH_RHS_H
 #define FLESH_RHS_H
 
+#include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_types.h>
@@ -81,12 +87,28 @@ FLESH_API void flesh_rhs_finish(flesh_rhs_problem *problem, double t, N_Vector y
 /* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite. */
 FLESH_API int flesh_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
 
-/* CVLsJacFn, ARKLsJacFn: df/dy into a 2*3*n square SUNSparseMatrix (CSC) with room for
- * flesh_rhs_entries() entries, for SUNLinSol_KLU. FLESH_ERR_ARGUMENT where the mass couples dofs
- * (consistent mass), as df/dy is full then. fy, w1, w2 and w3 are not used. */
+/* CVLsJacFn, ARKLsJacFn: df/dy into a matrix of flesh_rhs_sunmatrix_create, for any mass, or into a
+ * 2*3*n square SUNSparseMatrix (CSC) with room for flesh_rhs_entries() entries, for SUNLinSol_KLU;
+ * FLESH_ERR_ARGUMENT there where the mass couples dofs (consistent mass), as df/dy is full then.
+ * fy, w1, w2 and w3 are not used. */
 FLESH_API int flesh_rhs_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
                                  N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_rhs_entries(const flesh_rhs_problem *problem);
+
+/* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations, so that CVODE and
+ * ARKODE keep a copy of it and make I - gamma df/dy of it when only gamma has changed. Memory of
+ * its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it. */
+FLESH_API int flesh_rhs_sunmatrix_create(flesh_rhs_problem *problem, SUNContext context,
+                                         SUNMatrix *matrix);
+
+/* A SUNLinearSolver for that matrix: eliminates one half, (M + gamma C + gamma^2 K) w = gamma M b2
+ * - gamma^2 K b1, v = w/gamma, x = w + b1, by the options' PCG (type matrix-iterative: to the
+ * tolerance CVODE or ARKODE asks for, in its weighted norm, iterations reported), KLU or CHOLMOD
+ * (type direct). > 0, so that the step is shortened, where the matrix is not positive definite or
+ * PCG does not converge. Freed by SUNLinSolFree; the problem must outlive it, and serve no
+ * preconditioner meanwhile. */
+FLESH_API int flesh_rhs_sunlinsol_create(flesh_rhs_problem *problem, SUNContext context,
+                                         SUNLinearSolver *solver);
 
 /* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
  * at (t, y); Jv = (df/dy) v there. fy and tmp are not used. */

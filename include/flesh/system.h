@@ -67,6 +67,18 @@ FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_poi
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
 
+/* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can
+ * be gone before an effect (contact) bars it; 1: all. */
+FLESH_API double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, const double *x_to);
+/* Moves the nodes of x_to that cannot get there from x_from to where they can. */
+FLESH_API void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, double *x_to);
+/* Whether any effect bars ways. */
+FLESH_API int flesh_system_bars(const flesh_system *system);
+/* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
+FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
+
 /* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).
  * Returns new. */
 FLESH_API int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix);

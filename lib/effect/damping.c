@@ -35,7 +35,7 @@ static int spectrum_at(const flesh_material *material, double I_C, double J, con
 {
   flesh_psi psi;
   int status = material->psi(I_C, J, material, &psi);
-  if (!status) status = flesh_spectrum_make(&psi, sigma, spectrum);
+  if (!status && !flesh_spectrum_make(&psi, sigma, spectrum)) status = FLESH_NONFINITE;
   if (!status) flesh_spectrum_filter(spectrum, FLESH_FILTER_CLAMP);
   return status;
 }

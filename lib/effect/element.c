@@ -6,6 +6,17 @@
 
 #include "base/error.h"
 
+double flesh_element_shape(const double *X, const int node[4], double gradient[9])
+{
+  double D[9];
+  for (int i = 0; i < 3; i++)
+    for (int a = 0; a < 3; a++)
+      D[3 * i + a] = X[3 * (size_t)node[a + 1] + i] - X[3 * (size_t)node[0] + i];
+  /* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the
+   * ascending nodes wind. */
+  return fabs(flesh_mat3_inverse(D, gradient)) / 6;
+}
+
 int flesh_elements_create(const flesh_body *body, const flesh_cells *cells, flesh_element **elements)
 {
   const double *X = flesh_mesh_positions(body->mesh);
@@ -13,12 +24,8 @@ int flesh_elements_create(const flesh_body *body, const flesh_cells *cells, fles
   if (!made) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", cells->count);
   for (int k = 0; k < cells->count; k++) {
     flesh_element *e = &made[k];
-    double D[9];
     for (int a = 0; a < 4; a++) e->node[a] = cells->nodes[4 * (size_t)k + a];
-    for (int i = 0; i < 3; i++)
-      for (int a = 0; a < 3; a++) D[3 * i + a] = X[3 * e->node[a + 1] + i] - X[3 * e->node[0] + i];
-    /* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the nodes wind. */
-    e->volume = fabs(flesh_mat3_inverse(D, e->gradient)) / 6;
+    e->volume = flesh_element_shape(X, e->node, e->gradient);
     e->material = body->tet_material ? body->tet_material[k] : 0;
   }
   *elements = made;

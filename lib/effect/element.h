@@ -12,6 +12,10 @@ typedef struct flesh_element {
   double gradient[9]; /* rows g_1, g_2, g_3 of the shape functions; g_0 = -(g_1 + g_2 + g_3) */
 } flesh_element;
 
+/* The gradients g_1, g_2, g_3 of one tet with these nodes, in the mesh with rest positions X; returns
+ * its volume. */
+double flesh_element_shape(const double *X, const int node[4], double gradient[9]);
+
 /* Those of all tets, with the nodes of `cells` (flesh_cells_of_tets). Returns new, freed by free(). */
 int flesh_elements_create(const flesh_body *body, const flesh_cells *cells, flesh_element **elements);
 

@@ -198,6 +198,11 @@ static const flesh_effect_row rows[] = {
      "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
      "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",
      flesh_viscosity_keys, sizeof(flesh_viscosity_parameters), "{shear: 300, bulk: 500}", flesh_viscosity_add, 0},
+    {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+     flesh_contact_keys, sizeof(flesh_contact_parameters),
+     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

@@ -37,4 +37,23 @@ typedef struct flesh_pressure_parameters {
 extern const flesh_key flesh_pressure_keys[];
 int flesh_pressure_add(const void *parameters, const flesh_body *body, flesh_system *system);
 
+typedef struct flesh_contact_parameters {
+  struct {
+    double point[3], normal[3];
+  } plane;
+  struct {
+    double centre[3], radius;
+  } sphere;
+  struct {
+    double from[3], to[3], radius;
+  } capsule;
+  char *mesh;
+  double stiffness, thickness, friction, slip_speed, centre[3];
+  int interpolation;
+  flesh_objects motion;
+} flesh_contact_parameters;
+
+extern const flesh_key flesh_contact_keys[];
+int flesh_contact_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
 #endif

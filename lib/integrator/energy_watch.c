@@ -73,7 +73,7 @@ void flesh_energy_watch_see(flesh_energy_watch *watch, const flesh_state *state,
   watch->kinetic = fmax(watch->kinetic, kinetic);
   /* A target that moves changes the energy of a state that stands still. */
   if (watch->watching && !restart &&
-      fabs(total(watch, watch->begin, state, &ignored) - energy) > 1e-12 * fabs(energy))
+      !(fabs(total(watch, watch->begin, state, &ignored) - energy) <= 1e-12 * fabs(energy)))
     restart = 1;
   if (!watch->watching || restart) {
     watch->watching = 1;

@@ -241,6 +241,7 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
   stage.t = before(stage.t, piece->event);
   stage.x_lag = state->x;
   stage.v_lag = state->v;
+  stage.t_lag = state->t;
   if (second) {
     flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(t_end, piece->event),
                          state->x);
@@ -364,6 +365,8 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
 {
   flesh_stage stage;
   self->row->stage(&self->memory, state, state->t + h, h, &stage);
+  stage.x_lag = state->x;
+  stage.t_lag = state->t;
   /* From a far start the full load may need many iterations, each of which is nearer. */
   int status = solve(self, &stage, h, 0, self->options.max_halvings, stats);
   if (status == FLESH_OK) {
@@ -380,6 +383,8 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
     double load = fmin(1, reached + increment);
     self->row->stage(&self->memory, state, state->t + h, h, &stage);
     stage.load = load;
+    stage.x_lag = state->x;
+    stage.t_lag = reached > 0 ? stage.t : begin; /* obstacles and targets are at the end at once */
     stage.share = (load - reached) / (1 - reached);
     status = solve(self, &stage, h, (int)lround(-log2(increment)), 0, stats);
     if (status < 0) break;

@@ -8,35 +8,93 @@
 #ifndef FLESH_MATERIAL_SPECTRUM_H
 #define FLESH_MATERIAL_SPECTRUM_H
 
-#include "flesh/material.h"
+#include "material/psi_forms.h"
+#include "math/eig3_core.h"
 
 typedef struct flesh_spectrum {
-  double A[9];     /* scaling block, symmetric */
-  double twist[3]; /* 2 psi_I + psi_J sigma_k */
-  double flip[3];  /* 2 psi_I - psi_J sigma_k */
+  flesh_real A[9];     /* scaling block, symmetric */
+  flesh_real twist[3]; /* 2 psi_I + psi_J sigma_k */
+  flesh_real flip[3];  /* 2 psi_I - psi_J sigma_k */
 } flesh_spectrum;
 
-/* FLESH_NONFINITE, spectrum untouched, where an entry overflows. */
-int flesh_spectrum_make(const flesh_psi *psi, const double sigma[3], flesh_spectrum *spectrum);
-
-/* What becomes of negative eigenvalues: zero (Teran et al. 2005) or their absolute values (Chen et al. 2024,
- * "Stabler Neo-Hookean Simulation"). */
+/* What becomes of negative eigenvalues: zero (Teran et al. 2005) or their absolute values (Chen et
+ * al. 2024, "Stabler Neo-Hookean Simulation"). */
 typedef enum flesh_filter { FLESH_FILTER_CLAMP, FLESH_FILTER_ABSOLUTE } flesh_filter;
 
-/* Returns 1 when there were negative eigenvalues, else 0 (nothing changed). */
-int flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_filter filter);
+/* Returns where every entry is finite. */
+static inline flesh_mask flesh_spectrum_make(const flesh_psi_real *psi, const flesh_real sigma[3],
+                                             flesh_spectrum *spectrum)
+{
+  /* c = dJ/dsigma */
+  flesh_real c[3] = {sigma[1] * sigma[2], sigma[2] * sigma[0], sigma[0] * sigma[1]};
+  flesh_real check = flesh_all(0);
+  flesh_spectrum *s = spectrum;
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    s->twist[i] = 2 * psi->I + psi->J * sigma[i];
+    s->flip[i] = 2 * psi->I - psi->J * sigma[i];
+    s->A[4 * i] = 2 * psi->I + 4 * psi->II * sigma[i] * sigma[i] +
+                  (4 * psi->IJ * sigma[i] + psi->JJ * c[i]) * c[i];
+    s->A[3 * i + j] = s->A[3 * j + i] = psi->J * sigma[k] + 4 * psi->II * sigma[i] * sigma[j] +
+                                        2 * psi->IJ * (sigma[i] * c[j] + sigma[j] * c[i]) +
+                                        psi->JJ * c[i] * c[j];
+    check += 0 * s->twist[i] + 0 * s->flip[i] + 0 * s->A[4 * i] + 0 * s->A[3 * i + j];
+  }
+  return check == 0;
+}
 
-/* The smallest of the nine eigenvalues. */
-double flesh_spectrum_smallest(const flesh_spectrum *spectrum);
+/* Pivots of the elimination without exchange: all positive for positive definite A only. */
+static inline flesh_mask flesh_spectrum_definite(const flesh_real A[9])
+{
+  flesh_real inverse = 1 / A[0], l1 = A[1] * inverse, l2 = A[2] * inverse;
+  flesh_real p1 = A[4] - l1 * A[1], r = A[5] - l1 * A[2];
+  return (A[0] > 0) & (p1 > 0) & (A[8] - l2 * A[2] - r * r / p1 > 0);
+}
+
+static inline flesh_real flesh_spectrum_filtered(flesh_real value, flesh_filter filter)
+{
+  return filter == FLESH_FILTER_ABSOLUTE ? flesh_abs(value) : flesh_max(value, flesh_all(0));
+}
+
+/* The same for the scaling block, where it has a negative eigenvalue; returns where. */
+static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_filter filter)
+{
+  flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];
+  for (int k = 0; k < 9; k++) largest = flesh_max(largest, flesh_abs(A[k]));
+  largest = flesh_select(largest > 0, largest, flesh_all(1));
+  for (int k = 0; k < 9; k++) scaled[k] = A[k] / largest;
+  flesh_eig3_core(scaled, w, Q);
+  flesh_mask negative = (w[0] < 0) | (w[1] < 0) | (w[2] < 0);
+  for (int k = 0; k < 3; k++) w[k] = flesh_spectrum_filtered(w[k], filter) * largest;
+  for (int k = 0; k < 9; k++) QW[k] = Q[k] * w[k % 3];
+  flesh_mat3_multiply_transposed(QW, Q, scaled);
+  scaled[3] = scaled[1], scaled[6] = scaled[2], scaled[7] = scaled[5];
+  for (int k = 0; k < 9; k++) A[k] = flesh_select(negative, scaled[k], A[k]);
+  return negative;
+}
+
+/* Returns where there were negative eigenvalues; nothing changed elsewhere. */
+static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_filter filter)
+{
+  flesh_mask changed = spectrum->twist[0] < 0;
+  for (int k = 0; k < 3; k++) {
+    changed |= (spectrum->twist[k] < 0) | (spectrum->flip[k] < 0);
+    spectrum->twist[k] = flesh_spectrum_filtered(spectrum->twist[k], filter);
+    spectrum->flip[k] = flesh_spectrum_filtered(spectrum->flip[k], filter);
+  }
+  if (flesh_any(flesh_spectrum_definite(spectrum->A) == 0))
+    changed |= flesh_spectrum_filter_scaling(spectrum->A, filter);
+  return changed;
+}
 
 /* The 3x3 block of the stiffness between two shape functions: B = sum over the Hessian of
  * directions e_i a^T and e_j b^T in the singular frame. With a = V^T grad_a and b = V^T grad_b the
  * block in world axes is U B U^T (per rest volume). */
-static inline void flesh_spectrum_block(const flesh_spectrum *spectrum, const double a[3],
-                                        const double b[3], double B[9])
+static inline void flesh_spectrum_block(const flesh_spectrum *spectrum, const flesh_real a[3],
+                                        const flesh_real b[3], flesh_real B[9])
 {
-  const double *A = spectrum->A, *t = spectrum->twist, *f = spectrum->flip;
-  double same[3], cross[3], ab[3];
+  const flesh_real *A = spectrum->A, *t = spectrum->twist, *f = spectrum->flip;
+  flesh_real same[3], cross[3], ab[3];
   for (int k = 0; k < 3; k++) {
     same[k] = 0.5 * (t[k] + f[k]);
     cross[k] = 0.5 * (f[k] - t[k]);

@@ -1,29 +1,32 @@
-/* mat3.h: row-major 3x3 matrices A[3*i+j] = A_ij and 3-vectors, inlined. Outputs come last and must
- * not overlap the inputs. */
+/* mat3.h: row-major 3x3 matrices A[3*i+j] = A_ij and 3-vectors of flesh_real (lanes.h), inlined.
+ * Outputs come last and must not overlap the inputs. */
 #ifndef FLESH_MATH_MAT3_H
 #define FLESH_MATH_MAT3_H
 
 #include <math.h>
 
-static inline double flesh_vec3_dot(const double a[3], const double b[3])
+#include "math/lanes.h"
+
+static inline flesh_real flesh_vec3_dot(const flesh_real a[3], const flesh_real b[3])
 {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static inline void flesh_vec3_cross(const double a[3], const double b[3], double c[3])
+static inline void flesh_vec3_cross(const flesh_real a[3], const flesh_real b[3], flesh_real c[3])
 {
   c[0] = a[1] * b[2] - a[2] * b[1];
   c[1] = a[2] * b[0] - a[0] * b[2];
   c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static inline void flesh_mat3_identity(double A[9])
+static inline void flesh_mat3_identity(flesh_real A[9])
 {
-  for (int k = 0; k < 9; k++) A[k] = k % 4 == 0;
+  for (int k = 0; k < 9; k++) A[k] = flesh_all(k % 4 == 0);
 }
 
 /* C = A B. */
-static inline void flesh_mat3_multiply(const double A[9], const double B[9], double C[9])
+static inline void flesh_mat3_multiply(const flesh_real A[9], const flesh_real B[9],
+                                       flesh_real C[9])
 {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
@@ -31,79 +34,82 @@ static inline void flesh_mat3_multiply(const double A[9], const double B[9], dou
 }
 
 /* C = A B^T. */
-static inline void flesh_mat3_multiply_transposed(const double A[9], const double B[9], double C[9])
+static inline void flesh_mat3_multiply_transposed(const flesh_real A[9], const flesh_real B[9],
+                                                  flesh_real C[9])
 {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) C[3 * i + j] = flesh_vec3_dot(A + 3 * i, B + 3 * j);
 }
 
 /* C = A^T B. */
-static inline void flesh_mat3_transposed_multiply(const double A[9], const double B[9], double C[9])
+static inline void flesh_mat3_transposed_multiply(const flesh_real A[9], const flesh_real B[9],
+                                                  flesh_real C[9])
 {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       C[3 * i + j] = A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
 }
 
-static inline void flesh_mat3_transpose(const double A[9], double T[9])
+static inline void flesh_mat3_transpose(const flesh_real A[9], flesh_real T[9])
 {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) T[3 * i + j] = A[3 * j + i];
 }
 
 /* y = A x. */
-static inline void flesh_mat3_times(const double A[9], const double x[3], double y[3])
+static inline void flesh_mat3_times(const flesh_real A[9], const flesh_real x[3], flesh_real y[3])
 {
   for (int i = 0; i < 3; i++) y[i] = flesh_vec3_dot(A + 3 * i, x);
 }
 
 /* y = A^T x. */
-static inline void flesh_mat3_transposed_times(const double A[9], const double x[3], double y[3])
+static inline void flesh_mat3_transposed_times(const flesh_real A[9], const flesh_real x[3],
+                                               flesh_real y[3])
 {
   for (int i = 0; i < 3; i++) y[i] = A[i] * x[0] + A[3 + i] * x[1] + A[6 + i] * x[2];
 }
 
 /* A = a b^T. */
-static inline void flesh_mat3_outer(const double a[3], const double b[3], double A[9])
+static inline void flesh_mat3_outer(const flesh_real a[3], const flesh_real b[3], flesh_real A[9])
 {
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) A[3 * i + j] = a[i] * b[j];
 }
 
-static inline double flesh_mat3_trace(const double A[9]) { return A[0] + A[4] + A[8]; }
+static inline flesh_real flesh_mat3_trace(const flesh_real A[9]) { return A[0] + A[4] + A[8]; }
 
 /* A : B. */
-static inline double flesh_mat3_inner(const double A[9], const double B[9])
+static inline flesh_real flesh_mat3_inner(const flesh_real A[9], const flesh_real B[9])
 {
-  double sum = 0;
-  for (int k = 0; k < 9; k++) sum += A[k] * B[k];
+  flesh_real sum = A[0] * B[0];
+  for (int k = 1; k < 9; k++) sum += A[k] * B[k];
   return sum;
 }
 
 /* tr(A^T A), the squared Frobenius norm. */
-static inline double flesh_mat3_norm2(const double A[9]) { return flesh_mat3_inner(A, A); }
+static inline flesh_real flesh_mat3_norm2(const flesh_real A[9]) { return flesh_mat3_inner(A, A); }
 
 /* C = cof A = dJ/dA: its rows are the cross products of A's rows; A^T C = det(A) I. */
-static inline void flesh_mat3_cofactor(const double A[9], double C[9])
+static inline void flesh_mat3_cofactor(const flesh_real A[9], flesh_real C[9])
 {
   flesh_vec3_cross(A + 3, A + 6, C);
   flesh_vec3_cross(A + 6, A, C + 3);
   flesh_vec3_cross(A, A + 3, C + 6);
 }
 
-static inline double flesh_mat3_determinant(const double A[9])
+static inline flesh_real flesh_mat3_determinant(const flesh_real A[9])
 {
-  double c[3];
+  flesh_real c[3];
   flesh_vec3_cross(A + 3, A + 6, c);
   return flesh_vec3_dot(A, c);
 }
 
 /* B = A^-1; returns det A. B is not finite where det A is 0. */
-static inline double flesh_mat3_inverse(const double A[9], double B[9])
+static inline flesh_real flesh_mat3_inverse(const flesh_real A[9], flesh_real B[9])
 {
-  double C[9];
+  flesh_real C[9];
   flesh_mat3_cofactor(A, C);
-  double det = flesh_vec3_dot(A, C), scale = 1 / det;
+  flesh_real det = flesh_vec3_dot(A, C), scale = 1 / det;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) B[3 * i + j] = C[3 * j + i] * scale;
   return det;
@@ -111,11 +117,12 @@ static inline double flesh_mat3_inverse(const double A[9], double B[9])
 
 /* B = d cof(A)/dA : X, the second derivative of det A in direction X: entrywise sums of
  * cross products of one row of A and one of X. */
-static inline void flesh_mat3_cofactor_derivative(const double A[9], const double X[9], double B[9])
+static inline void flesh_mat3_cofactor_derivative(const flesh_real A[9], const flesh_real X[9],
+                                                  flesh_real B[9])
 {
   for (int i = 0; i < 3; i++) {
     int j = (i + 1) % 3, k = (i + 2) % 3;
-    double p[3], q[3];
+    flesh_real p[3], q[3];
     flesh_vec3_cross(A + 3 * j, X + 3 * k, p);
     flesh_vec3_cross(X + 3 * j, A + 3 * k, q);
     for (int c = 0; c < 3; c++) B[3 * i + c] = p[c] + q[c];
@@ -123,10 +130,10 @@ static inline void flesh_mat3_cofactor_derivative(const double A[9], const doubl
 }
 
 /* Whether all nine numbers are finite. */
-static inline int flesh_mat3_finite(const double A[9])
+static inline flesh_mask flesh_mat3_finite(const flesh_real A[9])
 {
-  double sum = 0;
-  for (int k = 0; k < 9; k++) sum += A[k] * 0;
+  flesh_real sum = A[0] * 0;
+  for (int k = 1; k < 9; k++) sum += A[k] * 0;
   return sum == 0;
 }
 

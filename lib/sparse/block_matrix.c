@@ -1,4 +1,4 @@
-/* block_matrix.c: products and constraints of the symmetric block matrix. */
+/* block_matrix.c: products, sums and constraints of the symmetric block matrix. */
 #include "sparse/block_matrix.h"
 
 #include <math.h>
@@ -46,6 +46,31 @@ void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagona
         }
     }
   }
+}
+
+void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B)
+{
+  const size_t count = 9 * (size_t)A->row_start[A->rows];
+  if (c == 0 && B) memcpy(A->values, B->values, count * sizeof *A->values);
+  else if (c == 0) memset(A->values, 0, count * sizeof *A->values);
+  else
+    for (size_t k = 0; k < count; k++) A->values[k] = c * A->values[k] + (B ? B->values[k] : 0);
+}
+
+int flesh_block_is_diagonal(const flesh_block_matrix *A)
+{
+  for (int i = 0; i < A->rows; i++)
+    for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_start[i + 1]; k++)
+      if (A->values[k] != 0) return 0;
+  return 1;
+}
+
+double flesh_block_mean_diagonal(const flesh_block_matrix *A)
+{
+  double sum = 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int c = 0; c < 3; c++) sum += fabs(A->values[9 * (size_t)A->row_start[i] + 4 * c]);
+  return sum > 0 && sum < INFINITY ? sum / (3. * A->rows) : 1;
 }
 
 int flesh_block_invert(const double A[9], double B[9])

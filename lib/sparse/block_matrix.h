@@ -13,6 +13,15 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
  * identity. */
 void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal);
 
+/* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */
+void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B);
+
+/* Whether no node's row knows of another node. */
+int flesh_block_is_diagonal(const flesh_block_matrix *A);
+
+/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
+double flesh_block_mean_diagonal(const flesh_block_matrix *A);
+
 /* B = A^-1 of a symmetric positive definite 3x3 block [9]; 0 when A is not positive definite (B
  * untouched). */
 int flesh_block_invert(const double A[9], double B[9]);

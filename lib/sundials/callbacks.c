@@ -1,4 +1,4 @@
-/* callbacks.c: the functions that KINSOL calls, and the block matrix as a SUNMatrix. */
+/* callbacks.c: the functions that KINSOL calls. */
 #include <stdlib.h>
 #include <string.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -69,7 +69,7 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
   const double *at = flesh_vector_data(u, problem->n);
   if (!at) return FLESH_ERR_ARGUMENT;
   int project = problem->options.projection == FLESH_PROJECTION_ALWAYS, sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
-  if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
+  if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");
   int status = flesh_problem_assemble(problem, at, project);
@@ -120,46 +120,4 @@ int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval
   int status = flesh_direct_solve(problem->direct, values, problem->work);
   memcpy(values, problem->work, (size_t)problem->n * sizeof *values);
   return status;
-}
-
-static SUNMatrix_ID matrix_id(SUNMatrix A)
-{
-  (void)A;
-  return SUNMATRIX_CUSTOM;
-}
-
-/* The Jacobian overwrites every entry: no need to touch them before. */
-static int matrix_zero(SUNMatrix A)
-{
-  ((flesh_problem *)A->content)->zeroed = 1;
-  return FLESH_OK;
-}
-
-static int matrix_times(SUNMatrix A, N_Vector x, N_Vector y)
-{
-  const flesh_problem *problem = A->content;
-  const double *values = flesh_vector_data(x, problem->n);
-  double *product = values ? flesh_vector_data(y, problem->n) : NULL;
-  if (!product) return FLESH_ERR_ARGUMENT;
-  if (problem->zeroed) N_VConst(0, y);
-  else flesh_block_multiply(problem->K, values, product);
-  return FLESH_OK;
-}
-
-static void matrix_destroy(SUNMatrix A)
-{
-  A->content = NULL;
-  SUNMatFreeEmpty(A);
-}
-
-int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix)
-{
-  *matrix = SUNMatNewEmpty(context);
-  if (!*matrix) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
-  (*matrix)->ops->getid = matrix_id;
-  (*matrix)->ops->zero = matrix_zero;
-  (*matrix)->ops->matvec = matrix_times;
-  (*matrix)->ops->destroy = matrix_destroy;
-  (*matrix)->content = problem;
-  return FLESH_OK;
 }

@@ -2,6 +2,7 @@
  * foretold it. */
 #include <math.h>
 
+#include "effect/effect.h"
 #include "sundials/problem.h"
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
@@ -39,7 +40,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (status) return status;
   double rounding = 1e-13 * magnitude;
   if (isnan(self->first_potential)) self->first_potential = start;
-  for (double scale = 1; scale > 1e-14;) {
+  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
+  const double way = flesh_problem_way(self, u, self->step);
+  for (double scale = way < 1 ? flesh_way_kept * way : 1; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
     status = flesh_problem_potential(self, self->step, &value, &ignored);

@@ -1,5 +1,5 @@
-/* ida_callbacks.c: the functions that IDA calls, its vector, the 2N sparse Jacobian, and the condensed matrix as a
- * SUNMatrix. */
+/* ida_callbacks.c: the functions that IDA calls, its vector, the 2N sparse Jacobian, and the condensed
+ * matrix. */
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "sundials/ida_problem.h"
+#include "sundials/pair_matrix.h"
 #include "sundials/vector.h"
 
 /* NULL, with words, where user_data leads to none. */
@@ -106,11 +107,12 @@ int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N
   const double *at = flesh_vector_data(y, length), *rate = at ? flesh_vector_data(yp, length) : NULL;
   if (!rate) return FLESH_ERR_ARGUMENT;
   int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
-  if (!sparse && (SUNMatGetID(J) != SUNMATRIX_CUSTOM || J->content != problem))
+  const flesh_pair_matrix *own = flesh_pair_matrix_of(J);
+  if (!sparse && !(own && own->view && own->ida == problem))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_ida_sunmatrix_create");
   int status =
-      flesh_ida_assemble(problem, t, cj, at, rate, sparse ? FLESH_IDA_STIFFNESS : FLESH_IDA_CONDENSED);
+      flesh_ida_assemble(problem, t, cj, at, rate, sparse ? FLESH_IDA_APART : FLESH_IDA_CONDENSED);
   return !status && sparse ? fill_sparse(problem, J) : status;
 }
 
@@ -154,47 +156,9 @@ int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   return x ? flesh_ida_solve_both(problem, b, 1, x) : FLESH_ERR_ARGUMENT;
 }
 
-static SUNMatrix_ID matrix_id(SUNMatrix A)
-{
-  (void)A;
-  return SUNMATRIX_CUSTOM;
-}
-
-/* The Jacobian overwrites every entry: no need to touch them before. */
-static int matrix_zero(SUNMatrix A)
-{
-  ((flesh_ida_problem *)A->content)->content = FLESH_IDA_NOTHING;
-  return FLESH_OK;
-}
-
-static int matrix_times(SUNMatrix A, N_Vector x, N_Vector z)
-{
-  flesh_ida_problem *problem = A->content;
-  const sunindextype length = 2 * (sunindextype)problem->n;
-  const double *values = flesh_vector_data(x, length);
-  double *product = values ? flesh_vector_data(z, length) : NULL;
-  if (!product) return FLESH_ERR_ARGUMENT;
-  if (problem->content != FLESH_IDA_CONDENSED) N_VConst(0, z);
-  else flesh_ida_multiply(problem, values, product);
-  return FLESH_OK;
-}
-
-static void matrix_destroy(SUNMatrix A)
-{
-  A->content = NULL;
-  SUNMatFreeEmpty(A);
-}
-
 int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, SUNMatrix *matrix)
 {
-  *matrix = SUNMatNewEmpty(context);
-  if (!*matrix) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
-  (*matrix)->ops->getid = matrix_id;
-  (*matrix)->ops->zero = matrix_zero;
-  (*matrix)->ops->matvec = matrix_times;
-  (*matrix)->ops->destroy = matrix_destroy;
-  (*matrix)->content = problem;
-  return FLESH_OK;
+  return flesh_pair_matrix_create(problem, NULL, context, matrix);
 }
 
 /* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and a single chain waits for every addition. */

@@ -24,10 +24,7 @@ static int find_coupling(flesh_ida_problem *self)
   }
   const flesh_point point = {.load = 1, .x = self->x, .v = self->v, .a = self->a};
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.v = 1, .a = 1}, self->D)) return 1;
-  for (int i = 0; i < self->D->rows; i++)
-    for (size_t k = 9 * ((size_t)self->D->row_start[i] + 1); k < 9 * (size_t)self->D->row_start[i + 1]; k++)
-      if (self->D->values[k] != 0) return 1;
-  return 0;
+  return !flesh_block_is_diagonal(self->D);
 }
 
 int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
@@ -50,6 +47,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   failed |= !(self->work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
+  if (flesh_system_bars(system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
   if (!status) status = flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_system_matrix_create(system, &self->D);
@@ -77,7 +75,7 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_ida_problem *self = *problem;
   double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
                       self->v,            self->a,            self->right,        self->change,
-                      self->work,         self->K_values,     self->D_values};
+                      self->work,         self->K_values,     self->D_values,     self->x_accepted};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
@@ -133,12 +131,23 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
                        .threads = self->threads};
 }
 
+void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)
+{
+  if (!self->x_accepted) return;
+  memcpy(self->x_accepted, x, (size_t)self->n * sizeof *x);
+  self->t_accepted = t;
+  self->accepted = 1;
+}
+
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
 {
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = flesh_system_residual(self->system, &point, F + n);
+  int status = self->accepted && flesh_system_way(self->system, self->t_accepted, self->x_accepted,
+                                                  point.t, point.x) < 1
+                   ? FLESH_UNDEFINED
+                   : flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(n, F + n) < INFINITY)) status = FLESH_NONFINITE;
   self->refused = status;
   if (status) return status;
@@ -152,22 +161,6 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   return FLESH_OK;
 }
 
-int flesh_ida_has_diagonal_blocks_only(const flesh_block_matrix *A)
-{
-  for (int i = 0; i < A->rows; i++)
-    for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_start[i + 1]; k++)
-      if (A->values[k] != 0) return 0;
-  return 1;
-}
-
-double flesh_ida_mean_diagonal(const flesh_block_matrix *A)
-{
-  double sum = 0;
-  for (int i = 0; i < A->rows; i++)
-    for (int c = 0; c < 3; c++) sum += fabs(A->values[9 * (size_t)A->row_start[i] + 4 * c]);
-  return sum > 0 && sum < INFINITY ? sum / (3. * A->rows) : 1;
-}
-
 int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const double *y, const double *yp,
                        flesh_ida_content content)
 {
@@ -175,17 +168,46 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
   flesh_shift shift = {.x = 1, .project = self->options.projection == FLESH_PROJECTION_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
   self->content = FLESH_IDA_NOTHING;
-  self->cj = cj;
+  self->cj = self->from_x = cj;
+  self->from_v = -1;
+  self->held = 1;
   self->stats.assemblies++;
   self->stats.projections += shift.project;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   shift.x = 0, shift.v = 1, shift.a = cj;
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
   if (status) return status;
-  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? flesh_ida_mean_diagonal(self->K) : 0);
+  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(self->K) : 0);
   flesh_block_fix(self->D, self->fixed, 0);
-  self->D_is_diagonal = flesh_ida_has_diagonal_blocks_only(self->D);
+  self->D_is_diagonal = flesh_block_is_diagonal(self->D);
   self->content = content;
+  return FLESH_OK;
+}
+
+void flesh_ida_separate(flesh_ida_problem *self)
+{
+  if (self->content == FLESH_IDA_CONDENSED) {
+    for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
+      self->K->values[k] -= self->cj * self->D->values[k];
+    flesh_block_fix(self->K, self->fixed, 0);
+  } else if (self->content != FLESH_IDA_APART) {
+    flesh_block_combine(0, self->K, NULL);
+    flesh_block_combine(0, self->D, NULL);
+    self->from_x = self->from_v = self->held = 0;
+  }
+  self->content = FLESH_IDA_APART;
+}
+
+int flesh_ida_condense(flesh_ida_problem *self)
+{
+  if (self->content == FLESH_IDA_CONDENSED) return FLESH_OK;
+  if (self->content != FLESH_IDA_APART || self->from_x == 0 || self->from_v == 0 || self->held == 0)
+    return FLESH_NOT_POSITIVE;
+  self->cj = -self->from_x / self->from_v;
+  for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
+    self->K->values[k] += self->cj * self->D->values[k];
+  flesh_block_fix(self->K, self->fixed, flesh_block_mean_diagonal(self->K));
+  self->content = FLESH_IDA_CONDENSED;
   return FLESH_OK;
 }
 
@@ -234,14 +256,14 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
   flesh_ida_damping_times(self, mixed, free_x);
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
-    z[d] = self->fixed[d] ? position : cj * position - velocity;
-    z[n + d] = self->fixed[d] ? velocity : product[d] + free_x[d];
+    z[d] = self->fixed[d] ? self->held * position : self->from_x * position + self->from_v * velocity;
+    z[n + d] = self->fixed[d] ? self->held * velocity : product[d] + free_x[d];
   }
 }
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (12 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 13 : 12) * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->direct) bytes += flesh_direct_memory(self->direct);

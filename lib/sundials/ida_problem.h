@@ -15,7 +15,7 @@ typedef enum flesh_ida_content {
   FLESH_IDA_NOTHING,
   FLESH_IDA_MASS,      /* M, factored */
   FLESH_IDA_CONDENSED, /* K + cj C + cj^2 M */
-  FLESH_IDA_STIFFNESS  /* K alone, for the matrix of 2N */
+  FLESH_IDA_APART      /* K alone, and C + cj M in D: what a matrix of 2N has */
 } flesh_ida_content;
 
 struct flesh_ida_problem {
@@ -35,6 +35,8 @@ struct flesh_ida_problem {
   int couples;           /* C or M couples nodes: what the sparse pattern of 2N has room for */
   flesh_ida_content content;
   double cj; /* of K and D */
+  /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `held` (1) times x and v. */
+  double from_x, from_v, held;
   flesh_preconditioner_data *preconditioner;
   flesh_direct *direct;
   flesh_threads *threads;
@@ -43,6 +45,8 @@ struct flesh_ida_problem {
   double *work;   /* [4*n] of the linear solver */
   double *right;  /* [n] */
   double *change; /* [n] */
+  double *x_accepted, t_accepted; /* [n] from where ways are tested, where `accepted`; else NULL */
+  int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
 };
@@ -55,14 +59,17 @@ int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, co
 /* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
 int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
                        const double *yp, flesh_ida_content content);
+/* From now on a residual is refused where something bars the straight way from x [n] at t: the state
+ * accepted last. */
+void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);
+/* Takes a condensed K apart again (nothing assembled: zeros), so that J can be added to others. */
+void flesh_ida_separate(flesh_ida_problem *problem);
+/* Condenses K where it is apart; FLESH_NOT_POSITIVE where there is nothing to condense. */
+int flesh_ida_condense(flesh_ida_problem *problem);
 /* Prepares the linear solver for K. */
 int flesh_ida_factor(flesh_ida_problem *problem);
 /* K x = b by the method of the options to `tolerance` of |b|; > 0 where that fails. */
 int flesh_ida_solve(flesh_ida_problem *problem, double tolerance, const double *b, double *x);
-/* Whether no node's row knows of another node. */
-int flesh_ida_has_diagonal_blocks_only(const flesh_block_matrix *A);
-/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
-double flesh_ida_mean_diagonal(const flesh_block_matrix *A);
 /* z = J x, all [2*n], with the condensed K and the cj it was assembled for. */
 void flesh_ida_multiply(flesh_ida_problem *problem, const double *x, double *z);
 /* J x = b by the options' solver or, `approximately`, one application of its preconditioner (a direct solver is one).

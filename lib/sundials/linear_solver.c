@@ -1,31 +1,17 @@
 /* linear_solver.c: PCG or a direct factorisation as a SUNLinearSolver that returns guarded Newton steps. */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "sparse/pcg.h"
 #include "sundials/problem.h"
+#include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
 
 typedef struct solver {
+  flesh_linear_solver_report report; /* first */
   flesh_problem *problem;
   N_Vector scaling; /* of the residual, from KINSOL; NULL: none */
-  int iterations, last_flag;
-  double residual;
 } solver;
-
-static SUNLinearSolver_Type solver_type(SUNLinearSolver S)
-{
-  (void)S;
-  return SUNLINEARSOLVER_MATRIX_ITERATIVE;
-}
-
-static int solver_initialize(SUNLinearSolver S)
-{
-  ((solver *)S->content)->last_flag = 0;
-  return 0;
-}
 
 /* KINSOL wants to know that products with the matrix could be given; ours come from the block matrix. */
 static int solver_set_products(SUNLinearSolver S, void *data, SUNATimesFn times)
@@ -49,7 +35,7 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
   /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
   if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
     status = FLESH_OK, self->problem->projected = -1;
-  return self->last_flag = status;
+  return self->report.last_flag = status;
 }
 
 /* K p = b by the method of the options; b is not touched. */
@@ -61,8 +47,8 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
   int status = flesh_pcg(problem->K, problem->preconditioner, weights, tolerance,
                          problem->options.max_linear, b, p, problem->work, &result);
-  self->iterations += result.iterations;
-  self->residual = result.residual;
+  self->report.iterations += result.iterations;
+  self->report.residual = result.residual;
   problem->stats.linear += result.iterations;
   /* A truncated solve still descends. */
   return status == FLESH_NOT_CONVERGED && result.iterations > 0 ? FLESH_OK : status;
@@ -99,12 +85,12 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   flesh_problem *problem = self->problem;
   const double *right = flesh_vector_data(b, problem->n);
   double *p = right ? flesh_vector_data(x, problem->n) : NULL, *gradient = problem->gradient;
-  if (!p) return self->last_flag = FLESH_ERR_ARGUMENT;
-  self->iterations = 0;
+  if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
+  self->report.iterations = 0;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;
     memset(p, 0, (size_t)problem->n * sizeof *p);
-    return self->last_flag = 0;
+    return self->report.last_flag = 0;
   }
   for (int d = 0; d < problem->n; d++) gradient[d] = -right[d];
   int demand = problem->options.projection == FLESH_PROJECTION_DEMAND;
@@ -116,45 +102,18 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
     if (!status) status = guarded_step(self, right, tolerance, gradient, p);
   }
   problem->stats.newton += !status;
-  return self->last_flag = status;
-}
-
-static int solver_iterations(SUNLinearSolver S) { return ((solver *)S->content)->iterations; }
-
-static sunrealtype solver_residual_norm(SUNLinearSolver S) { return ((solver *)S->content)->residual; }
-
-static sunindextype solver_last_flag(SUNLinearSolver S) { return ((solver *)S->content)->last_flag; }
-
-static int solver_free(SUNLinearSolver S)
-{
-  if (!S) return 0;
-  free(S->content);
-  S->content = NULL;
-  SUNLinSolFreeEmpty(S);
-  return 0;
+  return self->report.last_flag = status;
 }
 
 int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context, SUNLinearSolver *linear_solver)
 {
-  SUNLinearSolver S = SUNLinSolNewEmpty(context);
-  solver *self = calloc(1, sizeof *self);
-  if (!S || !self) {
-    free(self);
-    if (S) SUNLinSolFreeEmpty(S);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNLinearSolver");
-  }
-  self->problem = problem;
-  S->content = self;
-  S->ops->gettype = solver_type;
-  S->ops->initialize = solver_initialize;
+  int status = flesh_sunlinsol_make(sizeof(solver), SUNLINEARSOLVER_MATRIX_ITERATIVE, context, linear_solver);
+  if (status) return status;
+  SUNLinearSolver S = *linear_solver;
+  ((solver *)S->content)->problem = problem;
   S->ops->setatimes = solver_set_products;
   S->ops->setscalingvectors = solver_set_scaling;
   S->ops->setup = solver_setup;
   S->ops->solve = solver_solve;
-  S->ops->numiters = solver_iterations;
-  S->ops->resnorm = solver_residual_norm;
-  S->ops->lastflag = solver_last_flag;
-  S->ops->free = solver_free;
-  *linear_solver = S;
   return FLESH_OK;
 }

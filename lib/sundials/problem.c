@@ -125,7 +125,7 @@ void flesh_problem_destroy(flesh_problem **problem)
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 {
   self->stage = *stage;
-  if (!stage->x_lag) self->stage.x_lag = stage->x0;
+  if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
@@ -164,7 +164,34 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .threads = self->threads};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads};
+}
+
+int flesh_problem_reaches(flesh_problem *self, const double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, u);
+  return flesh_system_way(self->system, s->t_lag, s->x_lag, s->t, self->x) == 1;
+}
+
+int flesh_problem_clear(flesh_problem *self, double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (flesh_problem_reaches(self, u)) return FLESH_OK;
+  flesh_system_clear(self->system, s->t_lag, s->x_lag, s->t, self->x);
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d]) u[d] = (self->x[d] - s->x0[d]) / s->shift.x;
+  return flesh_problem_reaches(self, u) ? FLESH_OK : FLESH_UNDEFINED;
+}
+
+double flesh_problem_way(flesh_problem *self, const double *from, const double *to)
+{
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, from);
+  memcpy(self->work, self->x, (size_t)self->n * sizeof *self->x);
+  point_at(self, to);
+  return flesh_system_way(self->system, self->stage.t, self->work, self->stage.t, self->x);
 }
 
 static int same(const flesh_problem *self, const double *u, const double *other)
@@ -178,6 +205,9 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     flesh_point point = point_at(self, u);
     self->residual.known = 0;
     self->stats.residuals++;
+    /* The guard sees to the way from iterate to iterate; without it there is only the whole. */
+    if (self->options.globalization != FLESH_GLOBALIZATION_ENERGY && !flesh_problem_reaches(self, u))
+      return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
     if (status) return self->refused = status;
     for (int d = 0; d < self->n; d++)

@@ -54,6 +54,12 @@ struct flesh_problem {
 int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 /* Potential at u and the sum of its terms' absolute values. */
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
+/* Whether nothing bars the straight way from the lagged state to u. */
+int flesh_problem_reaches(flesh_problem *problem, const double *u);
+/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
+int flesh_problem_clear(flesh_problem *problem, double *u);
+/* The share of the way from one u to another that nothing bars. Overwrites `work`. */
+double flesh_problem_way(flesh_problem *problem, const double *from, const double *to);
 /* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
  * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
@@ -67,6 +73,8 @@ int flesh_problem_acceleration(flesh_problem *problem, double t, const double *x
  * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
 int flesh_problem_take_up(flesh_problem *problem, double t, const double *x_prescribed,
                           const double *v_prescribed, double *x, double *v);
+/* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */
+int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 /* 2-norm of the applied load over the free dofs at u. */
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */

@@ -5,41 +5,17 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"
 #include "sparse/block_matrix.h"
-#include "sundials/ida_problem.h"
 #include "sundials/problem.h"
+#include "sundials/rhs_problem.h"
 #include "sundials/vector.h"
 
 static const double mass_tolerance = 1e-14;
 
-/* (M + gamma C + gamma^2 K) and what it takes to solve with it. */
-typedef struct condensed {
-  flesh_block_matrix *A, *C; /* C as in stiffness */
-  int damped;                /* C is not zero */
-  double gamma;
-  flesh_preconditioner_data *preconditioner;
-  flesh_direct *direct;
-} condensed;
-
-struct flesh_rhs_problem {
-  flesh_rhs_problem *self; /* first, see vector.h */
-  flesh_ida_problem *motion; /* after a start: M in D, M of the free dofs in K, factored */
-  int n;
-  double *inverse;     /* [3*n] 3x3 blocks of M^-1 where mass_is_diagonal */
-  int mass_is_diagonal;
-  double *rate, *room; /* [2*n], [2*n] */
-  flesh_block_matrix *K, *C; /* dr/dx, dr/dv for the products; NULL before they are wanted */
-  int damped;
-  flesh_scalar_view view; /* of the sparse Jacobian, as are the next two; made when one is first filled */
-  double *K_values, *C_values;
-  condensed condensed; /* NULL matrices before it is wanted */
-};
-
 /* NULL, with words, where user_data leads to none. */
-static flesh_rhs_problem *problem_of(const void *user_data)
+flesh_rhs_problem *flesh_rhs_problem_of(const void *user_data)
 {
   flesh_rhs_problem *problem = flesh_first_member(user_data);
   if (problem && problem->self == problem) return problem;
@@ -112,7 +88,7 @@ void flesh_rhs_finish(flesh_rhs_problem *self, double t, N_Vector y, flesh_state
 static int invert_mass(flesh_rhs_problem *self)
 {
   const flesh_block_matrix *M = self->motion->K;
-  self->mass_is_diagonal = flesh_ida_has_diagonal_blocks_only(M);
+  self->mass_is_diagonal = flesh_block_is_diagonal(M);
   if (!self->mass_is_diagonal) return FLESH_OK;
   for (int i = 0; i < M->rows; i++)
     if (!flesh_block_invert(M->values + 9 * (size_t)M->row_start[i], self->inverse + 9 * (size_t)i))
@@ -129,8 +105,7 @@ int flesh_rhs_start(flesh_rhs_problem *self, const flesh_state *state, N_Vector 
   return status ? status : invert_mass(self);
 }
 
-/* y = M^-1 b on the free dofs, b being 0 on the others. y and b must not overlap. */
-static int solve_mass(flesh_rhs_problem *self, const double *b, double *y)
+int flesh_rhs_divide_by_mass(flesh_rhs_problem *self, const double *b, double *y)
 {
   if (!self->mass_is_diagonal) return flesh_ida_solve(self->motion, mass_tolerance, b, y);
   for (int i = 0; i < self->n / 3; i++) {
@@ -142,7 +117,7 @@ static int solve_mass(flesh_rhs_problem *self, const double *b, double *y)
 
 int flesh_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
 {
-  flesh_rhs_problem *self = problem_of(data);
+  flesh_rhs_problem *self = flesh_rhs_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
@@ -156,7 +131,7 @@ int flesh_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   if (status) return status;
   if (!(flesh_norm(n, r) < INFINITY)) return FLESH_NONFINITE;
   for (int d = 0; d < n; d++) r[d] = motion->fixed[d] ? 0 : -r[d];
-  status = solve_mass(self, r, vdot);
+  status = flesh_rhs_divide_by_mass(self, r, vdot);
   if (status) return status;
   for (int d = 0; d < n; d++) {
     xdot[d] = motion->fixed[d] ? motion->v_prescribed[d] : y[n + d];
@@ -176,93 +151,37 @@ static int assemble_damping(flesh_rhs_problem *self, const flesh_point *point, f
   return FLESH_OK;
 }
 
+int flesh_rhs_assemble(flesh_rhs_problem *self, double t, const double *y, int project, flesh_block_matrix *K,
+                       flesh_block_matrix *C, int *damped)
+{
+  flesh_ida_problem *motion = self->motion;
+  const flesh_point point = flesh_ida_point(motion, t, y, NULL);
+  motion->stats.assemblies++;
+  motion->stats.projections += project;
+  int status = flesh_system_jacobian(motion->system, &point, &(flesh_shift){.x = 1, .project = project}, K);
+  if (status) return status;
+  flesh_block_fix(K, motion->fixed, 0);
+  return assemble_damping(self, &point, C, damped);
+}
+
 int flesh_rhs_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, void *data)
 {
   (void)fy;
-  flesh_rhs_problem *self = problem_of(data);
+  flesh_rhs_problem *self = flesh_rhs_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
   if (!y) return FLESH_ERR_ARGUMENT;
-  flesh_ida_problem *motion = self->motion;
   int status = FLESH_OK;
-  if (!self->K) status = flesh_system_matrix_create(motion->system, &self->K);
-  if (!status && !self->C) status = flesh_system_matrix_create(motion->system, &self->C);
-  if (status) return status;
-  const flesh_point point = flesh_ida_point(motion, t, y, NULL);
-  motion->stats.assemblies++;
-  status = flesh_system_jacobian(motion->system, &point, &(flesh_shift){.x = 1}, self->K);
-  if (status) return status;
-  flesh_block_fix(self->K, motion->fixed, 0);
-  return assemble_damping(self, &point, self->C, &self->damped);
-}
-
-sunindextype flesh_rhs_entries(const flesh_rhs_problem *self) { return flesh_ida_entries(self->motion); }
-
-/* Room, and reasons why there can be no sparse Jacobian. */
-static int prepare_sparse(flesh_rhs_problem *self, SUNMatrix J)
-{
-  const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_rhs_entries(self);
-  if (SUNMatGetID(J) != SUNMATRIX_SPARSE || SUNSparseMatrix_SparseType(J) != CSC_MAT || SUNSparseMatrix_Rows(J) != size ||
-      SUNSparseMatrix_Columns(J) != size || SUNSparseMatrix_NNZ(J) < entries)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the matrix must be a SUNSparseMatrix of %lld x %lld in compressed columns with room for %lld "
-                      "entries",
-                      (long long)size, (long long)size, (long long)entries);
-  int separate = self->mass_is_diagonal;
-  for (int e = 0; e < 3 * self->n && separate; e++) separate = e % 9 % 4 == 0 || self->inverse[e] == 0;
-  if (!separate)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "df/dy is full where the mass couples dofs, as consistent mass does; use "
-                                          "lumped mass or flesh_rhs_jacobian_times");
-  if (!self->motion->couples && !flesh_ida_has_diagonal_blocks_only(self->C))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the rest "
-                                          "shape; use flesh_rhs_jacobian_times");
-  if (self->C_values) return FLESH_OK;
-  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
-  if (status) return status;
-  const size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
-  if (!self->K_values) self->K_values = malloc(bytes);
-  if (self->K_values) self->C_values = malloc(bytes);
-  return self->C_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
-}
-
-int flesh_rhs_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *data, N_Vector w1, N_Vector w2,
-                       N_Vector w3)
-{
-  (void)w1, (void)w2, (void)w3;
-  flesh_rhs_problem *self = problem_of(data);
-  int status = self ? flesh_rhs_jacobian_times_setup(t, y, fy, data) : FLESH_ERR_ARGUMENT;
-  if (!status) status = prepare_sparse(self, J);
-  if (status) return status;
-  const flesh_scalar_view *view = &self->view;
-  const int64_t n = self->n;
-  const uint8_t *fixed = self->motion->fixed;
-  sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
-  double *values = SUNSparseMatrix_Data(J);
-  flesh_scalar_view_fill(view, self->K, self->K_values);
-  flesh_scalar_view_fill(view, self->C, self->C_values);
-  /* The zeros on the diagonal keep the pattern as it is where the identity is added. */
-  for (int half = 0; half < 2; half++)
-    for (int64_t d = 0; d < n; d++) {
-      const double *forces = half ? self->C_values : self->K_values;
-      starts[half * n + d] = next;
-      rows[next] = d;
-      values[next++] = half && !fixed[d];
-      for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
-        const int64_t row = view->indices[k];
-        if (half && !self->motion->couples && row / 3 != d / 3) continue;
-        rows[next] = n + row;
-        values[next++] = fixed[row] ? 0 : -self->inverse[9 * (row / 3) + 4 * (row % 3)] * forces[k];
-      }
-    }
-  starts[2 * n] = next;
-  return FLESH_OK;
+  if (!self->K) status = flesh_system_matrix_create(self->motion->system, &self->K);
+  if (!status && !self->C) status = flesh_system_matrix_create(self->motion->system, &self->C);
+  return status ? status : flesh_rhs_assemble(self, t, y, 0, self->K, self->C, &self->damped);
 }
 
 int flesh_rhs_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Vector y, N_Vector fy, void *data,
                              N_Vector tmp)
 {
   (void)t, (void)y, (void)fy, (void)tmp;
-  flesh_rhs_problem *self = problem_of(data);
+  flesh_rhs_problem *self = flesh_rhs_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *u = flesh_vector_data(v_vector, 2 * (sunindextype)n);
@@ -278,7 +197,7 @@ int flesh_rhs_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
     for (int d = 0; d < n; d++) force[d] += Cw[d];
   }
   for (int d = 0; d < n; d++) force[d] = fixed[d] ? 0 : -force[d];
-  int status = solve_mass(self, force, vdot);
+  int status = flesh_rhs_divide_by_mass(self, force, vdot);
   for (int d = 0; d < n; d++) {
     xdot[d] = fixed[d] ? 0 : u[n + d];
     if (fixed[d]) vdot[d] = 0;
@@ -286,31 +205,37 @@ int flesh_rhs_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Ve
   return status;
 }
 
-static int make_condensed(flesh_rhs_problem *self)
+int flesh_rhs_make_condensed(flesh_rhs_problem *self)
 {
-  condensed *c = &self->condensed;
+  flesh_rhs_condensed *c = &self->condensed;
   const flesh_solver_options *options = &self->motion->options;
   int status = FLESH_OK;
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
-  if (!status && !c->C) status = flesh_system_matrix_create(self->motion->system, &c->C);
   if (status || c->preconditioner || c->direct) return status;
   return options->linear_solver == FLESH_LINEAR_PCG
              ? flesh_preconditioner_create(options->preconditioner, c->A, &c->preconditioner)
              : flesh_direct_create(options->linear_solver, c->A, &c->direct);
 }
 
+int flesh_rhs_factor(flesh_rhs_problem *self)
+{
+  const flesh_rhs_condensed *c = &self->condensed;
+  return c->direct ? flesh_direct_factor(c->direct, c->A) : flesh_preconditioner_setup(c->preconditioner, c->A);
+}
+
 int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,
                                    flesh_sunboolean *jcur, sunrealtype gamma, void *data)
 {
   (void)fy, (void)jok; /* a new gamma costs an assembly as a new y does */
-  flesh_rhs_problem *self = problem_of(data);
+  flesh_rhs_problem *self = flesh_rhs_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
   if (!y) return FLESH_ERR_ARGUMENT;
-  int status = make_condensed(self);
-  if (status) return status;
   flesh_ida_problem *motion = self->motion;
-  condensed *c = &self->condensed;
+  flesh_rhs_condensed *c = &self->condensed;
+  int status = flesh_rhs_make_condensed(self);
+  if (!status && !c->C) status = flesh_system_matrix_create(motion->system, &c->C);
+  if (status) return status;
   const flesh_point point = flesh_ida_point(motion, t, y, NULL);
   const int project = motion->options.projection == FLESH_PROJECTION_ALWAYS;
   const flesh_shift shift = {.x = gamma * gamma, .v = gamma, .a = 1, .project = project};
@@ -319,10 +244,10 @@ int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   status = flesh_system_jacobian(motion->system, &point, &shift, c->A);
   if (!status) status = assemble_damping(self, &point, c->C, &c->damped);
   if (status) return status;
-  flesh_block_fix(c->A, motion->fixed, flesh_ida_mean_diagonal(c->A));
+  flesh_block_fix(c->A, motion->fixed, flesh_block_mean_diagonal(c->A));
   c->gamma = gamma;
   *jcur = 1;
-  return c->direct ? flesh_direct_factor(c->direct, c->A) : flesh_preconditioner_setup(c->preconditioner, c->A);
+  return flesh_rhs_factor(self);
 }
 
 /* z1 - gamma z2 = r1 and M z2 + gamma (K z1 + C z2) = M r2. With w = z1 - r1 = gamma z2, of which nothing cancels:
@@ -331,7 +256,7 @@ int flesh_rhs_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
                                    sunrealtype delta, int lr, void *data)
 {
   (void)t, (void)y, (void)fy, (void)gamma, (void)delta, (void)lr;
-  flesh_rhs_problem *self = problem_of(data);
+  flesh_rhs_problem *self = flesh_rhs_problem_of(data);
   if (!self) return FLESH_ERR_ARGUMENT;
   const int n = self->n;
   const double *r1 = flesh_vector_data(r, 2 * (sunindextype)n);
@@ -339,7 +264,7 @@ int flesh_rhs_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
   if (!z1) return FLESH_ERR_ARGUMENT;
   const double *r2 = r1 + n;
   double *z2 = z1 + n, *free1 = self->room, *product = self->room + n, *mixed = self->rate, *right = self->rate + n;
-  const condensed *c = &self->condensed;
+  const flesh_rhs_condensed *c = &self->condensed;
   const flesh_ida_problem *motion = self->motion;
   for (int d = 0; d < n; d++) {
     free1[d] = motion->fixed[d] ? 0 : r1[d];

@@ -25,7 +25,7 @@ typedef struct entry {
 
 struct flesh_system {
   const flesh_mesh *mesh;
-  int nodes, finished;
+  int nodes, finished, bars; /* bars: some effect has a `way` */
   int entry_count, constraint_count;
   entry *entries;
   constraint *constraints;
@@ -79,6 +79,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (entry){.effect = *effect};
+  system->bars |= (*effect)->operations->way != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -235,7 +236,7 @@ int flesh_system_moves(const flesh_system *system)
 static flesh_point with_lag(const flesh_point *point)
 {
   flesh_point full = *point;
-  if (!full.x_lag) full.x_lag = full.x;
+  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
   return full;
 }
@@ -303,6 +304,40 @@ int flesh_system_energies(const flesh_system *system, const flesh_point *point, 
     if (status) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_system_bars(const flesh_system *system) { return system->bars; }
+
+double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, const double *x_to)
+{
+  double way = 1;
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->way)
+      way = fmin(way, effect->operations->way(effect, t_from, x_from, t_to, x_to));
+  }
+  return way;
+}
+
+void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, double *x_to)
+{
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->clear)
+      effect->operations->clear(effect, t_from, x_from, t_to, x_to);
+  }
+}
+
+int flesh_system_check(const flesh_system *system, double t, const double *x)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->check) status = effect->operations->check(effect, t, x);
+  }
+  return status;
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

@@ -1,0 +1,30 @@
+/* instructions.h: which vector instructions the element kernels use. Results are the same bits with
+ * the same instructions; with others they agree to rounding. */
+#ifndef FLESH_INSTRUCTIONS_H
+#define FLESH_INSTRUCTIONS_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_instructions {
+  FLESH_INSTRUCTIONS_AUTO,     /* the best that this machine has */
+  FLESH_INSTRUCTIONS_PORTABLE, /* what every processor of the kind has; two tets at once */
+  FLESH_INSTRUCTIONS_AVX2,     /* x86-64-v3: with FMA; four tets at once */
+  FLESH_INSTRUCTIONS_AVX512,   /* x86-64-v4: F, VL, DQ, BW, CD; eight tets at once */
+  FLESH_INSTRUCTIONS_COUNT
+} flesh_instructions;
+
+/* "auto", "portable", "avx2", "avx512"; "unknown" for anything else. */
+FLESH_API const char *flesh_instructions_name(flesh_instructions instructions);
+
+/* What this machine runs: AUTO becomes the best. FLESH_ERR_ARGUMENT when it lacks those asked for,
+ * *usable untouched. */
+FLESH_API int flesh_instructions_find(flesh_instructions asked, flesh_instructions *usable);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,147 @@
+/* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into pieces that are
+ * coloured greedily. */
+#include "effect/tet_order.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* Tets of a piece: what they touch fits a second-level cache, and there are many pieces to share
+ * out. */
+enum { PIECE = 256, MOST_PIECES = 60000 };
+
+typedef struct place {
+  uint64_t code;
+  int tet, group;
+} place;
+
+static int by_code(const void *a, const void *b)
+{
+  const place *p = a, *q = b;
+  if (p->code != q->code) return p->code < q->code ? -1 : 1;
+  return p->tet - q->tet;
+}
+
+static int by_group(const void *a, const void *b)
+{
+  const place *p = a, *q = b;
+  return p->group != q->group ? (p->group < q->group ? -1 : 1) : by_code(a, b);
+}
+
+/* The 21 bits of n, two zeros after each. */
+static uint64_t spread(uint64_t n)
+{
+  n = (n | n << 32) & 0x1f00000000ffff;
+  n = (n | n << 16) & 0x1f0000ff0000ff;
+  n = (n | n << 8) & 0x100f00f00f00f00f;
+  n = (n | n << 4) & 0x10c30c30c30c30c3;
+  return (n | n << 2) & 0x1249249249249249;
+}
+
+static void find_places(const flesh_mesh *mesh, const int *group, place *places)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  const int *nodes = flesh_mesh_tets(mesh);
+  int tets = flesh_mesh_tet_count(mesh);
+  double low[3] = {INFINITY, INFINITY, INFINITY}, extent = 0;
+  for (int k = 0; k < 4 * tets; k++)
+    for (int i = 0; i < 3; i++) low[i] = fmin(low[i], X[3 * (size_t)nodes[k] + i]);
+  for (int k = 0; k < 4 * tets; k++)
+    for (int i = 0; i < 3; i++) extent = fmax(extent, X[3 * (size_t)nodes[k] + i] - low[i]);
+  for (int e = 0; e < tets; e++) {
+    uint64_t code = 0;
+    for (int i = 0; i < 3; i++) {
+      double sum = 0;
+      for (int a = 0; a < 4; a++) sum += X[3 * (size_t)nodes[4 * (size_t)e + a] + i] - low[i];
+      code |= spread((uint64_t)(sum / 4 / extent * 0x1fffff)) << i;
+    }
+    places[e] = (place){code, e, group ? group[e] : 0};
+  }
+  qsort(places, (size_t)tets, sizeof *places, by_code);
+}
+
+/* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
+ * mask holds have one piece each. */
+static int colour_pieces(const flesh_mesh *mesh, const place *places, const flesh_tet_order *cut,
+                         int *colour)
+{
+  const int *nodes = flesh_mesh_tets(mesh);
+  uint64_t *met = calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
+  if (!met) return -1;
+  int colours = 0, extra = 64;
+  for (int p = 0; p < cut->pieces; p++) {
+    uint64_t taken = 0;
+    int c = 0, from = 4 * cut->piece_first[p], until = 4 * cut->piece_first[p + 1];
+    for (int k = from; k < until; k++) taken |= met[nodes[4 * (size_t)places[k / 4].tet + k % 4]];
+    while (c < 64 && taken >> c & 1) c++;
+    colour[p] = c < 64 ? c : extra++;
+    for (int k = from; k < until && c < 64; k++)
+      met[nodes[4 * (size_t)places[k / 4].tet + k % 4]] |= (uint64_t)1 << c;
+    if (colour[p] >= colours) colours = colour[p] + 1;
+  }
+  free(met);
+  return colours;
+}
+
+/* Writes the order from the pieces as cut and their colours. */
+static void arrange(const place *places, const flesh_tet_order *cut, const int *colour,
+                    flesh_tet_order *order)
+{
+  int piece = 0, tet = 0;
+  for (int c = 0; c < order->colours; c++) {
+    order->colour_first[c] = piece;
+    for (int p = 0; p < cut->pieces; p++) {
+      if (colour[p] != c) continue;
+      order->piece_first[piece++] = tet;
+      for (int k = cut->piece_first[p]; k < cut->piece_first[p + 1]; k++)
+        order->tet[tet++] = places[k].tet;
+    }
+  }
+  order->colour_first[order->colours] = piece;
+  order->piece_first[piece] = tet;
+}
+
+int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
+{
+  int tets = flesh_mesh_tet_count(mesh);
+  int pieces = tets < PIECE ? 1 : tets / PIECE < MOST_PIECES ? tets / PIECE : MOST_PIECES;
+  place *places = malloc(((size_t)tets + 1) * sizeof *places);
+  flesh_tet_order cut = {.pieces = pieces,
+                         .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
+  int *colour = malloc(((size_t)pieces + 1) * sizeof *colour);
+  *order = (flesh_tet_order){
+      .tet = malloc(((size_t)tets + 1) * sizeof *order->tet),
+      .pieces = pieces,
+      .piece_first = malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
+  };
+  int ok = places && cut.piece_first && colour && order->tet && order->piece_first;
+  if (ok) {
+    find_places(mesh, group, places);
+    for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
+    for (int p = 0; p < pieces; p++)
+      qsort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
+            sizeof *places, by_group);
+    order->colours = colour_pieces(mesh, places, &cut, colour);
+    ok = order->colours >= 0;
+  }
+  if (ok) order->colour_first = malloc(((size_t)order->colours + 1) * sizeof(int));
+  ok = ok && order->colour_first;
+  if (ok) arrange(places, &cut, colour, order);
+  free(places);
+  free(cut.piece_first);
+  free(colour);
+  if (ok) return FLESH_OK;
+  flesh_tet_order_clear(order);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d tets", tets);
+}
+
+void flesh_tet_order_clear(flesh_tet_order *order)
+{
+  free(order->tet);
+  free(order->piece_first);
+  free(order->colour_first);
+  *order = (flesh_tet_order){0};
+}

@@ -1,0 +1,130 @@
+/* lanes.h: flesh_real is a double, or, in a file compiled with -DFLESH_LANES=n, n doubles side by
+ * side: code written with it does one thing, or n at once.
+ *
+ * The compiler's vector types have + - * / and comparisons, also with a double on one side. What
+ * they lack is here, and nothing machine-specific is anywhere else. */
+#ifndef FLESH_MATH_LANES_H
+#define FLESH_MATH_LANES_H
+
+#include <math.h>
+#include <stdint.h>
+
+#ifndef FLESH_LANES
+#define FLESH_LANES 1
+#endif
+
+#if FLESH_LANES == 1
+
+typedef double flesh_real;
+typedef int flesh_mask; /* 0 or 1 */
+
+static inline double flesh_all(double value) { return value; }
+static inline double flesh_lane(double value, int lane) { return (void)lane, value; }
+static inline void flesh_set_lane(double *value, int lane, double to) { (void)lane, *value = to; }
+static inline int flesh_any(int mask) { return mask; }
+static inline double flesh_select(int mask, double yes, double no) { return mask ? yes : no; }
+static inline double flesh_sqrt(double value) { return sqrt(value); }
+static inline double flesh_abs(double value) { return fabs(value); }
+
+#else
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
+typedef double flesh_real __attribute__((vector_size(8 * FLESH_LANES)));
+typedef int64_t flesh_mask __attribute__((vector_size(8 * FLESH_LANES))); /* 0 or -1 in a lane */
+
+static inline flesh_real flesh_all(double value) { return value - (flesh_real){0}; }
+static inline double flesh_lane(flesh_real value, int lane) { return value[lane]; }
+static inline void flesh_set_lane(flesh_real *value, int lane, double to) { (*value)[lane] = to; }
+
+static inline int flesh_any(flesh_mask mask)
+{
+#if defined(__AVX512DQ__) && FLESH_LANES == 8
+  return _mm512_movepi64_mask((__m512i)mask) != 0;
+#elif defined(__AVX__) && FLESH_LANES == 4
+  return _mm256_movemask_pd((__m256d)mask) != 0;
+#else
+  int64_t any = 0;
+  for (int lane = 0; lane < FLESH_LANES; lane++) any |= mask[lane];
+  return any != 0;
+#endif
+}
+
+static inline flesh_real flesh_select(flesh_mask mask, flesh_real yes, flesh_real no)
+{
+#if defined(__AVX512DQ__) && FLESH_LANES == 8
+  return (flesh_real)_mm512_mask_blend_pd(_mm512_movepi64_mask((__m512i)mask), (__m512d)no,
+                                          (__m512d)yes);
+#elif defined(__AVX__) && FLESH_LANES == 4
+  return (flesh_real)_mm256_blendv_pd((__m256d)no, (__m256d)yes, (__m256d)mask);
+#else
+  return (flesh_real)((mask & (flesh_mask)yes) | (~mask & (flesh_mask)no));
+#endif
+}
+
+static inline flesh_real flesh_sqrt(flesh_real value)
+{
+#if defined(__AVX512F__) && FLESH_LANES == 8
+  return (flesh_real)_mm512_sqrt_pd((__m512d)value);
+#elif defined(__AVX__) && FLESH_LANES == 4
+  return (flesh_real)_mm256_sqrt_pd((__m256d)value);
+#else
+  flesh_real root;
+  for (int lane = 0; lane < FLESH_LANES; lane++) root[lane] = sqrt(value[lane]);
+  return root;
+#endif
+}
+
+static inline flesh_real flesh_abs(flesh_real value)
+{
+  return (flesh_real)((flesh_mask)value & INT64_MAX);
+}
+
+/* Lane l of vector c becomes lane c of vector l: squares of 1, then 2, then 4 lanes change places.
+ */
+static inline void flesh_transpose(flesh_real v[FLESH_LANES])
+{
+#define EXCHANGE(step, low, high)                                                                  \
+  for (int k = 0; k < FLESH_LANES; k++)                                                            \
+    if (!(k & (step))) {                                                                           \
+      flesh_real a = v[k], b = v[k + (step)];                                                      \
+      v[k] = __builtin_shufflevector(a, b, FLESH_UNPACK low);                                      \
+      v[k + (step)] = __builtin_shufflevector(a, b, FLESH_UNPACK high);                            \
+    }
+#define FLESH_UNPACK(...) __VA_ARGS__
+#if FLESH_LANES == 8
+  EXCHANGE(1, (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15))
+  EXCHANGE(2, (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15))
+  EXCHANGE(4, (0, 1, 2, 3, 8, 9, 10, 11), (4, 5, 6, 7, 12, 13, 14, 15))
+#elif FLESH_LANES == 4
+  EXCHANGE(1, (0, 4, 2, 6), (1, 5, 3, 7))
+  EXCHANGE(2, (0, 1, 4, 5), (2, 3, 6, 7))
+#else
+  EXCHANGE(1, (0, 2), (1, 3))
+#endif
+#undef FLESH_UNPACK
+#undef EXCHANGE
+}
+
+/* The vector of f(0) ... f(lanes - 1). */
+#if FLESH_LANES == 8
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7) }
+#elif FLESH_LANES == 4
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1), f(2), f(3) }
+#else
+#define FLESH_EACH_LANE(f)                                                                         \
+  (flesh_real) { f(0), f(1) }
+#endif
+
+/* n doubles anywhere in memory. */
+typedef flesh_real flesh_real_at __attribute__((aligned(8), may_alias));
+
+#endif
+
+static inline flesh_real flesh_max(flesh_real a, flesh_real b) { return flesh_select(a > b, a, b); }
+
+#endif

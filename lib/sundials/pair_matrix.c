@@ -1,0 +1,211 @@
+/* pair_matrix.c: the operations of SUNMatrix on matrices of y = (x, v). */
+#include "sundials/pair_matrix.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/block_matrix.h"
+#include "sundials/vector.h"
+
+static int dofs(const flesh_pair_matrix *A) { return A->ida ? A->ida->n : A->rhs->n; }
+
+static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return A->ida ? A->ida->fixed : A->rhs->motion->fixed; }
+
+static SUNMatrix_ID matrix_id(SUNMatrix A)
+{
+  (void)A;
+  return SUNMATRIX_CUSTOM;
+}
+
+/* What a view shows, with K by itself. */
+static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
+{
+  flesh_pair_matrix *A = matrix->content;
+  if (!A->view) return A;
+  flesh_ida_separate(A->ida);
+  A->from_x = A->ida->from_x;
+  A->from_v = A->ida->from_v;
+  A->held = A->ida->held;
+  return A;
+}
+
+/* The problem of a view learns what has become of it. */
+static int close_matrix(flesh_pair_matrix *A)
+{
+  if (!A->view) return FLESH_OK;
+  A->ida->from_x = A->from_x;
+  A->ida->from_v = A->from_v;
+  A->ida->held = A->held;
+  A->ida->D_is_diagonal = flesh_block_is_diagonal(A->D);
+  return FLESH_OK;
+}
+
+static int matrix_zero(SUNMatrix matrix)
+{
+  flesh_pair_matrix *A = matrix->content;
+  if (A->view) { /* the Jacobian overwrites every entry: no need to touch them before */
+    A->ida->content = FLESH_IDA_NOTHING;
+    return FLESH_OK;
+  }
+  flesh_block_combine(0, A->K, NULL);
+  flesh_block_combine(0, A->D, NULL);
+  A->from_x = A->from_v = A->held = 0;
+  return FLESH_OK;
+}
+
+/* Whether B can be added to A or copied into it. */
+static int are_alike(SUNMatrix A, SUNMatrix B)
+{
+  const flesh_pair_matrix *a = flesh_pair_matrix_of(A), *b = flesh_pair_matrix_of(B);
+  if (a && b && a->ida == b->ida && a->rhs == b->rhs) return 1;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the two matrices are not of one problem");
+  return 0;
+}
+
+/* A = c A + B. */
+static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
+{
+  if (!are_alike(A, B)) return FLESH_ERR_ARGUMENT;
+  flesh_pair_matrix *a = open_matrix(A), *b = open_matrix(B);
+  flesh_block_combine(c, a->K, b->K);
+  flesh_block_combine(c, a->D, b->D);
+  a->from_x = c * a->from_x + b->from_x;
+  a->from_v = c * a->from_v + b->from_v;
+  a->held = c * a->held + b->held;
+  return close_matrix(a);
+}
+
+static int matrix_copy(SUNMatrix A, SUNMatrix B)
+{
+  return A == B ? FLESH_OK : matrix_scale_add(0, B, A);
+}
+
+/* A = c A + I. */
+static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
+{
+  flesh_pair_matrix *A = open_matrix(matrix);
+  flesh_block_combine(c, A->K, NULL);
+  flesh_block_combine(c, A->D, A->rhs ? A->rhs->motion->D : NULL); /* the mass divides it to 1 */
+  if (A->ida)
+    for (int i = 0; i < A->D->rows; i++)
+      for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
+  flesh_block_fix(A->D, fixed_of(A), 0);
+  A->from_x = c * A->from_x + 1;
+  A->from_v *= c;
+  A->held = c * A->held + 1;
+  return close_matrix(A);
+}
+
+/* z = A x where K is by itself. */
+static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
+{
+  const int n = dofs(A);
+  const uint8_t *fixed = fixed_of(A);
+  const double *v = x + n;
+  double *part = A->ida ? A->ida->work : A->rhs->room, *movable = part + n;
+  double *sum = A->ida ? A->ida->right : A->rhs->rate;
+  for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : x[d];
+  flesh_block_multiply(A->K, movable, sum);
+  for (int d = 0; d < n; d++) movable[d] = fixed[d] ? 0 : v[d];
+  flesh_block_multiply(A->D, movable, part);
+  for (int d = 0; d < n; d++) sum[d] = fixed[d] ? 0 : sum[d] + part[d];
+  int status = FLESH_OK;
+  if (A->rhs) {
+    status = flesh_rhs_divide_by_mass(A->rhs, sum, part);
+    sum = part;
+  }
+  for (int d = 0; d < n; d++) {
+    const double position = x[d], velocity = v[d];
+    z[d] = fixed[d] ? A->held * position : A->from_x * position + A->from_v * velocity;
+    z[n + d] = fixed[d] ? A->held * velocity : sum[d];
+  }
+  return status;
+}
+
+static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector z)
+{
+  flesh_pair_matrix *A = matrix->content;
+  const sunindextype length = 2 * (sunindextype)dofs(A);
+  const double *values = flesh_vector_data(x, length);
+  double *product = values ? flesh_vector_data(z, length) : NULL;
+  if (!product) return FLESH_ERR_ARGUMENT;
+  if (!A->view || A->ida->content == FLESH_IDA_APART) return multiply(open_matrix(matrix), values, product);
+  if (A->ida->content == FLESH_IDA_CONDENSED) flesh_ida_multiply(A->ida, values, product);
+  else N_VConst(0, z);
+  return FLESH_OK;
+}
+
+static int matrix_space(SUNMatrix matrix, long *reals, long *integers)
+{
+  const flesh_pair_matrix *A = matrix->content;
+  *reals = 2 * 9 * (long)A->K->row_start[A->K->rows] + 3;
+  *integers = A->K->row_start[A->K->rows] + A->K->rows + 1; /* the pattern, which is the system's */
+  return FLESH_OK;
+}
+
+static void matrix_destroy(SUNMatrix matrix)
+{
+  flesh_pair_matrix *A = matrix->content;
+  if (A && !A->view) {
+    flesh_block_matrix_destroy(&A->K);
+    flesh_block_matrix_destroy(&A->D);
+  }
+  free(A);
+  matrix->content = NULL;
+  SUNMatFreeEmpty(matrix);
+}
+
+static SUNMatrix matrix_clone(SUNMatrix);
+
+static int make(flesh_ida_problem *ida, flesh_rhs_problem *rhs, int view, SUNContext context, SUNMatrix *matrix)
+{
+  SUNMatrix_Ops ops;
+  flesh_pair_matrix *A = calloc(1, sizeof *A);
+  *matrix = SUNMatNewEmpty(context);
+  int status = A && *matrix ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
+  const flesh_system *system = ida ? ida->system : rhs->motion->system;
+  if (!status) {
+    *A = (flesh_pair_matrix){.ida = ida, .rhs = rhs, .view = view};
+    if (view) A->K = ida->K, A->D = ida->D;
+    else status = flesh_system_matrix_create(system, &A->K);
+  }
+  if (!status && !view) status = flesh_system_matrix_create(system, &A->D);
+  if (status) {
+    if (A) flesh_block_matrix_destroy(&A->K);
+    free(A);
+    if (*matrix) SUNMatFreeEmpty(*matrix);
+    *matrix = NULL;
+    return status;
+  }
+  ops = (*matrix)->ops;
+  ops->getid = matrix_id;
+  ops->clone = matrix_clone;
+  ops->destroy = matrix_destroy;
+  ops->zero = matrix_zero;
+  ops->copy = matrix_copy;
+  ops->scaleadd = matrix_scale_add;
+  ops->scaleaddi = matrix_scale_add_identity;
+  ops->matvec = matrix_times;
+  ops->space = matrix_space;
+  (*matrix)->content = A;
+  return FLESH_OK;
+}
+
+static SUNMatrix matrix_clone(SUNMatrix matrix)
+{
+  const flesh_pair_matrix *A = matrix->content;
+  SUNMatrix made = NULL;
+  make(A->ida, A->rhs, 0, matrix->sunctx, &made);
+  return made;
+}
+
+int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_rhs_problem *rhs, SUNContext context, SUNMatrix *matrix)
+{
+  return make(ida, rhs, ida != NULL, context, matrix);
+}
+
+flesh_pair_matrix *flesh_pair_matrix_of(SUNMatrix A)
+{
+  return A && A->ops->destroy == matrix_destroy ? A->content : NULL;
+}
