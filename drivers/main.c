@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "command_accuracy.h"
+#include "command_bench.h"
 #include "command_check.h"
 #include "command_drift.h"
 #include "command_material.h"
@@ -27,6 +28,7 @@ static const command commands[] = {
     {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
     {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
+    {"bench", flesh_command_bench, "measure flesh against the limits of this machine"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
