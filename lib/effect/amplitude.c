@@ -8,8 +8,6 @@
 #include "effect/effect.h"
 #include "effect/motion.h"
 
-const char *const flesh_interpolation_names[] = {"linear", "smooth", NULL};
-
 const flesh_key flesh_curve_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, t), .unit = "s",
      .doc = "when; points ascend in time"},

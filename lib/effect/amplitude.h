@@ -3,6 +3,7 @@
 #define FLESH_EFFECT_AMPLITUDE_H
 
 #include "base/key.h"
+#include "effect/motion.h"
 #include "flesh/effects.h"
 
 typedef struct flesh_amplitude_copy {
@@ -25,7 +26,6 @@ typedef struct flesh_amplitude_parameters {
   flesh_objects curve;
 } flesh_amplitude_parameters;
 extern const flesh_key flesh_curve_keys[];
-extern const char *const flesh_interpolation_names[]; /* linear, smooth */
 /* What the keys mean; borrows the parameters. */
 flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *parameters);
 
