@@ -6,7 +6,6 @@
 #include <stdlib.h>
 
 #include "base/error.h"
-#include "mesh/mesh.h"
 
 const flesh_key flesh_sphere_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},
@@ -104,19 +103,16 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh
                               int **triangles)
 {
   int total, found = 0, status = check(selection, mesh);
-  const int *surface = flesh_mesh_surface(mesh, &total);
+  const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
   if (status) return status;
   uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
-  int *tet = malloc(((size_t)total + 1) * sizeof *tet);
   *triangles = malloc((3 * (size_t)total + 1) * sizeof **triangles);
-  if (!chosen || !tet || !*triangles) {
+  if (!chosen || !*triangles) {
     free(chosen);
-    free(tet);
     free(*triangles);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
   }
   mark(selection, mesh, chosen);
-  flesh_mesh_surface_tets(mesh, tet);
   for (int k = 0; k < total; k++) {
     const int *n = surface + 3 * (size_t)k;
     if (!(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
@@ -126,7 +122,6 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh
     found++;
   }
   free(chosen);
-  free(tet);
   *count = found;
   if (found) return FLESH_OK;
   free(*triangles);

@@ -35,9 +35,6 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
 /* Finds mesh->surface. FLESH_ERR_FILE for a tet given twice or a face of more than two tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
-/* The tet that each boundary triangle belongs to, tet [triangles]. */
-void flesh_mesh_surface_tets(const flesh_mesh *mesh, int *tet);
-
 /* Fails about tet `tet`: puts its place before the sentence. */
 int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -115,15 +115,3 @@ done:
   free(inner);
   return status;
 }
-
-void flesh_mesh_surface_tets(const flesh_mesh *mesh, int *tet)
-{
-  /* The triangles were found in the order of the faces. */
-  int found = 0;
-  for (int64_t face = 0; face < 4 * (int64_t)mesh->tets && found < mesh->triangles; face++) {
-    int f[3];
-    const int *triangle = mesh->surface + 3 * (size_t)found;
-    face_nodes(mesh, face, f);
-    if (f[0] == triangle[0] && f[1] == triangle[1] && f[2] == triangle[2]) tet[found++] = (int)(face / 4);
-  }
-}
