@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "io/file.h"
 #include "io/vtu.h"
+#include "observer/obstacles.h"
 
 enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
 
@@ -26,11 +27,14 @@ static const char *path_of(flesh_frames *frames, const char *name)
   return frames->path;
 }
 
+/* frame_<digits>.vtu or obstacle_<digits and _>.obj */
 static int is_frame(const char *name)
 {
-  size_t length = strlen(name);
-  return length > 10 && !strncmp(name, "frame_", 6) && !strcmp(name + length - 4, ".vtu") &&
-         strspn(name + 6, "0123456789") == length - 10;
+  const char *digits = strncmp(name, "frame_", 6) ? name + 9 : name + 6;
+  const char *suffix = digits == name + 6 ? ".vtu" : ".obj";
+  if (digits != name + 6 && strncmp(name, "obstacle_", 9)) return 0;
+  size_t count = strspn(digits, "0123456789_");
+  return count > 0 && !strcmp(digits + count, suffix);
 }
 
 static void remove_old_frames(flesh_frames *frames)
@@ -88,6 +92,7 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   if (record->step % frames->every && !record->last) return FLESH_OK;
   char *name;
   int status = flesh_pvd_next(&frames->index, &name);
+  if (!status) status = flesh_obstacles_write(frames->directory, record);
   if (status) return status;
   const double *rest = flesh_mesh_positions(frames->mesh), *x = record->state->x;
   int nodes = flesh_mesh_node_count(frames->mesh);
