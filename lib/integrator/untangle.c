@@ -248,8 +248,9 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;
-  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be
-   * passed. */
+  /* No obstacle is passed: what it bars stays before it. */
+  flesh_system_clear(self->system, state->t, self->saved, state->t, state->x);
+  /* Energies that inverted tets have no place in must have one afterwards. */
   flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
   double phi, magnitude;
   if (flesh_system_way(self->system, state->t, self->saved, state->t, state->x) < 1 ||
