@@ -240,8 +240,8 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
     status = draw_panel(c, MARGIN + p % columns * (width + MARGIN), top + p / columns * (height + top),
                         &panels[p], options, frame);
   if (bar) {
-    double length = fmin(0.7 * height, 300);
-    draw_bar(c, total_width - BAR + 16, top + 0.5 * (height - length) + 8, length, options->field, frame);
+    double length = floor(fmin(0.7 * height, 300));
+    draw_bar(c, total_width - BAR + 16, floor(top + 0.5 * (height - length) + 8), length, options->field, frame);
   }
   if (!status && (cairo_status(c) || cairo_surface_status(picture)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: a picture of %d x %d pixels: %s", path, total_width,

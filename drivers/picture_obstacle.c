@@ -79,3 +79,13 @@ int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_
   free(c);
   return status;
 }
+
+int flesh_picture_is_plane(const flesh_picture_panel *panel, int k)
+{
+  int nodes = 1, triangles, *corners;
+  double *x;
+  if (flesh_picture_obstacle(panel, k, NULL, &nodes, &x, &triangles, &corners)) return 0;
+  free(x);
+  free(corners);
+  return !nodes;
+}

@@ -181,7 +181,7 @@ static void place_sun(scene *s)
   normalise(fit.view.right);
   cross(direction, fit.view.right, fit.view.up);
   for (int k = 0; k < s->count; k++)
-    flesh_view_fit_add(&fit, s->surfaces[k].vertices, s->surfaces[k].x);
+    if (!s->surfaces[k].ground) flesh_view_fit_add(&fit, s->surfaces[k].vertices, s->surfaces[k].x);
   flesh_view_fit_end(&fit, &camera, sun);
 }
 
@@ -361,7 +361,7 @@ int flesh_render(const flesh_view *view, int count, const flesh_render_surface *
       s.sun[at] = project(&s.sun_view, p);
       if (c % 3 < 2) continue;
       fill(&s.seen, s.eye + at - 2, s.first[k] + c / 3);
-      fill(&s.lit, s.sun + at - 2, s.first[k] + c / 3);
+      if (!surfaces[k].ground) fill(&s.lit, s.sun + at - 2, s.first[k] + c / 3);
     }
   if (!status) resolve(&s, samples, image);
   scene_close(&s);
