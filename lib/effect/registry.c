@@ -48,12 +48,6 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
 }
 
 /* clang-format off */
-#define INTERVAL_KEYS(parameters)                                                                  \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
-   .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
-   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
-
 #define AXES_KEY(parameters)                                                                       \
   {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
    .choices = axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
@@ -69,7 +63,7 @@ typedef struct pin_parameters {
 
 static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, selection),
                                      AXES_KEY(pin_parameters),
-                                     INTERVAL_KEYS(pin_parameters),
+                                     FLESH_INTERVAL_KEYS(pin_parameters),
                                      {0}};
 
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -102,7 +96,7 @@ static const flesh_key handle_keys[] = {
      .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(handle_parameters),
+    FLESH_INTERVAL_KEYS(handle_parameters),
     {0}};
 
 static int add_handle(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -148,7 +142,7 @@ static const flesh_key drag_keys[] = {
      .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(drag_parameters),
+    FLESH_INTERVAL_KEYS(drag_parameters),
     {0}};
 
 static int add_drag(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -188,6 +182,17 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
+    {"force", "A force in a fixed direction, shared by nodes: a dead load.", flesh_force_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50], curve: [{time: 0, value: 0}, "
+     "{time: 1, value: 1}]}", flesh_force_add, 0},
+    {"traction", "A force per area of the rest shape's surface, in a fixed direction: a dead load.", flesh_traction_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}", flesh_traction_add, 0},
+    {"pressure", "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
+     "is conservative. On an open one the part of the rim's edges is taken from the last accepted state in every "
+     "step of a fixed-step method; statics and adaptive steps have it as it is, and its work is in no energy.",
+     flesh_pressure_keys, sizeof(flesh_pressure_parameters),
+     "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, curve: [{time: 0, value: 0.5}, {time: 1, value: 1}], "
+     "interpolation: smooth}", flesh_pressure_add, 0},
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},

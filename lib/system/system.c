@@ -204,6 +204,13 @@ int flesh_system_has_effect(const flesh_system *system, const char *name)
   return 0;
 }
 
+int flesh_system_follows(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->follows) return 1;
+  return 0;
+}
+
 double flesh_system_next_event(const flesh_system *system, double t)
 {
   double next = INFINITY;
