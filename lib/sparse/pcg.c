@@ -29,17 +29,31 @@ int flesh_pcg(const flesh_block_matrix *A, const flesh_preconditioner_data *prec
               const double *weights, double tolerance, int max_iterations, const double *b,
               double *x, double *work, flesh_pcg_result *result)
 {
+  return flesh_pcg_guided(A, preconditioner, &(flesh_pcg_guide){0}, weights, tolerance,
+                          max_iterations, b, x, work, result);
+}
+
+int flesh_pcg_guided(const flesh_block_matrix *A, const flesh_preconditioner_data *preconditioner,
+                     const flesh_pcg_guide *guide, const double *weights, double tolerance,
+                     int max_iterations, const double *b, double *x, double *work,
+                     flesh_pcg_result *result)
+{
+  enum { ASK_EVERY = 16 };
   int n = 3 * A->rows;
   double *r = work, *z = work + n, *p = work + 2 * (size_t)n, *Ap = work + 3 * (size_t)n;
   memset(x, 0, (size_t)n * sizeof *x);
   memcpy(r, b, (size_t)n * sizeof *r);
   *result = (flesh_pcg_result){0, weighted_norm(n, weights, r)};
   if (result->residual <= tolerance) return FLESH_OK;
-  double rz_before = 0;
-  while (result->iterations < max_iterations) {
+  double rz_before = 0, pMp = 0;
+  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
+  while (result->iterations < last) {
+    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data)))
+      return asked;
     flesh_preconditioner_apply(preconditioner, r, z);
     double rz = dot(n, r, z);
-    if (!(fabs(rz) < INFINITY)) return FLESH_NONFINITE;
+    /* After a direction without curvature there is no next one. */
+    if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     double beta = result->iterations ? rz / rz_before : 0;
     if (beta == 0)
       memcpy(p, z, (size_t)n * sizeof *p);
@@ -47,17 +61,23 @@ int flesh_pcg(const flesh_block_matrix *A, const flesh_preconditioner_data *prec
       for (int i = 0; i < n; i++) p[i] = z[i] + beta * p[i];
     flesh_block_multiply(A, p, Ap);
     double curvature = dot(n, p, Ap);
-    if (!(fabs(curvature) < INFINITY)) return FLESH_NONFINITE;
-    if (!(curvature > 0)) return FLESH_NOT_POSITIVE;
+    if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
+    pMp = rz + beta * beta * pMp;
+    if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
+      status = FLESH_NOT_POSITIVE;
+      if (guide->beyond == 0) break;
+      if (guide->beyond < max_iterations - result->iterations) last = result->iterations + guide->beyond;
+    }
     double alpha = rz / curvature;
+    double downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : alpha;
     for (int i = 0; i < n; i++) {
-      x[i] += alpha * p[i];
+      x[i] += downhill * p[i];
       r[i] -= alpha * Ap[i];
     }
     result->iterations++;
     result->residual = weighted_norm(n, weights, r);
-    if (result->residual <= tolerance) return FLESH_OK;
+    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }
-  return FLESH_NOT_CONVERGED;
+  return status;
 }
