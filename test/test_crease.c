@@ -3,7 +3,7 @@
 #include "swing.h"
 
 /* Short, under eight times gravity; it creases in the step from 0.2 s. */
-static const swing bar = {{16, 13, 13}, 20, {1. / 3, 13. / 48, 13. / 48}, 0.45, 8, 1};
+static const swing bar = {{16, 13, 13}, 20, {1. / 3, 13. / 48, 13. / 48}, 0.45, 8, 1, 0};
 
 static void creases_are_cheap(void)
 {

@@ -4,7 +4,7 @@
 
 static void check(double poisson)
 {
-  const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, poisson, 1, 1};
+  const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, poisson, 1, 1, 0};
   swing_cost cost = swing_run(&bar);
   printf("# %d Newton and %d linear iterations, the dearest step %.1f and %.1f times the median\n",
          cost.total_newton, cost.total_linear, cost.newton, cost.linear);
