@@ -4,12 +4,16 @@
 #include <string.h>
 
 #include "command_accuracy.h"
+#include "command_bench.h"
 #include "command_check.h"
 #include "command_drift.h"
+#include "command_film.h"
 #include "command_material.h"
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
+#include "command_skin.h"
+#include "command_snap.h"
 #include "command_stress.h"
 #include "command_sweep.h"
 #include "options.h"
@@ -27,8 +31,12 @@ static const command commands[] = {
     {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
     {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
+    {"bench", flesh_command_bench, "measure flesh against the limits of this machine"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
+    {"snap", flesh_command_snap, "draw frames of runs side by side"},
+    {"film", flesh_command_film, "film runs side by side"},
+    {"skin", flesh_command_skin, "let a fine surface follow a body's tets"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},
     {"check", flesh_command_check, "validate a scene and differentiate its effects"},

@@ -170,12 +170,14 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, 
   }
   for (int k = 0; k < sweep->argument_count; k++) words[count++] = (char *)sweep->arguments[k];
   int code = commands[sweep->command](count, words);
+  char message[1024] = "";
+  if (code)
+    snprintf(message, sizeof message, "flesh %s ended with exit code %d%s%.900s", name, code,
+             *flesh_error_text() ? ": " : "; its words are in log.txt of the case's folder", flesh_error_text());
   sprintf(path, "%s/%s.csv", folder, name);
   json_t *rows = read_table(path), *record;
-  char message[256] = "";
-  if (code) snprintf(message, sizeof message, "flesh %s ended with exit code %d; its words are in log.txt of the case's folder", name, code);
-  record = json_pack("{sssisssn}", "status", !code ? "complete" : code == 6 ? "out of budget" : code >= 128 ? "interrupted" : "failed",
-                     "exit_code", code, "message", message, "result");
+  const char *word = !code ? "complete" : code == 6 ? "out of budget" : code >= 128 ? "interrupted" : "failed";
+  record = json_pack("{sssisosn}", "status", word, "exit_code", code, "message", text_value(message), "result");
   if (rows) json_object_set_new(record, "rows", rows);
   free(words);
   free(path);

@@ -11,7 +11,7 @@
 #include "sweep.h"
 #include "sweep_tables.h"
 
-enum { TICKS = 2000, NAME = 120 };
+enum { TICKS = 2000, PANELS = 36, NAME = 120 };
 
 typedef struct picture {
   flesh_sweep_store store;
@@ -216,7 +216,68 @@ static int write_panel(picture *p, const ticks *series, int s, const ticks *x, c
   return status;
 }
 
-static void write_heat(picture *p, const ticks *series, const ticks *x, const ticks *y, double range[2], FILE *stream)
+/* Panels side by side, and below one another where they are many; sizes in pixels. */
+typedef struct layout {
+  int columns, rows, panel_width, panel_height, width, height;
+} layout;
+enum { LEFT = 90, RIGHT = 110, TOP = 40, BOTTOM = 60, BESIDE = 24, ABOVE = 34 };
+
+static layout lay_out(int panels, int cells_along, int cells_up)
+{
+  layout l = {.columns = panels <= 3 ? panels : 2};
+  while (panels > 3 && l.columns * l.columns < panels) l.columns++;
+  l.rows = (panels + l.columns - 1) / l.columns;
+  l.panel_width = 54 * (cells_along > 40 ? 40 : cells_along);
+  l.panel_height = 34 * (cells_up > 30 ? 30 : cells_up);
+  if (l.panel_width < 220) l.panel_width = 220;
+  if (l.panel_height < 180) l.panel_height = 180;
+  l.width = LEFT + l.columns * l.panel_width + (l.columns - 1) * BESIDE + RIGHT;
+  l.height = TOP + l.rows * (l.panel_height + ABOVE) + BOTTOM;
+  return l;
+}
+
+static void write_frame(FILE *stream, const picture *p, const layout *l, const char *title)
+{
+  const double width = l->width, height = l->height, right = 1 - RIGHT / width, low = BOTTOM / height;
+  const double high = 1 - (TOP + ABOVE) / height;
+  fprintf(stream, "set multiplot layout %d,%d margins %.5f,%.5f,%.5f,%.5f spacing %.5f,%.5f title ", l->rows, l->columns,
+          LEFT / width, right, low, high, BESIDE / width, ABOVE / height);
+  flesh_plot_quote(stream, title);
+  fprintf(stream, " noenhanced font ',13'\nset colorbox user origin %.5f,%.5f size %.5f,%.5f\n", right + 20 / width, low,
+          16 / width, high - low);
+  /* What x and y are is told once for all panels. */
+  fputs("set label 1 ", stream);
+  flesh_plot_quote(stream, p->x);
+  fprintf(stream, " at screen %.5f,%.5f center noenhanced\nset label 2 ", (LEFT / width + right) / 2, 16 / height);
+  flesh_plot_quote(stream, p->y);
+  fprintf(stream, " at screen %.5f,%.5f center rotate noenhanced\n", 18 / width, (low + high) / 2);
+}
+
+/* Tics of panel `s` stand at the left and below only. */
+static void write_edges(FILE *stream, const layout *l, int s, int panels, const ticks *x, const ticks *y)
+{
+  if (s % l->columns == 0) write_ticks(stream, 'y', y);
+  else fputs("set ytics ('' 0)\n", stream);
+  if (s + l->columns >= panels) write_ticks(stream, 'x', x);
+  else fputs("set xtics ('' 0)\n", stream);
+  if (s + l->columns >= panels && x->count > 12) fputs("set xtics rotate by 60 right\n", stream);
+}
+
+/* A column by its name and value; expressions speak for themselves. */
+static void write_panel_title(FILE *stream, const picture *p, const char *value)
+{
+  char name[200];
+  int is_column = 1;
+  for (const char *c = p->by; *c; c++) is_column &= isalnum((unsigned char)*c) || *c == '_';
+  while (!is_column && *value == ' ') value++; /* which serve the order */
+  snprintf(name, sizeof name, "%.100s%s%s", is_column ? p->by : "", is_column ? " = " : "", value);
+  fputs("set title ", stream);
+  flesh_plot_quote(stream, name);
+  putc('\n', stream);
+}
+
+static void write_heat(picture *p, const ticks *series, const ticks *x, const ticks *y, const layout *l, double range[2],
+                       FILE *stream)
 {
   int logarithmic = strchr(p->log, 'z') && range[0] > 0, panels = series->count;
   int cells = x->count * y->count <= 150; /* numbers are readable */
@@ -227,24 +288,19 @@ static void write_heat(picture *p, const ticks *series, const ticks *x, const ti
   if (logarithmic) fputs("set logscale cb\nset format cb '%g'\n", stream);
   fprintf(stream, "set cbrange [%.17g:%.17g]\nset cblabel noenhanced\nset cblabel ", range[0], range[1]);
   flesh_plot_quote(stream, p->z);
-  fprintf(stream, "\nset xrange [-0.5:%g]\nset yrange [-0.5:%g]\n", x->count - 0.5, y->count - 0.5);
-  write_ticks(stream, 'x', x);
-  write_ticks(stream, 'y', y);
-  if (x->count > 12) fputs("set xtics rotate by 60 right\n", stream);
-  write_labels(stream, p);
+  fprintf(stream, "\nset xrange [-0.5:%g]\nset yrange [-0.5:%g]\n",
+          x->count - 0.5, y->count - 0.5);
   /* Dark cells get light numbers. */
   double dark = logarithmic ? exp(log(range[0]) + 0.6 * log(range[1] / range[0])) : range[0] + 0.6 * (range[1] - range[0]);
-  fprintf(stream, "dark = %.17g\nset title noenhanced\nset multiplot layout 1,%d title ", dark, panels);
+  fprintf(stream, "dark = %.17g\nset title noenhanced\n", dark);
   char title[400];
   if (p->title) snprintf(title, sizeof title, "%.390s", p->title);
   else snprintf(title, sizeof title, "%.120s over %.100s and %.100s", p->z, p->x, p->y);
-  flesh_plot_quote(stream, title);
-  fputs(" noenhanced font ',13'\n", stream);
+  write_frame(stream, p, l, title);
   for (int s = 0; s < panels; s++) {
-    char name[200];
-    if (p->by) snprintf(name, sizeof name, "%.100s = %s", p->by, series->text[s]);
-    if (p->by) fputs("set title ", stream), flesh_plot_quote(stream, name), putc('\n', stream);
-    fprintf(stream, "%s colorbox\n", s == panels - 1 ? "set" : "unset");
+    if (p->by) write_panel_title(stream, p, series->text[s]);
+    write_edges(stream, l, s, panels, x, y);
+    if (s == 1) fputs("unset colorbox\nunset label\n", stream);
     fprintf(stream,
             "plot $panel%d using 1:2:(0.49):(0.49) with boxxyerror lc rgb '#d8d8d8', \\\n"
             "     $panel%d using 1:2:(0.49):(0.49):3 with boxxyerror lc palette",
@@ -263,21 +319,24 @@ static int draw_heat(picture *p)
 {
   ticks *series = malloc(3 * sizeof *series), *x = series + 1, *y = series + 2;
   flesh_file file = {0};
+  layout l = {0};
   double range[2] = {INFINITY, -INFINITY};
   int status = series ? read_ticks(p, p->by, series) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = read_ticks(p, p->x, x);
   if (!status) status = read_ticks(p, p->y, y);
+  if (!status && series->count > PANELS)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where", p->by,
+                        series->count, PANELS);
   if (!status) status = flesh_plot_open(p->folder, p->name, ".gp", &file);
   if (!status) {
-    int wide = 90 + 62 * (x->count > 40 ? 40 : x->count), high = 150 + 38 * (y->count > 30 ? 30 : y->count);
-    wide = wide < 300 ? 300 : wide;
-    flesh_plot_begin(file.stream, p->name, 90 + wide * series->count, high < 330 ? 330 : high);
+    l = lay_out(series->count, x->count, y->count);
+    flesh_plot_begin(file.stream, p->name, l.width, l.height);
     for (int s = 0; !status && s < series->count; s++) status = write_panel(p, series, s, x, y, range, file.stream);
     if (!status && !(range[1] >= range[0]))
       status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: no complete case has a value of %s", p->store.path, p->z);
   }
   if (!status) {
-    write_heat(p, series, x, y, range, file.stream);
+    write_heat(p, series, x, y, &l, range, file.stream);
     status = flesh_file_commit(&file);
   }
   flesh_file_abandon(&file);

@@ -93,7 +93,8 @@ static const flesh_key spec_table[] = {
      .doc = "what the sweep is for"},
     {.name = "command", .type = FLESH_KEY_CHOICE, .offset = offsetof(spec, command), .choices = flesh_sweep_commands,
      .default_value = "run", .doc = "what is done with the scene in each case"},
-    {.name = "scene", .type = FLESH_KEY_PATH, .offset = offsetof(spec, scene), .doc = "relative to the spec"},
+    {.name = "scene", .type = FLESH_KEY_PATH, .offset = offsetof(spec, scene), .default_value = "",
+     .doc = "relative to the spec; of every command but stress, which has scenes of its own"},
     {.name = "set", .type = FLESH_KEY_TREE, .offset = offsetof(spec, set), .default_value = "",
      .doc = "a mapping of values that all cases have: {time.end: 1, output.frame_interval: 0}"},
     {.name = "axes", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, axes), .default_value = "[]",
@@ -445,6 +446,7 @@ static int check(const flesh_node *node, const char *scene, int count, const cha
  * for its case to say. */
 static int check_values(flesh_sweep *sweep)
 {
+  if (sweep->command == FLESH_SWEEP_STRESS) return FLESH_OK; /* its cases' scenes are made when they are run */
   const char **overrides = calloc((size_t)sweep->set_count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : no_memory();
   for (int s = 0; !status && s <= sweep->set_count; s++) {
@@ -493,7 +495,7 @@ static int make_fingerprint(flesh_sweep *sweep)
   SHA2_CTX context;
   SHA256Init(&context);
   SHA256Update(&context, (const uint8_t *)sweep->text, strlen(sweep->text));
-  int status = hash_file(&context, sweep->scene);
+  int status = sweep->scene ? hash_file(&context, sweep->scene) : FLESH_OK;
   for (int g = 0; !status && g < sweep->group_count; g++)
     for (int c = 0; !status && c < sweep->groups[g].columns; c++) {
       const flesh_sweep_column *column = &sweep->columns[sweep->groups[g].first + c];
@@ -521,9 +523,14 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
 
 static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
 {
+  static const char no_scene[] = "flesh stress has scenes of its own; --cases among the arguments chooses some";
   sweep->command = s->command;
-  sweep->scene = s->scene;
+  sweep->scene = s->scene && *s->scene ? s->scene : NULL;
   sweep->scene_node = flesh_node_find(root, "scene");
+  if (!sweep->scene && s->command != FLESH_SWEEP_STRESS)
+    return flesh_node_fail(root, "scene is missing; it must be the path of a file");
+  if (sweep->scene && s->command == FLESH_SWEEP_STRESS)
+    return flesh_node_fail(sweep->scene_node, "%s", no_scene);
   sweep->repeats = s->repeats;
   sweep->seed = s->seed == INT_MIN ? -1 : s->seed;
   sweep->keep = s->keep;
@@ -535,6 +542,8 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
   int status = read_arguments(sweep, s->arguments);
   if (!status) status = read_set(sweep, s->set);
   for (int a = 0; !status && a < s->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
+  for (int c = 0; !status && c < sweep->column_count && s->command == FLESH_SWEEP_STRESS; c++)
+    if (!strcmp(sweep->columns[c].key, "scene")) status = flesh_node_fail(sweep->columns[c].place, "%s", no_scene);
   if (!status) status = name_columns(sweep);
   if (!status) status = read_derived(sweep, s, root);
   if (!status && (double)sweep->case_count * sweep->repeats > CASE_LIMIT)

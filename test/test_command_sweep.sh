@@ -124,7 +124,7 @@ pictures_are_drawn() {
     has stderr.txt 'no such column'
 }
 
-other_commands_give_rows_of_tables() {
+drift_gives_rows_of_tables() {
   cat >drift.yaml <<END
 command: drift
 scene: $data/scenes/finger_pull_coarse.yaml
@@ -136,6 +136,66 @@ END
   expect 0 "$flesh" sweep drift.yaml --out drift || return 1
   [ "$("$flesh" sweep export drift/sweep.db --table rows --columns 'case_id,step,energy,tets,percent = 100 * max_volume_drift,newton_per_step > 0' | sed 1d)" = '1,0.016666666666666666,S,1474,1,1
 2,0.03333333333333333,S,1474,1,1' ] || { "$flesh" sweep export drift/sweep.db --table rows; return 1; }
+}
+
+accuracy_gives_rows_of_tables() {
+  cat >accuracy.yaml <<END
+command: accuracy
+scene: tiny.yaml
+set: {time.end: 1/10}
+arguments: [--quick, --methods, "midpoint,adaptive"]
+axes: [{key: body.material.poisson, name: nu, values: [0.3, 0.4]}]
+columns: [{name: duration, is: steps * value}]
+END
+  expect 0 "$flesh" sweep accuracy.yaml --out accuracy && has stdout.txt '^2 cases: 2 complete' || return 1
+  "$flesh" sweep export accuracy/sweep.db --table rows --columns case_id,nu,method,setting,steps,'round(duration, 9)' \
+    --where "method = 'midpoint' AND setting LIKE 'step%'" | sed 1d >table
+  # As many steps as the run is long, of the same settings in both cases.
+  grep -qx '1,0.3,midpoint,step=1/60,6,0.1' table && grep -qx '2,0.4,midpoint,step=1/240,24,0.1' table &&
+    [ "$(grep -c ^1 table)" -eq "$(grep -c ^2 table)" ] || { cat table; return 1; }
+  # A table row is what the command itself writes.
+  expect 0 "$flesh" accuracy tiny.yaml --quick --methods midpoint,adaptive --set time.end=1/10 \
+    --set body.material.poisson=0.4 --out alone || return 1
+  grep -v '^#' alone/accuracy.csv | sed 1d | cut -d, -f1-7 >expected
+  "$flesh" sweep export accuracy/sweep.db --table rows --where 'case_id = 2' \
+    --columns method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton | sed 1d >got
+  diff expected got && [ -s got ]
+}
+
+stress_gives_rows_of_tables() {
+  cat >stress.yaml <<END
+command: stress
+arguments: [--quick, --cases, "jitter20,mirrored", --energies, S, --poisson, 0.45]
+axes: [{key: solver.max_newton, values: [1, 50]}]
+END
+  expect 0 "$flesh" sweep stress.yaml --out stress && has stdout.txt '^2 cases: 2 complete' || return 1
+  "$flesh" sweep export stress/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
+  printf '%s\n' 1,jitter20,stopped,0 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
+    return 1
+  # What the command refuses is a row that says so.
+  sed -i 's/jitter20,mirrored/no_such_case/' stress.yaml
+  expect 0 "$flesh" sweep stress.yaml --out refused && has stdout.txt '2 failed' &&
+    [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = failed,2,1 ] || return 1
+  echo 'scene: tiny.yaml' >>stress.yaml
+  expect 2 "$flesh" sweep stress.yaml --out refused && has stderr.txt 'scenes of its own'
+}
+
+# Until the first case begins; loads of the machine aside, hence three tries.
+ten_thousand_cases_are_planned_within_a_second() {
+  spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'
+  for try in 1 2 3; do
+    begin=$(date +%s.%N)
+    "$flesh" sweep spec.yaml --out "planned$try" --jobs 1 --quiet 2>/dev/null &
+    sweep=$!
+    sleep 1
+    kill -TERM "$sweep"
+    wait "$sweep"
+    seconds=$(ask "planned$try/sweep.db" "(julianday(min(started)) - 2440587.5) * 86400 - $begin")
+    echo "planned in $seconds s"
+    [ "$(ask "planned$try/sweep.db" 'count(*)')" = 10000 ] || return 1
+    awk -v s="$seconds" 'BEGIN { exit !(s > 0 && s < 1) }' && return
+  done
+  return 1
 }
 
 ten_thousand_cases_are_planned() {
@@ -157,7 +217,29 @@ gnu_parallel_runs_the_shards() {
   figures whole/sweep.db >expected && figures parallel/sweep.db >got && diff expected got
 }
 
+# An array of jobs, one after another; a job that is requeued finds its work done.
+slurm_runs_the_shards() {
+  undisturbed || return 1
+  for task in 1 2 3 2; do
+    FLESH=$flesh SLURM_ARRAY_TASK_ID=$task SLURM_ARRAY_TASK_COUNT=3 SLURM_CPUS_PER_TASK=2 \
+      expect 0 sh "$data/sweeps/slurm.sh" bar.yaml slurm || return 1
+  done
+  [ "$(ask slurm/shard2/sweep.db 'count(DISTINCT worker)')" = 1 ] || return 1
+  expect 0 "$flesh" sweep merge slurm/sweep.db slurm/shard*/sweep.db && has stdout.txt '48 of 48' &&
+    figures whole/sweep.db >expected && figures slurm/sweep.db >got && diff expected got
+}
+
+snakemake_runs_the_shards() {
+  command -v snakemake >/dev/null || { echo 'Snakemake is not installed'; return 0; }
+  undisturbed || return 1
+  expect 0 snakemake --snakefile "$data/sweeps/Snakefile" --cores 2 \
+    --config spec=bar.yaml out=snakemake shards=3 "flesh=$flesh" &&
+    figures whole/sweep.db >expected && figures snakemake/sweep.db >got && diff expected got &&
+    [ "$(lines snakemake/results.csv)" -eq 49 ]
+}
+
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
   an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported pictures_are_drawn \
-  other_commands_give_rows_of_tables ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
-  gnu_parallel_runs_the_shards
+  drift_gives_rows_of_tables accuracy_gives_rows_of_tables stress_gives_rows_of_tables \
+  ten_thousand_cases_are_planned_within_a_second ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
+  gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

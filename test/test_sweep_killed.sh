@@ -108,6 +108,73 @@ a_full_disk_stops_it_and_resume_goes_on() {
     figures whole/sweep.db >expected && figures full/sweep.db >got && diff expected got
 }
 
+# A disk that is full indeed, and has room again; where this user may not mount one there is nothing to show.
+a_small_disk_stops_it_and_resume_goes_on() {
+  undisturbed || return 1
+  mkdir -p disk
+  unshare -m mount -t tmpfs -o size=1m none disk 2>/dev/null || { echo 'no mount for this user'; return 0; }
+  cat >on_disk.sh <<'END'
+mount -t tmpfs -o size=100k none disk || exit 9
+"$1" sweep bar.yaml --out disk/sweep --quiet
+code=$?
+[ "$code" -eq 3 ] || { echo "ended with $code"; exit 1; }
+mount -o remount,size=20m disk || exit 9
+"$1" sweep bar.yaml --out disk/sweep --resume --quiet || exit 1
+cp disk/sweep/sweep.db small.db
+END
+  unshare -m sh on_disk.sh "$flesh" 2>stderr.txt || { cat stderr.txt; return 1; }
+  has stderr.txt 'full' && figures whole/sweep.db >expected && figures small.db >got && diff expected got
+}
+
+# What lies on the disk when the power goes: the database as it is at some moment, and of what was being written to its
+# journal the beginning, or rubbish. What was finished is there, and the rest is done.
+without_power_nothing_is_lost() {
+  undisturbed || return 1
+  cuts=0
+  for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 5; k++) print 0.1 + 0.9 * rand() }'); do
+    rm -rf live left
+    mkdir left
+    "$flesh" sweep bar.yaml --out live --jobs 2 --quiet 2>/dev/null &
+    sweep=$!
+    sleep "$pause"
+    [ ! -f live/sweep.db ] || ask live/sweep.db id,started 'seconds IS NOT NULL' >before 2>/dev/null || :
+    kill -STOP "$sweep"
+    cp live/sweep.db left/ && { [ ! -f live/sweep.db-wal ] || cp live/sweep.db-wal left/; }
+    kill -CONT "$sweep"
+    kill -TERM "$sweep"
+    wait "$sweep"
+    if [ -f left/sweep.db-wal ]; then
+      head -c "$(awk -v seed="$$$cuts" 'BEGIN { srand(seed); print int(9000 * rand()) }')" /dev/urandom >>left/sweep.db-wal
+      cuts=$((cuts + 1))
+    fi
+    ask left/sweep.db id,started 'seconds IS NOT NULL' >after || return 1
+    sort before >one && sort after >two
+    [ -z "$(comm -23 one two)" ] || { echo 'finished cases are lost:'; diff one two; return 1; }
+    expect 0 "$flesh" sweep bar.yaml --out left --resume && figures whole/sweep.db >expected &&
+      figures left/sweep.db >got && diff expected got || return 1
+  done
+  echo "cut $cuts times (seed $$)"
+  [ "$cuts" -ge 2 ]
+}
+
+# The last thousand of many cases take what the first took: blocks of fifty, the fastest of either, as other work on the
+# machine slows some.
+many_cases_do_not_slow_down() {
+  spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 30}]'
+  expect 0 "$flesh" sweep spec.yaml --out many --jobs 1 --quiet || return 1
+  ask many/sweep.db 'id, julianday(started) * 86400' | python3 -c '
+import sys
+times = [float(line.split(",")[1]) for line in sys.stdin]
+assert len(times) == 3000
+def fastest(part):
+    return min(part[k + 50] - part[k] for k in range(0, len(part) - 50, 10)) / 50
+first, last = fastest(times[:1000]), fastest(times[2000:])
+print(f"{1e3 * first:.3f} ms a case at first, {1e3 * last:.3f} ms at the end")
+assert last < 1.5 * first
+'
+}
+
 run_tests killed_twenty_times_nothing_is_lost_or_done_again two_processes_share_the_work \
   a_living_process_keeps_its_claim hangs_and_crashes_are_rows a_signal_stops_it_and_resume_goes_on \
-  a_full_disk_stops_it_and_resume_goes_on
+  a_full_disk_stops_it_and_resume_goes_on a_small_disk_stops_it_and_resume_goes_on without_power_nothing_is_lost \
+  many_cases_do_not_slow_down

@@ -34,8 +34,8 @@ extern "C" {
  * static solve raises its load in increments).
  *
  * x_lag and v_lag are the last accepted state: the start of the step, or the last load increment
- * (at rest). They are x and v themselves where nothing is lagged. Effects never see NULL; in a
- * point handed to a flesh_system_ function NULL stands for x and v.
+ * (at rest), at t_lag. They are x, v and t themselves where nothing is lagged. Effects never see
+ * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
  *
  * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
  * their number. */
@@ -43,6 +43,7 @@ typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
   const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
+  double t_lag;                /* s */
   flesh_threads *threads;
 } flesh_point;
 
@@ -87,6 +88,9 @@ typedef struct flesh_effect_operations {
   const char *name; /* as in a scene */
   /* 1: a load from outside, scaled by point->load; convergence is measured against it. */
   int external;
+  /* 1: what is lagged follows the shape (a load on a moving surface, not friction, whose past
+   * matters): a static solve is repeated from its result until the lagged state stands still. */
+  int follows;
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
@@ -103,6 +107,19 @@ typedef struct flesh_effect_operations {
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
+  /* For effects that bar the way. The share of the straight way from x_from [3*n] at t_from to x_to
+   * at t_to that all nodes can go before one of them is stopped; 1: all. NULL: no way is barred. */
+  double (*way)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                const double *x_to);
+  /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. Beside
+   * `way` only. */
+  void (*clear)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                double *x_to);
+  /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
+  int (*check)(const flesh_effect *effect, double t, const double *x);
+  /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
+  const char *const *report_names;
+  void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
   void (*destroy)(void *data); /* frees `data` */
 } flesh_effect_operations;
 

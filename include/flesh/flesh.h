@@ -2,6 +2,7 @@
 #ifndef FLESH_FLESH_H
 #define FLESH_FLESH_H
 
+#include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
 #include "flesh/instructions.h"
@@ -10,6 +11,7 @@
 #include "flesh/mesh.h"
 #include "flesh/observer.h"
 #include "flesh/scene.h"
+#include "flesh/skin.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
 #include "flesh/surface.h"

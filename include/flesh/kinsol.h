@@ -59,8 +59,9 @@ typedef struct flesh_stage {
   flesh_shift shift; /* sx, sv, sa; its `project` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
   const double *x0, *v0, *a0;
-  /* The point's lagged state: where the step starts, borrowed too; NULL: x0, and v0 or rest. */
+  /* The point's lagged state: where the step starts, borrowed too; NULL: x0 (at t), v0 or rest. */
   const double *x_lag, *v_lag;
+  double t_lag;
 } flesh_stage;
 
 /* Borrows `system` (finished), copies `options`. Returns new. */

@@ -37,7 +37,9 @@ typedef struct flesh_observer {
  * leaves a valid file. Columns: t, step, h, newton, linear, assemblies, projections, backtracks,
  * residual, residual_target [N], energy_<effect> per effect and energy_total [J] (elasticity
  * relative to rest; a second effect of a name is energy_<effect>_2), volume [m^3], volume_ratio,
- * min_J, min_J_tet, inverted. Numbers read back exactly. */
+ * min_J, min_J_tet, inverted, and what effects report of themselves: contact_gap [m] (the smallest
+ * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of
+ * the sum of their normal forces). Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
 FLESH_API int flesh_history_create(const char *path, const flesh_system *system,
                                    flesh_history **history);
@@ -46,8 +48,9 @@ FLESH_API int flesh_history_observe(void *history, const flesh_step_record *reco
 
 /* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is
  * valid after every frame. Point data: displacement, velocity; cell data: J, region. The start,
- * every `every`-th step (>= 1) and the last one. Frames of an earlier run in the directory are
- * removed. */
+ * every `every`-th step (>= 1) and the last one. Obstacles stand beside them as obstacle_<k>.obj,
+ * where they move obstacle_<k>_<step>.obj, k counting from 1. Frames of an earlier run in the
+ * directory are removed. */
 typedef struct flesh_frames flesh_frames;
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);

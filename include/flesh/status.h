@@ -18,7 +18,7 @@ extern "C" {
 /* X(name, value, text): the one list from which the enum and the texts are made. */
 #define FLESH_STATUS_LIST(X)                                                                       \
   X(FLESH_OK, 0, "success")                                                                        \
-  X(FLESH_UNDEFINED, 1, "the energy is undefined at this state (J <= 0)")                          \
+  X(FLESH_UNDEFINED, 1, "the energy is undefined at this state (J <= 0, or within an obstacle)")   \
   X(FLESH_NONFINITE, 2, "a number is not finite")                                                  \
   X(FLESH_NOT_CONVERGED, 3, "the iteration limit was reached before the tolerance")                \
   X(FLESH_NOT_POSITIVE, 4, "the matrix is not positive definite")                                  \

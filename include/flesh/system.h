@@ -48,6 +48,8 @@ FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *na
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
+/* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
+FLESH_API int flesh_system_follows(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 
@@ -64,6 +66,18 @@ FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_poi
 /* Physical energy of every effect [effect_count], J. */
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
+
+/* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can
+ * be gone before an effect (contact) bars it; 1: all. */
+FLESH_API double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, const double *x_to);
+/* Moves the nodes of x_to that cannot get there from x_from to where they can. */
+FLESH_API void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, double *x_to);
+/* Whether any effect bars ways. */
+FLESH_API int flesh_system_bars(const flesh_system *system);
+/* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
+FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
 
 /* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).
  * Returns new. */

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "effect/motion.h"
+#include "math/nearest.h"
 
 typedef struct drag {
   int count;         /* 4 nodes of a tet, or 3 of a surface triangle */
@@ -129,49 +130,6 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-static double dot(const double *a, const double *b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* Weights of the point nearest to p on the segment from A to B; returns the distance squared. */
-static double nearest_on_edge(const double *A, const double *B, const double p[3],
-                              double weights[2])
-{
-  double e[3], d[3];
-  for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], d[c] = p[c] - A[c];
-  weights[1] = fmin(fmax(dot(d, e) / dot(e, e), 0), 1);
-  weights[0] = 1 - weights[1];
-  for (int c = 0; c < 3; c++) d[c] -= weights[1] * e[c];
-  return dot(d, d);
-}
-
-/* The same of the triangle with corners X0..X2: the foot of the perpendicular, or a point of the
- * edges. */
-static double nearest_on_triangle(const double *X[3], const double p[3], double weights[3])
-{
-  double e[3], f[3], d[3];
-  for (int c = 0; c < 3; c++)
-    e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = p[c] - X[0][c];
-  double ee = dot(e, e), ef = dot(e, f), ff = dot(f, f), de = dot(d, e), df = dot(d, f);
-  double determinant = ee * ff - ef * ef, s = (ff * de - ef * df) / determinant,
-         t = (ee * df - ef * de) / determinant;
-  if (s >= 0 && t >= 0 && s + t <= 1) {
-    weights[0] = 1 - s - t, weights[1] = s, weights[2] = t;
-    for (int c = 0; c < 3; c++) d[c] -= s * e[c] + t * f[c];
-    return dot(d, d);
-  }
-  double best = INFINITY;
-  for (int a = 0; a < 3; a++) {
-    int b = (a + 1) % 3;
-    double w[2], distance = nearest_on_edge(X[a], X[b], p, w);
-    if (!(distance < best)) continue;
-    best = distance;
-    weights[a] = w[0], weights[b] = w[1], weights[(a + 2) % 3] = 0;
-  }
-  return best;
-}
-
 /* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
  * surface. */
 static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
@@ -193,7 +151,7 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
   for (int k = 0; k < triangles && self->count < 4; k++) {
     double w[3];
     for (int a = 0; a < 3; a++) corner[a] = X + 3 * surface[3 * k + a];
-    double distance = nearest_on_triangle(corner, p, w);
+    double distance = flesh_nearest_on_triangle(corner, p, w);
     if (!(distance < best)) continue;
     best = distance;
     self->count = 3;

@@ -4,6 +4,9 @@
 
 #include "flesh/effects.h"
 
+/* Of a way that something bars, the share that is gone: never all of it, so that it stays apart. */
+static const double flesh_way_kept = 0.9;
+
 /* FLESH_ERR_ARGUMENT where a tet's density is not positive and finite. */
 int flesh_body_check_density(const flesh_body *body);
 

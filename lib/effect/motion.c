@@ -7,6 +7,8 @@
 
 #include "base/error.h"
 
+const char *const flesh_interpolation_names[] = {"linear", "smooth", NULL};
+
 const flesh_key flesh_keyframe_keys[] = {
     {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_keyframe, t), .unit = "s",
      .doc = "when; keyframes ascend in time"},

@@ -23,6 +23,9 @@ void flesh_motion_rates(const flesh_motion *motion, double t, const double X[3],
 /* First keyframe after t, INFINITY if none. */
 double flesh_motion_next_event(const flesh_motion *motion, double t);
 
+/* Names of flesh_motion.smooth = 0 and 1 in a scene. */
+extern const char *const flesh_interpolation_names[];
+
 /* A motion as a scene writes it: a list of keyframes {time, translation, rotation}. */
 extern const flesh_key flesh_keyframe_keys[];
 

@@ -1,6 +1,7 @@
 /* registry.c: the effects that a scene can name. Add a row and the rest follows: parsing, docs. */
 #include "effect/registry.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -23,11 +24,29 @@ static int add_inertia(const void *parameters, const flesh_body *body, flesh_sys
   return add(system, flesh_effect_inertia(body, &effect), &effect);
 }
 
+typedef struct elasticity_parameters {
+  int instructions;
+} elasticity_parameters;
+
+static const char *const instructions[] = {"auto", "portable", "avx2", "avx512", NULL};
+static_assert(sizeof instructions / sizeof *instructions == FLESH_INSTRUCTIONS_COUNT + 1,
+              "instructions are in the order of flesh_instructions");
+
+static const flesh_key elasticity_keys[] = {
+    {.name = "instructions", .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(elasticity_parameters, instructions), .choices = instructions,
+     .default_value = "auto",
+     .doc = "vector instructions of the elements: auto, the best of this machine, or always the same "
+            "ones; results are the same bits with the same ones on the same build, else they agree "
+            "to rounding"},
+    {0}};
+
 static int add_elasticity(const void *parameters, const flesh_body *body, flesh_system *system)
 {
-  (void)parameters;
+  const elasticity_parameters *p = parameters;
   flesh_effect *effect = NULL;
-  return add(system, flesh_effect_elasticity(body, &effect), &effect);
+  int status = flesh_effect_elasticity_with(body, (flesh_instructions)p->instructions, &effect);
+  return add(system, status, &effect);
 }
 
 typedef struct gravity_parameters {
@@ -48,16 +67,12 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
 }
 
 /* clang-format off */
-#define INTERVAL_KEYS(parameters)                                                                  \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
-   .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
-   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
-
 #define AXES_KEY(parameters)                                                                       \
-  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                   \
-   .default_value = "[x, y, z]", .doc = "the components held"}
+  {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
+   .choices = axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
 /* clang-format on */
+
+static const char *const axis_names[] = {"x", "y", "z", NULL}; /* the bits of FLESH_AXIS_* */
 
 typedef struct pin_parameters {
   flesh_selection selection;
@@ -67,7 +82,7 @@ typedef struct pin_parameters {
 
 static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, selection),
                                      AXES_KEY(pin_parameters),
-                                     INTERVAL_KEYS(pin_parameters),
+                                     FLESH_INTERVAL_KEYS(pin_parameters),
                                      {0}};
 
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -79,9 +94,6 @@ static int add_pin(const void *parameters, const flesh_body *body, flesh_system 
   free(nodes);
   return status;
 }
-
-enum { MOTION_LINEAR, MOTION_SMOOTH };
-static const char *const interpolations[] = {"linear", "smooth", NULL};
 
 typedef struct handle_parameters {
   flesh_selection selection;
@@ -100,10 +112,10 @@ static const flesh_key handle_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = offsetof(handle_parameters, centre),
      .unit = "m", .default_value = "[0, 0, 0]", .doc = "of the rotations"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(handle_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(handle_parameters),
+    FLESH_INTERVAL_KEYS(handle_parameters),
     {0}};
 
 static int add_handle(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -111,7 +123,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   const handle_parameters *p = parameters;
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
-                         p->interpolation == MOTION_SMOOTH};
+                         p->interpolation};
   int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
@@ -146,10 +158,10 @@ static const flesh_key drag_keys[] = {
      .children = target_keys, .child_size = sizeof(target),
      .doc = "keyframes of the spring's other end"},
     {.name = "interpolation", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(drag_parameters, interpolation), .choices = interpolations,
+     .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(drag_parameters),
+    FLESH_INTERVAL_KEYS(drag_parameters),
     {0}};
 
 static int add_drag(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -163,7 +175,7 @@ static int add_drag(const void *parameters, const flesh_body *body, flesh_system
     keyframes[k].t = targets[k].t;
     for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
   }
-  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation == MOTION_SMOOTH};
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation};
   flesh_effect *effect = NULL;
   int status = flesh_effect_drag(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
   free(keyframes);
@@ -175,7 +187,7 @@ static const flesh_effect_row rows[] = {
      "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
      no_keys, 0, "{}", add_inertia, 1},
     {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
-     no_keys, 0, "{}", add_elasticity, 1},
+     elasticity_keys, sizeof(elasticity_parameters), "{}", add_elasticity, 1},
     {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
      sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity, 0},
     {"pin", "Nodes, or single components of them, held at their rest positions. Where several pins and "
@@ -189,6 +201,17 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
+    {"force", "A force in a fixed direction, shared by nodes: a dead load.", flesh_force_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50], curve: [{time: 0, value: 0}, "
+     "{time: 1, value: 1}]}", flesh_force_add, 0},
+    {"traction", "A force per area of the rest shape's surface, in a fixed direction: a dead load.", flesh_traction_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}", flesh_traction_add, 0},
+    {"pressure", "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
+     "is conservative. On an open one the part of the rim's edges is taken from the last accepted state in every "
+     "step of a fixed-step method; statics and adaptive steps have it as it is, and its work is in no energy.",
+     flesh_pressure_keys, sizeof(flesh_pressure_parameters),
+     "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, curve: [{time: 0, value: 0.5}, {time: 1, value: 1}], "
+     "interpolation: smooth}", flesh_pressure_add, 0},
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
@@ -196,6 +219,11 @@ static const flesh_effect_row rows[] = {
      "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
      "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",
      flesh_viscosity_keys, sizeof(flesh_viscosity_parameters), "{shear: 300, bulk: 500}", flesh_viscosity_add, 0},
+    {"contact", "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+     flesh_contact_keys, sizeof(flesh_contact_parameters),
+     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

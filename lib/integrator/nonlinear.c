@@ -172,6 +172,7 @@ static void try_guess(flesh_problem *problem, const double *guess, double *u)
   double value, guessed, size;
   if (flesh_problem_potential(problem, u, &value, &size)) value = INFINITY;
   for (int d = 0; d < problem->n; d++) problem->step[d] = problem->fixed[d] ? u[d] : guess[d];
+  if (!flesh_problem_reaches(problem, problem->step)) return;
   if (!flesh_problem_potential(problem, problem->step, &guessed, &size) && guessed < value)
     memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
 }
@@ -186,8 +187,9 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   memset(&problem->stats, 0, sizeof problem->stats);
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_problem_start(problem, u);
-  if (guess) try_guess(problem, guess, u);
-  status = flesh_problem_residual(problem, u, problem->work);
+  status = flesh_problem_clear(problem, u);
+  if (guess && !status) try_guess(problem, guess, u);
+  if (!status) status = flesh_problem_residual(problem, u, problem->work);
   double first = status ? 0 : flesh_norm(problem->n, problem->work);
   if (!status) status = flesh_problem_load_norm(problem, u, &load);
   if (status) return status;
@@ -234,6 +236,9 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (x != problem->x) memcpy(problem->x, x, (size_t)problem->n * sizeof *x);
   memset(problem->a, 0, (size_t)problem->n * sizeof *problem->a);
   stats->potentials++;
+  const flesh_stage *stage = &problem->stage;
+  if (flesh_system_way(problem->system, stage->t_lag, stage->x_lag, t, problem->x) < 1)
+    return FLESH_UNDEFINED;
   const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
                              .threads = problem->threads};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);

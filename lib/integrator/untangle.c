@@ -145,10 +145,11 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;
-  /* Energies that inverted tets have no place in must have one afterwards. */
+  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be passed. */
   flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a};
   double phi, magnitude;
-  if (flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
+  if (flesh_system_way(self->system, state->t, self->saved, state->t, state->x) < 1 ||
+      flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
     memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
     return 0;
   }

@@ -93,6 +93,20 @@ static int is_finite(const flesh_state *state, int unknowns)
   return sum == 0;
 }
 
+/* A step that failed because a prescribed node would have to enter an obstacle says so. */
+static int explain(watch *w, const flesh_state *state, double target, int status)
+{
+  const size_t bytes = sizeof(double) * (size_t)flesh_system_unknowns(w->system);
+  double *x = flesh_system_bars(w->system) ? malloc(bytes) : NULL;
+  if (!x) return status;
+  memcpy(x, state->x, bytes);
+  flesh_system_prescribe(w->system, target, x);
+  if (flesh_system_check(w->system, target, x))
+    status = flesh_fail_within(FLESH_ERR_SOLVE, "the step from t = %g s to %g s failed: ", state->t, target);
+  free(x);
+  return status;
+}
+
 static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
@@ -112,6 +126,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state,
     if (single || fabs(target - state->t - h) > 1e-9 * h) h = target - state->t;
     stats = (flesh_solve_stats){0};
     status = flesh_integrator_step(integrator, state, h, &stats);
+    if (status) status = explain(w, state, target, status);
     if (status > 0)
       status = flesh_fail(FLESH_ERR_SOLVE, "the step from t = %g s failed: %s", state->t,
                           flesh_status_text(status));
@@ -147,6 +162,7 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options};
   int status = options->observer_count ? watch_open(&w) : FLESH_OK;
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
+  if (!status) status = flesh_system_check(system, state->t, state->x);
   if (!status) status = run_steps(&w, integrator, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);

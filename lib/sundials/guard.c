@@ -2,6 +2,7 @@
  * foretold it. */
 #include <math.h>
 
+#include "effect/effect.h"
 #include "sundials/problem.h"
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
@@ -77,9 +78,11 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
-  double rounding = 1e-13 * magnitude;
+  double rounding = 1e-13 * magnitude, last_rise = 0;
   if (isnan(self->first_potential)) self->first_potential = start;
-  for (double scale = 1; scale > 1e-14;) {
+  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
+  const double way = flesh_problem_way(self, u, self->step);
+  for (double scale = way < 1 ? flesh_way_kept * way : 1; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
     status = flesh_problem_potential(self, self->step, &value, &ignored);
@@ -91,6 +94,15 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+      /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes may understate: once more. */
+      double rise = value - start;
+      if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
+        rounding = 4 * fmax(rise, last_rise);
+        last_rise = 0;
+        scale = 1;
+        continue;
+      }
+      last_rise = rise;
       if (accepted) {
         /* By the quadratic model, at its minimum. */
         double foretold = -scale * slope / 2;

@@ -47,14 +47,18 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   failed |= !(self->work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
+  if (flesh_system_bars(system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
   if (!status) status = flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_system_matrix_create(system, &self->D);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
-  if (!status && options->linear_solver == FLESH_LINEAR_PCG)
-    status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
-  else if (!status)
+  if (!status && options->linear_solver != FLESH_LINEAR_PCG)
     status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+  else if (!status) {
+    status = flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
+                                         self->threads, &self->preconditioner);
+    if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
+  }
   if (status) {
     flesh_ida_problem_destroy(&self);
     return status;
@@ -74,12 +78,13 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_ida_problem *self = *problem;
   double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
                       self->v,            self->a,            self->right,        self->change,
-                      self->work,         self->K_values,     self->D_values};
+                      self->work,         self->K_values,     self->D_values,     self->x_accepted};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
   flesh_block_matrix_destroy(&self->D);
   flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
@@ -130,12 +135,23 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
                        .threads = self->threads};
 }
 
+void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)
+{
+  if (!self->x_accepted) return;
+  memcpy(self->x_accepted, x, (size_t)self->n * sizeof *x);
+  self->t_accepted = t;
+  self->accepted = 1;
+}
+
 int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const double *yp, double *F)
 {
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = flesh_system_residual(self->system, &point, F + n);
+  int status = self->accepted && flesh_system_way(self->system, self->t_accepted, self->x_accepted,
+                                                  point.t, point.x) < 1
+                   ? FLESH_UNDEFINED
+                   : flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(n, F + n) < INFINITY)) status = FLESH_NONFINITE;
   self->refused = status;
   if (status) return status;
@@ -202,15 +218,15 @@ int flesh_ida_condense(flesh_ida_problem *self)
 int flesh_ida_factor(flesh_ida_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)
 {
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
-  int status = flesh_pcg(self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
-                         self->options.max_linear, b, x, self->work, &result);
+  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
+                         self->options.max_linear, b, x, &result);
   self->stats.linear += result.iterations;
   return status;
 }
@@ -251,9 +267,10 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (12 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 13 : 12) * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
 }

@@ -7,7 +7,7 @@
 
 #include "flesh/ida.h"
 #include "sparse/direct.h"
-#include "sparse/preconditioner.h"
+#include "sparse/pcg.h"
 #include "sparse/scalar_view.h"
 
 /* What the matrix K holds. */
@@ -38,6 +38,7 @@ struct flesh_ida_problem {
   /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `held` (1) times x and v. */
   double from_x, from_v, held;
   flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *pcg;
   flesh_direct *direct;
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled, as are the next two */
@@ -45,6 +46,8 @@ struct flesh_ida_problem {
   double *work;   /* [4*n] of the linear solver */
   double *right;  /* [n] */
   double *change; /* [n] */
+  double *x_accepted, t_accepted; /* [n] from where ways are tested, where `accepted`; else NULL */
+  int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
 };
@@ -57,6 +60,9 @@ int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, co
 /* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
 int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
                        const double *yp, flesh_ida_content content);
+/* From now on a residual is refused where something bars the straight way from x [n] at t: the state
+ * accepted last. */
+void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);
 /* Takes a condensed K apart again (nothing assembled: zeros), so that J can be added to others. */
 void flesh_ida_separate(flesh_ida_problem *problem);
 /* Condenses K where it is apart; FLESH_NOT_POSITIVE where there is nothing to condense. */

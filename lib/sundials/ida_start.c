@@ -129,6 +129,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
+  self->accepted = 0;
   self->begin = t;
   self->event = flesh_system_next_event(self->system, t);
   flesh_system_fixed(self->system, t, self->fixed);

@@ -56,8 +56,8 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   /* Twenty more directions: enough for a good one of negative curvature. */
   const flesh_pcg_guide guide = {problem->follow && !problem->projected ? 20 : 0, asked_to_stop, problem};
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = flesh_pcg_guided(problem->K, problem->preconditioner, &guide, weights, tolerance,
-                                problem->options.max_linear, b, p, problem->work, &result);
+  int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance,
+                                problem->options.max_linear, b, p, &result);
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;
   problem->stats.linear += result.iterations;

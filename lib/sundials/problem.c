@@ -82,10 +82,14 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status) {
-    if (options->linear_solver == FLESH_LINEAR_PCG)
-      status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
-    else
+    if (options->linear_solver != FLESH_LINEAR_PCG)
       status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+    else {
+      status = flesh_preconditioner_create(options->preconditioner, self->K,
+                                           flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
+                                           &self->preconditioner);
+      if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
+    }
   }
   if (status) {
     flesh_problem_destroy(&self);
@@ -115,6 +119,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->rest);
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
@@ -125,7 +130,7 @@ void flesh_problem_destroy(flesh_problem **problem)
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 {
   self->stage = *stage;
-  if (!stage->x_lag) self->stage.x_lag = stage->x0;
+  if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
@@ -164,7 +169,34 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .threads = self->threads};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads};
+}
+
+int flesh_problem_reaches(flesh_problem *self, const double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, u);
+  return flesh_system_way(self->system, s->t_lag, s->x_lag, s->t, self->x) == 1;
+}
+
+int flesh_problem_clear(flesh_problem *self, double *u)
+{
+  const flesh_stage *s = &self->stage;
+  if (flesh_problem_reaches(self, u)) return FLESH_OK;
+  flesh_system_clear(self->system, s->t_lag, s->x_lag, s->t, self->x);
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d]) u[d] = (self->x[d] - s->x0[d]) / s->shift.x;
+  return flesh_problem_reaches(self, u) ? FLESH_OK : FLESH_UNDEFINED;
+}
+
+double flesh_problem_way(flesh_problem *self, const double *from, const double *to)
+{
+  if (!flesh_system_bars(self->system)) return 1;
+  point_at(self, from);
+  memcpy(self->work, self->x, (size_t)self->n * sizeof *self->x);
+  point_at(self, to);
+  return flesh_system_way(self->system, self->stage.t, self->work, self->stage.t, self->x);
 }
 
 static int same(const flesh_problem *self, const double *u, const double *other)
@@ -178,6 +210,9 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     flesh_point point = point_at(self, u);
     self->residual.known = 0;
     self->stats.residuals++;
+    /* The guard sees to the way from iterate to iterate; without it there is only the whole. */
+    if (self->options.globalization != FLESH_GLOBALIZATION_ENERGY && !flesh_problem_reaches(self, u))
+      return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
     if (status) return self->refused = status;
     for (int d = 0; d < self->n; d++)
@@ -244,7 +279,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 int flesh_problem_factor(flesh_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
@@ -298,6 +333,7 @@ size_t flesh_problem_memory(const flesh_problem *self)
   size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
 }

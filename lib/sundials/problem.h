@@ -7,7 +7,7 @@
 
 #include "flesh/kinsol.h"
 #include "sparse/direct.h"
-#include "sparse/preconditioner.h"
+#include "sparse/pcg.h"
 #include "sparse/scalar_view.h"
 
 struct flesh_problem {
@@ -22,6 +22,7 @@ struct flesh_problem {
   double *x, *v, *a;   /* [n] the point last evaluated */
   flesh_block_matrix *K;
   flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *pcg;
   flesh_direct *direct;
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
@@ -59,6 +60,12 @@ struct flesh_problem {
 int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 /* Potential at u and the sum of its terms' absolute values. */
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
+/* Whether nothing bars the straight way from the lagged state to u. */
+int flesh_problem_reaches(flesh_problem *problem, const double *u);
+/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
+int flesh_problem_clear(flesh_problem *problem, double *u);
+/* The share of the way from one u to another that nothing bars. Overwrites `work`. */
+double flesh_problem_way(flesh_problem *problem, const double *from, const double *to);
 /* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
  * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);

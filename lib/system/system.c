@@ -25,7 +25,7 @@ typedef struct entry {
 
 struct flesh_system {
   const flesh_mesh *mesh;
-  int nodes, finished;
+  int nodes, finished, bars; /* bars: some effect has a `way` */
   int entry_count, constraint_count;
   entry *entries;
   constraint *constraints;
@@ -79,6 +79,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (entry){.effect = *effect};
+  system->bars |= (*effect)->operations->way != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -203,6 +204,13 @@ int flesh_system_has_effect(const flesh_system *system, const char *name)
   return 0;
 }
 
+int flesh_system_follows(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->follows) return 1;
+  return 0;
+}
+
 double flesh_system_next_event(const flesh_system *system, double t)
 {
   double next = INFINITY;
@@ -228,7 +236,7 @@ int flesh_system_moves(const flesh_system *system)
 static flesh_point with_lag(const flesh_point *point)
 {
   flesh_point full = *point;
-  if (!full.x_lag) full.x_lag = full.x;
+  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
   return full;
 }
@@ -257,11 +265,23 @@ int flesh_system_load(const flesh_system *system, const flesh_point *point, doub
   return sum_residuals(system, point, 1, r);
 }
 
+/* A part of the matrix that a thread clears. */
+enum { CLEARED_PARTS = 64 };
+
+static void clear_part(void *data, int task)
+{
+  const flesh_block_matrix *K = data;
+  size_t count = 9 * (size_t)K->row_start[K->rows];
+  size_t from = count * (size_t)task / CLEARED_PARTS;
+  size_t until = count * (size_t)(task + 1) / CLEARED_PARTS;
+  memset(K->values + from, 0, (until - from) * sizeof *K->values);
+}
+
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
   const flesh_point full = with_lag(point);
-  memset(K->values, 0, (size_t)K->row_start[K->rows] * 9 * sizeof *K->values);
+  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, K);
   for (int k = 0; k < system->entry_count; k++) {
     const entry *e = &system->entries[k];
     if (!e->effect->operations->jacobian) continue;
@@ -296,6 +316,40 @@ int flesh_system_energies(const flesh_system *system, const flesh_point *point, 
     if (status) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_system_bars(const flesh_system *system) { return system->bars; }
+
+double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, const double *x_to)
+{
+  double way = 1;
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->way)
+      way = fmin(way, effect->operations->way(effect, t_from, x_from, t_to, x_to));
+  }
+  return way;
+}
+
+void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, double *x_to)
+{
+  for (int k = 0; system->bars && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->clear)
+      effect->operations->clear(effect, t_from, x_from, t_to, x_to);
+  }
+}
+
+int flesh_system_check(const flesh_system *system, double t, const double *x)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->check) status = effect->operations->check(effect, t, x);
+  }
+  return status;
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

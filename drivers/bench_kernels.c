@@ -1,0 +1,244 @@
+/* bench_kernels.c: every kernel of a step by itself, against the bytes and operations it cannot do
+ * without. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "bench.h"
+#include "sparse/block_matrix.h"
+#include "sparse/preconditioner.h"
+#include "sparse/product.h"
+
+typedef struct bench {
+  flesh_system *system;
+  const flesh_effect *elasticity;
+  flesh_block_matrix *K, *A; /* elasticity alone; with inertia, as in a step of 1/60 s */
+  flesh_preconditioner_data *preconditioner;
+  flesh_product product;
+  flesh_point point;
+  int projected;
+  size_t n;
+  double *x, *r, *z, sum;
+  double *from, *to; /* [4 * nodes] of the product */
+} bench;
+
+static int element_force(void *data)
+{
+  bench *b = data;
+  return b->elasticity->operations->residual(b->elasticity, &b->point, b->r);
+}
+
+static int element_energy(void *data)
+{
+  bench *b = data;
+  return b->elasticity->operations->energy(b->elasticity, &b->point, &b->sum);
+}
+
+static int hessian(void *data)
+{
+  bench *b = data;
+  const flesh_shift shift = {.x = 1, .project = b->projected};
+  return flesh_system_jacobian(b->system, &b->point, &shift, b->K);
+}
+
+static int product(void *data)
+{
+  bench *b = data;
+  flesh_product_multiply(&b->product, b->A, b->point.threads, b->from, b->to, &b->sum);
+  return FLESH_OK;
+}
+
+static int set_up(void *data)
+{
+  bench *b = data;
+  return flesh_preconditioner_setup(b->preconditioner, b->A, NULL);
+}
+
+static int apply(void *data)
+{
+  bench *b = data;
+  flesh_preconditioner_apply(b->preconditioner, b->r, b->z);
+  return FLESH_OK;
+}
+
+static int dot(void *data)
+{
+  bench *b = data;
+  double sum = 0;
+  for (size_t d = 0; d < b->n; d++) sum += b->x[d] * b->r[d];
+  b->sum += sum;
+  return FLESH_OK;
+}
+
+static int combine(void *data)
+{
+  bench *b = data;
+  for (size_t d = 0; d < b->n; d++) b->z[d] += 1e-3 * b->r[d];
+  return FLESH_OK;
+}
+
+/* Stretched, twisted and unsettled, so that tets differ and many need projecting. */
+static void deform(const flesh_mesh *mesh, double *x)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double length = info.high[0] - info.low[0];
+  for (int i = 0; i < info.nodes; i++) {
+    double s = (X[3 * i] - info.low[0]) / length, angle = 1.57 * s;
+    double y = X[3 * i + 1] - (info.low[1] + info.high[1]) / 2;
+    double z = X[3 * i + 2] - (info.low[2] + info.high[2]) / 2;
+    x[3 * i] = X[3 * i] + 0.2 * length * s;
+    x[3 * i + 1] = y * cos(angle) - z * sin(angle);
+    x[3 * i + 2] = y * sin(angle) + z * cos(angle);
+    for (int c = 0; c < 3; c++)
+      x[3 * i + c] += 0.02 * info.edge_mean * sin(12.9898 * i + 78.233 * c);
+  }
+}
+
+static int open_system(const flesh_bench_plan *plan, const flesh_bench_bar *bar, bench *b)
+{
+  flesh_effect *effect = NULL;
+  int status = flesh_system_create(bar->mesh, &b->system);
+  if (!status) status = flesh_effect_elasticity_with(&bar->body, plan->instructions, &effect);
+  if (!status) status = flesh_system_add_effect(b->system, &effect);
+  if (!status) status = flesh_system_finish(b->system);
+  if (!status) b->elasticity = flesh_system_effect(b->system, 0);
+  if (!status) status = flesh_system_matrix_create(b->system, &b->K);
+  if (!status) status = flesh_system_matrix_create(b->system, &b->A);
+  return status;
+}
+
+/* A = M/h^2 + K at the deformed state, with the face x = low held. */
+static int make_matrix(const flesh_bench_bar *bar, bench *b)
+{
+  const flesh_shift shift = {.x = 1, .project = FLESH_PROJECTED_CLAMP};
+  int nodes = flesh_mesh_node_count(bar->mesh);
+  double *mass = calloc((size_t)nodes, sizeof *mass);
+  uint8_t *fixed = calloc(b->n, 1);
+  int status = mass && fixed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_system_jacobian(b->system, &b->point, &shift, b->A);
+  if (!status) {
+    flesh_mesh_lumped_mass(bar->mesh, bar->density, mass);
+    for (int i = 0; i < nodes; i++)
+      for (int c = 0; c < 3; c++)
+        b->A->values[9 * (size_t)b->A->row_start[i] + 4 * (size_t)c] += 3600 * mass[i];
+    const double *X = flesh_mesh_positions(bar->mesh);
+    for (int i = 0; i < nodes; i++)
+      if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
+    flesh_block_fix(b->A, fixed, 1);
+    status = flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, b->A, NULL, b->point.threads,
+                                         &b->preconditioner);
+  }
+  flesh_halves halves = {0};
+  if (!status) status = flesh_halves_create(b->A, &halves);
+  if (!status) status = flesh_product_create(b->A, &halves, &b->product);
+  flesh_halves_clear(&halves);
+  free(mass);
+  free(fixed);
+  return status;
+}
+
+static int open_bench(const flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads,
+                      bench *b)
+{
+  b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
+  b->x = malloc(b->n * sizeof *b->x);
+  b->r = calloc(b->n, sizeof *b->r);
+  b->z = calloc(b->n, sizeof *b->z);
+  b->from = aligned_alloc(32, b->n / 3 * 4 * sizeof *b->from);
+  b->to = aligned_alloc(32, b->n / 3 * 4 * sizeof *b->to);
+  if (!b->x || !b->r || !b->z || !b->from || !b->to)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  deform(bar->mesh, b->x);
+  for (size_t i = 0; i < b->n / 3; i++)
+    for (size_t c = 0; c < 4; c++) b->from[4 * i + c] = c < 3 ? b->x[3 * i + c] : 0;
+  b->point =
+      (flesh_point){.load = 1, .x = b->x, .v = b->x, .a = b->x, .x_lag = b->x, .v_lag = b->x};
+  int status = flesh_threads_create(threads, &b->point.threads);
+  if (!status) status = open_system(plan, bar, b);
+  if (!status) status = make_matrix(bar, b);
+  return status;
+}
+
+static void close_bench(bench *b)
+{
+  flesh_preconditioner_destroy(&b->preconditioner);
+  flesh_block_matrix_destroy(&b->K);
+  flesh_block_matrix_destroy(&b->A);
+  flesh_system_destroy(&b->system);
+  flesh_threads_destroy(&b->point.threads);
+  free(b->x);
+  free(b->r);
+  free(b->z);
+  flesh_product_clear(&b->product);
+  free(b->from);
+  free(b->to);
+}
+
+/* What a kernel cannot do without. Bytes: shapes of the tets (10 numbers, 4 nodes), places of their
+ * blocks (10), positions and sums of the nodes (24 bytes each way), blocks (72 bytes and a column).
+ * Operations by hand from lib/effect/elasticity_kernel.c for S, a division or root as one. */
+typedef struct kernel {
+  const char *name;
+  int (*work)(void *data);
+  int projected, serial;                     /* serial: does not use threads yet */
+  double tet_bytes, node_bytes, block_bytes; /* moved */
+  double block_held;                         /* in between */
+  double tet_operations, node_operations, block_operations;
+} kernel;
+
+static const kernel kernels[] = {
+    {"element force", element_force, 0, 0, 96, 72, 0, 0, 210, 0, 0},
+    {"element energy", element_energy, 0, 0, 96, 24, 0, 0, 165, 0, 0},
+    {"true Hessian", hessian, 0, 0, 136, 24, 216, 76, 830, 0, 0},
+    {"projected Hessian", hessian, 1, 0, 136, 24, 216, 76, 1750, 0, 0},
+    {"matrix-vector product", product, 0, 0, 0, 96, 76, 76, 0, 0, 36},
+    {"preconditioner set-up", set_up, 0, 0, 0, 0, 148, 148, 0, 0, 0},
+    {"preconditioner solve", apply, 0, 0, 0, 112, 80, 80, 0, 0, 36},
+    {"dot product", dot, 0, 1, 0, 48, 0, 0, 0, 6, 0},
+    {"vector sum", combine, 0, 1, 0, 72, 0, 0, 0, 6, 0},
+};
+
+/* The level that holds all that a kernel touches, and the time at its ceilings. */
+static void find_floor(const flesh_bench_plan *plan, double held, flesh_bench_row *row)
+{
+  const flesh_bench_ceilings *c = plan->ceilings;
+  while (c->threads != row->threads) c++;
+  row->level = FLESH_BENCH_L2;
+  while (row->level < FLESH_BENCH_MEMORY && held > (double)plan->level_bytes[row->level])
+    row->level++;
+  double peak = 0;
+  for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++) peak = fmax(peak, c->multiply_add[k]);
+  row->floor_s = fmax(row->bytes / c->read[row->level], row->operations / peak);
+}
+
+int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads)
+{
+  bench b = {0};
+  int status = open_bench(plan, bar, threads, &b);
+  double tets = flesh_mesh_tet_count(bar->mesh), nodes = flesh_mesh_node_count(bar->mesh);
+  double blocks = status ? 0 : b.A->row_start[b.A->rows];
+  for (size_t k = 0; k < sizeof kernels / sizeof kernels[0] && !status; k++) {
+    const kernel *own = &kernels[k];
+    if (own->serial && threads != plan->threads[0]) continue;
+    flesh_bench_row row = {.group = "kernel",
+                           .name = own->name,
+                           .energy = bar->material.energy,
+                           .poisson = bar->material.poisson,
+                           .tets = (int)tets,
+                           .nodes = (int)nodes,
+                           .threads = threads};
+    row.bytes = own->tet_bytes * tets + own->node_bytes * nodes + own->block_bytes * blocks;
+    row.operations =
+        own->tet_operations * tets + own->node_operations * nodes + own->block_operations * blocks;
+    find_floor(plan, own->tet_bytes * tets + own->node_bytes * nodes + own->block_held * blocks,
+               &row);
+    b.projected = own->projected;
+    status = flesh_bench_measure(own->work, &b, plan->repeats, &row.time);
+    if (!status) status = flesh_bench_add(plan, &row);
+  }
+  close_bench(&b);
+  return status;
+}

@@ -1,0 +1,28 @@
+/* obstacle_mesh.h: a surface of triangles as an obstacle, with a tree of boxes around them. */
+#ifndef FLESH_EFFECT_OBSTACLE_MESH_H
+#define FLESH_EFFECT_OBSTACLE_MESH_H
+
+#include "effect/obstacle.h"
+
+typedef struct flesh_obstacle_tree flesh_obstacle_tree;
+
+int flesh_obstacle_tree_create(int nodes, const double *positions, int triangles,
+                               const int *triangle_nodes, flesh_obstacle_tree **tree);
+void flesh_obstacle_tree_destroy(flesh_obstacle_tree **tree);
+
+/* Adds the barriers of what is nearer to y than w. */
+void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *tree, const double y[3], double w,
+                                 flesh_barrier *barrier);
+double flesh_obstacle_tree_way(const flesh_obstacle_tree *tree, const double y0[3],
+                               const double y1[3]);
+/* Borrowed; nodes at the same place are one. */
+void flesh_obstacle_tree_surface(const flesh_obstacle_tree *tree, int *nodes,
+                                 const double **positions, int *triangles, const int **corners);
+
+/* Adds `weight` times the barrier at distance `to_core` - `radius`; `direction` leads from the core
+ * to the point. `flat` is the core's dimension there: 0 a point, 1 a line along the unit vector
+ * `axis`, 2 a plane. */
+void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
+                       double radius, const double direction[3], int flat, const double axis[3]);
+
+#endif

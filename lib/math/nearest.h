@@ -1,0 +1,14 @@
+/* nearest.h: the nearest points of segments and triangles. */
+#ifndef FLESH_MATH_NEAREST_H
+#define FLESH_MATH_NEAREST_H
+
+/* Weights of the point nearest to p on the segment from A to B, exactly 0 or 1 at its ends; returns
+ * the distance squared. */
+double flesh_nearest_on_segment(const double A[3], const double B[3], const double p[3],
+                                double weights[2]);
+
+/* The same of the triangle with the corners X: the foot of the perpendicular, or a point of the
+ * edges, where at least one weight is exactly 0. */
+double flesh_nearest_on_triangle(const double *const X[3], const double p[3], double weights[3]);
+
+#endif

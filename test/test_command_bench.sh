@@ -1,0 +1,97 @@
+# test_command_bench.sh: `flesh bench`: its files, that same work has the same counters and answers, and its refusals.
+# Nothing here depends on how fast the machine is.
+set -u
+. "$(dirname -- "$0")/command.sh"
+
+# The values of column NAME in the rows whose columns have the given values: value NAME COLUMN=VALUE...
+value() {
+  awk -F , -v name="$1" -v wanted="$(shift; echo "$*")" '
+    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; split(wanted, want, ";"); next }
+    { for (w in want) { split(want[w], pair, "="); if ($column[pair[1]] != pair[2]) next } print $column[name] }' out/bench.csv
+}
+
+it_ends_well() {
+  expect 0 "$flesh" bench --cells 300,9x3x3 --energies S,B --poisson 0.45 --threads 1,2 --steps 3 --repeats 2 --out out
+  [ ! -s stderr.txt ] || { cat stderr.txt; return 1; }
+  has stdout.txt 'multiply-add portable' && has stdout.txt '^element force .* ns/tet .* of the ceiling' &&
+    has stdout.txt '^swing .* ms/step .* Newton' && has stdout.txt 'growth of twist S 0.45, 2 threads: time ~ tets^' &&
+    has stdout.txt 'memory at 486 tets: integrator'
+}
+
+# 13x2x2 is the bar nearest to 300 tets; 7 kernels on both numbers of threads, 2 others once, 5 cases on both.
+every_measurement_is_a_row() {
+  has out/bench.csv '^group,name,energy,poisson,tets,nodes,threads,status,wall_s,cpu_s,scatter,repeats,ns_per_tet,bytes' &&
+    [ "$(lines out/bench.csv)" -eq 105 ] && # (7*2 + 2 + 5*2) rows, two sizes, two energies, header
+    [ "$(value tets 'name=swing;energy=S;threads=1' | tr '\n' ' ')" = '312 486 ' ] &&
+    [ -z "$(value name 'status=FLESH_ERR_SOLVE')" ]
+}
+
+# The same work whatever the number of threads; the answer to the last bit.
+threads_do_the_same_work() {
+  for column in newton linear assemblies projections answer; do
+    for name in swing twist crush drop static; do
+      one=$(value $column "name=$name;threads=1")
+      two=$(value $column "name=$name;threads=2")
+      [ -n "$one" ] && [ "$one" = "$two" ] || { echo "$name: $column $one and $two"; return 1; }
+    done
+  done
+}
+
+# Counters that tell of physics: all move, a swinging and a twisted bar by different amounts, and steps take iterations.
+cases_are_what_they_say() {
+  awk -F , 'NR > 1 && $1 != "kernel" && !($18 >= 1 && $19 >= $18 && $20 >= $19 && $24 > 1e-4) { print; bad = 1 }
+    NR > 1 && $1 == "kernel" && !($14 > 0 && $16 > 0) { print; bad = 1 } END { exit bad }' out/bench.csv &&
+    [ "$(value answer 'name=swing;energy=S;threads=1')" != "$(value answer 'name=twist;energy=S;threads=1')" ]
+}
+
+the_json_says_the_same() {
+  python3 - <<'END'
+import json
+d = json.load(open('out/bench.json'))
+assert len(d['measurements']) == 104 and len(d['ceilings']) == 2, (len(d['measurements']), len(d['ceilings']))
+assert all(c['read_bytes_per_s'][l] > 1e6 for c in d['ceilings'] for l in ('L2', 'L3', 'memory'))
+assert all(c['operations_per_s']['portable'] > 1e6 for c in d['ceilings'])
+assert d['instructions'] in ('portable', 'avx2', 'avx512') and d['program']
+assert {m['owner'] for m in d['memory']} == {'effects and pattern', 'integrator'}
+assert all(0 < m['bytes'] / m['tets'] < 3000 for m in d['memory']), d['memory']
+END
+}
+
+pictures_are_drawn() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  for picture in roofline growth; do
+    [ "$(head -c 8 out/$picture.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ] || { echo "$picture"; return 1; }
+  done
+}
+
+# Instructions agree to rounding, so that counters do and answers nearly.
+instructions_agree() {
+  expect 0 "$flesh" bench --cells 9x3x3 --poisson 0.45 --cases swing --steps 3 --repeats 1 --instructions portable --json \
+    --out portable || return 1
+  python3 - <<'END'
+import json
+p = json.load(open('stdout.txt'))
+assert p == json.load(open('portable/bench.json')) and p['instructions'] == 'portable'
+a = [m for m in json.load(open('out/bench.json'))['measurements']
+     if m['name'] == 'swing' and m['energy'] == 'S' and m['tets'] == 486][0]
+b = p['measurements'][0]
+assert a['newton'] == b['newton'] and abs(a['linear'] - b['linear']) <= 2, (a, b)
+assert abs(a['answer_m'] / b['answer_m'] - 1) < 1e-6, (a, b)
+END
+}
+
+nonsense_is_refused() {
+  expect 2 "$flesh" bench --cells 5 && has stderr.txt "'5' is neither" &&
+    expect 2 "$flesh" bench --cells 0x1x1 && has stderr.txt 'at least one cell' &&
+    expect 2 "$flesh" bench --energies Q && has stderr.txt 'must be one of' &&
+    expect 2 "$flesh" bench --poisson 0.5 && has stderr.txt '\[0, 0.5)' &&
+    expect 2 "$flesh" bench --threads 1,1 && has stderr.txt 'stands twice' &&
+    expect 2 "$flesh" bench --threads 0 && has stderr.txt 'in 1 to 256' &&
+    expect 2 "$flesh" bench --cases swim && has stderr.txt 'is no case' &&
+    expect 2 "$flesh" bench --instructions mmx && has stderr.txt 'avx512' &&
+    expect 2 "$flesh" bench here &&
+    expect 3 "$flesh" bench --cells 6 --out /proc/nowhere && [ ! -s stdout.txt ]
+}
+
+run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
+  the_json_says_the_same pictures_are_drawn instructions_agree nonsense_is_refused
