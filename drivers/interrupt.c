@@ -8,8 +8,7 @@ static volatile sig_atomic_t remembered;
 
 static void remember(int signal_number)
 {
-  static const char text[] =
-      "\nflesh: stopping after the step in flight; once more to stop at once\n";
+  static const char text[] = "\nflesh: stopping in order; once more to stop at once\n";
   remembered = signal_number;
   if (isatty(STDERR_FILENO) && write(STDERR_FILENO, text, sizeof text - 1) < 0) return;
 }

@@ -372,6 +372,39 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
   }
 }
 
+static double model(const flesh_block_matrix *A, const double *b, const double *x, double *Ax)
+{
+  double value = 0;
+  flesh_block_multiply(A, x, Ax);
+  for (int d = 0; d < 3 * A->rows; d++) value += x[d] * (Ax[d] / 2 - b[d]);
+  return value;
+}
+
+static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_BUDGET : FLESH_OK; }
+
+/* Where negative curvature has been met after `first` iterations with x, more of them go on downhill. */
+static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
+                           flesh_preconditioner_data *preconditioner, const double *b, int first, double *x,
+                           double *Ax)
+{
+  int n = 3 * A->rows, asked = 0;
+  flesh_pcg_result result;
+  double before = model(A, b, x, Ax);
+  for (int beyond = 1; beyond <= 20; beyond += 19) {
+    flesh_pcg_guide guide = {.beyond = beyond};
+    CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-10, 5000, b, x, &result) ==
+          FLESH_NOT_POSITIVE);
+    CHECK(result.iterations == first + beyond && test_all_finite(n, x));
+    double slope = 0, value = model(A, b, x, Ax);
+    for (int d = 0; d < n; d++) slope += b[d] * x[d];
+    CHECK(slope > 0 && value < before);
+    before = value;
+  }
+  flesh_pcg_guide guide = {5000, stop_at_third, &asked};
+  CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-30, 5000, b, x, &result) == FLESH_ERR_BUDGET);
+  CHECK(asked == 3 && result.iterations == 32);
+}
+
 static void conjugate_gradients(void)
 {
   test_body b;
@@ -423,6 +456,7 @@ static void conjugate_gradients(void)
     CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
     CHECK(flesh_pcg(space, indefinite, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(test_all_finite(n, x));
+    check_downhill(space, indefinite, preconditioner, right, result.iterations, x, Ax);
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     right[4] = NAN;
     CHECK(flesh_pcg(space, A, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NONFINITE);

@@ -155,6 +155,7 @@ int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adap
 
 void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data), void *data)
 {
+  flesh_nonlinear_set_stop(integrator->nonlinear, stop, data);
   if (integrator->adaptive) flesh_adaptive_set_stop(integrator->adaptive, stop, data);
 }
 

@@ -121,11 +121,18 @@ size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
          9 * (size_t)self->problem->n * sizeof(double);
 }
 
+void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
+{
+  self->problem->stop = stop;
+  self->problem->stop_data = data;
+}
+
 /* What KINSOL's return means for the stage. */
 static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_stats *stats)
 {
   flesh_problem *problem = self->problem;
   const double *u = N_VGetArrayPointer(self->u);
+  if (problem->stopped) return problem->stopped;
   if (flag == KIN_MEM_FAIL) return flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory");
   /* A step into where an energy has no value, without a shorter one that KINSOL could find. */
   if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)

@@ -293,6 +293,13 @@ static const flesh_key solver_table[] = {
      .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "kinsol: KINSOL's line search on the residual"},
+    {.name = "follow_curvature",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, follow_curvature),
+     .default_value = "true",
+     .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), steps that "
+            "prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
+            "followed downhill along negative curvature"},
     {.name = "untangle",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),

@@ -38,18 +38,33 @@ static int solver_setup(SUNLinearSolver S, SUNMatrix A)
   return self->report.last_flag = status;
 }
 
+/* Whether what may end a solve from outside does so. */
+static int asked_to_stop(void *data)
+{
+  flesh_problem *problem = data;
+  if (problem->stop && !problem->stopped) problem->stopped = problem->stop(problem->stop_data);
+  return problem->stopped;
+}
+
 /* K p = b by the method of the options; b is not touched. */
 static int solve_linear(solver *self, const double *b, double tolerance, double *p)
 {
   flesh_problem *problem = self->problem;
+  problem->beyond = 0;
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
   flesh_pcg_result result;
+  /* Twenty more directions: enough for a good one of negative curvature. */
+  const flesh_pcg_guide guide = {problem->follow && !problem->projected ? 20 : 0, asked_to_stop, problem};
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = flesh_pcg(problem->pcg, problem->K, problem->preconditioner, weights, tolerance,
-                         problem->options.max_linear, b, p, &result);
+  int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance,
+                                problem->options.max_linear, b, p, &result);
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;
   problem->stats.linear += result.iterations;
+  if (status == FLESH_NOT_POSITIVE && guide.beyond) {
+    problem->beyond = 1;
+    return FLESH_OK;
+  }
   /* A truncated solve still descends. */
   return status == FLESH_NOT_CONVERGED && result.iterations > 0 ? FLESH_OK : status;
 }
@@ -59,7 +74,8 @@ static int guarded_step(solver *self, const double *b, double tolerance, const d
 {
   int status = solve_linear(self, b, tolerance, p);
   if (status || self->problem->options.globalization != FLESH_GLOBALIZATION_ENERGY) return status;
-  return flesh_guard_step(self->problem, self->problem->u_matrix, r, p);
+  status = flesh_guard_step(self->problem, self->problem->u_matrix, r, p);
+  return status == FLESH_NOT_CONVERGED && self->problem->beyond ? FLESH_NOT_POSITIVE : status;
 }
 
 /* Whether a residual of this norm is one that rounding alone would leave. Measuring that costs a residual, so it is
@@ -87,6 +103,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   double *p = right ? flesh_vector_data(x, problem->n) : NULL, *gradient = problem->gradient;
   if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
   self->report.iterations = 0;
+  if (asked_to_stop(problem)) return self->report.last_flag = problem->stopped;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;
     memset(p, 0, (size_t)problem->n * sizeof *p);
