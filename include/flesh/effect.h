@@ -115,6 +115,10 @@ typedef struct flesh_effect_operations {
    * `way` only. */
   void (*clear)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                 double *x_to);
+  /* Whether a body that was at x_from must have gone through something to be at x_to one step
+   * later, although its iterates found a way around. Beside `way` only. */
+  int (*passed)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
   int (*check)(const flesh_effect *effect, double t, const double *x);
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */

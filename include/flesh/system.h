@@ -74,6 +74,9 @@ FLESH_API double flesh_system_way(const flesh_system *system, double t_from, con
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 FLESH_API void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
                                   double t_to, double *x_to);
+/* Whether a step from x_from to x_to must have gone through something that bars the way. */
+FLESH_API int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, const double *x_to);
 /* Whether any effect bars ways. */
 FLESH_API int flesh_system_bars(const flesh_system *system);
 /* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */

@@ -219,15 +219,20 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
   return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
 }
 
-/* The state that the stage leads to, where it is not the stage itself, must have an energy. */
+/* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
+ * energy. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats)
 {
-  if (stage->shift.x == 1) return FLESH_OK;
+  if (stage->shift.x == 1 && !flesh_system_bars(self->system)) return FLESH_OK;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1;
   for (int d = 0; d < self->n; d++)
-    self->start[d] = self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
-                                               : state->x[d] + u[d];
+    self->start[d] = second && self->prescribed.fixed[d]
+                         ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                         : state->x[d] + u[d];
+  if (flesh_system_passed(self->system, state->t, state->x, t_end, self->start)) return FLESH_UNDEFINED;
+  if (stage->shift.x == 1) return FLESH_OK;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, stats);
 }
 

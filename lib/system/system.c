@@ -332,6 +332,18 @@ double flesh_system_way(const flesh_system *system, double t_from, const double 
   return way;
 }
 
+int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, const double *x_to)
+{
+  int passed = 0;
+  for (int k = 0; system->bars && k < system->entry_count && !passed; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->passed)
+      passed = effect->operations->passed(effect, t_from, x_from, t_to, x_to);
+  }
+  return passed;
+}
+
 void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, double *x_to)
 {
