@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "flesh/mesh.h"
+#include "flesh/surface.h"
 #include "mesh/inspect.h"
 #include "options.h"
 
@@ -167,6 +168,32 @@ static int command_convert(int argc, char **argv)
   return code;
 }
 
+static int command_surface(int argc, char **argv)
+{
+  static const flesh_usage usage = {
+      .command = "mesh surface",
+      .positionals = "IN OUT",
+      .summary = "Writes the boundary triangles of a mesh.",
+      .details = "Reads the mesh IN and writes OUT as .obj or .ply, wound outwards: to render, or as the\n"
+                 "skin of a coarser mesh of the same body.\n",
+      .positional_min = 2,
+      .positional_max = 2,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_mesh *mesh = NULL;
+  flesh_surface *surface = NULL;
+  int status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = flesh_surface_of_mesh(mesh, &surface);
+  if (!status) status = flesh_surface_write(surface, NULL, argv[2]);
+  if (!status)
+    printf("%s: %d vertices, %d triangles\n", argv[2], flesh_surface_vertex_count(surface),
+           flesh_surface_face_count(surface));
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&mesh);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}
+
 /* "a,b,c" into three numbers; returns whether that is all of the text. */
 static int parse_three(const char *text, double values[3])
 {
@@ -236,6 +263,7 @@ int flesh_command_mesh(int argc, char **argv)
     int (*run)(int argc, char **argv);
   } commands[] = {{"info", "show counts, sizes and quality of tetrahedral meshes", command_info},
                   {"convert", "write a mesh in another format", command_convert},
+                  {"surface", "write the boundary triangles of a mesh", command_surface},
                   {"box", "make a regular grid of boxes, six tets each", command_box}};
   enum { COMMANDS = sizeof commands / sizeof *commands };
   const char *name = argc > 1 ? argv[1] : NULL;
@@ -253,6 +281,6 @@ int flesh_command_mesh(int argc, char **argv)
   }
   if (name) fprintf(stderr, "flesh mesh: unknown command '%s'", name);
   else fprintf(stderr, "flesh mesh: no command given");
-  fprintf(stderr, "; the commands are info, convert and box\n");
+  fprintf(stderr, "; the commands are info, convert, surface and box\n");
   return 2;
 }

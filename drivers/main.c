@@ -11,6 +11,7 @@
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
+#include "command_skin.h"
 #include "command_stress.h"
 #include "command_sweep.h"
 #include "options.h"
@@ -31,6 +32,7 @@ static const command commands[] = {
     {"bench", flesh_command_bench, "measure flesh against the limits of this machine"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
+    {"skin", flesh_command_skin, "let a fine surface follow a body's tets"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},
     {"check", flesh_command_check, "validate a scene and differentiate its effects"},

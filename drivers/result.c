@@ -158,6 +158,17 @@ static small_strain small_strain_of(const flesh_material *material)
   return s;
 }
 
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info)
+{
+  fprintf(stream, "skin: %s, %d vertices, ", surface, info->vertices);
+  if (!info->outside) fprintf(stream, "all inside the body\n");
+  else
+    fprintf(stream,
+            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least "
+            "weight is %.3g\n",
+            info->outside, info->distance_max, info->farthest, info->weight_min);
+}
+
 void flesh_materials_print(FILE *stream, const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;

@@ -6,6 +6,7 @@
 
 #include "flesh/observer.h"
 #include "flesh/scene.h"
+#include "flesh/skin.h"
 
 /* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
 typedef struct flesh_figures {
@@ -50,6 +51,9 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
 
 /* The failure in a few lines on `stream`. */
 void flesh_failure_print(FILE *stream, const flesh_outcome *outcome);
+
+/* What a skin is bound to, in a line or two. */
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
 /* Constants of every material in force, as text or as a new array. */
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);

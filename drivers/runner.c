@@ -24,6 +24,9 @@ typedef struct runner {
   char *path; /* room for out/name */
   flesh_history *history;
   flesh_frames *frames;
+  flesh_surface *surface; /* of the skin, with the next two; NULL without one */
+  flesh_skin *skin;
+  flesh_skin_frames *skin_frames;
   flesh_integrator *integrator;
   flesh_state state;
   double started; /* monotonic seconds */
@@ -100,6 +103,24 @@ static void drop_frames(runner *r)
   free(folder);
 }
 
+/* Binds the scene's skin, if it has one, and says what is outside the body. */
+static int open_skin(runner *r, int every)
+{
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  flesh_skin_info info;
+  if (!output->skin.surface) return FLESH_OK;
+  int status = flesh_surface_read(output->skin.surface, &r->surface);
+  if (!status) status = flesh_skin_bind(flesh_scene_mesh(r->scene), r->surface, &r->skin);
+  if (!status)
+    status = flesh_skin_frames_create(in_out(r, "skin"), r->skin, r->surface, output->skin.formats,
+                                      every, &r->skin_frames);
+  if (!status) status = flesh_skin_write(r->skin, in_out(r, "skin/binding.txt"));
+  if (status || r->options->quiet) return status;
+  flesh_skin_inspect(r->skin, &info);
+  flesh_skin_print(stdout, output->skin.surface, &info);
+  return FLESH_OK;
+}
+
 /* Whether a file could be written there; it is not touched. */
 static int probe(const char *path)
 {
@@ -123,6 +144,9 @@ static int open_outputs(runner *r, flesh_figures *figures)
   json_object_set_new(r->program, "threads", json_integer(threads));
   r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
   unlink(in_out(r, "state.txt"));
+  flesh_skin_frames_remove(in_out(r, "skin"));
+  unlink(in_out(r, "skin/binding.txt"));
+  rmdir(in_out(r, "skin")); /* stays where something else is in it */
   json_t *running = json_pack("{ss}", "status", "running");
   status = flesh_json_write(in_out(r, "result.json"), result_of(r, running, figures));
   if (!status) status = flesh_scene_write(r->scene, in_out(r, "scene.yaml"));
@@ -135,6 +159,7 @@ static int open_outputs(runner *r, flesh_figures *figures)
   else
     status =
         flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  if (!status && r->frames) status = open_skin(r, every);
   return status;
 }
 
@@ -168,6 +193,8 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   observers[count++] = (flesh_observer){flesh_figures_observe, figures};
   if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
   if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
+  if (r->skin_frames)
+    observers[count++] = (flesh_observer){flesh_skin_frames_observe, r->skin_frames};
   if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
   for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT; o++)
     observers[count++] = options->observers[o];
@@ -238,12 +265,16 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   if (!status) status = simulate(&r, figures, outcome);
   note(outcome, status);
   /* Each of these is written even when another could not be. */
-  int kept[3] = {FLESH_OK, FLESH_OK, FLESH_OK};
+  int kept[4] = {FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK};
   if (prepared) kept[0] = keep_state(&r);
   if (kept[0] && !outcome->status) note(outcome, kept[0]);
   kept[1] = flesh_history_close(&r.history);
   if (kept[1] && !outcome->status) note(outcome, kept[1]);
   flesh_frames_close(&r.frames);
+  kept[3] = flesh_skin_frames_close(&r.skin_frames);
+  if (kept[3] && !outcome->status) note(outcome, kept[3]);
+  flesh_skin_destroy(&r.skin);
+  flesh_surface_destroy(&r.surface);
   if (prepared && options->out)
     kept[2] = flesh_json_write(in_out(&r, "result.json"),
                                result_of(&r, flesh_outcome_json(outcome), figures));

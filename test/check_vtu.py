@@ -53,8 +53,9 @@ def collection(path):
     return [(float(r.get("timestep")), os.path.join(os.path.dirname(path), r.get("file"))) for r in rows]
 
 
-def tets_of(grid):
-    return [[grid.GetCell(c).GetPointId(k) for k in range(4)] for c in range(grid.GetNumberOfCells())]
+def tets_of(grid, sizes=None):
+    return [[grid.GetCell(c).GetPointId(k) for k in range(sizes[c] if sizes else 4)]
+            for c in range(grid.GetNumberOfCells())]
 
 
 def volume(points, tet):
@@ -91,6 +92,9 @@ def check_sample(folder):
     check("cell arrays", sorted(cell) == ["J & more", "region"])
     check("cell values are exact", cell["J & more"] == [.5, 1 / 3])
     check("regions are exact", cell["region"] == [7, -2147483648])
+    polygons, fine = read(os.path.join(folder, "polygons.vtu"))
+    check("polygons read", fine and tets_of(polygons, [3, 4]) == [[0, 1, 4], [0, 2, 4, 3]])
+    check("polygons' values are exact", arrays(polygons.GetCellData())["J & more"] == [.5, 1 / 3])
     rows = collection(os.path.join(folder, "sample.pvd"))
     check("times of the collection", [row[0] for row in rows] == [0, 1 / 3])
     for _, path in rows:

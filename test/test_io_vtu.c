@@ -19,10 +19,30 @@ int main(int argc, char **argv)
   }
   const flesh_vtu_array point_arrays[] = {{"velocity", 3, velocity, NULL}, {"mark", 1, NULL, mark}};
   const flesh_vtu_array cell_arrays[] = {{"J & more", 1, J, NULL}, {"region", 1, NULL, region}};
-  const flesh_vtu content = {5, 2, positions, tets, 2, 2, point_arrays, cell_arrays};
+  const flesh_vtu content = {.points = 5,
+                             .tets = 2,
+                             .positions = positions,
+                             .tet_nodes = tets,
+                             .point_array_count = 2,
+                             .cell_array_count = 2,
+                             .point_arrays = point_arrays,
+                             .cell_arrays = cell_arrays};
   char path[1024];
   snprintf(path, sizeof path, "%s/sample.vtu", argv[2]);
   int status = flesh_vtu_write(path, &content);
+  /* A triangle and a square as polygons. */
+  const int starts[] = {0, 3, 7}, corners[] = {0, 1, 4, 0, 2, 4, 3};
+  const flesh_vtu polygons = {.points = 5,
+                              .positions = positions,
+                              .polygons = 2,
+                              .starts = starts,
+                              .corners = corners,
+                              .point_array_count = 2,
+                              .cell_array_count = 2,
+                              .point_arrays = point_arrays,
+                              .cell_arrays = cell_arrays};
+  snprintf(path, sizeof path, "%s/polygons.vtu", argv[2]);
+  if (!status) status = flesh_vtu_write(path, &polygons);
   const char *files[] = {"sample.vtu", "sample.vtu"};
   const double times[] = {0, 1.0 / 3};
   snprintf(path, sizeof path, "%s/sample.pvd", argv[2]);

@@ -164,6 +164,10 @@ static void surface_is_closed_and_looks_outwards(void)
     open += back != 1;
   }
   CHECK(open == 0);
+  for (int k = 0; k < 3 * count; k++) { /* every corner is one of the tet behind */
+    const int *tet = flesh_mesh_tets(mesh) + 4 * flesh_mesh_surface_tets(mesh)[k / 3];
+    CHECK(s[k] == tet[0] || s[k] == tet[1] || s[k] == tet[2] || s[k] == tet[3]);
+  }
   flesh_mesh_destroy(&mesh);
 
   /* Two tets that share a node, and two apart: every face is outside. */

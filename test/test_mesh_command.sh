@@ -27,7 +27,7 @@ check help 0 'Usage: flesh mesh COMMAND' --help
 check box_help 0 '--cells NX,NY,NZ' box --help
 check info_help 0 'radius ratio' info --help
 check convert_help 0 'IN OUT' convert --help
-check no_command 2 'the commands are info, convert and box'
+check no_command 2 'the commands are info, convert, surface and box'
 check unknown_command 2 "unknown command 'bend'" bend
 check no_file 2 'missing FILE' info
 check unknown_option 2 'unknown or ambiguous option --deep' info --deep a.msh

@@ -193,7 +193,7 @@ static const bad_scene scenes[] = {
      {"effects[0].pin.box is [0, 1]; it must be two corners"}},
     {BODY "effects:\n  - pin: {box: [[0, 0, .nan], [1, 1, 1]]}\n", {"effects[0].pin.box"}},
     {BODY "effects:\n  - pin: {nodes: [0], axes: [w]}\n",
-     {"effects[0].pin.axes is [w]; it must be a list of the axes x, y, z"}},
+     {"effects[0].pin.axes is [w]; it must be a list of some of x, y, z"}},
     {BODY "effects:\n  - pin: {nodes: [0], axes: []}\n", {"effects[0].pin.axes is an empty list"}},
     {BODY "effects:\n  - pin: {nodes: [0], axes: x}\n", {"effects[0].pin.axes is x"}},
     {BODY "effects:\n  - pin: {nodes: [0], until: .nan}\n",

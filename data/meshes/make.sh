@@ -21,4 +21,5 @@ make_mesh finger 0.0022 finger_fine.msh
 
 "$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out bar_8x2x2.mesh
 "$flesh" mesh box --cells 16,4,4 --size 4,1,1 --out bar_16x4x4.mesh
+"$flesh" mesh box --cells 6,6,6 --size 0.1,0.1,0.1 --origin 0.04,-0.05,0.05 --out jelly_cube.mesh
 "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out cube_of_six_tets.mesh

@@ -11,6 +11,7 @@
 #include "flesh/mesh.h"
 #include "flesh/observer.h"
 #include "flesh/scene.h"
+#include "flesh/skin.h"
 #include "flesh/solver.h"
 #include "flesh/status.h"
 #include "flesh/surface.h"

@@ -76,6 +76,8 @@ FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
 FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
 /* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
+/* The tet behind each boundary triangle [count]. */
+FLESH_API const int *flesh_mesh_surface_tets(const flesh_mesh *mesh);
 /* [nodes] 1 where some tet uses the node, else 0. */
 FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 

@@ -48,8 +48,9 @@ FLESH_API int flesh_history_observe(void *history, const flesh_step_record *reco
 
 /* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is
  * valid after every frame. Point data: displacement, velocity; cell data: J, region. The start,
- * every `every`-th step (>= 1) and the last one. Frames of an earlier run in the directory are
- * removed. */
+ * every `every`-th step (>= 1) and the last one. Obstacles stand beside them as obstacle_<k>.obj,
+ * where they move obstacle_<k>_<step>.obj, k counting from 1. Frames of an earlier run in the
+ * directory are removed. */
 typedef struct flesh_frames flesh_frames;
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);

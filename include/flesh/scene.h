@@ -53,9 +53,23 @@ typedef struct flesh_scene_time {
 } flesh_scene_time;
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 
+/* From where pictures are taken. What is NaN is fitted to what is in them. */
+typedef struct flesh_camera {
+  double azimuth;       /* degrees the camera stands turned about z from -y (0: looks along +y) */
+  double elevation;     /* degrees it stands above the horizon */
+  double target[3];     /* the middle of the picture, m */
+  double height;        /* of what is seen at the target, m */
+  double field_of_view; /* degrees from the picture's lower to its upper edge; 0: parallel rays */
+} flesh_camera;
+
 typedef struct flesh_scene_output {
   int frame_interval; /* steps between frames; 0: no frames */
   int seed;
+  struct {
+    char *surface;    /* absolute path; NULL: no skin */
+    unsigned formats; /* FLESH_SKIN_OBJ ..., see skin.h */
+  } skin;
+  flesh_camera camera;
 } flesh_scene_output;
 FLESH_API const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene);
 

@@ -5,7 +5,7 @@
 #ifndef FLESH_SURFACE_H
 #define FLESH_SURFACE_H
 
-#include "flesh/status.h"
+#include "flesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,6 +32,10 @@ FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
  * (NULL: where they are). Whole or not at all. Numbers have 9 digits in OBJ and are floats in PLY.
  * FLESH_ERR_ARGUMENT for another suffix, FLESH_ERR_FILE when writing fails. */
 FLESH_API int flesh_surface_write(const flesh_surface *surface, const double *x, const char *path);
+
+/* The boundary triangles of a mesh with the nodes that they use, in the mesh's order. Returns
+ * new. */
+FLESH_API int flesh_surface_of_mesh(const flesh_mesh *mesh, flesh_surface **surface);
 
 /* NULL-safe; sets *surface to NULL. */
 FLESH_API void flesh_surface_destroy(flesh_surface **surface);

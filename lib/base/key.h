@@ -17,7 +17,7 @@ typedef enum flesh_key_type {
   FLESH_KEY_PATH,     /* char *, made relative to the scene's file; NULL when absent */
   FLESH_KEY_VECTOR,   /* double[3]; NaN when absent */
   FLESH_KEY_BOX,      /* double[6], [[low], [high]], may be infinite; NaN when absent */
-  FLESH_KEY_AXES,     /* unsigned bit mask of FLESH_AXIS_*: a list of x, y, z; 0 when absent */
+  FLESH_KEY_SET,      /* unsigned bit mask, bit k for choices[k]: a list of choices; 0 when absent */
   FLESH_KEY_INTEGERS, /* flesh_integers */
   FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
   FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
@@ -55,7 +55,7 @@ typedef struct flesh_key {
    * default is infinite. */
   const char *default_value;
   const char *doc;
-  const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE */
+  const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE and FLESH_KEY_SET */
   const struct flesh_key *children;
   size_t child_size;
 } flesh_key;

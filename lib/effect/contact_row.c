@@ -3,10 +3,13 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 
 #include "base/error.h"
 #include "effect/motion.h"
 #include "flesh/contact.h"
+#include "flesh/surface.h"
 
 #define AT(member)                                                                                 \
   .offset = offsetof(flesh_contact_parameters, member) - offsetof(flesh_contact_parameters, plane)
@@ -47,7 +50,8 @@ const flesh_key flesh_contact_keys[] = {
     {.name = "capsule", .type = FLESH_KEY_OBJECT, AT(capsule), .default_value = "",
      .children = capsule_keys, .doc = "a rod with round ends"},
     {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .default_value = "",
-     .doc = "file of a tetrahedral mesh, whose surface is the obstacle"},
+     .doc = "file of a surface (.obj or .ply), or of a tetrahedral mesh whose surface is the obstacle; closed or "
+            "open, it is met from both sides"},
     {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
      .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
@@ -71,14 +75,26 @@ const flesh_key flesh_contact_keys[] = {
     {0}};
 #undef AT
 
+static int is_surface(const char *path)
+{
+  const char *suffix = strrchr(path, '.');
+  return suffix && (!strcasecmp(suffix, ".obj") || !strcasecmp(suffix, ".ply"));
+}
+
 static int make_mesh(const char *path, flesh_obstacle **obstacle)
 {
+  flesh_surface *surface = NULL;
   flesh_mesh *mesh = NULL;
-  int triangles, status = flesh_mesh_read(path, &mesh);
+  int triangles, status = is_surface(path) ? flesh_surface_read(path, &surface)
+                                           : flesh_mesh_read(path, &mesh);
   if (status) return status;
-  const int *surface = flesh_mesh_surface(mesh, &triangles);
-  status = flesh_obstacle_mesh(flesh_mesh_node_count(mesh), flesh_mesh_positions(mesh), triangles,
-                               surface, obstacle);
+  const int *corners = surface ? flesh_surface_triangles(surface, &triangles)
+                               : flesh_mesh_surface(mesh, &triangles);
+  status = flesh_obstacle_mesh(
+      surface ? flesh_surface_vertex_count(surface) : flesh_mesh_node_count(mesh),
+      surface ? flesh_surface_positions(surface) : flesh_mesh_positions(mesh), triangles, corners,
+      obstacle);
+  flesh_surface_destroy(&surface);
   flesh_mesh_destroy(&mesh);
   return status;
 }

@@ -55,9 +55,11 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
    .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
 
 #define AXES_KEY(parameters)                                                                       \
-  {.name = "axes", .type = FLESH_KEY_AXES, .offset = offsetof(parameters, axes),                   \
-   .default_value = "[x, y, z]", .doc = "the components held"}
+  {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
+   .choices = axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
 /* clang-format on */
+
+static const char *const axis_names[] = {"x", "y", "z", NULL}; /* the bits of FLESH_AXIS_* */
 
 typedef struct pin_parameters {
   flesh_selection selection;

@@ -2,11 +2,12 @@
 #include "io/vtu.h"
 
 #include <stdint.h>
+#include <stdlib.h>
 
 #include "base/error.h"
 #include "io/file.h"
 
-enum { VTK_TETRA = 10 };
+enum { VTK_POLYGON = 7, VTK_TETRA = 10 };
 
 static const char *byte_order(void)
 {
@@ -82,7 +83,10 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
-  int points = content->points, tets = content->tets;
+  int points = content->points, polygons = !content->tet_nodes;
+  int cells = polygons ? content->polygons : content->tets;
+  const int *corners = polygons ? content->corners : content->tet_nodes;
+  int64_t corner_count = polygons ? content->starts[cells] : 4 * (int64_t)cells;
   uint64_t offset = 0;
   fprintf(stream,
           "<?xml version=\"1.0\"?>\n"
@@ -90,30 +94,34 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
           " header_type=\"UInt64\">\n"
           "  <UnstructuredGrid>\n"
           "    <Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
-          byte_order(), points, tets);
+          byte_order(), points, cells);
   print_array_headers(stream, "PointData", content->point_array_count, content->point_arrays,
                       points, &offset);
-  print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, tets,
+  print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, cells,
                       &offset);
   fputs("      <Points>\n", stream);
   print_header(stream, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points, &offset);
   fputs("      </Points>\n      <Cells>\n", stream);
-  print_header(stream, "Int32", "connectivity", 1, 4 * sizeof(int32_t) * (uint64_t)tets, &offset);
-  print_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)tets, &offset);
-  print_header(stream, "UInt8", "types", 1, (uint64_t)tets, &offset);
+  print_header(stream, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corner_count,
+               &offset);
+  print_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells, &offset);
+  print_header(stream, "UInt8", "types", 1, (uint64_t)cells, &offset);
   fputs("      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n"
         "  <AppendedData encoding=\"raw\">\n_",
         stream);
   write_arrays(stream, content->point_array_count, content->point_arrays, points);
-  write_arrays(stream, content->cell_array_count, content->cell_arrays, tets);
+  write_arrays(stream, content->cell_array_count, content->cell_arrays, cells);
   write_block(stream, content->positions, 3 * sizeof(double) * (uint64_t)points);
-  write_block(stream, content->tet_nodes, 4 * sizeof(int32_t) * (uint64_t)tets);
-  uint64_t bytes = sizeof(int64_t) * (uint64_t)tets;
+  write_block(stream, corners, sizeof(int32_t) * (uint64_t)corner_count);
+  uint64_t bytes = sizeof(int64_t) * (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
-  for (int64_t end = 4; end <= 4 * (int64_t)tets; end += 4) fwrite(&end, sizeof end, 1, stream);
-  bytes = (uint64_t)tets;
+  for (int c = 1; c <= cells; c++) {
+    int64_t end = polygons ? content->starts[c] : 4 * (int64_t)c;
+    fwrite(&end, sizeof end, 1, stream);
+  }
+  bytes = (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
-  for (int t = 0; t < tets; t++) putc(VTK_TETRA, stream);
+  for (int c = 0; c < cells; c++) putc(polygons ? VTK_POLYGON : VTK_TETRA, stream);
   fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
   return flesh_file_commit(&file);
 }
@@ -136,4 +144,38 @@ int flesh_pvd_write(const char *path, int count, const double *times, const char
   }
   fputs("  </Collection>\n</VTKFile>\n", file.stream);
   return flesh_file_commit(&file);
+}
+
+int flesh_pvd_next(flesh_pvd *pvd, char **name)
+{
+  *name = NULL;
+  if (pvd->count == pvd->capacity) {
+    int capacity = pvd->capacity ? 2 * pvd->capacity : 256;
+    void *times = realloc(pvd->times, sizeof *pvd->times * (size_t)capacity);
+    if (times) pvd->times = times;
+    void *names = realloc(pvd->names, sizeof *pvd->names * (size_t)capacity);
+    if (names) pvd->names = names;
+    void *files = realloc(pvd->files, sizeof *pvd->files * (size_t)capacity);
+    if (files) pvd->files = files;
+    if (!times || !names || !files)
+      return flesh_fail(FLESH_ERR_MEMORY, "out of memory for an index of %d frames", capacity);
+    for (int f = 0; f < capacity; f++) pvd->files[f] = pvd->names[f];
+    pvd->capacity = capacity;
+  }
+  *name = pvd->names[pvd->count];
+  return FLESH_OK;
+}
+
+int flesh_pvd_add(flesh_pvd *pvd, const char *path, double time)
+{
+  pvd->times[pvd->count++] = time;
+  return flesh_pvd_write(path, pvd->count, pvd->times, pvd->files);
+}
+
+void flesh_pvd_clear(flesh_pvd *pvd)
+{
+  free(pvd->times);
+  free(pvd->names);
+  free(pvd->files);
+  *pvd = (flesh_pvd){0};
 }

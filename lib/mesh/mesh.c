@@ -156,6 +156,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   free((*mesh)->regions);
   free((*mesh)->volumes);
   free((*mesh)->surface);
+  free((*mesh)->surface_tets);
   free((*mesh)->node_used);
   free(*mesh);
   *mesh = NULL;
@@ -168,6 +169,8 @@ const int *flesh_mesh_tets(const flesh_mesh *mesh) { return mesh->tet_nodes; }
 const int *flesh_mesh_regions(const flesh_mesh *mesh) { return mesh->regions; }
 const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh) { return mesh->volumes; }
 const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh) { return mesh->node_used; }
+
+const int *flesh_mesh_surface_tets(const flesh_mesh *mesh) { return mesh->surface_tets; }
 
 const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count)
 {

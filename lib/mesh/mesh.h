@@ -13,6 +13,7 @@ struct flesh_mesh {
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
   int *surface;       /* [3*triangles] */
+  int *surface_tets;  /* [triangles] */
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
 };

@@ -22,7 +22,7 @@ int flesh_file_load(const char *path, char **data, size_t *size)
   struct stat what;
   int status = FLESH_OK;
   if (fstat(fileno(file), &what) || !S_ISREG(what.st_mode))
-    status = flesh_fail(FLESH_ERR_FILE, "%s: not a regular file; a mesh is read from one", path);
+    status = flesh_fail(FLESH_ERR_FILE, "%s: not a regular file", path);
   else if (!(*data = malloc((size_t)what.st_size + 1)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for its %lld bytes", path,
                         (long long)what.st_size);

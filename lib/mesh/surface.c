@@ -98,13 +98,17 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   int64_t outer = 0;
   for (int64_t face = 0; face < faces; face++) outer += !inner[face];
   mesh->surface = malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
-  if (!mesh->surface) {
+  mesh->surface_tets = malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
+  if (!mesh->surface || !mesh->surface_tets) {
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles",
                         (long long)outer);
     goto done;
   }
   for (int64_t face = 0; face < faces; face++)
-    if (!inner[face]) face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
+    if (!inner[face]) {
+      mesh->surface_tets[mesh->triangles] = (int)(face / 4);
+      face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
+    }
 done:
   free(first);
   free(second);

@@ -9,17 +9,16 @@
 #include "base/error.h"
 #include "io/file.h"
 #include "io/vtu.h"
+#include "observer/obstacles.h"
 
-enum { NAME_SIZE = 32 };
+enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
 
 struct flesh_frames {
   const flesh_mesh *mesh;
   char *directory, *path; /* path: room for directory/name */
   double *displacement;   /* [3*nodes] */
-  int every, count, capacity;
-  double *times; /* [capacity] */
-  char (*names)[NAME_SIZE];
-  const char **files; /* [capacity] pointers to the names */
+  int every;
+  flesh_pvd index;
 };
 
 static const char *path_of(flesh_frames *frames, const char *name)
@@ -28,11 +27,14 @@ static const char *path_of(flesh_frames *frames, const char *name)
   return frames->path;
 }
 
+/* frame_<digits>.vtu or obstacle_<digits and _>.obj */
 static int is_frame(const char *name)
 {
-  size_t length = strlen(name);
-  return length > 10 && !strncmp(name, "frame_", 6) && !strcmp(name + length - 4, ".vtu") &&
-         strspn(name + 6, "0123456789") == length - 10;
+  const char *digits = strncmp(name, "frame_", 6) ? name + 9 : name + 6;
+  const char *suffix = digits == name + 6 ? ".vtu" : ".obj";
+  if (digits != name + 6 && strncmp(name, "obstacle_", 9)) return 0;
+  size_t count = strspn(digits, "0123456789_");
+  return count > 0 && !strcmp(digits + count, suffix);
 }
 
 static void remove_old_frames(flesh_frames *frames)
@@ -78,29 +80,9 @@ int flesh_frames_close(flesh_frames **frames)
   free((*frames)->directory);
   free((*frames)->path);
   free((*frames)->displacement);
-  free((*frames)->times);
-  free((*frames)->names);
-  free((*frames)->files);
+  flesh_pvd_clear(&(*frames)->index);
   free(*frames);
   *frames = NULL;
-  return FLESH_OK;
-}
-
-static int grow(flesh_frames *frames)
-{
-  if (frames->count < frames->capacity) return FLESH_OK;
-  int capacity = frames->capacity ? 2 * frames->capacity : 256;
-  void *times = realloc(frames->times, sizeof *frames->times * (size_t)capacity);
-  if (times) frames->times = times;
-  void *names = realloc(frames->names, sizeof *frames->names * (size_t)capacity);
-  if (names) frames->names = names;
-  void *files = realloc(frames->files, sizeof *frames->files * (size_t)capacity);
-  if (files) frames->files = files;
-  if (!times || !names || !files)
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for %d frames", frames->directory,
-                      capacity);
-  for (int f = 0; f < frames->count; f++) frames->files[f] = frames->names[f];
-  frames->capacity = capacity;
   return FLESH_OK;
 }
 
@@ -108,7 +90,9 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
 {
   flesh_frames *frames = data;
   if (record->step % frames->every && !record->last) return FLESH_OK;
-  int status = grow(frames);
+  char *name;
+  int status = flesh_pvd_next(&frames->index, &name);
+  if (!status) status = flesh_obstacles_write(frames->directory, record);
   if (status) return status;
   const double *rest = flesh_mesh_positions(frames->mesh), *x = record->state->x;
   int nodes = flesh_mesh_node_count(frames->mesh);
@@ -125,13 +109,7 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
                              .cell_array_count = 2,
                              .point_arrays = point_arrays,
                              .cell_arrays = cell_arrays};
-  int f = frames->count;
-  snprintf(frames->names[f], NAME_SIZE, "frame_%06d.vtu", record->step);
-  frames->files[f] = frames->names[f];
-  frames->times[f] = record->state->t;
-  status = flesh_vtu_write(path_of(frames, frames->names[f]), &content);
-  if (status) return status;
-  frames->count++;
-  return flesh_pvd_write(path_of(frames, "frames.pvd"), frames->count, frames->times,
-                         frames->files);
+  snprintf(name, NAME_SIZE, "frame_%06d.vtu", record->step);
+  status = flesh_vtu_write(path_of(frames, name), &content);
+  return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);
 }

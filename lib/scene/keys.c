@@ -91,7 +91,8 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     SAY("true or false");
     break;
   case FLESH_KEY_CHOICE:
-    SAY("one of");
+  case FLESH_KEY_SET:
+    SAY(key->type == FLESH_KEY_SET ? "a list of some of" : "one of");
     for (const char *const *choice = key->choices; *choice && used < size - 40; choice++)
       SAY("%s %s", choice == key->choices ? "" : ",", *choice);
     break;
@@ -106,9 +107,6 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
     break;
   case FLESH_KEY_BOX:
     SAY("two corners [[x, y, z], [x, y, z]], the low one first");
-    break;
-  case FLESH_KEY_AXES:
-    SAY("a list of the axes x, y, z");
     break;
   case FLESH_KEY_INTEGERS:
     SAY("a list of whole numbers%s%s", each, range);
@@ -169,7 +167,7 @@ void flesh_keys_blank(const flesh_key *keys, void *target)
     case FLESH_KEY_TREE:
       *(const flesh_node **)value = NULL;
       break;
-    case FLESH_KEY_AXES:
+    case FLESH_KEY_SET:
       *(unsigned *)value = 0;
       break;
     case FLESH_KEY_INTEGERS:
@@ -237,16 +235,14 @@ static int read_choice(const flesh_key *key, const flesh_node *node, int *value)
   return 0;
 }
 
-static int read_axes(const flesh_node *node, unsigned *axes)
+static int read_set(const flesh_key *key, const flesh_node *node, unsigned *set)
 {
   if (node->kind != FLESH_NODE_LIST || !node->count) return 0;
-  *axes = 0;
+  *set = 0;
   for (const flesh_node *child = node->first; child; child = child->next) {
-    if (child->kind != FLESH_NODE_SCALAR) return 0;
-    if (!strcmp(child->text, "x")) *axes |= FLESH_AXIS_X;
-    else if (!strcmp(child->text, "y")) *axes |= FLESH_AXIS_Y;
-    else if (!strcmp(child->text, "z")) *axes |= FLESH_AXIS_Z;
-    else return 0;
+    int choice;
+    if (!read_choice(key, child, &choice)) return 0;
+    *set |= 1u << choice;
   }
   return 1;
 }
@@ -329,8 +325,8 @@ static int read_value(const flesh_key_reader *reader, const flesh_key *key, cons
   case FLESH_KEY_BOX:
     good = read_box(key, node, value);
     break;
-  case FLESH_KEY_AXES:
-    good = read_axes(node, value);
+  case FLESH_KEY_SET:
+    good = read_set(key, node, value);
     break;
   case FLESH_KEY_TEXT:
   case FLESH_KEY_PATH:

@@ -28,7 +28,7 @@ static int value_absent(const flesh_key *key, const void *value)
     return !*(char *const *)value;
   case FLESH_KEY_TREE:
     return 1; /* never written */
-  case FLESH_KEY_AXES:
+  case FLESH_KEY_SET:
     return !*(const unsigned *)value;
   case FLESH_KEY_INTEGERS:
     return !((const flesh_integers *)value)->count;
@@ -124,11 +124,14 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
   case FLESH_KEY_PATH:
     flesh_text_quote(text, *(char *const *)value);
     break;
-  case FLESH_KEY_AXES: {
-    unsigned axes = *(const unsigned *)value;
-    const char *x = axes & FLESH_AXIS_X ? "x" : "", *y = axes & FLESH_AXIS_Y ? "y" : "";
-    flesh_text_print(text, "[%s%s%s%s%s]", x, *x && axes > FLESH_AXIS_X ? ", " : "", y,
-                     *y && (axes & FLESH_AXIS_Z) ? ", " : "", axes & FLESH_AXIS_Z ? "z" : "");
+  case FLESH_KEY_SET: {
+    const char *before = "[";
+    for (int k = 0; key->choices[k]; k++) {
+      if (!(*(const unsigned *)value & 1u << k)) continue;
+      flesh_text_print(text, "%s%s", before, key->choices[k]);
+      before = ", ";
+    }
+    flesh_text_print(text, "]");
     break;
   }
   case FLESH_KEY_INTEGERS:

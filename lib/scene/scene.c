@@ -159,6 +159,22 @@ static int check_solver(const flesh_scene *scene)
   return FLESH_OK;
 }
 
+/* The skin's file must be there; what is in it is seen when it is bound. */
+static int check_output(flesh_scene *scene)
+{
+  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  const flesh_camera *camera = &scene->keys.output.camera;
+  if (fabs(camera->elevation) > 90 || camera->field_of_view >= 120)
+    return flesh_node_fail(place, "%s.camera: the elevation is %g and the field of view %g degrees; "
+                                  "they must be -90 to 90 and 0 to less than 120",
+                           output->name, camera->elevation, camera->field_of_view);
+  if (!scene->keys.output.skin.surface) return FLESH_OK;
+  int status = make_absolute(scene, &scene->keys.output.skin.surface);
+  return status ? flesh_node_fail_within(status, place, "%s.skin.surface: ", output->name)
+                : FLESH_OK;
+}
+
 /* The values of all keys, before anything is made of them. */
 static int read_keys(flesh_scene *scene, int count, const char *const *overrides)
 {
@@ -185,6 +201,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = flesh_scene_make_system(scene);
   if (!status) status = settle_time(scene);
   if (!status) status = read_start(scene);
+  if (!status) status = check_output(scene);
   return status;
 }
 

@@ -67,6 +67,16 @@ static void write_number(const flesh_key *key, flesh_text *text)
                    flesh_key_takes_infinity(key) ? ", {\"$ref\": \"#/$defs/infinity\"}" : "");
 }
 
+static void write_choices(const flesh_key *key, flesh_text *text)
+{
+  flesh_text_print(text, "\"enum\": [");
+  for (const char *const *choice = key->choices; *choice; choice++) {
+    if (choice != key->choices) flesh_text_print(text, ", ");
+    flesh_text_quote(text, *choice);
+  }
+  flesh_text_print(text, "]");
+}
+
 static void write_three(const flesh_key *key, flesh_text *text)
 {
   flesh_text_print(text, "\"type\": \"array\", \"minItems\": 3, \"maxItems\": 3, \"items\": {");
@@ -172,12 +182,7 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
     flesh_text_print(text, "\"type\": \"boolean\"");
     break;
   case FLESH_KEY_CHOICE:
-    flesh_text_print(text, "\"enum\": [");
-    for (const char *const *choice = key->choices; *choice; choice++) {
-      if (choice != key->choices) flesh_text_print(text, ", ");
-      flesh_text_quote(text, *choice);
-    }
-    flesh_text_print(text, "]");
+    write_choices(key, text);
     break;
   case FLESH_KEY_TEXT:
   case FLESH_KEY_PATH:
@@ -191,9 +196,10 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
     write_three(key, text);
     flesh_text_print(text, "}");
     break;
-  case FLESH_KEY_AXES:
-    flesh_text_print(
-        text, "\"type\": \"array\", \"minItems\": 1, \"items\": {\"enum\": [\"x\", \"y\", \"z\"]}");
+  case FLESH_KEY_SET:
+    flesh_text_print(text, "\"type\": \"array\", \"minItems\": 1, \"items\": {");
+    write_choices(key, text);
+    flesh_text_print(text, "}");
     break;
   case FLESH_KEY_INTEGERS:
     flesh_text_print(text,

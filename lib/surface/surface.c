@@ -84,6 +84,39 @@ int flesh_surface_create(int vertices, const double *positions, int faces, const
   return status;
 }
 
+int flesh_surface_of_mesh(const flesh_mesh *mesh, flesh_surface **surface)
+{
+  *surface = NULL;
+  int nodes = flesh_mesh_node_count(mesh), count, used = 0;
+  const int *triangles = flesh_mesh_surface(mesh, &count);
+  const double *x = flesh_mesh_positions(mesh);
+  int *number = malloc(sizeof *number * (size_t)nodes);
+  int *corners = malloc(sizeof *corners * 3 * (size_t)count);
+  int *starts = malloc(sizeof *starts * ((size_t)count + 1));
+  double *positions = malloc(sizeof *positions * 3 * (size_t)nodes);
+  int status = FLESH_OK;
+  if (!number || !corners || !starts || !positions) {
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %d triangles", count);
+    goto done;
+  }
+  for (int i = 0; i < nodes; i++) number[i] = -1;
+  for (int k = 0; k < 3 * count; k++) number[triangles[k]] = 0;
+  for (int i = 0; i < nodes; i++) {
+    if (number[i] < 0) continue;
+    memcpy(positions + 3 * (size_t)used, x + 3 * (size_t)i, 3 * sizeof *x);
+    number[i] = used++;
+  }
+  for (int k = 0; k < 3 * count; k++) corners[k] = number[triangles[k]];
+  for (int f = 0; f <= count; f++) starts[f] = 3 * f;
+  status = flesh_surface_create(used, positions, count, starts, corners, surface);
+done:
+  free(number);
+  free(corners);
+  free(starts);
+  free(positions);
+  return status;
+}
+
 void flesh_surface_destroy(flesh_surface **surface)
 {
   if (!surface || !*surface) return;

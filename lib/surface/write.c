@@ -34,11 +34,14 @@ static void write_word(FILE *stream, uint32_t word)
 
 static void write_ply(const flesh_surface *s, const double *x, FILE *stream)
 {
+  int largest = 0;
+  for (int f = 0; f < s->faces; f++)
+    if (s->starts[f + 1] - s->starts[f] > largest) largest = s->starts[f + 1] - s->starts[f];
   fprintf(stream,
           "ply\nformat binary_little_endian 1.0\nelement vertex %d\n"
           "property float x\nproperty float y\nproperty float z\n"
-          "element face %d\nproperty list int int vertex_indices\nend_header\n",
-          s->vertices, s->faces);
+          "element face %d\nproperty list %s int vertex_indices\nend_header\n",
+          s->vertices, s->faces, largest < 256 ? "uchar" : "int");
   for (size_t d = 0; d < 3 * (size_t)s->vertices; d++) {
     float single = (float)x[d];
     uint32_t word;
@@ -46,7 +49,8 @@ static void write_ply(const flesh_surface *s, const double *x, FILE *stream)
     write_word(stream, word);
   }
   for (int f = 0; f < s->faces; f++) {
-    write_word(stream, (uint32_t)(s->starts[f + 1] - s->starts[f]));
+    if (largest < 256) putc(s->starts[f + 1] - s->starts[f], stream);
+    else write_word(stream, (uint32_t)(s->starts[f + 1] - s->starts[f]));
     for (int k = s->starts[f]; k < s->starts[f + 1]; k++)
       write_word(stream, (uint32_t)s->corners[k]);
   }

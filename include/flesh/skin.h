@@ -1,0 +1,85 @@
+/* skin.h: a fine surface that follows a body's coarse tets.
+ *
+ * Every vertex of the surface is bound to the tet that holds it in the rest shape, or to the
+ * nearest one, by four weights w that sum to one and give the vertex back: X = sum w_i X_i. Moved,
+ * it is at x = sum w_i x_i, so that any affine motion of the body, a rigid one too, moves the skin
+ * exactly along. Outside the tets the same weights extrapolate. */
+#ifndef FLESH_SKIN_H
+#define FLESH_SKIN_H
+
+#include "flesh/mesh.h"
+#include "flesh/observer.h"
+#include "flesh/surface.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct flesh_skin flesh_skin;
+
+/* Binds the surface's vertices to the mesh at rest; both are only read. FLESH_ERR_MEMORY. Returns
+ * new. */
+FLESH_API int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface,
+                              flesh_skin **skin);
+/* NULL-safe; sets *skin to NULL. */
+FLESH_API void flesh_skin_destroy(flesh_skin **skin);
+
+/* What was bound. A vertex farther from every tet than a millionth of the body's diagonal counts as
+ * outside. */
+typedef struct flesh_skin_info {
+  int vertices, outside;
+  double distance_max; /* of a vertex from the tets, m; 0 when all lie inside */
+  int farthest;        /* the vertex with distance_max; -1 when all lie inside */
+  double weight_min;   /* the least weight: far below 0 the extrapolation is rough */
+} flesh_skin_info;
+FLESH_API void flesh_skin_inspect(const flesh_skin *skin, flesh_skin_info *info);
+
+/* The arrays below belong to the skin. */
+/* [vertices] tets of the mesh. */
+FLESH_API const int *flesh_skin_tets(const flesh_skin *skin);
+/* [4*vertices] weights of the tet's nodes in their order. */
+FLESH_API const double *flesh_skin_weights(const flesh_skin *skin);
+
+/* Values at the skin's vertices from those at the mesh's nodes: positions or velocities with
+ * `components` 3, a scalar field with 1. nodal [components*nodes], skinned [components*vertices].
+ * Weights only interpolate when `clamp` is not 0: those of vertices outside are brought into
+ * [0, 1], so that a field never leaves its range. */
+FLESH_API void flesh_skin_apply(const flesh_skin *skin, int components, int clamp,
+                                const double *nodal, double *skinned);
+
+/* A binding as text: `flesh skin 1`, what it belongs to (`mesh NODES TETS HASH`, `surface VERTICES
+ * FACES HASH`: FNV-1a of the numbers, 64 bits), then a row `tet w0 w1 w2 w3 distance` per vertex,
+ * that reads back bit for bit. Whole or not at all. */
+FLESH_API int flesh_skin_write(const flesh_skin *skin, const char *path);
+/* Reads a binding for this mesh and surface. FLESH_ERR_FILE, with file and line, for anything else:
+ * another mesh or surface, a tet out of range, weights that are not finite or do not sum to one.
+ * Returns new. */
+FLESH_API int flesh_skin_read(const char *path, const flesh_mesh *mesh,
+                              const flesh_surface *surface, flesh_skin **skin);
+
+/* The skin as it moves, in files of `directory`: skin_000000.obj ... and skin_000000.vtu ... (the
+ * number is the step's) with the index skin.pvd, and skin.pc2, a point cache as Blender's Mesh
+ * Cache reads it (one sample per frame). Frames are the start, every `every`-th step and the last
+ * one, as those of flesh_frames. Numbers are of single precision, in the VTU double. Older files of
+ * these names are removed. An OBJ has its texture coordinates; the VTU has the point data
+ * displacement and velocity. The point cache appears when it is closed. Borrows the rest. */
+enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
+typedef struct flesh_skin_frames flesh_skin_frames;
+FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
+                                       const flesh_surface *surface, unsigned formats, int every,
+                                       flesh_skin_frames **frames);
+/* Removes what an earlier run left under these names in `directory`. */
+FLESH_API void flesh_skin_frames_remove(const char *directory);
+/* NULL-safe; FLESH_ERR_FILE when the point cache cannot be completed. */
+FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
+/* Closes without the point cache. NULL-safe. */
+FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
+FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
+/* The same of a state that comes from elsewhere, as frame number `number`. */
+FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
+                                    const flesh_state *state);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,264 @@
+/* locator.c: a binary tree over the tets, halved at the median of their centres along the longest
+ * side of the boxes; searches go down the nearer child first and leave out what is farther than
+ * the best so far. */
+#include "skin/locator.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+
+enum { LEAF_TETS = 4 };
+
+/* Children of node k: k+1 and `second`. A leaf has the tets order[first ... first+count-1]. */
+typedef struct tree_node {
+  double low[3], high[3];
+  int second, first, count; /* count 0: no leaf */
+} tree_node;
+
+struct flesh_locator {
+  const double *x;
+  const int *tets;
+  int *order;      /* [tets] */
+  double *centres; /* [3*tets] */
+  tree_node *nodes;
+  int node_count;
+  double tie; /* distances that differ by less are equal, m */
+};
+
+static void bound(const flesh_locator *l, int first, int count, tree_node *node)
+{
+  for (int d = 0; d < 3; d++) node->low[d] = INFINITY, node->high[d] = -INFINITY;
+  for (int k = first; k < first + count; k++)
+    for (int i = 0; i < 4; i++) {
+      const double *p = l->x + 3 * (size_t)l->tets[4 * (size_t)l->order[k] + i];
+      for (int d = 0; d < 3; d++) {
+        if (p[d] < node->low[d]) node->low[d] = p[d];
+        if (p[d] > node->high[d]) node->high[d] = p[d];
+      }
+    }
+}
+
+/* Puts the median of order[first ... first+count-1] along `axis` into its place, smaller ones
+ * before it (Hoare's selection). */
+static void select_median(flesh_locator *l, int first, int count, int axis)
+{
+  int low = first, high = first + count - 1, middle = first + count / 2;
+  while (low < high) {
+    double pivot = l->centres[3 * (size_t)l->order[(low + high) / 2] + axis];
+    int i = low, j = high;
+    while (i <= j) {
+      while (l->centres[3 * (size_t)l->order[i] + axis] < pivot) i++;
+      while (l->centres[3 * (size_t)l->order[j] + axis] > pivot) j--;
+      if (i > j) break;
+      int other = l->order[i];
+      l->order[i++] = l->order[j];
+      l->order[j--] = other;
+    }
+    if (middle <= j) high = j;
+    else if (middle >= i) low = i;
+    else break;
+  }
+}
+
+/* Depth: log2 of the tets, since halves are equal. */
+static void grow(flesh_locator *l, int first, int count)
+{
+  tree_node *node = &l->nodes[l->node_count++];
+  bound(l, first, count, node);
+  node->first = first;
+  node->count = count;
+  if (count <= LEAF_TETS) return;
+  int axis = 0;
+  for (int d = 1; d < 3; d++)
+    if (node->high[d] - node->low[d] > node->high[axis] - node->low[axis]) axis = d;
+  select_median(l, first, count, axis);
+  node->count = 0;
+  grow(l, first, count / 2);
+  node->second = l->node_count;
+  grow(l, first + count / 2, count - count / 2);
+}
+
+int flesh_locator_create(const flesh_mesh *mesh, flesh_locator **locator)
+{
+  *locator = NULL;
+  size_t tets = (size_t)flesh_mesh_tet_count(mesh);
+  flesh_locator *l = calloc(1, sizeof *l);
+  if (!l) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a tree of tets");
+  l->x = flesh_mesh_positions(mesh);
+  l->tets = flesh_mesh_tets(mesh);
+  l->order = malloc(tets * sizeof *l->order);
+  l->centres = malloc(3 * tets * sizeof *l->centres);
+  l->nodes = malloc(2 * tets * sizeof *l->nodes);
+  if (!l->order || !l->centres || !l->nodes) {
+    flesh_locator_destroy(&l);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a tree of %zu tets", tets);
+  }
+  for (size_t t = 0; t < tets; t++) {
+    const int *n = l->tets + 4 * t;
+    l->order[t] = (int)t;
+    for (size_t d = 0; d < 3; d++)
+      l->centres[3 * t + d] = l->x[3 * (size_t)n[0] + d] + l->x[3 * (size_t)n[1] + d] +
+                              l->x[3 * (size_t)n[2] + d] + l->x[3 * (size_t)n[3] + d];
+  }
+  grow(l, 0, (int)tets);
+  double diagonal = 0;
+  for (int d = 0; d < 3; d++) diagonal += pow(l->nodes[0].high[d] - l->nodes[0].low[d], 2);
+  l->tie = 1e-12 * sqrt(diagonal);
+  *locator = l;
+  return FLESH_OK;
+}
+
+void flesh_locator_destroy(flesh_locator **locator)
+{
+  if (!locator || !*locator) return;
+  free((*locator)->order);
+  free((*locator)->centres);
+  free((*locator)->nodes);
+  free(*locator);
+  *locator = NULL;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+  c[0] = a[1] * b[2] - a[2] * b[1];
+  c[1] = a[2] * b[0] - a[0] * b[2];
+  c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* Weights of the point in tet `t`; solved once more for what is left, so that they give the point
+ * back to rounding in slivers too. */
+static void weigh(const flesh_locator *l, int t, const double point[3], double w[4])
+{
+  const int *n = l->tets + 4 * (size_t)t;
+  const double *o = l->x + 3 * (size_t)n[0];
+  double e[3][3], inverse[3][3], left[3];
+  for (int i = 0; i < 3; i++)
+    for (int d = 0; d < 3; d++) e[i][d] = l->x[3 * (size_t)n[i + 1] + d] - o[d];
+  for (int i = 0; i < 3; i++) cross(e[(i + 1) % 3], e[(i + 2) % 3], inverse[i]);
+  double volume = dot(e[0], inverse[0]);
+  w[1] = w[2] = w[3] = 0;
+  for (int pass = 0; pass < 2; pass++) {
+    for (int d = 0; d < 3; d++)
+      left[d] = point[d] - o[d] - w[1] * e[0][d] - w[2] * e[1][d] - w[3] * e[2][d];
+    for (int i = 0; i < 3; i++) w[i + 1] += dot(left, inverse[i]) / volume;
+  }
+  w[0] = 1 - w[1] - w[2] - w[3];
+}
+
+/* Squared distance of a point p from the segment and the triangle from the origin along a (and b):
+ * Ericson 2005, Real-Time Collision Detection, 5.1. */
+static double to_segment(const double p[3], const double a[3])
+{
+  double s = fmin(fmax(dot(p, a) / dot(a, a), 0), 1), sum = 0;
+  for (int d = 0; d < 3; d++) sum += (p[d] - s * a[d]) * (p[d] - s * a[d]);
+  return sum;
+}
+
+static double to_triangle(const double p[3], const double a[3], const double b[3])
+{
+  double normal[3], pb[3], ap[3];
+  cross(a, b, normal);
+  double area = dot(normal, normal);
+  cross(p, b, pb);
+  cross(a, p, ap);
+  double s = dot(pb, normal) / area, t = dot(ap, normal) / area;
+  if (s >= 0 && t >= 0 && s + t <= 1) {
+    double height = dot(p, normal);
+    return height * height / area;
+  }
+  double q[3], c[3];
+  for (int d = 0; d < 3; d++) q[d] = p[d] - a[d], c[d] = b[d] - a[d];
+  return fmin(to_segment(q, c), fmin(to_segment(p, a), to_segment(p, b)));
+}
+
+/* Distance of the point from tet `t`: 0 where no weight is negative. */
+static double distance_to(const flesh_locator *l, int t, const double point[3], const double w[4])
+{
+  static const int faces[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
+  const int *n = l->tets + 4 * (size_t)t;
+  double least = INFINITY;
+  int outside = 0;
+  for (int k = 0; k < 4; k++) {
+    if (w[k] >= 0) continue; /* the nearest face is one that the point lies beyond */
+    const double *o = l->x + 3 * (size_t)n[faces[k][0]], *p = l->x + 3 * (size_t)n[faces[k][1]];
+    const double *q = l->x + 3 * (size_t)n[faces[k][2]];
+    double r[3], a[3], b[3];
+    for (int d = 0; d < 3; d++) r[d] = point[d] - o[d], a[d] = p[d] - o[d], b[d] = q[d] - o[d];
+    least = fmin(least, to_triangle(r, a, b));
+    outside = 1;
+  }
+  return outside ? sqrt(least) : 0;
+}
+
+static double least_weight(const double w[4])
+{
+  return fmin(fmin(w[0], w[1]), fmin(w[2], w[3]));
+}
+
+/* Keeps the better of *best and tet `t`. */
+static void consider(const flesh_locator *l, int t, const double point[3], flesh_place *best)
+{
+  flesh_place found = {.tet = t};
+  weigh(l, t, point, found.weights);
+  found.distance = distance_to(l, t, point, found.weights);
+  if (found.distance > best->distance + l->tie) return;
+  int better = found.distance < best->distance - l->tie || best->tet < 0;
+  if (!better) {
+    double mine = least_weight(found.weights), other = least_weight(best->weights);
+    better = mine > other || (mine == other && t < best->tet);
+    /* The least distance of the equals stays the one to compare with. */
+    if (better) found.distance = fmin(found.distance, best->distance);
+    else best->distance = fmin(found.distance, best->distance);
+  }
+  if (better) *best = found;
+}
+
+/* From the point to the node's box. */
+static double box_distance(const tree_node *node, const double point[3])
+{
+  double sum = 0;
+  for (int d = 0; d < 3; d++) {
+    double out = fmax(fmax(node->low[d] - point[d], point[d] - node->high[d]), 0);
+    sum += out * out;
+  }
+  return sqrt(sum);
+}
+
+void flesh_locator_find(const flesh_locator *l, const double point[3], int hint,
+                        flesh_place *place)
+{
+  struct {
+    int node;
+    double distance;
+  } stack[64]; /* halves are equal: 32 levels hold any number of tets */
+  int top = 0;
+  *place = (flesh_place){.tet = -1, .distance = INFINITY};
+  if (hint >= 0) consider(l, hint, point, place);
+  stack[top].node = 0;
+  stack[top++].distance = box_distance(&l->nodes[0], point);
+  while (top) {
+    top--;
+    const tree_node *node = &l->nodes[stack[top].node];
+    if (stack[top].distance > place->distance + l->tie) continue;
+    if (node->count) {
+      for (int k = 0; k < node->count; k++)
+        if (l->order[node->first + k] != hint) consider(l, l->order[node->first + k], point, place);
+      continue;
+    }
+    int child[2] = {(int)(node - l->nodes) + 1, node->second};
+    double d[2] = {box_distance(&l->nodes[child[0]], point),
+                   box_distance(&l->nodes[child[1]], point)};
+    int near = d[1] < d[0];
+    for (int k = 0; k < 2; k++) { /* the nearer one on top */
+      int c = k ? near : !near;
+      stack[top].node = child[c];
+      stack[top++].distance = d[c];
+    }
+  }
+}

@@ -1,0 +1,30 @@
+/* skin.h: the inside of a skin. */
+#ifndef FLESH_SKIN_SKIN_H
+#define FLESH_SKIN_SKIN_H
+
+#include <stdint.h>
+
+#include "flesh/skin.h"
+
+/* What a binding belongs to. */
+typedef struct flesh_skin_identity {
+  int nodes, tets, vertices, faces;
+  uint64_t mesh_hash, surface_hash;
+} flesh_skin_identity;
+
+struct flesh_skin {
+  flesh_skin_identity identity;
+  double inside;     /* distances up to this count as none, m */
+  int *tets;         /* [vertices] */
+  int *nodes;        /* [4*vertices] the tets' nodes */
+  double *weights;   /* [4*vertices] */
+  double *distances; /* [vertices] m */
+};
+
+/* An empty skin for this mesh and surface. Returns new. */
+int flesh_skin_open(const flesh_mesh *mesh, const flesh_surface *surface, flesh_skin **skin);
+/* Gives vertex `v` its tet. */
+void flesh_skin_set(flesh_skin *skin, const flesh_mesh *mesh, int v, int tet,
+                    const double weights[4], double distance);
+
+#endif

@@ -1,0 +1,54 @@
+# test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/command.sh"
+scenes=$source_folder/../data/scenes
+
+# touches FOLDER: at some step nodes touch, the gap stays open, and the force is there then and only then.
+touches() {
+  awk -F, '
+    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
+    { gap = $column["contact_gap"]; nodes = $column["contact_nodes"]; force = $column["contact_force"] }
+    gap <= 0 || (nodes > 0) != (force > 0) { bad = 1; print "line", NR, gap, nodes, force }
+    nodes > most { most = nodes }
+    END { print NR, "lines, up to", most, "nodes touch"; exit bad || most < 3 }' "$1/history.csv"
+}
+
+jelly_on_stairs() {
+  expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set time.end=0.2 --out out/jelly --quiet || return 1
+  touches out/jelly && [ "$(ls out/jelly/frames/*.obj)" = out/jelly/frames/obstacle_1.obj ]
+}
+
+hand_on_a_ball() {
+  expect 0 "$flesh" run "$scenes/hand_ball.yaml" --set time.end=0.2 --set time.step=1/40 --out out/hand --quiet &&
+    touches out/hand && [ "$(ls out/hand/frames/obstacle_1_*.obj | wc -l)" -eq 9 ]
+}
+
+# What is written runs again, to the same bits.
+a_scene_with_contact_repeats() {
+  expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
+  cmp out/jelly/state.txt out/again/state.txt
+}
+
+# refuse WORDS CONTACT: a scene with this contact is refused, with these words.
+refuse() {
+  cat >bad.yaml <<END
+body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - contact: $2
+time: {end: 1}
+END
+  expect "${3:-2}" "$flesh" run bad.yaml --quiet && has stderr.txt "$1"
+}
+
+bad_contacts_are_refused() {
+  refuse 'bad.yaml:4.*0 obstacles are given' '{friction: 0.3}' &&
+    refuse '2 obstacles are given' '{plane: {point: [0, 0, -1]}, sphere: {centre: [0, 0, -3], radius: 1}}' &&
+    refuse 'radius' '{sphere: {centre: [0, 0, -3], radius: -1}}' &&
+    refuse 'normal is (0, 0, 0)' '{plane: {point: [0, 0, -1], normal: [0, 0, 0]}}' &&
+    refuse 'nothing.obj' '{mesh: nothing.obj}' 3 &&
+    refuse '4 nodes are in the plane.*0.25 m below' '{plane: {point: [0, 0, 0.25]}}'
+}
+
+run_tests jelly_on_stairs hand_on_a_ball a_scene_with_contact_repeats bad_contacts_are_refused
