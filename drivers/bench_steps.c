@@ -1,4 +1,4 @@
-/* bench_steps.c: whole steps of a bar that swings, is twisted, is crushed, flies off, or comes to
+/* bench_steps.c: whole steps of a bar that swings, is twisted, is crushed, is dropped, or comes to
  * rest under its weight. */
 #define _GNU_SOURCE
 #include <malloc.h>
@@ -11,7 +11,7 @@
 #include "interrupt.h"
 
 const char *const flesh_bench_cases[] = {"kernels", "swing",  "twist", "crush",
-                                         "release", "static", NULL};
+                                         "drop", "static", NULL};
 
 int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy energy,
                          double poisson, flesh_bench_bar *bar)
@@ -78,7 +78,7 @@ static int hold(run *r)
   int *nodes = malloc((size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof *nodes);
   if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = FLESH_OK, twist = !strcmp(r->name, "twist"), crush = !strcmp(r->name, "crush");
-  if (strcmp(r->name, "release"))
+  if (strcmp(r->name, "drop"))
     status = flesh_system_add_pin(r->system, face(r->bar->mesh, 0, nodes), nodes, FLESH_AXES_ALL,
                                   -INFINITY, INFINITY);
   if (!status && (twist || crush)) {
@@ -96,6 +96,16 @@ static int hold(run *r)
   return status;
 }
 
+/* A plane 5 cm below the bar. */
+static int make_ground(const flesh_body *body, flesh_effect **effect)
+{
+  flesh_obstacle *plane = NULL;
+  flesh_contact_options options;
+  flesh_contact_options_default(&options);
+  int status = flesh_obstacle_plane((double[]){0, 0, -0.05}, (double[]){0, 0, 1}, &plane);
+  return status ? status : flesh_effect_contact(body, &options, &plane, effect);
+}
+
 static int make_system(run *r)
 {
   const flesh_body *body = &r->bar->body;
@@ -105,7 +115,9 @@ static int make_system(run *r)
   if (!status && !r->is_static) status = add(r, flesh_effect_inertia(body, &effect), &effect);
   if (!status)
     status = add(r, flesh_effect_elasticity_with(body, r->plan->instructions, &effect), &effect);
-  if (!status && (r->is_static || !strcmp(r->name, "swing"))) {
+  int drop = !strcmp(r->name, "drop");
+  if (!status && drop) status = add(r, make_ground(body, &effect), &effect);
+  if (!status && (r->is_static || drop || !strcmp(r->name, "swing"))) {
     const double g[3] = {0, 0, r->is_static ? -0.5 : -9.81};
     status = add(r, flesh_effect_gravity(body, g, &effect), &effect);
   }
@@ -115,18 +127,12 @@ static int make_system(run *r)
   return status;
 }
 
-/* From rest; released ones stretched by half. */
 static void set_state(run *r)
 {
-  const double *X = flesh_mesh_positions(r->bar->mesh);
-  int nodes = flesh_mesh_node_count(r->bar->mesh);
-  memcpy(r->state.x, X, 3 * (size_t)nodes * sizeof *X);
-  memset(r->state.v, 0, 3 * (size_t)nodes * sizeof *X);
+  size_t bytes = 3 * (size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof(double);
+  memcpy(r->state.x, flesh_mesh_positions(r->bar->mesh), bytes);
+  memset(r->state.v, 0, bytes);
   r->state.t = 0;
-  for (int i = 0; i < nodes && !strcmp(r->name, "release"); i++) {
-    r->state.x[3 * i] *= 1.5;
-    for (int c = 1; c < 3; c++) r->state.x[3 * i + c] *= 0.8165;
-  }
 }
 
 static int all_steps(void *data)

@@ -7,11 +7,13 @@
 #include "command_bench.h"
 #include "command_check.h"
 #include "command_drift.h"
+#include "command_film.h"
 #include "command_material.h"
 #include "command_mesh.h"
 #include "command_run.h"
 #include "command_schema.h"
 #include "command_skin.h"
+#include "command_snap.h"
 #include "command_stress.h"
 #include "command_sweep.h"
 #include "options.h"
@@ -32,6 +34,8 @@ static const command commands[] = {
     {"bench", flesh_command_bench, "measure flesh against the limits of this machine"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
+    {"snap", flesh_command_snap, "draw frames of runs side by side"},
+    {"film", flesh_command_film, "film runs side by side"},
     {"skin", flesh_command_skin, "let a fine surface follow a body's tets"},
     {"mesh", flesh_command_mesh, "inspect, convert and make meshes"},
     {"schema", flesh_command_schema, "document the keys of a scene"},

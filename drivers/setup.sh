@@ -39,7 +39,8 @@ libgsl-dev pkg-config gsl root finding and dense linear algebra of the program a
 libjansson-dev pkg-config jansson writes results as JSON
 libmd-dev pkg-config libmd checksums of inputs
 libsqlite3-dev pkg-config sqlite3 the databases of sweeps
-gnuplot-nox tool gnuplot plots and pictures
+libcairo2-dev pkg-config cairo pictures
+gnuplot-nox tool gnuplot plots
 END
 }
 

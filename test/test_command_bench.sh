@@ -29,7 +29,7 @@ every_measurement_is_a_row() {
 # The same work whatever the number of threads; the answer to the last bit.
 threads_do_the_same_work() {
   for column in newton linear assemblies projections answer; do
-    for name in swing twist crush release static; do
+    for name in swing twist crush drop static; do
       one=$(value $column "name=$name;threads=1")
       two=$(value $column "name=$name;threads=2")
       [ -n "$one" ] && [ "$one" = "$two" ] || { echo "$name: $column $one and $two"; return 1; }

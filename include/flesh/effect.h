@@ -88,6 +88,9 @@ typedef struct flesh_effect_operations {
   const char *name; /* as in a scene */
   /* 1: a load from outside, scaled by point->load; convergence is measured against it. */
   int external;
+  /* 1: what is lagged follows the shape (a load on a moving surface, not friction, whose past
+   * matters): a static solve is repeated from its result until the lagged state stands still. */
+  int follows;
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);

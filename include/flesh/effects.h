@@ -49,6 +49,9 @@ FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **eff
 FLESH_API int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions instructions,
                                            flesh_effect **effect);
 
+/* Those that an elasticity effect uses, never AUTO; AUTO for every other effect. */
+FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
+
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
@@ -74,6 +77,38 @@ FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double s
  * state. r = 0 where x = R X and v = w x (x). */
 FLESH_API int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk,
                                      flesh_effect **effect);
+
+/* How much of a load acts: a factor through `points` [count], linear or with cubic easing between
+ * them, constant before the first and after the last (1 without points), while from <= t < until.
+ * Where a constructor takes NULL: 1 at all times. */
+typedef struct flesh_curve_point {
+  double t, value; /* s, ascending */
+} flesh_curve_point;
+
+typedef struct flesh_amplitude {
+  int count;
+  const flesh_curve_point *points;
+  int smooth;
+  double from, until; /* s; may be infinite */
+} flesh_amplitude;
+
+/* A dead load of `force` [3] N in all, shared evenly by `nodes` [count]; V = -force.displacement.
+ */
+FLESH_API int flesh_effect_force(const flesh_body *body, int count, const int *nodes,
+                                 const double force[3], const flesh_amplitude *amplitude,
+                                 flesh_effect **effect);
+
+/* A dead load of `traction` [3] Pa per area of the rest shape on `triangles` [3*count]. */
+FLESH_API int flesh_effect_traction(const flesh_body *body, int count, const int *triangles,
+                                    const double traction[3], const flesh_amplitude *amplitude,
+                                    flesh_effect **effect);
+
+/* A pressure, Pa, on the deformed `triangles` [3*count], wound outwards (flesh_mesh_surface): -p
+ * times the area normal, a third to each node. On a closed surface V = p (volume - rest volume);
+ * on an open one the rim's edges are lagged and there is no energy. */
+FLESH_API int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles,
+                                    double pressure, const flesh_amplitude *amplitude,
+                                    flesh_effect **effect);
 
 #ifdef __cplusplus
 }

@@ -48,6 +48,8 @@ FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *na
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
+/* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
+FLESH_API int flesh_system_follows(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 

@@ -1,6 +1,7 @@
 /* registry.c: the effects that a scene can name. Add a row and the rest follows: parsing, docs. */
 #include "effect/registry.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -23,11 +24,29 @@ static int add_inertia(const void *parameters, const flesh_body *body, flesh_sys
   return add(system, flesh_effect_inertia(body, &effect), &effect);
 }
 
+typedef struct elasticity_parameters {
+  int instructions;
+} elasticity_parameters;
+
+static const char *const instructions[] = {"auto", "portable", "avx2", "avx512", NULL};
+static_assert(sizeof instructions / sizeof *instructions == FLESH_INSTRUCTIONS_COUNT + 1,
+              "instructions are in the order of flesh_instructions");
+
+static const flesh_key elasticity_keys[] = {
+    {.name = "instructions", .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(elasticity_parameters, instructions), .choices = instructions,
+     .default_value = "auto",
+     .doc = "vector instructions of the elements: auto, the best of this machine, or always the same "
+            "ones; results are the same bits with the same ones on the same build, else they agree "
+            "to rounding"},
+    {0}};
+
 static int add_elasticity(const void *parameters, const flesh_body *body, flesh_system *system)
 {
-  (void)parameters;
+  const elasticity_parameters *p = parameters;
   flesh_effect *effect = NULL;
-  return add(system, flesh_effect_elasticity(body, &effect), &effect);
+  int status = flesh_effect_elasticity_with(body, (flesh_instructions)p->instructions, &effect);
+  return add(system, status, &effect);
 }
 
 typedef struct gravity_parameters {
@@ -48,12 +67,6 @@ static int add_gravity(const void *parameters, const flesh_body *body, flesh_sys
 }
 
 /* clang-format off */
-#define INTERVAL_KEYS(parameters)                                                                  \
-  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
-   .default_value = "-.inf", .doc = "start of its action"},                                        \
-  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
-   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
-
 #define AXES_KEY(parameters)                                                                       \
   {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
    .choices = axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
@@ -69,7 +82,7 @@ typedef struct pin_parameters {
 
 static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, selection),
                                      AXES_KEY(pin_parameters),
-                                     INTERVAL_KEYS(pin_parameters),
+                                     FLESH_INTERVAL_KEYS(pin_parameters),
                                      {0}};
 
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -102,7 +115,7 @@ static const flesh_key handle_keys[] = {
      .offset = offsetof(handle_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(handle_parameters),
+    FLESH_INTERVAL_KEYS(handle_parameters),
     {0}};
 
 static int add_handle(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -148,7 +161,7 @@ static const flesh_key drag_keys[] = {
      .offset = offsetof(drag_parameters, interpolation), .choices = flesh_interpolation_names,
      .default_value = "linear",
      .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
-    INTERVAL_KEYS(drag_parameters),
+    FLESH_INTERVAL_KEYS(drag_parameters),
     {0}};
 
 static int add_drag(const void *parameters, const flesh_body *body, flesh_system *system)
@@ -174,7 +187,7 @@ static const flesh_effect_row rows[] = {
      "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
      no_keys, 0, "{}", add_inertia, 1},
     {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
-     no_keys, 0, "{}", add_elasticity, 1},
+     elasticity_keys, sizeof(elasticity_parameters), "{}", add_elasticity, 1},
     {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
      sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity, 0},
     {"pin", "Nodes, or single components of them, held at their rest positions. Where several pins and "
@@ -188,6 +201,17 @@ static const flesh_effect_row rows[] = {
      sizeof(drag_parameters),
      "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
      add_drag, 0},
+    {"force", "A force in a fixed direction, shared by nodes: a dead load.", flesh_force_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50], curve: [{time: 0, value: 0}, "
+     "{time: 1, value: 1}]}", flesh_force_add, 0},
+    {"traction", "A force per area of the rest shape's surface, in a fixed direction: a dead load.", flesh_traction_keys,
+     sizeof(flesh_load_parameters), "{box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}", flesh_traction_add, 0},
+    {"pressure", "A pressure that follows the deformed surface. On a closed surface (also one that encloses a hollow) it "
+     "is conservative. On an open one the part of the rim's edges is taken from the last accepted state in every "
+     "step of a fixed-step method; statics and adaptive steps have it as it is, and its work is in no energy.",
+     flesh_pressure_keys, sizeof(flesh_pressure_parameters),
+     "{box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000, curve: [{time: 0, value: 0.5}, {time: 1, value: 1}], "
+     "interpolation: smooth}", flesh_pressure_add, 0},
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},

@@ -3,6 +3,7 @@
 #ifndef FLESH_EFFECT_ROWS_H
 #define FLESH_EFFECT_ROWS_H
 
+#include "effect/amplitude.h"
 #include "effect/registry.h"
 #include "effect/selection.h"
 
@@ -18,6 +19,23 @@ typedef struct flesh_viscosity_parameters {
 } flesh_viscosity_parameters;
 extern const flesh_key flesh_viscosity_keys[];
 int flesh_viscosity_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
+typedef struct flesh_load_parameters {
+  flesh_selection selection;
+  double vector[3]; /* N, Pa */
+  flesh_amplitude_parameters amplitude;
+} flesh_load_parameters;
+extern const flesh_key flesh_force_keys[], flesh_traction_keys[];
+int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system *system);
+int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
+typedef struct flesh_pressure_parameters {
+  flesh_selection selection;
+  double pressure;
+  flesh_amplitude_parameters amplitude;
+} flesh_pressure_parameters;
+extern const flesh_key flesh_pressure_keys[];
+int flesh_pressure_add(const void *parameters, const flesh_body *body, flesh_system *system);
 
 typedef struct flesh_contact_parameters {
   struct {

@@ -1,4 +1,4 @@
-/* selection.c: which nodes a pin or handle holds. */
+/* selection.c: which nodes and surface triangles an effect is about. */
 #include "effect/selection.h"
 
 #include <math.h>
@@ -13,56 +13,117 @@ const flesh_key flesh_sphere_keys[] = {
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .doc = "of the sphere"},
     {0}};
 
-int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
-                          int **nodes)
+static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }
+static int has_sphere(const flesh_selection *selection) { return !isnan(selection->sphere.radius); }
+
+static int check(const flesh_selection *selection, const flesh_mesh *mesh)
+{
+  const double *box = selection->box;
+  int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  if (!has_box(selection) && !has_sphere(selection) && !selection->nodes.count && !selection->regions.count)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes or regions");
+  for (int c = 0; has_box(selection) && c < 3; c++)
+    if (box[c] > box[3 + c])
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "box has low %c = %g above high %c = %g; it must be [[low], [high]]",
+                        'x' + c, box[c], 'x' + c, box[3 + c]);
+  for (int k = 0; k < selection->nodes.count; k++)
+    if (selection->nodes.values[k] < 0 || selection->nodes.values[k] >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "nodes[%d] is %d; the mesh has the nodes 0 to %d", k,
+                        selection->nodes.values[k], nodes - 1);
+  for (int k = 0; k < selection->regions.count; k++) {
+    int tet = 0;
+    while (tet < tets && flesh_mesh_regions(mesh)[tet] != selection->regions.values[k]) tet++;
+    if (tet == tets)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "regions[%d] is %d; no tet of the mesh has that tag", k,
+                        selection->regions.values[k]);
+  }
+  return FLESH_OK;
+}
+
+/* Marks the nodes in the box, the sphere and the list. */
+static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8_t *chosen)
 {
   const double *box = selection->box, *centre = selection->sphere.centre,
                radius = selection->sphere.radius, *X = flesh_mesh_positions(mesh);
-  int total = flesh_mesh_node_count(mesh), has_box = !isnan(box[0]), has_sphere = !isnan(radius);
-  if (!has_box && !has_sphere && !selection->nodes.count)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "no nodes are named; give box, sphere or nodes");
-  if (has_box)
-    for (int c = 0; c < 3; c++)
-      if (box[c] > box[3 + c])
-        return flesh_fail(FLESH_ERR_ARGUMENT,
-                          "box has low %c = %g above high %c = %g; it must be [[low], [high]]",
-                          'x' + c, box[c], 'x' + c, box[3 + c]);
-  uint8_t *chosen = calloc((size_t)total, 1);
-  if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
-  for (int k = 0; k < selection->nodes.count; k++) {
-    int node = selection->nodes.values[k];
-    if (node < 0 || node >= total) {
-      free(chosen);
-      return flesh_fail(FLESH_ERR_ARGUMENT, "nodes[%d] is %d; the mesh has the nodes 0 to %d", k,
-                        node, total - 1);
-    }
-    chosen[node] = 1;
-  }
-  int found = 0;
-  for (int i = 0; i < total; i++) {
+  for (int k = 0; k < selection->nodes.count; k++) chosen[selection->nodes.values[k]] = 1;
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
     const double *p = X + 3 * i;
-    if (has_box && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
+    if (has_box(selection) && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
         p[1] <= box[4] && p[2] <= box[5])
       chosen[i] = 1;
-    if (has_sphere) {
+    if (has_sphere(selection)) {
       double d[3] = {p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
       if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius) chosen[i] = 1;
     }
-    found += chosen[i];
   }
-  if (!found) {
-    free(chosen);
-    return flesh_fail(FLESH_ERR_ARGUMENT, "no node of the mesh lies in the given %s",
-                      has_box && has_sphere ? "box or sphere" : has_box ? "box" : "sphere");
-  }
-  *nodes = malloc((size_t)found * sizeof **nodes);
-  if (!*nodes) {
-    free(chosen);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
-  }
+}
+
+static int in_regions(const flesh_selection *selection, int tag)
+{
+  for (int k = 0; k < selection->regions.count; k++)
+    if (selection->regions.values[k] == tag) return 1;
+  return 0;
+}
+
+static int nothing_found(const flesh_selection *selection, const char *what)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "no %s of the mesh lies in the given %s", what,
+                    has_box(selection) && has_sphere(selection) ? "box or sphere"
+                    : has_box(selection)                        ? "box"
+                    : has_sphere(selection)                     ? "sphere"
+                                                                : "nodes or regions");
+}
+
+int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+                          int **nodes)
+{
+  int total = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), found = 0;
+  int status = check(selection, mesh);
+  if (status) return status;
+  uint8_t *chosen = calloc((size_t)total, 1);
+  if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
+  mark(selection, mesh, chosen);
+  for (int e = 0; selection->regions.count && e < tets; e++)
+    if (in_regions(selection, flesh_mesh_regions(mesh)[e]))
+      for (int a = 0; a < 4; a++) chosen[flesh_mesh_tets(mesh)[4 * (size_t)e + a]] = 1;
+  for (int i = 0; i < total; i++) found += chosen[i];
+  *nodes = malloc(((size_t)found + 1) * sizeof **nodes);
   *count = 0;
-  for (int i = 0; i < total; i++)
+  for (int i = 0; *nodes && i < total; i++)
     if (chosen[i]) (*nodes)[(*count)++] = i;
   free(chosen);
-  return FLESH_OK;
+  if (!*nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
+  if (found) return FLESH_OK;
+  free(*nodes);
+  return nothing_found(selection, "node");
+}
+
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+                              int **triangles)
+{
+  int total, found = 0, status = check(selection, mesh);
+  const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
+  if (status) return status;
+  uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
+  *triangles = malloc((3 * (size_t)total + 1) * sizeof **triangles);
+  if (!chosen || !*triangles) {
+    free(chosen);
+    free(*triangles);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
+  }
+  mark(selection, mesh, chosen);
+  for (int k = 0; k < total; k++) {
+    const int *n = surface + 3 * (size_t)k;
+    if (!(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
+        !in_regions(selection, flesh_mesh_regions(mesh)[tet[k]]))
+      continue;
+    for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];
+    found++;
+  }
+  free(chosen);
+  *count = found;
+  if (found) return FLESH_OK;
+  free(*triangles);
+  return nothing_found(selection, "surface triangle");
 }

@@ -1,4 +1,4 @@
-/* selection.h: the nodes that a pin or handle holds, chosen by box, sphere, list or mesh region. */
+/* selection.h: the nodes and surface triangles that an effect is about, chosen by box, sphere, list or mesh region. */
 #ifndef FLESH_EFFECT_SELECTION_H
 #define FLESH_EFFECT_SELECTION_H
 
@@ -10,7 +10,7 @@ typedef struct flesh_selection {
   struct {
     double centre[3], radius; /* NaN: none */
   } sphere;
-  flesh_integers nodes;
+  flesh_integers nodes, regions;
 } flesh_selection;
 
 /* Key rows for a struct that has a flesh_selection as `member`. */
@@ -24,7 +24,9 @@ extern const flesh_key flesh_sphere_keys[];
    .default_value = "", .children = flesh_sphere_keys,                                             \
    .doc = "nodes whose rest position lies in a sphere"},                                           \
   {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
-   .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"}
+   .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"},                \
+  {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
+   .default_value = "", .doc = "nodes of the tets with these region tags"}
 /* clang-format on */
 
 /* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count],
@@ -32,5 +34,11 @@ extern const flesh_key flesh_sphere_keys[];
  * node is selected. */
 int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
                           int **nodes);
+
+/* The boundary triangles whose nodes are all chosen by box, sphere or list, or whose tet is of a chosen region; outward
+ * normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
+ */
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+                              int **triangles);
 
 #endif

@@ -47,9 +47,13 @@ static double total(flesh_energy_watch *watch, double t, const flesh_state *stat
   return sum;
 }
 
-/* Whether handles move at t. */
+/* Whether handles move at t, or a load acts whose work no energy tells. */
 static int is_driven(flesh_energy_watch *watch, double t)
 {
+  for (int e = 0; e < flesh_system_effect_count(watch->system); e++) {
+    const flesh_effect_operations *operations = flesh_system_effect(watch->system, e)->operations;
+    if (operations->external && !operations->energy) return 1;
+  }
   int n = flesh_system_unknowns(watch->system);
   flesh_system_fixed(watch->system, t, watch->fixed);
   memset(watch->v_prescribed, 0, (size_t)n * sizeof(double));

@@ -54,7 +54,7 @@ static int create_memory(flesh_integrator *self)
   failed |= !(self->guess = calloc(n, sizeof(double)));
   for (int k = 0; k < self->row->vectors; k++)
     failed |= !(memory->vectors[k] = calloc(n, sizeof(double)));
-  if (second) {
+  if (second || flesh_system_follows(self->system)) {
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
@@ -344,6 +344,22 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
   return status;
 }
 
+/* Repeats a solve that has succeeded, each time with the lagged state that the last one led to, until none is needed. */
+static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  enum { REPETITIONS = 100 };
+  flesh_stage stage;
+  for (int k = 0; k < REPETITIONS; k++) {
+    const int before = stats->newton;
+    self->row->stage(&self->memory, state, state->t, h, &stage);
+    int status = solve(self, &stage, h, 0, 0, stats);
+    if (status) return status;
+    if (stats->newton == before) return FLESH_OK;
+    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  }
+  return FLESH_NOT_CONVERGED;
+}
+
 /* Equilibrium at t+h: the full load first, then in increments that shrink on failure and grow on success. */
 static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
@@ -407,13 +423,27 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
   return status;
 }
 
+/* Equilibrium at t+h with a lagged state that is its own, where effects want that. */
+static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  if (!flesh_system_follows(self->system)) return solve_static(self, state, h, stats);
+  remember(self, state);
+  int status = solve_static(self, state, h, stats);
+  if (!status && (status = follow(self, state, h, stats)) > 0) {
+    state->t = self->returned.t;
+    memcpy(state->x, self->returned.x, (size_t)self->n * sizeof *state->x);
+    memcpy(state->v, self->returned.v, (size_t)self->n * sizeof *state->v);
+  }
+  return status;
+}
+
 /* An equilibrium that is a tangle is put back and solved again. */
 static int equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  int status = solve_static(self, state, h, stats);
+  int status = balance(self, state, h, stats);
   while (!status && self->untangler &&
          (status = flesh_untangler_after_equilibrium(self->untangler, state, stats)) == 1)
-    status = solve_static(self, state, 0, stats);
+    status = balance(self, state, 0, stats);
   return status;
 }
 

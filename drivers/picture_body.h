@@ -1,0 +1,36 @@
+/* picture_body.h: a panel's body and obstacles as surfaces to render, and its colours. */
+#ifndef FLESH_DRIVERS_PICTURE_BODY_H
+#define FLESH_DRIVERS_PICTURE_BODY_H
+
+#include "picture.h"
+
+/* What a panel shows; owns its arrays. Zero-initialise. */
+typedef struct flesh_picture_scene {
+  int count; /* of surfaces: the body, then its obstacles */
+  flesh_render_surface *surfaces;
+  void **owned;
+  int owned_count;
+} flesh_picture_scene;
+
+/* The values of the field at the nodes: averages over the tets around, weighted by volume; tets
+ * without a value (J <= 0 in a field that needs it) are left out. New [nodes]; NULL for
+ * FLESH_PICTURE_PLAIN. */
+int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field field,
+                         double **values);
+
+/* Makes the surfaces; low, high: of the colours. */
+int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_picture_options *options,
+                             const flesh_picture_frame *frame, flesh_picture_scene *scene);
+void flesh_picture_scene_free(flesh_picture_scene *scene);
+
+/* The obstacles of the panel's system. */
+int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
+/* Triangles of obstacle k at the panel's time, new arrays that the caller frees. A plane is a
+ * square that reaches beyond the view, in small triangles; `view` NULL: it has no nodes. */
+int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
+                           int *nodes, double **positions, int *triangles, int **corners);
+
+/* The colour of a value, sRGB in [0, 1]; part in [0, 1] of the way from low to high. */
+void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);
+
+#endif

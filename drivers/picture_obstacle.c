@@ -1,0 +1,81 @@
+/* picture_obstacle.c: the obstacles that a body touches, as triangles. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "flesh/contact.h"
+#include "picture_body.h"
+
+static const flesh_obstacle *find(const flesh_picture_panel *panel, int wanted, int *count)
+{
+  const flesh_obstacle *found = NULL;
+  *count = 0;
+  for (int e = 0; panel->system && e < flesh_system_effect_count(panel->system); e++) {
+    const flesh_obstacle *obstacle =
+        flesh_effect_obstacle(flesh_system_effect(panel->system, e));
+    if (obstacle && (*count)++ == wanted) found = obstacle;
+  }
+  return found;
+}
+
+int flesh_picture_obstacle_count(const flesh_picture_panel *panel)
+{
+  int count;
+  find(panel, -1, &count);
+  return count;
+}
+
+/* A parallelogram of four corners as a grid: what is behind the eye is left out triangle by
+ * triangle. */
+static int cut_plane(const double *corner[3], int *nodes, double **positions, int *triangles,
+                     int **corners)
+{
+  enum { CELLS = 40 };
+  double *x = malloc(sizeof *x * 3 * (CELLS + 1) * (CELLS + 1));
+  int *c = malloc(sizeof *c * 6 * CELLS * CELLS);
+  *nodes = (CELLS + 1) * (CELLS + 1);
+  *triangles = 2 * CELLS * CELLS;
+  *positions = x;
+  *corners = c;
+  if (!x || !c) {
+    free(x), free(c);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  }
+  for (int j = 0; j <= CELLS; j++)
+    for (int i = 0; i <= CELLS; i++)
+      for (int d = 0; d < 3; d++)
+        *x++ = corner[0][d] + i * (corner[1][d] - corner[0][d]) / CELLS +
+               j * (corner[2][d] - corner[1][d]) / CELLS;
+  for (int j = 0; j < CELLS; j++)
+    for (int i = 0; i < CELLS; i++) {
+      int at = j * (CELLS + 1) + i, cell[6] = {at, at + 1, at + CELLS + 2, at, at + CELLS + 2, at + CELLS + 1};
+      for (int k = 0; k < 6; k++) *c++ = cell[k];
+    }
+  return FLESH_OK;
+}
+
+int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
+                           int *nodes, double **positions, int *triangles, int **corners)
+{
+  int count;
+  const flesh_obstacle *obstacle = find(panel, k, &count);
+  double centre[3] = {0, 0, 0}, extent = 1;
+  for (int d = 0; view && d < 3; d++) centre[d] = view->target[d];
+  if (view) extent = 1.6 * view->height * fmax(1, (double)view->width_px / view->height_px);
+  int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, nodes, positions,
+                                      triangles, corners);
+  if (status || *nodes != 4 || *triangles != 2) return status;
+  double *x = *positions; /* a plane's square, corner by corner around it */
+  int *c = *corners;
+  const double *ring[3] = {x, x + 3, x + 6};
+  if (view) {
+    status = cut_plane(ring, nodes, positions, triangles, corners);
+  } else {
+    *nodes = *triangles = 0;
+    *positions = NULL;
+    *corners = NULL;
+  }
+  free(x);
+  free(c);
+  return status;
+}

@@ -1,0 +1,58 @@
+/* amplitude.c: the factor of a load in time. */
+#include "effect/amplitude.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "effect/motion.h"
+
+const flesh_key flesh_curve_keys[] = {
+    {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, t), .unit = "s",
+     .doc = "when; points ascend in time"},
+    {.name = "value", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, value),
+     .doc = "of the factor"},
+    {0}};
+
+int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy *copy)
+{
+  *copy = (flesh_amplitude_copy){.from = -INFINITY, .until = INFINITY};
+  if (!amplitude) return FLESH_OK;
+  copy->from = amplitude->from;
+  copy->until = amplitude->until;
+  if (!(copy->until > copy->from))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", copy->until, copy->from);
+  if (!amplitude->count) return FLESH_OK;
+  flesh_keyframe *keyframes = calloc((size_t)amplitude->count, sizeof *keyframes);
+  if (!keyframes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d points of a curve", amplitude->count);
+  for (int k = 0; k < amplitude->count; k++) {
+    keyframes[k].t = amplitude->points[k].t;
+    keyframes[k].translation[0] = amplitude->points[k].value;
+  }
+  int status = flesh_motion_copy(&(flesh_motion){amplitude->count, keyframes, {0}, amplitude->smooth}, &copy->curve);
+  free(keyframes);
+  return status;
+}
+
+void flesh_amplitude_clear(flesh_amplitude_copy *amplitude) { flesh_motion_clear(&amplitude->curve); }
+
+double flesh_amplitude_at(const flesh_amplitude_copy *amplitude, double t)
+{
+  double value[3] = {1, 0, 0};
+  if (!(amplitude->from <= t && t < amplitude->until)) return 0;
+  if (amplitude->curve.count) flesh_motion_at(&amplitude->curve, t, value, NULL);
+  return value[0];
+}
+
+double flesh_amplitude_next_event(const flesh_amplitude_copy *amplitude, double t)
+{
+  return fmin(flesh_interval_next_event(amplitude->from, amplitude->until, t),
+              flesh_motion_next_event(&amplitude->curve, t));
+}
+
+flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *p)
+{
+  return (flesh_amplitude){.count = p->curve.count, .points = p->curve.values,
+                           .smooth = p->interpolation, .from = p->from, .until = p->until};
+}

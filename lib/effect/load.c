@@ -1,0 +1,201 @@
+/* load.c: dead loads, which keep their direction and size however the body moves: a force on nodes, and a traction per
+ * reference area of surface triangles. r_a = -share_a vector(t), V = -sum share_a vector.(x_a - X_a). */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "effect/amplitude.h"
+#include "effect/effect.h"
+#include "effect/rows.h"
+#include "math/mat3.h"
+
+typedef struct load {
+  int count;
+  int *nodes;     /* [count] */
+  double *shares; /* [count] of the vector */
+  const double *X; /* borrowed from the mesh */
+  double vector[3];
+  flesh_amplitude_copy amplitude;
+} load;
+
+static int load_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const load *self = effect->data;
+  double factor = point->load * flesh_amplitude_at(&self->amplitude, point->t);
+  if (factor == 0) return FLESH_OK;
+  for (int k = 0; k < self->count; k++)
+    for (int c = 0; c < 3; c++) r[3 * self->nodes[k] + c] -= factor * self->shares[k] * self->vector[c];
+  return FLESH_OK;
+}
+
+static int load_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                          double *phi, double *magnitude)
+{
+  const load *self = effect->data;
+  double factor = point->load * flesh_amplitude_at(&self->amplitude, point->t), value = 0, size = 0;
+  if (shift->x == 0 || factor == 0) return FLESH_OK;
+  for (int k = 0; k < self->count; k++)
+    for (int c = 0; c < 3; c++) {
+      int d = 3 * self->nodes[k] + c;
+      double term = self->shares[k] * self->vector[c] * (point->x[d] - self->X[d]);
+      value -= term;
+      size += fabs(term);
+    }
+  *phi += factor * value / shift->x;
+  *magnitude += fabs(factor) * size / shift->x;
+  return FLESH_OK;
+}
+
+static int load_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  double magnitude = 0;
+  *energy = 0;
+  return load_potential(effect, point, &(flesh_shift){.x = 1}, energy, &magnitude);
+}
+
+static double load_next_event(const flesh_effect *effect, double t)
+{
+  const load *self = effect->data;
+  return flesh_amplitude_next_event(&self->amplitude, t);
+}
+
+static void load_destroy(void *data)
+{
+  load *self = data;
+  if (!self) return;
+  free(self->nodes);
+  free(self->shares);
+  flesh_amplitude_clear(&self->amplitude);
+  free(self);
+}
+
+static const flesh_effect_operations force_operations = {
+    .name = "force",
+    .external = 1,
+    .residual = load_residual,
+    .potential = load_potential,
+    .energy = load_energy,
+    .next_event = load_next_event,
+    .destroy = load_destroy,
+};
+
+static const flesh_effect_operations traction_operations = {
+    .name = "traction",
+    .external = 1,
+    .residual = load_residual,
+    .potential = load_potential,
+    .energy = load_energy,
+    .next_event = load_next_event,
+    .destroy = load_destroy,
+};
+
+/* With room for `count` nodes, and their numbers where `nodes` is not NULL. */
+static int load_create(const flesh_body *body, int count, const int *nodes, const double vector[3],
+                       const char *name, const flesh_amplitude *amplitude, load **result)
+{
+  int total = flesh_mesh_node_count(body->mesh);
+  if (!(fabs(vector[0]) + fabs(vector[1]) + fabs(vector[2]) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s is (%g, %g, %g); it must be finite", name, vector[0], vector[1],
+                      vector[2]);
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a %s needs something that it acts on", name);
+  load *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a load");
+  int status = flesh_amplitude_take(amplitude, &self->amplitude);
+  self->nodes = malloc((size_t)count * sizeof *self->nodes);
+  self->shares = calloc((size_t)count, sizeof *self->shares);
+  if (!status && (!self->nodes || !self->shares))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d nodes", count);
+  for (int k = 0; !status && nodes && k < count; k++) {
+    if (nodes[k] < 0 || nodes[k] >= total)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "node %d is loaded; the mesh has the nodes 0 to %d", nodes[k], total - 1);
+    self->nodes[k] = nodes[k];
+  }
+  if (status) {
+    load_destroy(self);
+    return status;
+  }
+  self->count = count;
+  self->X = flesh_mesh_positions(body->mesh);
+  for (int c = 0; c < 3; c++) self->vector[c] = vector[c];
+  *result = self;
+  return FLESH_OK;
+}
+
+int flesh_effect_force(const flesh_body *body, int count, const int *nodes, const double force[3],
+                       const flesh_amplitude *amplitude, flesh_effect **effect)
+{
+  load *self = NULL;
+  int status = load_create(body, count, nodes, force, "force", amplitude, &self);
+  if (status) return status;
+  for (int k = 0; k < count; k++) self->shares[k] = 1. / count;
+  return flesh_effect_create(&force_operations, self, effect);
+}
+
+int flesh_effect_traction(const flesh_body *body, int count, const int *triangles, const double traction[3],
+                          const flesh_amplitude *amplitude, flesh_effect **effect)
+{
+  int total = flesh_mesh_node_count(body->mesh);
+  const double *X = flesh_mesh_positions(body->mesh);
+  load *self = NULL;
+  double *areas = calloc((size_t)total, sizeof *areas);
+  int *nodes = calloc((size_t)total, sizeof *nodes), used = 0;
+  int status = areas && nodes ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a traction");
+  for (int k = 0; !status && k < count; k++) {
+    const int *n = triangles + 3 * (size_t)k;
+    double d[2][3], normal[3];
+    for (int a = 0; a < 3; a++)
+      if (n[a] < 0 || n[a] >= total)
+        status = flesh_fail(FLESH_ERR_ARGUMENT, "node %d is loaded; the mesh has the nodes 0 to %d", n[a], total - 1);
+    if (status) break;
+    for (int a = 0; a < 2; a++)
+      for (int c = 0; c < 3; c++) d[a][c] = X[3 * n[a + 1] + c] - X[3 * n[0] + c];
+    flesh_vec3_cross(d[0], d[1], normal);
+    for (int a = 0; a < 3; a++) areas[n[a]] += sqrt(flesh_vec3_dot(normal, normal)) / 6;
+  }
+  for (int i = 0; !status && i < total; i++)
+    if (areas[i] > 0) nodes[used++] = i;
+  if (!status) status = load_create(body, used, nodes, traction, "traction", amplitude, &self);
+  for (int k = 0; !status && k < used; k++) self->shares[k] = areas[nodes[k]];
+  free(areas);
+  free(nodes);
+  return status ? status : flesh_effect_create(&traction_operations, self, effect);
+}
+
+const flesh_key flesh_force_keys[] = {
+    FLESH_SELECTION_KEYS(flesh_load_parameters, selection),
+    {.name = "force", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_load_parameters, vector), .unit = "N",
+     .doc = "in all, shared evenly by the nodes"},
+    FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
+    {0}};
+
+int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const flesh_load_parameters *p = parameters;
+  const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
+  flesh_effect *effect = NULL;
+  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  if (status) return status;
+  status = flesh_effect_force(body, count, nodes, p->vector, &amplitude, &effect);
+  free(nodes);
+  return status ? status : flesh_system_add_effect(system, &effect);
+}
+
+const flesh_key flesh_traction_keys[] = {
+    FLESH_SELECTION_KEYS(flesh_load_parameters, selection),
+    {.name = "traction", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_load_parameters, vector), .unit = "Pa",
+     .doc = "force per area of the rest shape; a surface triangle is chosen by all three of its nodes, or by the "
+            "region of its tet"},
+    FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
+    {0}};
+
+int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  const flesh_load_parameters *p = parameters;
+  const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
+  flesh_effect *effect = NULL;
+  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body->mesh, &count, &triangles);
+  if (status) return status;
+  status = flesh_effect_traction(body, count, triangles, p->vector, &amplitude, &effect);
+  free(triangles);
+  return status ? status : flesh_system_add_effect(system, &effect);
+}

@@ -1,0 +1,405 @@
+/* test_loads.c: dead and following loads against closed forms, balance, and the radial boundary-value problem of an
+ * inflated thick sphere. */
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_odeiv2.h>
+#include <gsl/gsl_roots.h>
+#include <stdlib.h>
+
+#include "body.h"
+#include "effect/selection.h"
+#include "test.h"
+
+static flesh_material soft(double poisson)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
+  return material;
+}
+
+static void make(flesh_mesh *mesh, double poisson, int inertia, test_body *b)
+{
+  CHECK_OK(test_body_create(mesh, soft(poisson), 1000, FLESH_MASS_LUMPED, inertia, b));
+}
+
+static const flesh_selection nothing = {.box = {NAN}, .sphere = {.radius = NAN}};
+
+/* Surface triangles in the box. */
+static int triangles_in(const flesh_mesh *mesh, const double box[6], int **triangles)
+{
+  int count = 0;
+  flesh_selection selection = nothing;
+  memcpy(selection.box, box, sizeof selection.box);
+  CHECK_OK(flesh_selection_triangles(&selection, mesh, &count, triangles));
+  return count;
+}
+
+static void add(test_body *b, flesh_effect *effect)
+{
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+}
+
+/* Equilibrium at t, from the state. */
+static void settle(test_body *b, double t)
+{
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = 1e-10;
+  options.linear_solver = FLESH_LINEAR_KLU;
+  CHECK_OK(flesh_integrator_create(b->system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b->state, t - b->state.t, NULL));
+  flesh_integrator_destroy(&integrator);
+}
+
+/* First Piola-Kirchhoff stresses of diag(a, b, c): along a. */
+static double stress_along(const flesh_material *material, double a, double b, double c)
+{
+  double P[9];
+  CHECK_OK(flesh_material_stress(material, (const double[]){a, 0, 0, 0, b, 0, 0, 0, c}, P));
+  return P[0];
+}
+
+typedef struct axial {
+  const flesh_material *material;
+  double along, traction, across;
+} axial;
+
+static double across_stress(double across, void *data)
+{
+  axial *a = data;
+  return stress_along(a->material, across, a->along, across);
+}
+
+/* A root between low and high. */
+static double root(double (*function)(double, void *), void *data, double low, double high)
+{
+  gsl_root_fsolver *solver = gsl_root_fsolver_alloc(gsl_root_fsolver_brent);
+  gsl_function f = {function, data};
+  CHECK(!gsl_root_fsolver_set(solver, &f, low, high));
+  for (int k = 0; k < 200; k++) {
+    gsl_root_fsolver_iterate(solver);
+    low = gsl_root_fsolver_x_lower(solver);
+    high = gsl_root_fsolver_x_upper(solver);
+    if (high - low < 1e-14 * fabs(high)) break;
+  }
+  double found = gsl_root_fsolver_root(solver);
+  gsl_root_fsolver_free(solver);
+  return found;
+}
+
+static double along_stress(double along, void *data)
+{
+  axial *a = data;
+  a->along = along;
+  a->across = root(across_stress, a, 0.3, 2);
+  return stress_along(a->material, along, a->across, a->across) - a->traction;
+}
+
+static void traction_pulls_a_bar_as_the_closed_form(void)
+{
+  for (int k = 0; k < 2; k++) {
+    test_body b;
+    flesh_effect *effect = NULL;
+    int *triangles;
+    const double traction = k ? 8e4 : -3e4;
+    make(test_box(3, 2, 2, 1.5, 1, 1), 0.4, 0, &b);
+    for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
+    int count = triangles_in(b.mesh, (double[]){1.5, -1, -1, 2, 2, 2}, &triangles);
+    CHECK(count == 8);
+    /* Half of it now, the whole at t = 2. */
+    const flesh_curve_point points[] = {{0, 0}, {1, 0.5}, {2, 1}};
+    const flesh_amplitude amplitude = {3, points, 0, -INFINITY, INFINITY};
+    CHECK_OK(flesh_effect_traction(&b.body, count, triangles, (double[]){traction, 0, 0}, &amplitude, &effect));
+  add(&b, effect);
+    CHECK_OK(flesh_system_finish(b.system));
+    CHECK(flesh_system_moves(b.system) && flesh_system_next_event(b.system, 1) == 2);
+    for (int t = 1; t <= 2; t++) {
+      axial a = {.material = &b.material, .traction = traction * t / 2};
+      double along = root(along_stress, &a, 0.3, 4), worst = 0;
+      settle(&b, t);
+      for (int d = 0; d < b.n; d++)
+        worst = fmax(worst, fabs(b.state.x[d] - flesh_mesh_positions(b.mesh)[d] * (d % 3 ? a.across : along)));
+      printf("# %g Pa: stretch %.8g, across %.8g, off by %.2g m\n", a.traction, along, a.across, worst);
+      CHECK_BELOW(worst, 1e-8);
+    }
+    free(triangles);
+    test_body_destroy(&b);
+  }
+}
+
+static void forces_are_what_holds_against_them(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  const double force[3] = {300, -200, 500};
+  make(test_box(4, 2, 2, 4, 1, 1), 0.4, 0, &b);
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  const int nodes[] = {4, 9, 14, 24};
+  CHECK_OK(flesh_effect_force(&b.body, 4, nodes, force, NULL, &effect));
+  add(&b, effect);
+  CHECK_OK(flesh_system_finish(b.system));
+  settle(&b, 0);
+  double *r = malloc((size_t)b.n * sizeof *r), reaction[3] = {0}, energies[2], work = 0;
+  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+  CHECK_OK(flesh_system_residual(b.system, &point, r));
+  for (int i = 0; i < b.n / 3; i++)
+    for (int c = 0; c < 3; c++) reaction[c] += r[3 * i + c] * (flesh_mesh_positions(b.mesh)[3 * i] < 1e-9);
+  for (int c = 0; c < 3; c++) CHECK_NEAR(reaction[c], -force[c], 1e-6);
+  CHECK_OK(flesh_system_energies(b.system, &point, energies));
+  for (int k = 0; k < 4; k++)
+    for (int c = 0; c < 3; c++)
+      work += force[c] / 4 * (b.state.x[3 * nodes[k] + c] - flesh_mesh_positions(b.mesh)[3 * nodes[k] + c]);
+  CHECK_NEAR(energies[1], -work, 1e-9 * work);
+  free(r);
+  test_body_destroy(&b);
+}
+
+/* -p times the normals of the deformed triangles, added to r. */
+static void push(int count, const int *triangles, double p, const double *x, double *r)
+{
+  for (int k = 0; k < count; k++) {
+    const int *n = triangles + 3 * k;
+    double d[2][3], normal[3];
+    for (int c = 0; c < 3; c++) {
+      d[0][c] = x[3 * n[1] + c] - x[3 * n[0] + c];
+      d[1][c] = x[3 * n[2] + c] - x[3 * n[0] + c];
+    }
+    for (int c = 0; c < 3; c++)
+      normal[c] = d[0][(c + 1) % 3] * d[1][(c + 2) % 3] - d[0][(c + 2) % 3] * d[1][(c + 1) % 3];
+    for (int a = 0; a < 3; a++)
+      for (int c = 0; c < 3; c++) r[3 * n[a] + c] += p * normal[c] / 6;
+  }
+}
+
+static void pressure_follows_the_faces(void)
+{
+  const double boxes[][6] = {{-1, -1, -1, 2, 2, 2}, {-1, -1, 1, 2, 2, 2}, {-1, -1, 0.5, 0.5, 2, 2}};
+  for (int k = 0; k < 3; k++) {
+    test_body b;
+    flesh_effect *effect = NULL;
+    int *triangles;
+    flesh_derivative_report report;
+    make(test_box(2, 2, 2, 1, 1, 1), 0.4, 0, &b);
+    flesh_system_destroy(&b.system);
+    CHECK_OK(flesh_system_create(b.mesh, &b.system));
+    int count = triangles_in(b.mesh, boxes[k], &triangles);
+    CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 700, NULL, &effect));
+    CHECK(!effect->operations->energy == (k > 0) && effect->operations->follows == (k > 0));
+    add(&b, effect);
+    CHECK_OK(flesh_system_finish(b.system));
+    test_jitter(b.n, 0.2, 3 + (unsigned)k, b.state.x);
+    double *r = malloc((size_t)b.n * sizeof *r), *expected = calloc((size_t)b.n, sizeof *r),
+           *x_lag = malloc((size_t)b.n * sizeof *x_lag), energy;
+    memcpy(x_lag, b.state.x, (size_t)b.n * sizeof *x_lag);
+    if (k == 0) test_jitter(b.n, 0.3, 9, x_lag); /* a closed surface does not mind the lag */
+    const flesh_point point = {.load = 0.5, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = x_lag};
+    CHECK_OK(flesh_system_residual(b.system, &point, r));
+    push(count, triangles, 350, b.state.x, expected);
+    CHECK_BELOW(test_distance(b.n, r, expected), 1e-13 * test_norm(b.n, expected));
+    CHECK_OK(flesh_system_energies(b.system, &point, &energy));
+    if (k == 0)
+      CHECK_NEAR(energy, 350 * (flesh_mesh_volume(b.mesh, b.state.x) - 1), 1e-10);
+    CHECK_OK(flesh_effect_check_derivatives(flesh_system_effect(b.system, 0), b.mesh, 0, b.state.x, 1, &report));
+    CHECK(flesh_derivative_report_passes(&report, 1e-8));
+    free(r);
+    free(expected);
+    free(x_lag);
+    free(triangles);
+    test_body_destroy(&b);
+  }
+}
+
+/* The pressure on an open surface whose rim moves is balanced by what it is in the end, not at the start. */
+static void statics_follow_an_open_pressure(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  int *triangles;
+  make(test_box(4, 2, 2, 2, 1, 1), 0.4, 0, &b);
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  int count = triangles_in(b.mesh, (double[]){1, -1, 1, 3, 2, 2}, &triangles);
+  CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 3000, NULL, &effect));
+  add(&b, effect);
+  CHECK_OK(flesh_system_finish(b.system));
+  settle(&b, 0);
+  double *r = malloc((size_t)b.n * sizeof *r), *load = calloc((size_t)b.n, sizeof *load), worst = 0;
+  flesh_effect *elasticity = (flesh_effect *)flesh_system_effect(b.system, 0);
+  const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v,
+                             .x_lag = b.state.x, .v_lag = b.state.v};
+  memset(r, 0, (size_t)b.n * sizeof *r);
+  CHECK_OK(elasticity->operations->residual(elasticity, &point, r));
+  push(count, triangles, 3000, b.state.x, load);
+  double deflection = b.state.x[b.n - 1] - 1;
+  for (int d = 0; d < b.n; d++)
+    if (flesh_mesh_positions(b.mesh)[3 * (d / 3)] > 1e-9) worst = fmax(worst, fabs(r[d] + load[d]));
+  printf("# deflection %.4g m; out of balance by %.2g of %.3g N\n", deflection, worst, test_norm(b.n, load));
+  CHECK(deflection < -0.2);
+  CHECK_BELOW(worst, 1e-9 * test_norm(b.n, load));
+  free(r);
+  free(load);
+  free(triangles);
+  test_body_destroy(&b);
+}
+
+/* --- the thick sphere --- */
+
+static const double inner = 1, outer = 1.6;
+
+/* An eighth of it: the triangle of the three axes cut into n*n, in `layers` shells; prisms cut into three tets by the
+ * order of their nodes, so that neighbours agree. */
+static flesh_mesh *eighth(int n, int layers)
+{
+  int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0, tets = 0;
+  double *X = malloc(sizeof(double) * 3 * (size_t)(columns * (layers + 1)));
+  int *nodes = malloc(sizeof(int) * 12 * (size_t)(n * n * layers));
+  for (int i = 0; i <= n; i++)
+    for (int j = 0; i + j <= n; j++) {
+      number[i * (n + 1) + j] = count;
+      /* Nearly even on the sphere. */
+      double d[3] = {tan(acos(-1) / 4 * i / n), tan(acos(-1) / 4 * j / n), tan(acos(-1) / 4 * (n - i - j) / n)},
+             length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+      for (int l = 0; l <= layers; l++)
+        for (int c = 0; c < 3; c++)
+          X[3 * (l * columns + count) + c] = d[c] / length * (inner + (outer - inner) * l / layers);
+      count++;
+    }
+  for (int l = 0; l < layers; l++)
+    for (int i = 0; i < n; i++)
+      for (int j = 0; i + j < n; j++)
+        for (int up = 0; up < 2; up++) {
+          if (up && i + j + 2 > n) continue;
+          int t[3] = {number[(i + up) * (n + 1) + j + up], number[(i + 1) * (n + 1) + j], number[i * (n + 1) + j + 1]};
+          for (int p = 0; p < 3; p++)
+            for (int q = 0; q < 2; q++)
+              if (t[q] > t[q + 1]) {
+                int swap = t[q];
+                t[q] = t[q + 1];
+                t[q + 1] = swap;
+              }
+          int low = l * columns, high = low + columns, *tet = nodes + 4 * tets;
+          const int three[12] = {low + t[0],  low + t[1],  low + t[2],  high + t[2], low + t[0],  low + t[1],
+                                 high + t[1], high + t[2], low + t[0],  high + t[0], high + t[1], high + t[2]};
+          memcpy(tet, three, sizeof three);
+          tets += 3;
+        }
+  flesh_mesh *mesh = NULL;
+  CHECK_OK(flesh_mesh_create(columns * (layers + 1), X, tets, nodes, NULL, &mesh));
+  free(number);
+  free(X);
+  free(nodes);
+  return mesh;
+}
+
+typedef struct sphere {
+  const flesh_material *material;
+  double pressure, hoop, stress;
+} sphere;
+
+static double radial_stress(double stretch, void *data)
+{
+  sphere *s = data;
+  return stress_along(s->material, stretch, s->hoop, s->hoop) - s->stress;
+}
+
+/* (r, P_rr) over R: r' from P_rr(r', r/R), dP_rr/dR = -2 (P_rr - P_hoop)/R. */
+static int radial(double R, const double y[2], double dy[2], void *data)
+{
+  sphere *s = data;
+  s->hoop = y[0] / R;
+  s->stress = y[1];
+  dy[0] = root(radial_stress, s, 0.05, 3);
+  dy[1] = -2 / R * (y[1] - stress_along(s->material, s->hoop, s->hoop, dy[0]));
+  return GSL_SUCCESS;
+}
+
+/* The radial stress at the outside when the inside is at `a`. */
+static double miss(double a, void *data)
+{
+  sphere *s = data;
+  gsl_odeiv2_system system = {radial, NULL, 2, s};
+  gsl_odeiv2_driver *driver = gsl_odeiv2_driver_alloc_y_new(&system, gsl_odeiv2_step_rk8pd, 1e-2, 1e-10, 1e-10);
+  double R = inner, y[2] = {a, -s->pressure * a * a / (inner * inner)};
+  CHECK(gsl_odeiv2_driver_apply(driver, &R, outer, y) == GSL_SUCCESS);
+  gsl_odeiv2_driver_free(driver);
+  return y[1];
+}
+
+/* Mean radius of the inside. */
+static double inflated(int n, double pressure)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_selection selection = nothing;
+  int count = 0, *triangles = NULL, nodes = 0;
+  make(eighth(n, n), 0.3, 0, &b);
+  for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
+  selection.sphere.radius = inner * (1 + 1e-9);
+  for (int c = 0; c < 3; c++) selection.sphere.centre[c] = 0;
+  CHECK_OK(flesh_selection_triangles(&selection, b.mesh, &count, &triangles));
+  CHECK(count == n * n);
+  CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, pressure, NULL, &effect));
+  add(&b, effect);
+  CHECK_OK(flesh_system_finish(b.system));
+  settle(&b, 0);
+  double sum = 0;
+  for (int i = 0; i < b.n / 3; i++) {
+    const double *X = flesh_mesh_positions(b.mesh) + 3 * i, *x = b.state.x + 3 * i;
+    if (X[0] * X[0] + X[1] * X[1] + X[2] * X[2] > inner * inner * (1 + 1e-9)) continue;
+    sum += sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    nodes++;
+  }
+  free(triangles);
+  test_body_destroy(&b);
+  return sum / nodes;
+}
+
+static void pressure_inflates_a_thick_sphere(void)
+{
+  const flesh_material material = soft(0.3);
+  sphere s = {.material = &material, .pressure = 1.2e4};
+  double exact = root(miss, &s, 1.001, 2), error[3];
+  for (int k = 0; k < 3; k++) error[k] = fabs(inflated(3 << k, s.pressure) - exact);
+  double orders[] = {log2(error[0] / error[1]), log2(error[1] / error[2])};
+  printf("# inner radius %.6g from %g m; off by %.2e, %.2e, %.2e m: orders %.2f, %.2f\n", exact, inner, error[0],
+         error[1], error[2], orders[0], orders[1]);
+  CHECK(exact > 1.1);
+  CHECK_BELOW(error[2], 0.015 * (exact - inner));
+  CHECK(orders[0] > 1.6 && orders[1] > 1.8 && orders[1] < 2.2);
+}
+
+/* Selections say which triangles: by all nodes, or by the region of the tet. */
+static void triangles_are_chosen_by_region(void)
+{
+  flesh_mesh *mesh = NULL, *box = test_box(2, 1, 1, 2, 1, 1);
+  int *regions = malloc(sizeof(int) * 12), count, *triangles, area = 0;
+  for (int t = 0; t < 12; t++) regions[t] = t < 6 ? 3 : 8;
+  CHECK_OK(flesh_mesh_create(12, flesh_mesh_positions(box), 12, flesh_mesh_tets(box), regions, &mesh));
+  flesh_selection selection = nothing;
+  selection.regions = (flesh_integers){1, (int[]){8}};
+  CHECK_OK(flesh_selection_triangles(&selection, mesh, &count, &triangles));
+  for (int k = 0; k < 3 * count; k++) area += flesh_mesh_positions(mesh)[3 * triangles[k]] >= 1;
+  CHECK(count == 10 && area == 30); /* five faces of the second cube */
+  free(triangles);
+  CHECK_OK(flesh_selection_nodes(&selection, mesh, &count, &triangles));
+  CHECK(count == 8);
+  free(triangles);
+  selection.regions.values = (int[]){5};
+  CHECK(flesh_selection_triangles(&selection, mesh, &count, &triangles) == FLESH_ERR_ARGUMENT);
+  CHECK(!strcmp(flesh_error_text(), "regions[0] is 5; no tet of the mesh has that tag"));
+  selection = nothing;
+  memcpy(selection.box, (double[]){0.4, 0.4, 0.4, 0.6, 0.6, 0.6}, sizeof selection.box);
+  CHECK(flesh_selection_triangles(&selection, mesh, &count, &triangles) == FLESH_ERR_ARGUMENT);
+  CHECK(!strcmp(flesh_error_text(), "no surface triangle of the mesh lies in the given box"));
+  free(regions);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&box);
+}
+
+int main(int argc, char **argv)
+{
+  gsl_set_error_handler_off();
+  return RUN_TESTS(argc, argv, TEST(traction_pulls_a_bar_as_the_closed_form),
+                   TEST(forces_are_what_holds_against_them), TEST(pressure_follows_the_faces),
+                   TEST(statics_follow_an_open_pressure), TEST(pressure_inflates_a_thick_sphere),
+                   TEST(triangles_are_chosen_by_region));
+}
