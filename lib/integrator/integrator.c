@@ -78,8 +78,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && options->untangle)
-    status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
+  if (!status && options->untangle) status = flesh_untangler_create(system, &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
@@ -460,6 +459,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
+  if (self->untangler) flesh_untangler_before_step(self->untangler, state);
   if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
   else if (self->method == FLESH_METHOD_STATIC) status = equilibrium(self, state, h, stats);
   else status = step_in_time(self, state, h, stats);

@@ -304,9 +304,9 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),
      .default_value = "true",
-     .doc = "true: once calm, nodes of tets that stay inverted or wound once more around an edge, and are "
-            "held so by no load, are placed anew by their neighbours and the rest shape (counted in "
-            "the results)"},
+     .doc = "true: once calm, nodes of tets that stay inverted, collapsed or wound once more around "
+            "an edge, and are held so by no load, are placed anew by their neighbours and the rest "
+            "shape (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
