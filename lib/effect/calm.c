@@ -67,6 +67,12 @@ static double calm_next_event(const flesh_effect *effect, double t)
   return flesh_interval_next_event(self->from, self->until, t);
 }
 
+static size_t calm_memory(const flesh_effect *effect)
+{
+  const calm *self = effect->data;
+  return sizeof *self + flesh_mass_matrix_memory(&self->M);
+}
+
 static void calm_destroy(void *data)
 {
   calm *self = data;
@@ -82,6 +88,7 @@ static const flesh_effect_operations calm_operations = {
     .potential = calm_potential,
     .next_event = calm_next_event,
     .destroy = calm_destroy,
+    .memory = calm_memory,
 };
 
 int flesh_effect_calm(const flesh_body *body, double rate, double speed, double from, double until,
