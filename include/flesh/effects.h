@@ -69,6 +69,11 @@ typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } f
 FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
                                    flesh_stiffness against, flesh_effect **effect);
 
+/* To wind a motion down: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
+ * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until. */
+FLESH_API int flesh_effect_calm(const flesh_body *body, double rate, double speed, double from,
+                                double until, flesh_effect **effect);
+
 /* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
  * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0; F of the lagged
  * state. r = 0 where x = R X and v = w x (x). */

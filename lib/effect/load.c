@@ -59,6 +59,13 @@ static double load_next_event(const flesh_effect *effect, double t)
   return flesh_amplitude_next_event(&self->amplitude, t);
 }
 
+static size_t load_memory(const flesh_effect *effect)
+{
+  const load *self = effect->data;
+  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->shares) +
+         (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
+}
+
 static void load_destroy(void *data)
 {
   load *self = data;
@@ -77,6 +84,7 @@ static const flesh_effect_operations force_operations = {
     .energy = load_energy,
     .next_event = load_next_event,
     .destroy = load_destroy,
+    .memory = load_memory,
 };
 
 static const flesh_effect_operations traction_operations = {
@@ -87,6 +95,7 @@ static const flesh_effect_operations traction_operations = {
     .energy = load_energy,
     .next_event = load_next_event,
     .destroy = load_destroy,
+    .memory = load_memory,
 };
 
 /* With room for `count` nodes, and their numbers where `nodes` is not NULL. */

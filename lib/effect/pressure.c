@@ -195,6 +195,14 @@ static double pressure_next_event(const flesh_effect *effect, double t)
   return flesh_amplitude_next_event(&self->amplitude, t);
 }
 
+static size_t pressure_memory(const flesh_effect *effect)
+{
+  const pressure *self = effect->data;
+  /* Rooms are made for every side of a triangle. */
+  return sizeof *self + (size_t)self->triangle_count * 3 * (5 * sizeof(int) + sizeof *self->wings) +
+         (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
+}
+
 static void pressure_destroy(void *data)
 {
   pressure *self = data;
@@ -217,6 +225,7 @@ static const flesh_effect_operations closed_operations = {
     .energy = pressure_energy,
     .next_event = pressure_next_event,
     .destroy = pressure_destroy,
+    .memory = pressure_memory,
 };
 
 /* A surface with a rim has no energy. */
@@ -230,6 +239,7 @@ static const flesh_effect_operations open_operations = {
     .potential = pressure_potential,
     .next_event = pressure_next_event,
     .destroy = pressure_destroy,
+    .memory = pressure_memory,
 };
 
 /* A side of a triangle. */

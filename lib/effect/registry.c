@@ -196,6 +196,9 @@ static const flesh_effect_row rows[] = {
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
+    {"calm", "Winds the motion down: damping in proportion to mass, for a time or until the body is slow. It is not the "
+     "scene's physics, and says so by its name.", flesh_calm_keys, sizeof(flesh_calm_parameters),
+     "{rate: 20, speed: 0.5, until: 2}", flesh_calm_add, 0},
     {"viscosity", "Kelvin-Voigt damping: stresses in proportion to the rate of the Green strain; rigid motion feels "
      "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
      "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",

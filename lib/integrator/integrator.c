@@ -31,6 +31,7 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess; /* [n] rigid displacement over a step */
+  flesh_costs costs;
   flesh_failure failure;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   int calm;                 /* the motion has been found calm: IDA steps */
@@ -58,7 +59,10 @@ static int create_memory(flesh_integrator *self)
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
-  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  self->costs.effects =
+      calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
+  if (failed || !self->costs.effects)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
@@ -85,9 +89,13 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     flesh_integrator_destroy(&self);
     return status;
   }
+  flesh_nonlinear_set_costs(self->nonlinear, &self->costs);
+  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
   *integrator = self;
   return FLESH_OK;
 }
+
+flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &integrator->costs; }
 
 void flesh_integrator_destroy(flesh_integrator **integrator)
 {
@@ -101,6 +109,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   for (int k = 0; k < FLESH_METHOD_VECTORS; k++) free((*integrator)->memory.vectors[k]);
   free((*integrator)->returned.x);
   free((*integrator)->returned.v);
+  free((*integrator)->costs.effects);
   free((*integrator)->start);
   free((*integrator)->guess);
   free(*integrator);
