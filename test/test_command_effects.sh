@@ -8,8 +8,9 @@ scenes=$source_folder/../data/scenes
 short() { expect 0 "$flesh" run "$scenes/$1.yaml" --no-frames --set "time.end=$2" --out "out/$1" --quiet; }
 
 the_example_scenes_run() {
-  short damped_bar 1/20 && short viscous_spin 1/40 && short calmed_drop 1/10 && short loaded_bar 1/5 || return 1
-  for name in damped_bar viscous_spin calmed_drop loaded_bar; do
+  short damped_bar 1/20 && short viscous_spin 1/40 && short calmed_drop 1/10 && short loaded_bar 1/5 &&
+    short two_bodies 1/20 || return 1
+  for name in damped_bar viscous_spin calmed_drop loaded_bar two_bodies; do
     has "out/$name/result.json" '"status": "complete"' || return 1
   done
   has out/loaded_bar/history.csv 'energy_traction,energy_force,energy_elasticity,energy_total' &&

@@ -13,6 +13,12 @@ extern "C" {
 
 typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
 
+/* One of several bodies that share a mesh: a run of its tets. */
+typedef struct flesh_body_part {
+  const char *name;
+  int first_tet, tets;
+} flesh_body_part;
+
 /* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
 typedef struct flesh_body {
   const flesh_mesh *mesh;
@@ -20,6 +26,8 @@ typedef struct flesh_body {
   const flesh_material *materials; /* the different ones; NULL for a body without elasticity */
   const int *tet_material;         /* [tets] index into materials; NULL: all are materials[0] */
   flesh_mass mass;
+  int part_count;               /* 0: one body without a name */
+  const flesh_body_part *parts; /* [part_count] */
 } flesh_body;
 
 /* Points of a motion in time: linear between keyframes, constant before the first and after the

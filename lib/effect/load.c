@@ -182,7 +182,7 @@ int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system
   const flesh_load_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_effect_force(body, count, nodes, p->vector, &amplitude, &effect);
   free(nodes);
@@ -202,7 +202,7 @@ int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_sys
   const flesh_load_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body->mesh, &count, &triangles);
+  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
   if (status) return status;
   status = flesh_effect_traction(body, count, triangles, p->vector, &amplitude, &effect);
   free(triangles);

@@ -346,7 +346,7 @@ int flesh_pressure_add(const void *parameters, const flesh_body *body, flesh_sys
   const flesh_pressure_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body->mesh, &count, &triangles);
+  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
   if (status) return status;
   status = flesh_effect_pressure(body, count, triangles, p->pressure, &amplitude, &effect);
   free(triangles);

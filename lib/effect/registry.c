@@ -69,7 +69,7 @@ static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, select
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
 {
   const pin_parameters *p = parameters;
-  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_pin(system, count, nodes, p->axes, p->from, p->until);
   free(nodes);
@@ -105,7 +105,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
                          p->interpolation};
-  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
   free(nodes);

@@ -31,6 +31,8 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess; /* [n] rigid displacement over a step */
+  flesh_rigid_parts parts;
+  uint8_t *held; /* [n] constrained dofs, where there are several parts */
   flesh_costs costs;
   flesh_failure failure;
   flesh_adaptive *adaptive; /* of the adaptive methods */
@@ -59,6 +61,9 @@ static int create_memory(flesh_integrator *self)
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
+  int status = flesh_rigid_parts_create(flesh_system_mesh(self->system), &self->parts);
+  if (status) return status;
+  if (self->parts.count > 1) failed |= !(self->held = calloc(n, 1));
   self->costs.effects =
       calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
   if (failed || !self->costs.effects)
@@ -110,6 +115,8 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   free((*integrator)->returned.x);
   free((*integrator)->returned.v);
   free((*integrator)->costs.effects);
+  flesh_rigid_parts_clear(&(*integrator)->parts);
+  free((*integrator)->held);
   free((*integrator)->start);
   free((*integrator)->guess);
   free(*integrator);
@@ -140,6 +147,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
   int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
+         (size_t)integrator->n * (2 * sizeof(int) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
          (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
@@ -257,9 +265,10 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
   const double *guess = NULL;
-  if (!flesh_system_holds(self->system, stage.t)) {
-    flesh_rigid_guess(flesh_system_mesh(self->system), state, h, self->guess);
-    guess = self->guess;
+  const int holds = flesh_system_holds(self->system, stage.t);
+  if (!holds || self->held) {
+    if (holds) flesh_system_fixed(self->system, stage.t, self->held);
+    if (flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess)) guess = self->guess;
   }
   int status = flesh_nonlinear_solve(self->nonlinear, &stage, guess, 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
