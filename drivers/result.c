@@ -280,6 +280,36 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   return object;
 }
 
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
+{
+  json_t *array = json_array();
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    json_t *row = json_object();
+    json_object_set_new(row, "name", json_string(flesh_system_effect(system, e)->operations->name));
+    set_integer(row, "residuals", cost->residuals);
+    set_integer(row, "jacobians", cost->jacobians);
+    set_integer(row, "potentials", cost->potentials);
+    set_integer(row, "energies", cost->energies);
+    set_integer(row, "memory_bytes", (long)flesh_system_effect_memory(system, e));
+    set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system)
+{
+  fprintf(stream, "effect        residuals  Jacobians potentials   energies   memory kB      CPU s\n");
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11.1f %10.4f\n",
+            flesh_system_effect(system, e)->operations->name, cost->residuals, cost->jacobians,
+            cost->potentials, cost->energies, (double)flesh_system_effect_memory(system, e) / 1024,
+            cost->cpu_s);
+  }
+}
+
 json_t *flesh_outcome_json(const flesh_outcome *outcome)
 {
   json_t *object = json_object();

@@ -43,7 +43,7 @@ static void open_bar(bar *b, unsigned with, flesh_method method)
   int tets = flesh_mesh_tet_count(b->mesh), n = 3 * flesh_mesh_node_count(b->mesh);
   b->density = malloc(sizeof(double) * (size_t)tets);
   for (int t = 0; t < tets; t++) b->density[t] = 1000;
-  b->body = (flesh_body){b->mesh, b->density, &b->material, NULL, FLESH_MASS_LUMPED};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material};
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
   flesh_effect *effect;
   if (with & WITH_INERTIA) {

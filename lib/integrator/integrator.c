@@ -31,6 +31,9 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess; /* [n] rigid displacement over a step */
+  flesh_rigid_parts parts;
+  uint8_t *held; /* [n] constrained dofs, where there are several parts */
+  flesh_costs costs;
   flesh_failure failure;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   int calm;                 /* the motion has been found calm: IDA steps */
@@ -58,7 +61,13 @@ static int create_memory(flesh_integrator *self)
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
-  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  int status = flesh_rigid_parts_create(flesh_system_mesh(self->system), &self->parts);
+  if (status) return status;
+  if (self->parts.count > 1) failed |= !(self->held = calloc(n, 1));
+  self->costs.effects =
+      calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
+  if (failed || !self->costs.effects)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
@@ -84,9 +93,13 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     flesh_integrator_destroy(&self);
     return status;
   }
+  flesh_nonlinear_set_costs(self->nonlinear, &self->costs);
+  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
   *integrator = self;
   return FLESH_OK;
 }
+
+flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &integrator->costs; }
 
 void flesh_integrator_destroy(flesh_integrator **integrator)
 {
@@ -100,6 +113,9 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   for (int k = 0; k < FLESH_METHOD_VECTORS; k++) free((*integrator)->memory.vectors[k]);
   free((*integrator)->returned.x);
   free((*integrator)->returned.v);
+  free((*integrator)->costs.effects);
+  flesh_rigid_parts_clear(&(*integrator)->parts);
+  free((*integrator)->held);
   free((*integrator)->start);
   free((*integrator)->guess);
   free(*integrator);
@@ -130,6 +146,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
   int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
+         (size_t)integrator->n * (2 * sizeof(int) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
          (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
@@ -253,9 +270,10 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
   const double *guess = NULL;
-  if (!flesh_system_holds(self->system, stage.t)) {
-    flesh_rigid_guess(flesh_system_mesh(self->system), state, h, self->guess);
-    guess = self->guess;
+  const int holds = flesh_system_holds(self->system, stage.t);
+  if (!holds || self->held) {
+    if (holds) flesh_system_fixed(self->system, stage.t, self->held);
+    if (flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess)) guess = self->guess;
   }
   int status = flesh_nonlinear_solve(self->nonlinear, &stage, guess, 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);

@@ -112,6 +112,11 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   return worst / 3;
 }
 
+void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
+{
+  self->problem->costs = costs;
+}
+
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
 
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
@@ -240,6 +245,6 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (flesh_system_way(problem->system, stage->t_lag, stage->x_lag, t, problem->x) < 1)
     return FLESH_UNDEFINED;
   const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
-                             .threads = problem->threads};
+                             .threads = problem->threads, .costs = problem->costs};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }

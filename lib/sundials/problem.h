@@ -54,6 +54,7 @@ struct flesh_problem {
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
   flesh_solve_stats stats;
+  flesh_costs *costs;    /* borrowed; NULL: nobody counts */
 };
 
 /* r(u) [n], constraint rows included; status > 0 when it has no value. */
