@@ -165,7 +165,7 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_pre
                    double tolerance, int max_iterations, work *w, flesh_pcg_result *result)
 {
   double rz_before = 0;
-  result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
+  result->first = result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < max_iterations) {
     double square = 0, curvature;

@@ -42,6 +42,8 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
+  /* PCG's iterations per tenfold reduction, with the preconditioner as it was when new and last; 0: not known. */
+  double pace_new, pace;
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
