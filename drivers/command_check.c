@@ -30,6 +30,25 @@ static const char details[] =
     "gradient.txt (rows x y z fx fy fz, f = dV/dx [N]) and hessian.mtx (Matrix Market, dof = "
     "3*node + axis).\n";
 
+/* The scene's skin, if it has one, is bound to see that it can be. */
+static int report_skin(const flesh_scene *scene)
+{
+  const char *path = flesh_scene_outputs(scene)->skin.surface;
+  flesh_surface *surface = NULL;
+  flesh_skin *skin = NULL;
+  flesh_skin_info info;
+  if (!path) return FLESH_OK;
+  int status = flesh_surface_read(path, &surface);
+  if (!status) status = flesh_skin_bind(flesh_scene_mesh(scene), surface, &skin);
+  if (!status) {
+    flesh_skin_inspect(skin, &info);
+    flesh_skin_print(stdout, path, &info);
+  }
+  flesh_skin_destroy(&skin);
+  flesh_surface_destroy(&surface);
+  return status;
+}
+
 static void report_mesh(const flesh_scene *scene)
 {
   flesh_mesh_info info;
@@ -224,7 +243,8 @@ static int check(const flesh_scene *scene, const char *folder, int *failed)
     flesh_scene_start(scene, &state);
     report_mesh(scene);
     flesh_materials_print(stdout, scene);
-    status = report_system(scene, state.t);
+    status = report_skin(scene);
+    if (!status) status = report_system(scene, state.t);
   }
   if (!status) status = differentiate(scene, &state, failed);
   if (!status && folder) status = dump(scene, &state, folder);

@@ -234,8 +234,10 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   }
   const uint8_t *tangled;
   int count = flesh_winding_find(self->winding, state->x, &tangled);
-  if (!count && !self->may_collapse && is_balanced(self, state) && is_unloaded(self, state))
+  if (!count && !self->may_collapse) {
     count = flesh_winding_find_crushed(self->winding, state->x, &tangled);
+    if (count && !is_unloaded(self, state)) count = 0;
+  }
   if (!count) {
     self->attempts = 0;
     return 0;
