@@ -36,18 +36,23 @@ static double model_ratio(flesh_problem *self, const double *u, const double *r,
 static void lengthen(flesh_problem *self, const double *u, const double *p, double start, double slope,
                      double *scale, double *value)
 {
+  double too_long = INFINITY;
   for (int tries = 0; tries < 20; tries++) {
-    double bend = (*value - start) / (*scale * *scale) - slope / *scale, further, ignored;
-    /* The minimum of the parabola through what is known; a first try goes as far as 2 at least, because a
+    /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a
      * potential that bends less than the matrix says (x^4) goes on falling beyond it. */
+    double bend = (*value - start) / (*scale * *scale) - slope / *scale, further, ignored;
     double longer = bend > 0 ? fmin(-slope / (2 * bend), 4 * *scale) : 4 * *scale;
     if (tries == 0) longer = fmax(longer, 2 * *scale);
-    else if (longer < 1.5 * *scale) return;
+    if (longer >= too_long) longer = sqrt(*scale * too_long);
+    if (longer < 1.4 * *scale) return;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + longer * p[d];
-    if (flesh_problem_way(self, u, self->step) < 1) return;
-    if (flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) return;
-    *value = further;
-    *scale = longer;
+    if (flesh_problem_way(self, u, self->step) < 1 ||
+        flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
+      too_long = longer;
+    } else {
+      *value = further;
+      *scale = longer;
+    }
   }
 }
 
