@@ -1,4 +1,4 @@
-/* bench_steps.c: whole steps of a bar that swings, is twisted, is crushed, flies off, or comes to
+/* bench_steps.c: whole steps of a bar that swings, is twisted, is crushed, is dropped, or comes to
  * rest under its weight. */
 #define _GNU_SOURCE
 #include <malloc.h>
@@ -11,7 +11,14 @@
 #include "interrupt.h"
 
 const char *const flesh_bench_cases[] = {"kernels", "swing",  "twist", "crush",
-                                         "release", "static", NULL};
+                                         "drop",    "static", NULL};
+
+/* Bytes allocated by now. */
+static double held(void)
+{
+  struct mallinfo2 info = mallinfo2();
+  return (double)info.uordblks + (double)info.hblkhd;
+}
 
 int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy energy,
                          double poisson, flesh_bench_bar *bar)
@@ -19,11 +26,13 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy en
   const int *cells = plan->sizes[size];
   double edge = 1.0 / cells[0], extent[3] = {1, cells[1] * edge, cells[2] * edge};
   *bar = (flesh_bench_bar){0};
+  double before = held();
   int raw = energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M || energy == FLESH_ENERGY_D;
   int status = flesh_material_from_young(
       energy, raw ? FLESH_CONSTANTS_RAW : FLESH_CONSTANTS_MATCHED, 1e5, poisson, &bar->material);
   if (!status) status = flesh_mesh_box(cells, extent, (double[]){0, 0, 0}, &bar->mesh);
   if (status) return status;
+  bar->mesh_bytes = held() - before;
   int tets = flesh_mesh_tet_count(bar->mesh);
   bar->density = malloc((size_t)tets * sizeof *bar->density);
   if (!bar->density) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -37,12 +46,6 @@ void flesh_bench_bar_close(flesh_bench_bar *bar)
   flesh_mesh_destroy(&bar->mesh);
   free(bar->density);
   bar->density = NULL;
-}
-
-static double held(void)
-{
-  struct mallinfo2 info = mallinfo2();
-  return (double)info.uordblks + (double)info.hblkhd;
 }
 
 /* A whole case: its system, and the state it starts from. */
@@ -78,7 +81,7 @@ static int hold(run *r)
   int *nodes = malloc((size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof *nodes);
   if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = FLESH_OK, twist = !strcmp(r->name, "twist"), crush = !strcmp(r->name, "crush");
-  if (strcmp(r->name, "release"))
+  if (strcmp(r->name, "drop"))
     status = flesh_system_add_pin(r->system, face(r->bar->mesh, 0, nodes), nodes, FLESH_AXES_ALL,
                                   -INFINITY, INFINITY);
   if (!status && (twist || crush)) {
@@ -96,6 +99,16 @@ static int hold(run *r)
   return status;
 }
 
+/* A plane 5 cm below the bar. */
+static int make_ground(const flesh_body *body, flesh_effect **effect)
+{
+  flesh_obstacle *plane = NULL;
+  flesh_contact_options options;
+  flesh_contact_options_default(&options);
+  int status = flesh_obstacle_plane((double[]){0, 0, -0.05}, (double[]){0, 0, 1}, &plane);
+  return status ? status : flesh_effect_contact(body, &options, &plane, effect);
+}
+
 static int make_system(run *r)
 {
   const flesh_body *body = &r->bar->body;
@@ -105,7 +118,9 @@ static int make_system(run *r)
   if (!status && !r->is_static) status = add(r, flesh_effect_inertia(body, &effect), &effect);
   if (!status)
     status = add(r, flesh_effect_elasticity_with(body, r->plan->instructions, &effect), &effect);
-  if (!status && (r->is_static || !strcmp(r->name, "swing"))) {
+  int drop = !strcmp(r->name, "drop");
+  if (!status && drop) status = add(r, make_ground(body, &effect), &effect);
+  if (!status && (r->is_static || drop || !strcmp(r->name, "swing"))) {
     const double g[3] = {0, 0, r->is_static ? -0.5 : -9.81};
     status = add(r, flesh_effect_gravity(body, g, &effect), &effect);
   }
@@ -115,21 +130,16 @@ static int make_system(run *r)
   return status;
 }
 
-/* From rest; released ones stretched by half. */
 static void set_state(run *r)
 {
-  const double *X = flesh_mesh_positions(r->bar->mesh);
-  int nodes = flesh_mesh_node_count(r->bar->mesh);
-  memcpy(r->state.x, X, 3 * (size_t)nodes * sizeof *X);
-  memset(r->state.v, 0, 3 * (size_t)nodes * sizeof *X);
+  size_t bytes = 3 * (size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof(double);
+  memcpy(r->state.x, flesh_mesh_positions(r->bar->mesh), bytes);
+  memset(r->state.v, 0, bytes);
   r->state.t = 0;
-  for (int i = 0; i < nodes && !strcmp(r->name, "release"); i++) {
-    r->state.x[3 * i] *= 1.5;
-    for (int c = 1; c < 3; c++) r->state.x[3 * i + c] *= 0.8165;
-  }
 }
 
-static int all_steps(void *data)
+/* A new integrator at the start. */
+static int prepare(void *data)
 {
   run *r = data;
   double before = held();
@@ -138,16 +148,22 @@ static int all_steps(void *data)
   options.newton_tolerance = r->is_static ? 1e-8 : r->plan->tolerance;
   options.threads = r->threads;
   flesh_integrator_destroy(&r->integrator);
+  memset(&r->stats, 0, sizeof r->stats);
+  set_state(r);
   int status = flesh_integrator_create(
       r->system, r->is_static ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
       &r->integrator);
-  memset(&r->stats, 0, sizeof r->stats);
-  set_state(r);
-  int steps = r->is_static ? 1 : r->plan->steps;
+  if (held() - before > r->integrator_bytes) r->integrator_bytes = held() - before;
+  return status;
+}
+
+static int all_steps(void *data)
+{
+  run *r = data;
+  int status = FLESH_OK, steps = r->is_static ? 1 : r->plan->steps;
+  double h = r->is_static ? 1 : 1.0 / 60;
   for (int k = 0; k < steps && !status; k++) {
-    status =
-        flesh_integrator_step(r->integrator, &r->state, r->is_static ? 1 : 1.0 / 60, &r->stats);
-    if (k == 0 && held() - before > r->integrator_bytes) r->integrator_bytes = held() - before;
+    status = flesh_integrator_step(r->integrator, &r->state, h, &r->stats);
     if (flesh_interrupt_signal())
       return flesh_fail(FLESH_ERR_INTERRUPTED, "stopped by %s", flesh_interrupt_name());
   }
@@ -192,7 +208,7 @@ int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const 
   int status = r.state.x && r.state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = make_system(&r);
   if (!status) {
-    row.status = flesh_bench_measure(all_steps, &r, plan->repeats, &row.time);
+    row.status = flesh_bench_measure(prepare, all_steps, &r, plan->repeats, &row.time);
     if (row.status == FLESH_ERR_SOLVE) row.time = (flesh_bench_time){NAN, NAN, NAN, NAN, NAN, 0};
     else status = row.status;
   }
@@ -201,6 +217,7 @@ int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const 
     status = flesh_bench_add(plan, &row);
   }
   if (!status && memory) {
+    note_memory(plan, "mesh", row.tets, bar->mesh_bytes);
     note_memory(plan, "effects and pattern", row.tets, r.system_bytes);
     note_memory(plan, "integrator", row.tets, r.integrator_bytes);
   }

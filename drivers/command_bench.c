@@ -16,7 +16,7 @@ static const char details[] =
     "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"
     "kernel of a step against the bytes and operations it cannot do without, then whole backward-Euler steps of\n"
     "1/60 s of a bar with the proportions 48 x 13 x 13 (swing: held at one end under gravity; twist: half a turn in\n"
-    "0.5 s; crush: to 0.6 of its length; release: free, stretched by half) and its equilibrium at g = 0.5 (static,\n"
+    "0.5 s; crush: to 0.6 of its length; drop: onto a plane 5 cm below) and its equilibrium at g = 0.5 (static,\n"
     "tolerance 1e-8). Times are medians of the repeats, CPU time for one thread and wall time for more; +- is half\n"
     "the range of the middle half of the repeats. Newton and linear iterations and the answer do not depend on the\n"
     "machine: two programs that differ in them did not do the same work.\n\n"
@@ -112,7 +112,7 @@ static int take_case(flesh_bench_plan *plan, const char *item)
       return FLESH_OK;
     }
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "'%s' is no case; they are kernels, swing, twist, crush, release, static", item);
+                    "'%s' is no case; they are kernels, swing, twist, crush, drop, static", item);
 }
 
 static int take_instructions(flesh_bench_plan *plan, const char *text)
@@ -163,7 +163,7 @@ static int measure(flesh_bench_plan *plan)
 int flesh_command_bench(int argc, char **argv)
 {
   const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
-  const char *cases = "kernels,swing,twist,crush,release,static", *instructions = "auto";
+  const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto";
   int json = 0;
   flesh_bench_plan *plan = calloc(1, sizeof *plan);
   if (!plan) return flesh_command_fail("bench", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
@@ -176,7 +176,7 @@ int flesh_command_bench(int argc, char **argv)
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms of the energy (default S)"},
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.45,0.49)"},
       {"threads", "LIST", FLESH_OPTION_TEXT, &threads, "numbers of threads (default 1)"},
-      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,release,static (default all)"},
+      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
       {"steps", "N", FLESH_OPTION_COUNT, &plan->steps, "steps of a case (default 10)"},
       {"repeats", "N", FLESH_OPTION_COUNT, &plan->repeats, "repeats of everything, at most 101 (default 3)"},
       {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan->tolerance, "of Newton's iteration (default 1e-6)"},

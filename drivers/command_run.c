@@ -119,6 +119,8 @@ int flesh_command_run(int argc, char **argv)
       printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
              info.unused_nodes == 1 ? " is" : "s are");
     flesh_materials_print(stdout, scene);
+    const char *preconditioner = flesh_preconditioner_used(scene);
+    if (preconditioner) printf("preconditioner: %s\n", preconditioner);
     fflush(stdout);
   }
   flesh_runner_run(scene, &options, &figures, &outcome);

@@ -169,6 +169,14 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
             info->outside, info->distance_max, info->farthest, info->weight_min);
 }
 
+const char *flesh_preconditioner_used(const flesh_scene *scene)
+{
+  const flesh_solver_options *solver = flesh_scene_solver(scene);
+  if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
+  return flesh_preconditioner_name(flesh_preconditioner_choose(
+      solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
+}
+
 void flesh_materials_print(FILE *stream, const flesh_scene *scene)
 {
   const flesh_material *materials = flesh_scene_body(scene)->materials;

@@ -55,6 +55,9 @@ void flesh_failure_print(FILE *stream, const flesh_outcome *outcome);
 /* What a skin is bound to, in a line or two. */
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
+/* Name of the kind that a scene's solves use; NULL: a direct solver. */
+const char *flesh_preconditioner_used(const flesh_scene *scene);
+
 /* Constants of every material in force, as text or as a new array. */
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);
 json_t *flesh_materials_json(const flesh_scene *scene);

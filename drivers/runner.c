@@ -142,9 +142,12 @@ static int open_outputs(runner *r, flesh_figures *figures)
   r->path = malloc(strlen(options->out) + 64);
   if (!r->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   r->program = flesh_provenance_program(options->argc, options->argv);
-  int threads = flesh_scene_solver(r->scene)->threads;
-  if (threads == 0) threads = flesh_threads_available();
+  const flesh_solver_options *solver = flesh_scene_solver(r->scene);
+  int threads = solver->threads ? solver->threads : flesh_threads_available();
   json_object_set_new(r->program, "threads", json_integer(threads));
+  const char *preconditioner = flesh_preconditioner_used(r->scene);
+  json_object_set_new(r->program, "preconditioner",
+                      preconditioner ? json_string(preconditioner) : json_null());
   r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
   unlink(in_out(r, "state.txt"));
   flesh_skin_frames_remove(in_out(r, "skin"));

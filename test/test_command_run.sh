@@ -31,11 +31,13 @@ a_good_run_writes_everything() {
   expect 0 "$flesh" run bar.yaml || return 1
   [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
   has stdout.txt 'material 0: S (matched)' && has stdout.txt 'poisson 0.45$' || return 1
+  has stdout.txt '^preconditioner: ic$' || return 1
   [ "$(lines out/bar/history.csv)" -eq 32 ] || return 1 # header, start, 30 steps
   [ "$(ls out/bar/frames/*.vtu | wc -l)" -eq 31 ] || return 1
   [ "$(grep -c DataSet out/bar/frames/frames.pvd)" -eq 31 ] || return 1
   rows out/bar/state.txt 63 || return 1
   has out/bar/result.json '"status": "complete"' && has out/bar/result.json '"steps": 30' &&
+    has out/bar/result.json '"element_instructions": "[a-z0-9]*"' &&
     has out/bar/result.json "$(sha256sum bar.yaml | cut -d ' ' -f 1)" &&
     has out/bar/result.json "$(sha256sum bar.msh | cut -d ' ' -f 1)" || return 1
   ! find . -name '*.part-*' | grep .
@@ -53,7 +55,7 @@ the_resolved_scene_repeats_the_run() {
 }
 
 threads_change_no_bit() {
-  has out/bar/result.json '"threads": 1,' || return 1
+  has out/bar/result.json '"threads": 1,' && has out/bar/result.json '"preconditioner": "ic"' || return 1
   for threads in 2 3 0; do
     expect 0 "$flesh" run bar.yaml --set "solver.threads=$threads" --out threaded --no-frames --quiet || return 1
     cmp out/bar/state.txt threaded/state.txt || return 1

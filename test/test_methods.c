@@ -276,7 +276,7 @@ static void ends_of_steps_have_an_energy(void)
     test_body b;
     CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), soft(FLESH_ENERGY_NEO), 4e4, FLESH_MASS_LUMPED, 1, &b));
     CHECK_OK(flesh_system_finish(b.system));
-    for (int d = 0; d < b.n; d++) b.state.v[d] = -30 * (b.state.x[d] - 0.5);
+    for (int d = 0; d < b.n; d++) b.state.v[d] = -35 * (b.state.x[d] - 0.5);
     flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-8);
     flesh_solve_stats stats = {0};
     for (int step = 0; step < 10; step++) {

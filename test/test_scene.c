@@ -123,9 +123,11 @@ static void overrides_change_what_they_name(void)
   CHECK_OVERRIDE("velocity: [1, 2, 3]", "start={velocity: [1, 2, 3]}");
   CHECK_OVERRIDE("  method: static\n", "effects.inertia=null");
   CHECK_OVERRIDE("effects:\n  - gravity:", "effects[0]=null");
-  CHECK_OVERRIDE("effects:\n  - elasticity: {}\ntime:", "effects=null");
-  CHECK_OVERRIDE("  - inertia: {}\n  - elasticity: {}\n", "effects=null", "effects.inertia={}");
-  CHECK_OVERRIDE("      until: .inf\n  - elasticity: {}\ntime:", "effects.drag=null");
+  CHECK_OVERRIDE("effects:\n  - elasticity:\n      instructions: auto\ntime:", "effects=null");
+  CHECK_OVERRIDE("  - inertia: {}\n  - elasticity:\n      instructions: auto\n", "effects=null",
+                 "effects.inertia={}");
+  CHECK_OVERRIDE("      until: .inf\n  - elasticity:\n      instructions: auto\ntime:",
+                 "effects.drag=null");
   CHECK_OVERRIDE("      until: .inf\ntime:", "body.material=null", "body.regions=null");
   CHECK_OVERRIDE(
       "  mass: lumped\n  material:\n    energy: S\n    constants: matched\n    young: 7\n",

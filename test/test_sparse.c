@@ -255,7 +255,7 @@ static void direct_solvers_solve(void)
 }
 
 /* P^-1 as a full matrix, column by column. */
-static double *applied(const flesh_preconditioner_data *preconditioner, int n)
+static double *applied(flesh_preconditioner_data *preconditioner, int n)
 {
   double *P = malloc((size_t)n * n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
          *column = malloc((size_t)n * sizeof *column);
@@ -278,7 +278,7 @@ static void check_definite(int n, const double *P)
     asymmetry = fmax(asymmetry, fabs(P[k] - P[k % n * n + k / n]));
     size = fmax(size, fabs(P[k]));
   }
-  CHECK_BELOW(asymmetry, 1e-11 * size);
+  CHECK_BELOW(asymmetry, 1e-6 * size); /* incomplete Cholesky is in single precision */
   gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
   gsl_vector *values = gsl_vector_alloc((size_t)n);
   gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
@@ -290,8 +290,9 @@ static void check_definite(int n, const double *P)
   gsl_matrix_free(A);
 }
 
-static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_IC, FLESH_PRECONDITIONER_JACOBI,
-                                             FLESH_PRECONDITIONER_NONE};
+static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
+                                             FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_NONE};
+enum { KINDS = sizeof kinds / sizeof kinds[0] };
 
 static void preconditioners_are_definite(void)
 {
@@ -301,11 +302,11 @@ static void preconditioners_are_definite(void)
   flesh_block_matrix *matrices[] = {bar_matrix(&b, 0, 0, 0), bar_matrix(&b, 0.3, 0, 0), bar_matrix(&b, 0.3, 0, 1),
                                     random_matrix(&b, 0), random_matrix(&b, 0)};
   memset(matrices[4]->values, 0, 9 * (size_t)matrices[4]->row_start[b.n / 3] * sizeof(double));
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(kinds[k], matrices[0], &preconditioner));
+    CHECK_OK(flesh_preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     for (int m = 0; m < 5; m++) {
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[m]));
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[m], NULL));
       double *P = applied(preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
              *z = malloc((size_t)b.n * sizeof *z);
       check_definite(b.n, P);
@@ -319,10 +320,10 @@ static void preconditioners_are_definite(void)
     }
     if (kinds[k] != FLESH_PRECONDITIONER_NONE) {
       matrices[4]->values[0] = NAN;
-      CHECK(flesh_preconditioner_setup(preconditioner, matrices[4]) == FLESH_NONFINITE);
+      CHECK(flesh_preconditioner_setup(preconditioner, matrices[4], NULL) == FLESH_NONFINITE);
       matrices[4]->values[0] = 0;
       /* And none of it spoils what comes next. */
-      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[0]));
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[0], NULL));
     }
     CHECK(flesh_preconditioner_memory(preconditioner) > 0);
     flesh_preconditioner_destroy(&preconditioner);
@@ -344,8 +345,8 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     make(mesh, FLESH_ENERGY_S, 0.4, &b);
     flesh_block_matrix *A = random_matrix(&b, 1.1);
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, &preconditioner));
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
+    CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     for (int d = 0; d < b.n; d++) {
       double *unit = calloc((size_t)b.n, sizeof *unit);
@@ -361,8 +362,8 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
       free(column);
     }
     printf("# off by %.2g on the pattern, %.2g outside\n", worst, outside);
-    CHECK_BELOW(worst, 1e-11);
-    CHECK((outside > 1e-6) == !single);
+    CHECK_BELOW(worst, 1e-5); /* single precision */
+    CHECK((outside > 1e-3) == !single);
     free(inverse);
     free(dense);
     flesh_preconditioner_destroy(&preconditioner);
@@ -377,18 +378,20 @@ static void conjugate_gradients(void)
   make(test_box(4, 2, 2, 2, 1, 1), FLESH_ENERGY_S, 0.45, &b);
   int n = b.n;
   double *right = malloc((size_t)n * sizeof *right), *x = malloc((size_t)n * sizeof *x),
-         *work = malloc(4 * (size_t)n * sizeof *work), *Ax = malloc((size_t)n * sizeof *Ax),
+         *Ax = malloc((size_t)n * sizeof *Ax),
          *weights = malloc((size_t)n * sizeof *weights);
   flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0), *indefinite = bar_matrix(&b, 0.3, 0, 0);
   flesh_pcg_result result;
-  int iterations[3];
+  flesh_pcg_space *space = NULL;
+  CHECK_OK(flesh_pcg_space_create(A, NULL, &space));
+  int iterations[KINDS];
   randomise(n, right);
   double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < KINDS; k++) {
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(kinds[k], A, &preconditioner));
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
-    CHECK_OK(flesh_pcg(A, preconditioner, NULL, 1e-12 * test_norm(n, right), 5000, right, x, work, &result));
+    CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 1e-12 * test_norm(n, right), 5000, right, x, &result));
     CHECK_BELOW(test_distance(n, x, expected), 1e-8 * test_norm(n, expected));
     iterations[k] = result.iterations;
     flesh_block_multiply(A, x, Ax);
@@ -397,14 +400,14 @@ static void conjugate_gradients(void)
 
     /* The norm is the weighted one. */
     for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2);
-    CHECK_OK(flesh_pcg(A, preconditioner, weights, 1e-3, 5000, right, x, work, &result));
+    CHECK_OK(flesh_pcg(space, A, preconditioner, weights, 1e-3, 5000, right, x, &result));
     flesh_block_multiply(A, x, Ax);
     for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
     CHECK_BELOW(result.residual, 1e-3);
 
     /* The limit leaves an iterate that descends. */
-    CHECK(flesh_pcg(A, preconditioner, NULL, 0, 3, right, x, work, &result) == FLESH_NOT_CONVERGED);
+    CHECK(flesh_pcg(space, A, preconditioner, NULL, 0, 3, right, x, &result) == FLESH_NOT_CONVERGED);
     CHECK(result.iterations == 3);
     double slope = 0, curvature = 0;
     flesh_block_multiply(A, x, Ax);
@@ -413,28 +416,29 @@ static void conjugate_gradients(void)
 
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
-    CHECK_OK(flesh_pcg(A, preconditioner, NULL, 0, 10, Ax, x, work, &result));
+    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 0, 10, Ax, x, &result));
     CHECK(result.iterations == 0 && test_norm(n, x) == 0);
 
     /* Negative curvature is seen, whatever preconditions. */
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite));
-    CHECK(flesh_pcg(indefinite, preconditioner, NULL, 1e-10, 5000, right, x, work, &result) == FLESH_NOT_POSITIVE);
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
+    CHECK(flesh_pcg(space, indefinite, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NOT_POSITIVE);
     CHECK(test_all_finite(n, x));
-    CHECK_OK(flesh_preconditioner_setup(preconditioner, A));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     right[4] = NAN;
-    CHECK(flesh_pcg(A, preconditioner, NULL, 1e-10, 5000, right, x, work, &result) == FLESH_NONFINITE);
+    CHECK(flesh_pcg(space, A, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NONFINITE);
     right[4] = 0.5;
     free(expected);
     expected = solve_by_gsl(n, dense, right);
     flesh_preconditioner_destroy(&preconditioner);
   }
-  printf("# iterations: IC %d, Jacobi %d, none %d\n", iterations[0], iterations[1], iterations[2]);
-  CHECK(iterations[0] < iterations[1] && iterations[1] < iterations[2]);
+  printf("# iterations: two levels %d, IC %d, Jacobi %d, none %d\n", iterations[0], iterations[1], iterations[2],
+         iterations[3]);
+  CHECK(iterations[1] < iterations[2] && iterations[2] < iterations[3]);
   free(dense);
   free(expected);
   free(right);
   free(x);
-  free(work);
+  flesh_pcg_space_destroy(&space);
   free(Ax);
   free(weights);
   flesh_block_matrix_destroy(&A);

@@ -57,6 +57,9 @@ FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **eff
 FLESH_API int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions instructions,
                                            flesh_effect **effect);
 
+/* Those that an elasticity effect uses, never AUTO; AUTO for every other effect. */
+FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
+
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);

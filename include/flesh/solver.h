@@ -17,7 +17,9 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  FLESH_PRECONDITIONER_IC,     /* incomplete Cholesky on 3x3 blocks, no fill */
+  FLESH_PRECONDITIONER_AUTO,      /* two-level, or IC on meshes of a few hundred nodes */
+  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements that are affine in boxes of 300 nodes */
+  FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE
 } flesh_preconditioner;
@@ -72,9 +74,14 @@ typedef struct flesh_solver_options {
   int threads;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, IC, on demand, energy search,
+/* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
  * unconverged solves refused, 1 thread. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
+
+/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
+FLESH_API flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
+/* As in a scene. NULL: no such kind. */
+FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {

@@ -138,7 +138,7 @@ static int damping_jacobian(const flesh_effect *effect, const flesh_point *point
 {
   const damping *self = effect->data;
   if (shift->v == 0) return FLESH_OK;
-  if (self->mass > 0) flesh_mass_matrix_add(&self->M, shift->v * self->mass, K, slots);
+  if (self->mass > 0) flesh_mass_matrix_add(&self->M, shift->v * self->mass, point->threads, K, slots);
   for (int k = 0; k < self->cells.count; k++) {
     double pair[6][9];
     int status = blocks(self, &self->elements[k], point->x_lag, shift->v * self->stiffness, pair);

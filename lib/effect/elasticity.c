@@ -19,6 +19,7 @@ typedef struct elasticity {
   flesh_cells cells; /* in the order of the batches */
   flesh_batches batches;
   const flesh_elasticity_kernel *kernel;
+  flesh_instructions instructions;
   flesh_tet_order order; /* without .tet */
   int *piece_batch;      /* [pieces+1] first batch of each piece */
 } elasticity;
@@ -279,6 +280,7 @@ int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions inst
   if (status) return status;
   elasticity *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
+  self->instructions = instructions;
   self->kernel = kernel_for(instructions);
   status = make_batches(self, body);
   if (status) {
@@ -286,4 +288,11 @@ int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions inst
     return status;
   }
   return flesh_effect_create(&elasticity_operations, self, effect);
+}
+
+flesh_instructions flesh_effect_instructions(const flesh_effect *effect)
+{
+  if (effect->operations != &elasticity_operations) return FLESH_INSTRUCTIONS_AUTO;
+  const elasticity *self = effect->data;
+  return self->instructions;
 }

@@ -11,10 +11,16 @@
 #include "math/svd3.h"
 #include "math/svd3_core.h"
 
+/* The compiler must see through these to keep a batch in registers. */
+#define INLINE static inline __attribute__((always_inline))
+
 /* Within these bounds of I_C and J nothing of a built-in energy overflows, nor does the batched
  * logarithm or decomposition leave its domain; beyond, tets are taken one by one. */
 #define LARGEST  1e50
 #define SMALLEST 1e-50
+
+/* Shapes are asked for this many batches before they are needed. */
+#define AHEAD 4
 
 /* A batch at a point. */
 typedef struct batch {
@@ -27,7 +33,7 @@ typedef struct batch {
   flesh_psi_real psi;
 } batch;
 
-static inline void deformation(const double *x, batch *b)
+INLINE void deformation(const double *x, batch *b)
 {
   int repeated[4 * FLESH_LANES];
   const int *node = b->node;
@@ -36,6 +42,7 @@ static inline void deformation(const double *x, batch *b)
       repeated[l] = node[l < 4 * b->used ? l : 4 * b->used - 4 + l % 4];
     node = repeated;
   }
+#pragma GCC unroll 3
   for (int i = 0; i < 3; i++) {
 #define POSITION(a, l) x[3 * (size_t)node[4 * (l) + (a)] + i]
 #define FIRST(l)       POSITION(0, l)
@@ -79,11 +86,13 @@ static __attribute__((noinline, cold)) int psi_one_by_one(const flesh_material *
   return FLESH_OK;
 }
 
-static inline __attribute__((always_inline)) int load(const flesh_batches *batches, int index,
-                                                      const double *x, int with_value, batch *b)
+INLINE int load(const flesh_batches *batches, int index, const double *x, int with_value, batch *b)
 {
   const flesh_real_at *shape =
       (const flesh_real_at *)(batches->shapes + (size_t)index * 10 * FLESH_LANES);
+  if (index + AHEAD < batches->count)
+    for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* a line of 64 bytes each */
+      __builtin_prefetch(batches->shapes + (size_t)(index + AHEAD) * 10 * FLESH_LANES + k);
   b->material = &batches->materials[batches->material[index]];
   b->first = batches->first[index];
   b->used = batches->first[index + 1] - b->first;
@@ -110,24 +119,38 @@ static inline __attribute__((always_inline)) int load(const flesh_batches *batch
   return FLESH_OK;
 }
 
+/* Adds every lane's forces f [4 nodes][3] to its nodes, x and y together. */
+static inline void scatter_forces(const batch *b, flesh_real f[4][3], double *r)
+{
+  double xy[4][2][FLESH_LANES], z[4][FLESH_LANES];
+  for (int a = 0; a < 4; a++) {
+    flesh_exchange(1, &f[a][0], &f[a][1]);
+    *(flesh_real_at *)xy[a][0] = f[a][0]; /* x and y of the even lanes */
+    *(flesh_real_at *)xy[a][1] = f[a][1];
+    *(flesh_real_at *)z[a] = f[a][2];
+  }
+  for (int l = 0; l < b->used; l++)
+    for (int a = 0; a < 4; a++) {
+      double *place = r + 3 * (size_t)b->node[4 * l + a];
+      *(flesh_two_at *)place += *(const flesh_two_at *)(xy[a][l & 1] + (l & ~1));
+      place[2] += z[a][l];
+    }
+}
+
 static int residual(const flesh_batches *batches, int from, int until, const double *x, double *r)
 {
   for (int k = from; k < until; k++) {
     batch b;
     int status = load(batches, k, x, 0, &b);
     if (status) return status;
-    flesh_real pI = 2 * b.volume * b.psi.I, pJ = b.volume * b.psi.J, f[4];
-    double parts[3][4][FLESH_LANES] __attribute__((aligned(64)));
+    flesh_real pI = 2 * b.volume * b.psi.I, pJ = b.volume * b.psi.J, f[4][3];
     for (int i = 0; i < 3; i++) {
       flesh_real P[3];
       for (int j = 0; j < 3; j++) P[j] = pI * b.F[3 * i + j] + pJ * b.C[3 * i + j];
-      for (int a = 0; a < 3; a++) f[a + 1] = flesh_vec3_dot(P, b.g[a]);
-      f[0] = -(f[1] + f[2] + f[3]);
-      for (int a = 0; a < 4; a++) *(flesh_real_at *)parts[i][a] = f[a];
+      for (int a = 0; a < 3; a++) f[a + 1][i] = flesh_vec3_dot(P, b.g[a]);
+      f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
     }
-    for (int l = 0; l < b.used; l++)
-      for (int a = 0; a < 4; a++)
-        for (int i = 0; i < 3; i++) r[3 * (size_t)b.node[4 * l + a] + i] += parts[i][a][l];
+    scatter_forces(&b, f, r);
   }
   return FLESH_OK;
 }
@@ -151,8 +174,8 @@ static int energy(const flesh_batches *batches, int from, int until, const doubl
   return FLESH_OK;
 }
 
-/* The exact Hessian: blocks K_11 K_12 K_13 K_22 K_23 K_33. d cof(F) in direction e_j g_b^T, times
- * g_a, is e_j x F(g_a x g_b). */
+/* The exact Hessian: blocks K_11 K_12 K_13 K_22 K_23 K_33. d cof(F) in direction e_j g_b^T,
+ * times g_a, is e_j x F(g_a x g_b). */
 static inline void true_blocks(const batch *b, flesh_real scale, flesh_real pair[6][9])
 {
   flesh_real p[3][3], q[3][3];
@@ -240,8 +263,7 @@ static inline void add_block(const flesh_real block[9], const int *slot, int use
   }
 }
 
-/* Adds the six blocks between nodes 1, 2, 3 and, by the zero row sum, the four that touch node 0.
- */
+/* Adds the six blocks between nodes 1, 2, 3 and, by the zero row sum, the four of node 0. */
 static inline void scatter(const flesh_real pair[6][9], const int *slot, int used, double *values)
 {
   flesh_real k0[3][9], k00[9];

@@ -20,8 +20,8 @@ static int inertia_residual(const flesh_effect *effect, const flesh_point *point
 static int inertia_jacobian(const flesh_effect *effect, const flesh_point *point,
                             const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  (void)point;
-  if (shift->a != 0) flesh_mass_matrix_add(effect->data, shift->a, K, slots);
+  if (shift->a != 0)
+    flesh_mass_matrix_add(effect->data, shift->a, point->threads, K, slots);
   return FLESH_OK;
 }
 

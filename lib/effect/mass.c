@@ -1,6 +1,7 @@
 /* mass.c: the lumped and the consistent mass of linear tets. */
 #include "effect/mass.h"
 
+#include <stdint.h>
 #include <stdlib.h>
 
 #include "base/error.h"
@@ -78,13 +79,33 @@ double flesh_mass_matrix_half_square(const flesh_mass_matrix *self, const double
   return total / 2;
 }
 
-void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_block_matrix *K, const int *slots)
+/* Lumped masses onto the diagonal, a part of the nodes by each task. */
+typedef struct addition {
+  const flesh_mass_matrix *mass;
+  double scale;
+  const flesh_block_matrix *K;
+} addition;
+
+enum { PARTS = 64 };
+
+static void add_part(void *data, int task)
+{
+  const addition *a = data;
+  int nodes = a->mass->nodes;
+  int from = (int)((int64_t)nodes * task / PARTS);
+  int until = (int)((int64_t)nodes * (task + 1) / PARTS);
+  for (int i = from; i < until; i++) {
+    double *block = a->K->values + 9 * (size_t)a->K->row_start[i];
+    for (int c = 0; c < 3; c++) block[4 * c] += a->scale * a->mass->lumped[i];
+  }
+}
+
+void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_threads *threads,
+                           flesh_block_matrix *K, const int *slots)
 {
   if (self->lumped) {
-    for (int i = 0; i < self->nodes; i++) {
-      double *block = K->values + 9 * (size_t)K->row_start[i];
-      for (int c = 0; c < 3; c++) block[4 * c] += scale * self->lumped[i];
-    }
+    addition a = {self, scale, K};
+    flesh_threads_run(threads, PARTS, add_part, &a);
     return;
   }
   for (int e = 0; e < self->cells.count; e++) {

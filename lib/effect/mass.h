@@ -24,7 +24,8 @@ void flesh_mass_matrix_times(const flesh_mass_matrix *mass, double scale, const 
 double flesh_mass_matrix_half_square(const flesh_mass_matrix *mass, const double *x);
 
 /* K += scale M; `slots` as of flesh_effect_operations.jacobian for the cells of all tets, not read where lumped. */
-void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_block_matrix *K, const int *slots);
+void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_threads *threads,
+                           flesh_block_matrix *K, const int *slots);
 
 /* Bytes it holds. */
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *mass);

@@ -10,7 +10,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .max_linear = 2000,
       .max_halvings = 8,
       .linear_solver = FLESH_LINEAR_PCG,
-      .preconditioner = FLESH_PRECONDITIONER_IC,
+      .preconditioner = FLESH_PRECONDITIONER_AUTO,
       .projection = FLESH_PROJECTION_DEMAND,
       .filtering = FLESH_FILTERING_AUTO,
       .untangle = 1,

@@ -82,30 +82,45 @@ static inline flesh_real flesh_abs(flesh_real value)
   return (flesh_real)((flesh_mask)value & INT64_MAX);
 }
 
-/* Lane l of vector c becomes lane c of vector l: squares of 1, then 2, then 4 lanes change places.
- */
+/* Lanes of a and b in pairs: those of which `step` lanes stay and `step` lanes change places, so
+ * that for step 1 a ends with a_0 b_0 a_2 b_2 ... and b with a_1 b_1 a_3 b_3 ... */
+static inline void flesh_exchange(int step, flesh_real *a, flesh_real *b)
+{
+  flesh_real x = *a, y = *b;
+#if FLESH_LANES == 8
+  if (step == 4) {
+    *a = __builtin_shufflevector(x, y, 0, 1, 2, 3, 8, 9, 10, 11);
+    *b = __builtin_shufflevector(x, y, 4, 5, 6, 7, 12, 13, 14, 15);
+  } else if (step == 2) {
+    *a = __builtin_shufflevector(x, y, 0, 1, 8, 9, 4, 5, 12, 13);
+    *b = __builtin_shufflevector(x, y, 2, 3, 10, 11, 6, 7, 14, 15);
+  } else {
+    *a = __builtin_shufflevector(x, y, 0, 8, 2, 10, 4, 12, 6, 14);
+    *b = __builtin_shufflevector(x, y, 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+#elif FLESH_LANES == 4
+  if (step == 2) {
+    *a = __builtin_shufflevector(x, y, 0, 1, 4, 5);
+    *b = __builtin_shufflevector(x, y, 2, 3, 6, 7);
+  } else {
+    *a = __builtin_shufflevector(x, y, 0, 4, 2, 6);
+    *b = __builtin_shufflevector(x, y, 1, 5, 3, 7);
+  }
+#else
+  (void)step;
+  *a = __builtin_shufflevector(x, y, 0, 2);
+  *b = __builtin_shufflevector(x, y, 1, 3);
+#endif
+}
+
+/* Lane l of vector c becomes lane c of vector l. */
 static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 {
-#define EXCHANGE(step, low, high)                                                                  \
-  for (int k = 0; k < FLESH_LANES; k++)                                                            \
-    if (!(k & (step))) {                                                                           \
-      flesh_real a = v[k], b = v[k + (step)];                                                      \
-      v[k] = __builtin_shufflevector(a, b, FLESH_UNPACK low);                                      \
-      v[k + (step)] = __builtin_shufflevector(a, b, FLESH_UNPACK high);                            \
-    }
-#define FLESH_UNPACK(...) __VA_ARGS__
-#if FLESH_LANES == 8
-  EXCHANGE(1, (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15))
-  EXCHANGE(2, (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15))
-  EXCHANGE(4, (0, 1, 2, 3, 8, 9, 10, 11), (4, 5, 6, 7, 12, 13, 14, 15))
-#elif FLESH_LANES == 4
-  EXCHANGE(1, (0, 4, 2, 6), (1, 5, 3, 7))
-  EXCHANGE(2, (0, 1, 4, 5), (2, 3, 6, 7))
-#else
-  EXCHANGE(1, (0, 2), (1, 3))
-#endif
-#undef FLESH_UNPACK
-#undef EXCHANGE
+#pragma GCC unroll 3
+  for (int step = 1; step < FLESH_LANES; step *= 2)
+#pragma GCC unroll 8
+    for (int k = 0; k < FLESH_LANES; k++)
+      if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
 
 /* The vector of f(0) ... f(lanes - 1). */
@@ -120,8 +135,9 @@ static inline void flesh_transpose(flesh_real v[FLESH_LANES])
   (flesh_real) { f(0), f(1) }
 #endif
 
-/* n doubles anywhere in memory. */
+/* n doubles, and two, anywhere in memory. */
 typedef flesh_real flesh_real_at __attribute__((aligned(8), may_alias));
+typedef double flesh_two_at __attribute__((vector_size(16), aligned(8), may_alias));
 
 #endif
 

@@ -19,6 +19,19 @@ static inline void flesh_vec3_cross(const flesh_real a[3], const flesh_real b[3]
   c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+/* w = a unit vector at right angles to the unit vector u. */
+static inline void flesh_vec3_perpendicular(const flesh_real u[3], flesh_real w[3])
+{
+  flesh_real x = flesh_abs(u[0]), y = flesh_abs(u[1]), z = flesh_abs(u[2]);
+  flesh_mask first = (x <= y) & (x <= z), second = (y < x) & (y <= z);
+  flesh_real zero = flesh_all(0), one = flesh_all(1);
+  flesh_real axis[3] = {flesh_select(first, one, zero), flesh_select(second, one, zero),
+                        flesh_select(first | second, zero, one)};
+  flesh_vec3_cross(u, axis, w);
+  flesh_real n = 1 / flesh_sqrt(flesh_vec3_dot(w, w));
+  for (int i = 0; i < 3; i++) w[i] *= n;
+}
+
 static inline void flesh_mat3_identity(flesh_real A[9])
 {
   for (int k = 0; k < 9; k++) A[k] = flesh_all(k % 4 == 0);

@@ -1,14 +1,15 @@
 /* svd3_core.h: svd3.h's decomposition for one matrix or several side by side (lanes.h), of ordinary
  * size: finite, the largest entry within SMALLEST and LARGEST.
  *
- * One-sided Jacobi (Hestenes 1958; de Rijk 1989): rotate pairs of columns of B = F V until they are
- * orthogonal. Working on B and not on F^T F keeps the small singular values accurate. */
+ * V first from the eigenvectors of F^T F, then by one-sided Jacobi (Hestenes 1958; de Rijk
+ * 1989): rotate pairs of columns of B = F V until they are orthogonal, one sweep as a rule.
+ * Working on B and not on F^T F alone keeps the small singular values accurate. */
 #ifndef FLESH_MATH_SVD3_CORE_H
 #define FLESH_MATH_SVD3_CORE_H
 
 #include <float.h>
 
-#include "math/mat3.h"
+#include "math/eig3_core.h"
 
 #define FLESH_SVD3_SMALLEST 1e-30
 #define FLESH_SVD3_LARGEST  1e30
@@ -42,8 +43,7 @@ static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3
   flesh_mask turn =
       (pq2 > FLESH_SVD3_ORTHOGONAL * FLESH_SVD3_ORTHOGONAL * product) & (flesh_abs(pq) > floor);
   if (!flesh_any(turn)) return turn;
-  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)) with the sign of d = qq - pp.
-   */
+  /* The rotation of smallest angle: tan = 2pq/(|d| + hypot(d, 2pq)), its sign that of qq - pp. */
   flesh_real d = qq - pp, o = 2 * pq;
   flesh_real r = flesh_abs(d) + flesh_sqrt(d * d + o * o);
   o = flesh_select(d < 0, -o, o);
@@ -61,24 +61,16 @@ static inline flesh_mask flesh_svd3_rotate(flesh_real b[3][3], flesh_real v[3][3
                  (flesh_abs(s) > FLESH_SVD3_LAST_SWEEP));
 }
 
-static inline void flesh_svd3_perpendicular(const flesh_real u[3], flesh_real w[3])
-{
-  flesh_real x = flesh_abs(u[0]), y = flesh_abs(u[1]), z = flesh_abs(u[2]);
-  flesh_mask first = (x <= y) & (x <= z), second = (y < x) & (y <= z);
-  flesh_real zero = flesh_all(0), one = flesh_all(1);
-  flesh_real axis[3] = {flesh_select(first, one, zero), flesh_select(second, one, zero),
-                        flesh_select(first | second, zero, one)};
-  flesh_vec3_cross(u, axis, w);
-  flesh_real n = 1 / flesh_sqrt(flesh_vec3_dot(w, w));
-  for (int i = 0; i < 3; i++) w[i] *= n;
-}
-
 static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh_real sigma[3],
                                    flesh_real V[9])
 {
   flesh_real b[3][3], v[3][3], floor = flesh_mat3_norm2(F) * FLESH_SVD3_NEGLIGIBLE;
+  flesh_real squares[9], FV[9];
+  flesh_mat3_transposed_multiply(F, F, squares);
+  flesh_eig3_core(squares, sigma, V);
+  flesh_mat3_multiply(F, V, FV);
   for (int p = 0; p < 3; p++)
-    for (int i = 0; i < 3; i++) b[p][i] = F[3 * i + p], v[p][i] = flesh_all(i == p);
+    for (int i = 0; i < 3; i++) b[p][i] = FV[3 * i + p], v[p][i] = V[3 * i + p];
   flesh_mask again;
   int sweep = 0;
   do {
@@ -99,8 +91,7 @@ static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh
     flesh_svd3_swap(swap, v[p], v[q]);
   }
 
-  /* U's columns are B's, normalised; what rank deficiency leaves open is completed to a rotation.
-   */
+  /* U's columns are B's, normalised; what rank deficiency leaves open makes it a rotation. */
   flesh_real u[3][3], s0 = flesh_sqrt(n[0]), s1 = flesh_sqrt(n[1]), inverse = 1 / s0;
   for (int i = 0; i < 3; i++) u[0][i] = b[0][i] * inverse;
   flesh_real along = flesh_vec3_dot(u[0], b[1]), rest[3];
@@ -112,7 +103,7 @@ static inline void flesh_svd3_core(const flesh_real F[9], flesh_real U[9], flesh
   flesh_mask full = (s1 > FLESH_SVD3_NEGLIGIBLE * s0) & (n1 > 0.5 * s1);
   if (flesh_any(full == 0)) {
     flesh_real w[3];
-    flesh_svd3_perpendicular(u[0], w);
+    flesh_vec3_perpendicular(u[0], w);
     for (int i = 0; i < 3; i++) u[1][i] = flesh_select(full, u[1][i], w[i]);
   }
   flesh_vec3_cross(u[0], u[1], u[2]);

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "integrator/method.h"
+#include "sparse/preconditioner.h"
 
 /* Choices are read as int into fields of enum type. */
 static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
@@ -15,7 +16,6 @@ static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S",
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static const char *const masses[] = {"lumped", "consistent", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
-static const char *const preconditioners[] = {"ic", "jacobi", "none", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
 static const char *const filterings[] = {"auto", "clamp", "absolute", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
@@ -288,9 +288,11 @@ static const flesh_key solver_table[] = {
     {.name = "preconditioner",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, preconditioner),
-     .choices = preconditioners,
-     .default_value = "ic",
-     .doc = "of pcg: incomplete Cholesky on 3x3 blocks, inverse diagonal blocks, or none"},
+     .choices = flesh_preconditioner_names,
+     .default_value = "auto",
+     .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
+            "are affine in boxes of 300 nodes; jacobi: inverse diagonal blocks; none; auto: two-level, "
+            "or ic on meshes of a few hundred nodes"},
     {.name = "projection",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, projection),

@@ -1,63 +1,200 @@
-/* pcg.c: preconditioned conjugate gradients (Hestenes & Stiefel 1952) on plain arrays. */
+/* pcg.c: preconditioned conjugate gradients (Hestenes & Stiefel 1952) on vectors of four lanes per node, the fourth of
+ * which is padding that no sum takes in. */
 #include "sparse/pcg.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "sparse/block_matrix.h"
+#include "base/error.h"
+#include "sparse/lanes.h"
+#include "sparse/product.h"
 
-static double dot(int n, const double *x, const double *y)
+enum { CHUNK = 1024 }; /* nodes of a task: what is summed up does not depend on the threads */
+
+struct flesh_pcg_space {
+  int rows, chunks;
+  flesh_threads *threads;
+  flesh_product product;
+  flesh_double4 *x, *r, *p, *z, *weights; /* [rows]; z is also A p */
+  double *sums, *squares;                 /* [chunks] */
+};
+
+int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, flesh_pcg_space **space)
 {
-  /* Eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
-  double s[8] = {0};
-  int i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) s[l] += x[i + l] * y[i + l];
-  for (; i < n; i++) s[0] += x[i] * y[i];
-  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+  flesh_pcg_space *self = calloc(1, sizeof *self);
+  *space = self;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
+  self->rows = A->rows;
+  self->chunks = (A->rows + CHUNK - 1) / CHUNK;
+  self->threads = threads;
+  const size_t bytes = ((size_t)A->rows + 1) * sizeof *self->x;
+  flesh_double4 **vectors[] = {&self->x, &self->r, &self->p, &self->z, &self->weights};
+  int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
+  self->squares = self->sums + self->chunks + 1;
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) {
+    *vectors[k] = aligned_alloc(sizeof **vectors[k], bytes);
+    if (*vectors[k]) memset(*vectors[k], 0, bytes);
+    else failed = 1;
+  }
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows)
+                      : FLESH_OK;
+  flesh_halves halves = {0};
+  if (!status) status = flesh_halves_create(A, &halves);
+  if (!status) status = flesh_product_create(A, &halves, &self->product);
+  flesh_halves_clear(&halves);
+  if (status) flesh_pcg_space_destroy(space);
+  return status;
 }
 
-static double weighted_norm(int n, const double *weights, const double *r)
+void flesh_pcg_space_destroy(flesh_pcg_space **space)
 {
-  if (!weights) return sqrt(dot(n, r, r));
-  double s = 0;
-  for (int i = 0; i < n; i++) s += weights[i] * r[i] * weights[i] * r[i];
-  return sqrt(s);
+  if (!space || !*space) return;
+  flesh_pcg_space *self = *space;
+  flesh_product_clear(&self->product);
+  free(self->x);
+  free(self->r);
+  free(self->p);
+  free(self->z);
+  free(self->weights);
+  free(self->sums);
+  free(self);
+  *space = NULL;
 }
 
-int flesh_pcg(const flesh_block_matrix *A, const flesh_preconditioner_data *preconditioner,
-              const double *weights, double tolerance, int max_iterations, const double *b,
-              double *x, double *work, flesh_pcg_result *result)
+size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
 {
-  int n = 3 * A->rows;
-  double *r = work, *z = work + n, *p = work + 2 * (size_t)n, *Ap = work + 3 * (size_t)n;
-  memset(x, 0, (size_t)n * sizeof *x);
-  memcpy(r, b, (size_t)n * sizeof *r);
-  *result = (flesh_pcg_result){0, weighted_norm(n, weights, r)};
-  if (result->residual <= tolerance) return FLESH_OK;
+  return sizeof *self + (size_t)self->rows * 5 * sizeof *self->x +
+         2 * (size_t)self->chunks * sizeof *self->sums + flesh_product_memory(&self->product);
+}
+
+typedef struct work {
+  flesh_pcg_space *space;
+  const double *b, *weights;
+  double *x;
+  double alpha, beta;
+} work;
+
+static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
+{
+  *begin = chunk * CHUNK;
+  *end = *begin + CHUNK < self->rows ? *begin + CHUNK : self->rows;
+}
+
+static double sum_of(const flesh_double4 parts[4])
+{
+  flesh_double4 sum = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+  return (sum[0] + sum[1]) + sum[2];
+}
+
+static void load(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const double *b = w->b + 3 * (size_t)i;
+    self->x[i] = self->p[i] = self->z[i] = (flesh_double4){0};
+    self->r[i] = (flesh_double4){b[0], b[1], b[2], 0};
+    self->weights[i] = (flesh_double4){1, 1, 1, 0};
+    for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * (size_t)i + c];
+  }
+}
+
+static void store(void *data, int chunk)
+{
+  const work *w = data;
+  int begin, end;
+  range(w->space, chunk, &begin, &end);
+  for (int i = begin; i < end; i++)
+    for (int c = 0; c < 3; c++) w->x[3 * (size_t)i + c] = w->space->x[i][c];
+}
+
+/* x += alpha p and r -= alpha A p; the weighted square of r and its own. */
+static void descend(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  flesh_double4 weighted[4] = {{0}}, plain[4] = {{0}};
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    self->x[i] += w->alpha * self->p[i];
+    flesh_double4 r = self->r[i] - w->alpha * self->z[i], s = r * self->weights[i];
+    self->r[i] = r;
+    plain[i % 4] += r * r;
+    weighted[i % 4] += s * s;
+  }
+  self->sums[chunk] = sum_of(weighted);
+  self->squares[chunk] = sum_of(plain);
+}
+
+static void dot(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  flesh_double4 products[4] = {{0}};
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) products[i % 4] += self->r[i] * self->z[i];
+  self->sums[chunk] = sum_of(products);
+}
+
+/* p = z + beta p. */
+static void turn(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  if (w->beta == 0) memcpy(self->p + begin, self->z + begin, (size_t)(end - begin) * sizeof *self->p);
+  else
+    for (int i = begin; i < end; i++) self->p[i] = self->z[i] + w->beta * self->p[i];
+}
+
+static double run(const flesh_pcg_space *self, flesh_task *task, work *w)
+{
+  double sum = 0;
+  flesh_threads_run(self->threads, self->chunks, task, w);
+  for (int k = 0; k < self->chunks; k++) sum += self->sums[k];
+  return sum;
+}
+
+static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+                   double tolerance, int max_iterations, work *w, flesh_pcg_result *result)
+{
   double rz_before = 0;
+  result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
+  if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < max_iterations) {
-    flesh_preconditioner_apply(preconditioner, r, z);
-    double rz = dot(n, r, z);
+    double square = 0, curvature;
+    for (int k = 0; k < self->chunks; k++) square += self->squares[k];
+    flesh_preconditioner_apply_lanes(preconditioner, sqrt(square), (double *)self->r, (double *)self->z);
+    double rz = run(self, dot, w);
     if (!(fabs(rz) < INFINITY)) return FLESH_NONFINITE;
-    double beta = result->iterations ? rz / rz_before : 0;
-    if (beta == 0)
-      memcpy(p, z, (size_t)n * sizeof *p);
-    else
-      for (int i = 0; i < n; i++) p[i] = z[i] + beta * p[i];
-    flesh_block_multiply(A, p, Ap);
-    double curvature = dot(n, p, Ap);
+    w->beta = result->iterations ? rz / rz_before : 0;
+    flesh_threads_run(self->threads, self->chunks, turn, w);
+    flesh_product_multiply(&self->product, A, self->threads, (double *)self->p, (double *)self->z, &curvature);
     if (!(fabs(curvature) < INFINITY)) return FLESH_NONFINITE;
     if (!(curvature > 0)) return FLESH_NOT_POSITIVE;
-    double alpha = rz / curvature;
-    for (int i = 0; i < n; i++) {
-      x[i] += alpha * p[i];
-      r[i] -= alpha * Ap[i];
-    }
+    w->alpha = rz / curvature;
     result->iterations++;
-    result->residual = weighted_norm(n, weights, r);
+    result->residual = sqrt(run(self, descend, w));
     if (result->residual <= tolerance) return FLESH_OK;
     rz_before = rz;
   }
   return FLESH_NOT_CONVERGED;
+}
+
+int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
+              flesh_pcg_result *result)
+{
+  work w = {.space = self, .b = b, .weights = weights, .x = x};
+  *result = (flesh_pcg_result){0};
+  flesh_threads_run(self->threads, self->chunks, load, &w);
+  int status = iterate(self, A, preconditioner, tolerance, max_iterations, &w, result);
+  flesh_threads_run(self->threads, self->chunks, store, &w);
+  return status;
 }

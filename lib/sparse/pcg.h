@@ -9,12 +9,19 @@ typedef struct flesh_pcg_result {
   double residual; /* weighted 2-norm at the end */
 } flesh_pcg_result;
 
-/* Solves A x = b from x = 0 until || weights . (b - A x) ||_2 <= tolerance (weights [3*rows], NULL:
- * ones). `work` [4 * 3*rows]. FLESH_OK; FLESH_NOT_CONVERGED at the iteration limit, x the last
- * iterate (a descent direction all the same); FLESH_NOT_POSITIVE at the first direction p with p.Ap
- * <= 0, x the iterate before it; FLESH_NONFINITE. */
-int flesh_pcg(const flesh_block_matrix *A, const flesh_preconditioner_data *preconditioner,
-              const double *weights, double tolerance, int max_iterations, const double *b,
-              double *x, double *work, flesh_pcg_result *result);
+/* The vectors of a solve and the order of its products. */
+typedef struct flesh_pcg_space flesh_pcg_space;
+
+/* For matrices of A's pattern; `threads` (may be NULL) is borrowed. Returns new. */
+int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, flesh_pcg_space **space);
+void flesh_pcg_space_destroy(flesh_pcg_space **space);
+size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
+
+/* Solves A x = b from x = 0 until || weights . (b - A x) ||_2 <= tolerance (weights [3*rows], NULL: ones). FLESH_OK;
+ * FLESH_NOT_CONVERGED at the iteration limit, x the last iterate (a descent direction all the same);
+ * FLESH_NOT_POSITIVE at the first direction p with p.Ap <= 0, x the iterate before it; FLESH_NONFINITE. */
+int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
+              flesh_pcg_result *result);
 
 #endif

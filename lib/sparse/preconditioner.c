@@ -1,8 +1,4 @@
-/* preconditioner.c: block Jacobi and incomplete block Cholesky without fill.
- *
- * The factorisation is A + shift diag(A) ~ (I + U)^T D (I + U) on A's own pattern, right-looking:
- * once row k is final, every pair (j,l) of its neighbours that is itself in the pattern is updated.
- * Which pairs those are depends on the pattern alone and is worked out once. */
+/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
 #include "sparse/preconditioner.h"
 
 #include <math.h>
@@ -11,198 +7,173 @@
 
 #include "base/error.h"
 #include "sparse/block_matrix.h"
-#include "system/pattern.h"
+#include "sparse/cholesky.h"
+#include "sparse/coarse.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
   int rows;
-  const int *row_start, *column; /* the matrix's */
-  double *inverse;               /* [9*rows] of the diagonal blocks of D */
-  double *factor; /* [9*blocks] U; the diagonal blocks' places hold D while it is made */
-  int *target;    /* block updated by each pair of each row's neighbours, -1: dropped */
-  size_t targets;
-  double shift; /* that the last factorisation needed, relative to the diagonal */
+  double *inverse; /* [9*rows] of the diagonal blocks */
+  flesh_cholesky *cholesky;
+  double scale;    /* of the matrix that is factored */
+  double shift;    /* that the last factorisation needed, relative to the diagonal */
+  int by_diagonal; /* no shift helped: the diagonal blocks serve */
+  flesh_coarse *coarse; /* NULL: one level */
+  int two_levels;       /* it serves for the matrix at hand */
 };
 
-static size_t neighbour_pairs(const flesh_block_matrix *A)
+/* Nodes of a box of the coarse level. Fewer give fewer iterations, but the coarse factor's cost rises faster than the
+ * number of boxes. */
+enum { BOX_NODES = 300, FEWEST_BOXES = 2, MOST_BOXES = 600 };
+
+const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
+
+const char *flesh_preconditioner_name(flesh_preconditioner kind)
 {
-  size_t pairs = 0;
-  for (int k = 0; k < A->rows; k++) {
-    size_t n = (size_t)(A->row_start[k + 1] - A->row_start[k] - 1);
-    pairs += n * (n + 1) / 2;
-  }
-  return pairs;
+  return (unsigned)kind <= FLESH_PRECONDITIONER_NONE ? flesh_preconditioner_names[kind] : NULL;
+}
+
+flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)
+{
+  if (kind != FLESH_PRECONDITIONER_AUTO) return kind;
+  return nodes >= FEWEST_BOXES * BOX_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
+}
+
+static int boxes_for(int nodes)
+{
+  int boxes = nodes / BOX_NODES;
+  return boxes < FEWEST_BOXES ? FEWEST_BOXES : boxes > MOST_BOXES ? MOST_BOXES : boxes;
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
 {
   flesh_preconditioner_data *self = calloc(1, sizeof *self);
   *preconditioner = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
-  self->kind = kind;
+  self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
   self->rows = A->rows;
-  self->row_start = A->row_start;
-  self->column = A->column;
   if (kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
-  int failed = !(self->inverse = malloc((size_t)A->rows * 9 * sizeof *self->inverse));
-  if (kind == FLESH_PRECONDITIONER_IC && !failed) {
-    self->targets = neighbour_pairs(A);
-    self->factor = malloc((size_t)A->row_start[A->rows] * 9 * sizeof *self->factor);
-    self->target = malloc((self->targets + 1) * sizeof *self->target);
-    failed = !self->factor || !self->target;
+  int status = FLESH_OK;
+  self->inverse = malloc(((size_t)A->rows * 9 + 1) * sizeof *self->inverse);
+  if (!self->inverse)
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
+  if (!status && kind != FLESH_PRECONDITIONER_JACOBI) {
+    flesh_halves halves;
+    status = flesh_halves_create(A, &halves);
+    if (!status) status = flesh_cholesky_create(A, &halves, threads, &self->cholesky);
+    flesh_halves_clear(&halves);
   }
-  if (failed) {
-    flesh_preconditioner_destroy(preconditioner);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
-  }
-  if (kind != FLESH_PRECONDITIONER_IC) return FLESH_OK;
-  int *target = self->target;
-  for (int k = 0; k < A->rows; k++)
-    for (int p = A->row_start[k] + 1; p < A->row_start[k + 1]; p++)
-      for (int q = p; q < A->row_start[k + 1]; q++)
-        *target++ = flesh_pattern_find(A->row_start, A->column, A->column[p], A->column[q]);
-  return FLESH_OK;
+  if (!status && kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows >= FEWEST_BOXES)
+    status = flesh_coarse_create(A, positions, boxes_for(A->rows), threads, &self->coarse);
+  if (status) flesh_preconditioner_destroy(preconditioner);
+  return status;
 }
 
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   free((*preconditioner)->inverse);
-  free((*preconditioner)->factor);
-  free((*preconditioner)->target);
+  flesh_cholesky_destroy(&(*preconditioner)->cholesky);
+  flesh_coarse_destroy(&(*preconditioner)->coarse);
   free(*preconditioner);
   *preconditioner = NULL;
 }
 
-/* C -= A^T B. */
-static inline void subtract_product(const double *restrict A, const double *restrict B,
-                                    double *restrict C)
+static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      C[3 * i + j] -= A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
-}
-
-/* One attempt; 0 when a pivot block is not positive definite. */
-static int factorise(flesh_preconditioner_data *self, const flesh_block_matrix *A, double shift)
-{
-  const int *start = self->row_start;
-  memcpy(self->factor, A->values, (size_t)start[self->rows] * 9 * sizeof *self->factor);
-  if (shift > 0)
-    for (int k = 0; k < self->rows; k++)
-      for (int c = 0; c < 3; c++)
-        self->factor[9 * (size_t)start[k] + 4 * c] +=
-            shift * fabs(self->factor[9 * (size_t)start[k] + 4 * c]);
-  const int *target = self->target;
-  for (int k = 0; k < self->rows; k++) {
-    double *inverse = self->inverse + 9 * (size_t)k;
-    if (!flesh_block_invert(self->factor + 9 * (size_t)start[k], inverse)) return 0;
-    for (int p = start[k] + 1; p < start[k + 1]; p++) {
-      double *row = self->factor + 9 * (size_t)p, scaled[9];
-      for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-          scaled[3 * i + j] = inverse[3 * i] * row[j] + inverse[3 * i + 1] * row[3 + j] +
-                              inverse[3 * i + 2] * row[6 + j];
-      /* Blocks after p of this row are still unscaled: (j,l) -= (D^-1 A_kj)^T A_kl. */
-      for (int q = p; q < start[k + 1]; q++, target++)
-        if (*target >= 0)
-          subtract_product(scaled, self->factor + 9 * (size_t)q,
-                           self->factor + 9 * (size_t)*target);
-      memcpy(row, scaled, sizeof scaled);
-    }
-  }
-  return 1;
-}
-
-static int set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
-{
+  self->by_diagonal = 1;
   for (int k = 0; k < self->rows; k++) {
     const double *block = A->values + 9 * (size_t)A->row_start[k];
     double *inverse = self->inverse + 9 * (size_t)k;
     double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
-    if (!(trace < INFINITY)) return FLESH_NONFINITE;
     if (flesh_block_invert(block, inverse)) continue;
     memset(inverse, 0, 9 * sizeof *inverse);
     for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
   }
-  return FLESH_OK;
 }
 
-int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A)
+/* A power of two that takes x to about 1. */
+static double power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
+
+int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
+                               const uint8_t *fixed)
 {
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
-  if (self->kind == FLESH_PRECONDITIONER_JACOBI) return set_jacobi(self, A);
+  double largest = 0;
   for (int k = 0; k < self->rows; k++)
-    for (int c = 0; c < 3; c++)
-      if (!(fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]) < INFINITY))
-        return FLESH_NONFINITE;
+    for (int c = 0; c < 3; c++) {
+      double size = fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]);
+      if (!(size < INFINITY)) return FLESH_NONFINITE;
+      largest = fmax(largest, size);
+    }
+  self->by_diagonal = 0;
+  if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
+    set_jacobi(self, A);
+    return FLESH_OK;
+  }
+  self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, fixed);
+  self->scale = power_to_one(largest);
   /* What was needed last is needed again, or nearly so: try a quarter of it, then four times as
    * much. */
   double shift = self->shift > 1e-3 ? self->shift / 4 : 0;
-  while (!factorise(self, A, shift)) {
+  while (flesh_cholesky_factor(self->cholesky, A, self->scale, shift)) {
     shift = shift > 0 ? 4 * shift : 1e-3;
     if (shift > 1e6) {
       /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
-      memset(self->factor, 0, (size_t)self->row_start[self->rows] * 9 * sizeof *self->factor);
       self->shift = 0;
-      return set_jacobi(self, A);
+      set_jacobi(self, A);
+      return FLESH_OK;
     }
   }
   self->shift = shift;
   return FLESH_OK;
 }
 
-static inline void block_times(const double *b, const double *x, double *y)
+static void apply_level(flesh_preconditioner_data *self, int stride, double norm, const double *r, double *z)
 {
-  double x0 = x[0], x1 = x[1], x2 = x[2];
-  y[0] = b[0] * x0 + b[1] * x1 + b[2] * x2;
-  y[1] = b[3] * x0 + b[4] * x1 + b[5] * x2;
-  y[2] = b[6] * x0 + b[7] * x1 + b[8] * x2;
-}
-
-void flesh_preconditioner_apply(const flesh_preconditioner_data *self, const double *r, double *z)
-{
-  const int *start = self->row_start, *column = self->column;
-  if (z != r) memcpy(z, r, (size_t)self->rows * 3 * sizeof *z);
-  if (self->kind == FLESH_PRECONDITIONER_NONE) return;
-  if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
-    for (int k = 0; k < self->rows; k++)
-      block_times(self->inverse + 9 * (size_t)k, z + 3 * k, z + 3 * k);
+  const size_t step = (size_t)stride;
+  if (self->kind == FLESH_PRECONDITIONER_NONE) {
+    if (z != r) memcpy(z, r, (size_t)self->rows * step * sizeof *z);
+    return;
+  }
+  if (!self->by_diagonal) {
+    double scale = power_to_one(norm);
+    flesh_cholesky_solve(self->cholesky, stride, scale, self->scale / scale, r, z);
     return;
   }
   for (int k = 0; k < self->rows; k++) {
-    double z0 = z[3 * k], z1 = z[3 * k + 1], z2 = z[3 * k + 2];
-    const double *b = self->factor + 9 * (size_t)start[k];
-    for (int p = start[k] + 1; p < start[k + 1]; p++) {
-      b += 9;
-      double *zj = z + 3 * (size_t)column[p];
-      zj[0] -= b[0] * z0 + b[3] * z1 + b[6] * z2;
-      zj[1] -= b[1] * z0 + b[4] * z1 + b[7] * z2;
-      zj[2] -= b[2] * z0 + b[5] * z1 + b[8] * z2;
-    }
-    block_times(self->inverse + 9 * (size_t)k, z + 3 * k, z + 3 * k);
+    const double *b = self->inverse + 9 * (size_t)k, *from = r + step * (size_t)k;
+    double *to = z + step * (size_t)k, x0 = from[0], x1 = from[1], x2 = from[2];
+    for (int c = 0; c < 3; c++) to[c] = b[3 * c] * x0 + b[3 * c + 1] * x1 + b[3 * c + 2] * x2;
   }
-  for (int k = self->rows - 1; k >= 0; k--) {
-    double z0 = 0, z1 = 0, z2 = 0;
-    const double *b = self->factor + 9 * (size_t)start[k];
-    for (int p = start[k] + 1; p < start[k + 1]; p++) {
-      b += 9;
-      const double *zj = z + 3 * (size_t)column[p];
-      z0 += b[0] * zj[0] + b[1] * zj[1] + b[2] * zj[2];
-      z1 += b[3] * zj[0] + b[4] * zj[1] + b[5] * zj[2];
-      z2 += b[6] * zj[0] + b[7] * zj[1] + b[8] * zj[2];
-    }
-    z[3 * k] -= z0;
-    z[3 * k + 1] -= z1;
-    z[3 * k + 2] -= z2;
-  }
+}
+
+static void apply(flesh_preconditioner_data *self, int stride, double norm, const double *r, double *z)
+{
+  if (self->two_levels) flesh_coarse_solve(self->coarse, stride, r); /* before z, which may be r */
+  apply_level(self, stride, norm, r, z);
+  if (self->two_levels) flesh_coarse_add(self->coarse, stride, z);
+}
+
+void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
+{
+  double square = 0;
+  for (int d = 0; d < 3 * self->rows; d++) square += r[d] * r[d];
+  apply(self, 3, sqrt(square), r, z);
+}
+
+void flesh_preconditioner_apply_lanes(flesh_preconditioner_data *self, double norm, const double *r,
+                                      double *z)
+{
+  apply(self, 4, norm, r, z);
 }
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
 {
   size_t bytes = sizeof *self;
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
-  if (self->factor) bytes += (size_t)self->row_start[self->rows] * 9 * sizeof *self->factor;
-  return bytes + self->targets * sizeof *self->target;
+  return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
+         (self->coarse ? flesh_coarse_memory(self->coarse) : 0);
 }

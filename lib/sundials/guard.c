@@ -38,7 +38,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
-  double rounding = 1e-13 * magnitude;
+  double rounding = 1e-13 * magnitude, last_rise = 0;
   if (isnan(self->first_potential)) self->first_potential = start;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
   const double way = flesh_problem_way(self, u, self->step);
@@ -54,6 +54,15 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+      /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes may understate: once more. */
+      double rise = value - start;
+      if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
+        rounding = 4 * fmax(rise, last_rise);
+        last_rise = 0;
+        scale = 1;
+        continue;
+      }
+      last_rise = rise;
       if (accepted) {
         for (int d = 0; d < self->n; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;

@@ -52,10 +52,13 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   if (!status) status = flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_system_matrix_create(system, &self->D);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
-  if (!status && options->linear_solver == FLESH_LINEAR_PCG)
-    status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
-  else if (!status)
+  if (!status && options->linear_solver != FLESH_LINEAR_PCG)
     status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+  else if (!status) {
+    status = flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
+                                         self->threads, &self->preconditioner);
+    if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
+  }
   if (status) {
     flesh_ida_problem_destroy(&self);
     return status;
@@ -81,6 +84,7 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_block_matrix_destroy(&self->K);
   flesh_block_matrix_destroy(&self->D);
   flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
@@ -214,15 +218,15 @@ int flesh_ida_condense(flesh_ida_problem *self)
 int flesh_ida_factor(flesh_ida_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)
 {
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
-  int status = flesh_pcg(self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
-                         self->options.max_linear, b, x, self->work, &result);
+  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
+                         self->options.max_linear, b, x, &result);
   self->stats.linear += result.iterations;
   return status;
 }
@@ -266,6 +270,7 @@ size_t flesh_ida_memory(const flesh_ida_problem *self)
   size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 13 : 12) * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
 }

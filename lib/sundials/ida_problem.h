@@ -7,7 +7,7 @@
 
 #include "flesh/ida.h"
 #include "sparse/direct.h"
-#include "sparse/preconditioner.h"
+#include "sparse/pcg.h"
 #include "sparse/scalar_view.h"
 
 /* What the matrix K holds. */
@@ -38,6 +38,7 @@ struct flesh_ida_problem {
   /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `held` (1) times x and v. */
   double from_x, from_v, held;
   flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *pcg;
   flesh_direct *direct;
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled, as are the next two */

@@ -45,8 +45,8 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
   flesh_pcg_result result;
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = flesh_pcg(problem->K, problem->preconditioner, weights, tolerance,
-                         problem->options.max_linear, b, p, problem->work, &result);
+  int status = flesh_pcg(problem->pcg, problem->K, problem->preconditioner, weights, tolerance,
+                         problem->options.max_linear, b, p, &result);
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;
   problem->stats.linear += result.iterations;

@@ -82,10 +82,14 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status) {
-    if (options->linear_solver == FLESH_LINEAR_PCG)
-      status = flesh_preconditioner_create(options->preconditioner, self->K, &self->preconditioner);
-    else
+    if (options->linear_solver != FLESH_LINEAR_PCG)
       status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
+    else {
+      status = flesh_preconditioner_create(options->preconditioner, self->K,
+                                           flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
+                                           &self->preconditioner);
+      if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
+    }
   }
   if (status) {
     flesh_problem_destroy(&self);
@@ -115,6 +119,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->rest);
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
+  flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
@@ -274,7 +279,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 int flesh_problem_factor(flesh_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K);
+                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
@@ -328,6 +333,7 @@ size_t flesh_problem_memory(const flesh_problem *self)
   size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
 }

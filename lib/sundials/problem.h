@@ -7,7 +7,7 @@
 
 #include "flesh/kinsol.h"
 #include "sparse/direct.h"
-#include "sparse/preconditioner.h"
+#include "sparse/pcg.h"
 #include "sparse/scalar_view.h"
 
 struct flesh_problem {
@@ -22,6 +22,7 @@ struct flesh_problem {
   double *x, *v, *a;   /* [n] the point last evaluated */
   flesh_block_matrix *K;
   flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *pcg;
   flesh_direct *direct;
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */

@@ -213,14 +213,16 @@ int flesh_rhs_make_condensed(flesh_rhs_problem *self)
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
   if (status || c->preconditioner || c->direct) return status;
   return options->linear_solver == FLESH_LINEAR_PCG
-             ? flesh_preconditioner_create(options->preconditioner, c->A, &c->preconditioner)
+             ? flesh_preconditioner_create(options->preconditioner, c->A,
+                                           flesh_mesh_positions(flesh_system_mesh(self->motion->system)),
+                                           self->motion->threads, &c->preconditioner)
              : flesh_direct_create(options->linear_solver, c->A, &c->direct);
 }
 
 int flesh_rhs_factor(flesh_rhs_problem *self)
 {
   const flesh_rhs_condensed *c = &self->condensed;
-  return c->direct ? flesh_direct_factor(c->direct, c->A) : flesh_preconditioner_setup(c->preconditioner, c->A);
+  return c->direct ? flesh_direct_factor(c->direct, c->A) : flesh_preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
 }
 
 int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,

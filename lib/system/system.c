@@ -300,11 +300,23 @@ int flesh_system_load(const flesh_system *system, const flesh_point *point, doub
   return sum_residuals(system, point, 1, r);
 }
 
+/* A part of the matrix that a thread clears. */
+enum { CLEARED_PARTS = 64 };
+
+static void clear_part(void *data, int task)
+{
+  const flesh_block_matrix *K = data;
+  size_t count = 9 * (size_t)K->row_start[K->rows];
+  size_t from = count * (size_t)task / CLEARED_PARTS;
+  size_t until = count * (size_t)(task + 1) / CLEARED_PARTS;
+  memset(K->values + from, 0, (until - from) * sizeof *K->values);
+}
+
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
   const flesh_point full = with_lag(point);
-  memset(K->values, 0, (size_t)K->row_start[K->rows] * 9 * sizeof *K->values);
+  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, K);
   for (int k = 0; k < system->entry_count; k++) {
     const entry *e = &system->entries[k];
     if (!e->effect->operations->jacobian) continue;

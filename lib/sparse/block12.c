@@ -1,0 +1,218 @@
+/* block12.c: right-looking block Cholesky in the order of SuiteSparse's AMD. */
+#include "sparse/block12.h"
+
+#include <amd.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+enum { N = FLESH_BLOCK12, SIZE = FLESH_BLOCK12_SIZE };
+
+static int compare_int(const void *a, const void *b)
+{
+  int x = *(const int *)a, y = *(const int *)b;
+  return (x > y) - (x < y);
+}
+
+/* Rows of the factor's columns: a column has those of the matrix and, but for the first, those of the columns that end
+ * up in it (Liu 1990). `order`: rows by place; `mark`, `child`, `next` [n]. Returns how many, or only counts. */
+static int columns_of_factor(flesh_block12 *self, const int *starts, const int *neighbours, const int *order,
+                             int *mark, int *child, int *next, int room)
+{
+  int count = 0;
+  for (int k = 0; k < self->n; k++) mark[k] = child[k] = -1;
+  for (int k = 0; k < self->n; k++) {
+    self->start[k] = count;
+    mark[k] = k;
+    for (int e = starts[order[k]]; e < starts[order[k] + 1]; e++) {
+      int r = self->place[neighbours[e]];
+      if (r > k && mark[r] != k) {
+        if (count == room) return -1;
+        mark[r] = k;
+        self->row[count++] = r;
+      }
+    }
+    for (int c = child[k]; c >= 0; c = next[c])
+      for (int e = self->start[c]; e < self->start[c + 1]; e++) {
+        int r = self->row[e];
+        if (mark[r] == k) continue;
+        if (count == room) return -1;
+        mark[r] = k;
+        self->row[count++] = r;
+      }
+    self->start[k + 1] = count;
+    qsort(self->row + self->start[k], (size_t)(count - self->start[k]), sizeof *self->row, compare_int);
+    if (count > self->start[k]) {
+      int parent = self->row[self->start[k]];
+      next[k] = child[parent];
+      child[parent] = k;
+    }
+  }
+  return count;
+}
+
+static int make_columns(flesh_block12 *self, const int *starts, const int *neighbours, int *room)
+{
+  const size_t n = (size_t)self->n;
+  int *order = room, *mark = room + n, *child = mark + n, *next = child + n, blocks = -1;
+  if (amd_order(self->n, starts, neighbours, order, NULL, NULL) < AMD_OK) return FLESH_ERR_MEMORY;
+  for (int k = 0; k < self->n; k++) self->place[order[k]] = k;
+  for (int size = 4 * starts[self->n] + 64; blocks < 0; size *= 2) {
+    int *grown = realloc(self->row, (size_t)size * sizeof *grown);
+    if (!grown) return FLESH_ERR_MEMORY;
+    self->row = grown;
+    blocks = columns_of_factor(self, starts, neighbours, order, mark, child, next, size);
+  }
+  self->blocks = malloc(((size_t)blocks * SIZE + 1) * sizeof *self->blocks);
+  return self->blocks ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
+int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_block12 *self)
+{
+  const size_t rows = (size_t)n;
+  *self = (flesh_block12){.n = n};
+  self->place = malloc((rows + 1) * sizeof *self->place);
+  self->start = malloc((rows + 1) * sizeof *self->start);
+  self->find = malloc((rows + 1) * sizeof *self->find);
+  self->pivots = malloc((rows * SIZE + 1) * sizeof *self->pivots);
+  self->inverse = malloc((rows * N + 1) * sizeof *self->inverse);
+  self->x = malloc((rows * N + 1) * sizeof *self->x);
+  int *room = malloc((4 * rows + 1) * sizeof *room);
+  int failed = !self->place || !self->start || !self->find || !self->pivots || !self->inverse || !self->x || !room;
+  if (!failed) failed = make_columns(self, starts, neighbours, room) != FLESH_OK;
+  free(room);
+  if (!failed) return FLESH_OK;
+  flesh_block12_clear(self);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse matrix of %d boxes", n);
+}
+
+void flesh_block12_clear(flesh_block12 *self)
+{
+  free(self->place);
+  free(self->start);
+  free(self->row);
+  free(self->find);
+  free(self->blocks);
+  free(self->pivots);
+  free(self->inverse);
+  free(self->x);
+  *self = (flesh_block12){0};
+}
+
+size_t flesh_block12_memory(const flesh_block12 *self)
+{
+  const size_t rows = (size_t)self->n, blocks = (size_t)self->start[rows];
+  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) + blocks * (SIZE * sizeof(double) + sizeof(int));
+}
+
+void flesh_block12_zero(flesh_block12 *self)
+{
+  memset(self->blocks, 0, (size_t)self->start[self->n] * SIZE * sizeof *self->blocks);
+  memset(self->pivots, 0, (size_t)self->n * SIZE * sizeof *self->pivots);
+}
+
+double *flesh_block12_at(flesh_block12 *self, int low, int high)
+{
+  if (low == high) return self->pivots + SIZE * (size_t)low;
+  const int *found = bsearch(&high, self->row + self->start[low], (size_t)(self->start[low + 1] - self->start[low]),
+                             sizeof high, compare_int);
+  return self->blocks + SIZE * (size_t)(found - self->row);
+}
+
+/* L of a diagonal block, L[m][r] its row r, column m; 0 when it is indefinite. What is left of a direction's stiffness
+ * `whole` is taken for nothing below a billionth of it. */
+static int factor_pivot(double *L, double *inverse, const double *whole)
+{
+  for (int m = 0; m < N; m++) {
+    double d = L[N * m + m];
+    for (int s = 0; s < m; s++) d -= L[N * s + m] * L[N * s + m];
+    if (!(d >= -1e-9 * whole[m]) || !(d < INFINITY)) return 0;
+    double i = inverse[m] = d > 1e-9 * whole[m] ? 1 / sqrt(d) : 0;
+    for (int r = m + 1; r < N; r++) {
+      double sum = L[N * m + r];
+      for (int s = 0; s < m; s++) sum -= L[N * s + r] * L[N * s + m];
+      L[N * m + r] = sum * i;
+    }
+  }
+  return 1;
+}
+
+/* B L^-T. */
+static void divide(double *restrict B, const double *restrict L, const double *inverse)
+{
+  for (int m = 0; m < N; m++) {
+    for (int s = 0; s < m; s++)
+      for (int r = 0; r < N; r++) B[N * m + r] -= B[N * s + r] * L[N * s + m];
+    for (int r = 0; r < N; r++) B[N * m + r] *= inverse[m];
+  }
+}
+
+/* C -= P Q^T. */
+static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
+{
+  for (int s = 0; s < N; s++) {
+    double sum[N];
+    memcpy(sum, C + N * s, sizeof sum);
+    for (int m = 0; m < N; m++)
+      for (int r = 0; r < N; r++) sum[r] -= Q[N * m + s] * P[N * m + r];
+    memcpy(C + N * s, sum, sizeof sum);
+  }
+}
+
+int flesh_block12_factor(flesh_block12 *self)
+{
+  const int *start = self->start, *row = self->row;
+  double *whole = self->x; /* free until the first solve */
+  for (int k = 0; k < self->n; k++)
+    for (int m = 0; m < N; m++) whole[N * k + m] = self->pivots[SIZE * (size_t)k + (N + 1) * (size_t)m];
+  for (int k = 0; k < self->n; k++) {
+    double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
+    if (!factor_pivot(L, inverse, whole + N * (size_t)k)) return 0;
+    for (int e = start[k]; e < start[k + 1]; e++) divide(self->blocks + SIZE * (size_t)e, L, inverse);
+    for (int e = start[k]; e < start[k + 1]; e++) {
+      const double *Q = self->blocks + SIZE * (size_t)e;
+      const int column = row[e];
+      subtract(self->pivots + SIZE * (size_t)column, Q, Q);
+      for (int f = start[column]; f < start[column + 1]; f++) self->find[row[f]] = f;
+      for (int f = e + 1; f < start[k + 1]; f++)
+        subtract(self->blocks + SIZE * (size_t)self->find[row[f]], self->blocks + SIZE * (size_t)f, Q);
+    }
+  }
+  return 1;
+}
+
+void flesh_block12_solve(flesh_block12 *self)
+{
+  for (int k = 0; k < self->n; k++) {
+    const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
+    double *x = self->x + N * (size_t)k;
+    for (int m = 0; m < N; m++) {
+      x[m] *= inverse[m];
+      for (int r = m + 1; r < N; r++) x[r] -= L[N * m + r] * x[m];
+    }
+    for (int e = self->start[k]; e < self->start[k + 1]; e++) {
+      const double *B = self->blocks + SIZE * (size_t)e;
+      double *y = self->x + N * (size_t)self->row[e];
+      for (int m = 0; m < N; m++)
+        for (int r = 0; r < N; r++) y[r] -= B[N * m + r] * x[m];
+    }
+  }
+  for (int k = self->n - 1; k >= 0; k--) {
+    const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
+    double *x = self->x + N * (size_t)k;
+    for (int e = self->start[k]; e < self->start[k + 1]; e++) {
+      const double *B = self->blocks + SIZE * (size_t)e, *y = self->x + N * (size_t)self->row[e];
+      for (int m = 0; m < N; m++) {
+        double sum = 0;
+        for (int r = 0; r < N; r++) sum += B[N * m + r] * y[r];
+        x[m] -= sum;
+      }
+    }
+    for (int m = N - 1; m >= 0; m--) {
+      for (int r = m + 1; r < N; r++) x[m] -= L[N * m + r] * x[r];
+      x[m] *= inverse[m];
+    }
+  }
+}

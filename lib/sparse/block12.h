@@ -1,0 +1,36 @@
+/* block12.h: sparse Cholesky factorisation of a matrix of 12x12 blocks, for the few unknowns of a coarse space. */
+#ifndef FLESH_SPARSE_BLOCK12_H
+#define FLESH_SPARSE_BLOCK12_H
+
+#include <stddef.h>
+
+enum { FLESH_BLOCK12 = 12, FLESH_BLOCK12_SIZE = 144 };
+
+typedef struct flesh_block12 {
+  int n;          /* block rows */
+  int *place;     /* [n] of each row in the order of elimination */
+  int *start;     /* [n+1] of the columns' blocks below the diagonal */
+  int *row;       /* [start[n]] ascending within a column */
+  int *find;      /* [n] where the rows of the column at hand are */
+  double *blocks; /* [144*start[n]] column by column of each block: [m][r] is row r, column m */
+  double *pivots; /* [144*n] the diagonal blocks, likewise */
+  double *inverse; /* [12*n] of the factor's diagonal, 0: a direction that is not there */
+  double *x;      /* [12*n] in the order of elimination */
+} flesh_block12;
+
+/* For the pattern of neighbours[starts[i]] ... of each row i, symmetric, without i itself. */
+int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_block12 *matrix);
+void flesh_block12_clear(flesh_block12 *matrix);
+size_t flesh_block12_memory(const flesh_block12 *matrix);
+
+/* All entries 0, to be filled before flesh_block12_factor. */
+void flesh_block12_zero(flesh_block12 *matrix);
+/* Block of the rows at two places in the order, low < high (column low), or low == high: the lower triangle. */
+double *flesh_block12_at(flesh_block12 *matrix, int low, int high);
+
+/* 0 when the matrix is indefinite; directions without stiffness are left out. */
+int flesh_block12_factor(flesh_block12 *matrix);
+/* x [12*n], in the order of elimination, becomes the solution for the right-hand side that it holds. */
+void flesh_block12_solve(flesh_block12 *matrix);
+
+#endif

@@ -1,0 +1,361 @@
+/* cholesky.c: incomplete block Cholesky without fill, in single precision.
+ *
+ * The factorisation is A + shift |diag A| ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is final,
+ * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
+ * pattern alone and is worked out once.
+ *
+ * Rows follow the order of halves.h, each half by a task of its own. What the second adds to the rows between goes to
+ * a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather. */
+#include "sparse/cholesky.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "sparse/block_matrix.h"
+#include "sparse/lanes.h"
+
+enum { SLACK = 4 }; /* a block's last row is loaded with the number after it */
+
+struct flesh_cholesky {
+  int rows;
+  flesh_halves halves;
+  flesh_threads *threads;
+  int *start, *column;             /* of U above the diagonal, in the order of elimination */
+  int *source;                     /* A's block of each, or ~ of its transpose's */
+  int *target;                     /* U's block updated by each pair of each row's neighbours, -1: dropped */
+  int *pairs;                      /* [rows+1] where each row's targets begin */
+  int *lower_start, *lower_column; /* of U's columns */
+  int *lower_place;                /* of each block of U among them */
+  double *diagonal;                /* [9*rows] of A, then D */
+  double *diagonal_spill;          /* [9*between] */
+  float *work, *spill;             /* [12*blocks], [12*blocks of rows between]: blocks of four-lane rows */
+  float *upper, *lower;            /* [9*blocks] U by rows; U^T by its rows */
+  float *inverse;                  /* [9*rows] of D */
+  float *y, *z;                    /* [4*rows] */
+};
+
+static int between_blocks(const flesh_cholesky *self)
+{
+  return self->start[self->rows] - self->start[self->halves.begin[2]];
+}
+
+static int compare_long(const void *a, const void *b)
+{
+  long long x = *(const long long *)a, y = *(const long long *)b;
+  return (x > y) - (x < y);
+}
+
+/* U's pattern and where its blocks come from. `place` [rows]: of nodes in the order. */
+static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place)
+{
+  const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
+  long long *sorted = malloc((blocks + 1) * sizeof *sorted);
+  int *fill = malloc(((size_t)A->rows + 1) * sizeof *fill);
+  if (!sorted || !fill) {
+    free(sorted);
+    free(fill);
+    return FLESH_ERR_MEMORY;
+  }
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+      int p = place[i], q = place[A->column[k]];
+      self->start[(p < q ? p : q) + 1]++;
+      self->lower_start[(p < q ? q : p) + 1]++;
+    }
+  for (int p = 0; p < A->rows; p++) {
+    self->start[p + 1] += self->start[p];
+    self->lower_start[p + 1] += self->lower_start[p];
+  }
+  /* Column and source in one number, which sorts by the column. */
+  memcpy(fill, self->start, (size_t)A->rows * sizeof *fill);
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+      int p = place[i], q = place[A->column[k]];
+      sorted[fill[p < q ? p : q]++] = (long long)(p < q ? q : p) << 32 | (unsigned)(p < q ? k : ~k);
+    }
+  memcpy(fill, self->lower_start, (size_t)A->rows * sizeof *fill);
+  for (int p = 0; p < A->rows; p++) {
+    qsort(sorted + self->start[p], (size_t)(self->start[p + 1] - self->start[p]), sizeof *sorted, compare_long);
+    for (int k = self->start[p]; k < self->start[p + 1]; k++) {
+      self->column[k] = (int)(sorted[k] >> 32);
+      self->source[k] = (int)(unsigned)sorted[k];
+      self->lower_place[k] = fill[self->column[k]]++;
+      self->lower_column[self->lower_place[k]] = p;
+    }
+  }
+  free(sorted);
+  free(fill);
+  return FLESH_OK;
+}
+
+static int find(const flesh_cholesky *self, int row, int column)
+{
+  for (int k = self->start[row]; k < self->start[row + 1]; k++)
+    if (self->column[k] == column) return k;
+  return -1;
+}
+
+static int make_targets(flesh_cholesky *self)
+{
+  size_t pairs = 0;
+  for (int p = 0; p < self->rows; p++) {
+    int n = self->start[p + 1] - self->start[p];
+    pairs += (size_t)n * (size_t)(n - (n > 0)) / 2;
+  }
+  if (pairs > 0x7fffffff) return FLESH_ERR_MEMORY;
+  self->target = malloc((pairs + 1) * sizeof *self->target);
+  if (!self->target) return FLESH_ERR_MEMORY;
+  int count = 0;
+  for (int p = 0; p < self->rows; p++) {
+    self->pairs[p] = count;
+    for (int k = self->start[p]; k < self->start[p + 1]; k++)
+      for (int l = k + 1; l < self->start[p + 1]; l++)
+        self->target[count++] = find(self, self->column[k], self->column[l]);
+  }
+  self->pairs[self->rows] = count;
+  return FLESH_OK;
+}
+
+static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
+{
+  const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
+  int **integers[] = {&self->column, &self->source, &self->lower_column, &self->lower_place};
+  int **by_row[] = {&self->start, &self->lower_start, &self->pairs};
+  int failed = 0;
+  for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
+    failed |= !(*integers[k] = malloc((blocks + 1) * sizeof(int)));
+  for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
+    failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
+  failed |= !(self->diagonal = malloc((9 * rows + SLACK) * sizeof *self->diagonal));
+  failed |= !(self->work = aligned_alloc(16, (12 * blocks + SLACK) * sizeof(float)));
+  failed |= !(self->upper = calloc(9 * blocks + SLACK, sizeof(float)));
+  failed |= !(self->lower = calloc(9 * blocks + SLACK, sizeof(float)));
+  failed |= !(self->inverse = calloc(9 * rows + SLACK, sizeof(float)));
+  failed |= !(self->y = aligned_alloc(16, (4 * rows + SLACK) * sizeof(float)));
+  failed |= !(self->z = aligned_alloc(16, (4 * rows + SLACK) * sizeof(float)));
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+static int allocate_spill(flesh_cholesky *self)
+{
+  const size_t between = (size_t)(self->rows - self->halves.begin[2]);
+  self->diagonal_spill = malloc((9 * between + 1) * sizeof *self->diagonal_spill);
+  self->spill = aligned_alloc(16, (12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
+  return self->diagonal_spill && self->spill ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
+int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, flesh_threads *threads,
+                          flesh_cholesky **cholesky)
+{
+  flesh_cholesky *self = calloc(1, sizeof *self);
+  *cholesky = self;
+  int *place = malloc(((size_t)A->rows + 1) * sizeof *place);
+  int status = self && place ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (!status) {
+    self->rows = A->rows;
+    self->threads = threads;
+    self->halves = *halves;
+    *halves = (flesh_halves){0};
+    for (int p = 0; p < A->rows; p++) place[self->halves.order[p]] = p;
+    status = allocate(self, A);
+  }
+  if (!status) status = make_pattern(self, A, place);
+  if (!status) status = make_targets(self);
+  if (!status) status = allocate_spill(self);
+  free(place);
+  if (!status) return FLESH_OK;
+  flesh_cholesky_destroy(cholesky);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the factorisation of %d nodes", A->rows);
+}
+
+void flesh_cholesky_destroy(flesh_cholesky **cholesky)
+{
+  if (!cholesky || !*cholesky) return;
+  flesh_cholesky *self = *cholesky;
+  void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_start,
+                    self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
+                    self->spill, self->upper, self->lower, self->inverse, self->y, self->z};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  flesh_halves_clear(&self->halves);
+  free(self);
+  *cholesky = NULL;
+}
+
+typedef struct factorisation {
+  flesh_cholesky *cholesky;
+  const flesh_block_matrix *A;
+  double scale, shift;
+  int failed[3];
+} factorisation;
+
+/* The rows of a part from A. */
+static void load_rows(const factorisation *f, int part)
+{
+  flesh_cholesky *self = f->cholesky;
+  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
+    const double *block = f->A->values + 9 * (size_t)f->A->row_start[self->halves.order[p]];
+    double *diagonal = self->diagonal + 9 * (size_t)p;
+    for (int e = 0; e < 9; e++) diagonal[e] = f->scale * block[e];
+    for (int c = 0; c < 3; c++) diagonal[4 * c] += f->shift * fabs(diagonal[4 * c]);
+    for (int k = self->start[p]; k < self->start[p + 1]; k++) {
+      const int source = self->source[k];
+      const double *b = f->A->values + 9 * (size_t)(source < 0 ? ~source : source);
+      float *w = self->work + 12 * (size_t)k;
+      for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+          w[4 * r + c] = (float)(f->scale * (source < 0 ? b[3 * c + r] : b[3 * r + c]));
+      w[3] = w[7] = w[11] = 0;
+    }
+  }
+}
+
+/* D of row p is final: its inverse. 0 when it is not positive definite, or too nearly so for single precision. */
+static int invert_pivot(flesh_cholesky *self, int p)
+{
+  const double *D = self->diagonal + 9 * (size_t)p;
+  double inverse[9];
+  if (!flesh_block_invert(D, inverse)) return 0;
+  for (int c = 0; c < 3; c++)
+    if (!(inverse[4 * c] * D[4 * c] < 1e6 && inverse[4 * c] < 1e30)) return 0;
+  for (int e = 0; e < 9; e++) self->inverse[9 * (size_t)p + e] = (float)inverse[e];
+  return 1;
+}
+
+/* Rows of a part, one by one: scale, then subtract from the rows that follow. */
+static int factor_rows(flesh_cholesky *self, int part, int spilling)
+{
+  const int *start = self->start, *column = self->column, first_between = self->halves.begin[2];
+  const int first_spilt = start[first_between];
+  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
+    if (!invert_pivot(self, p)) return 0;
+    const float *v = self->inverse + 9 * (size_t)p;
+    const int *target = self->target + self->pairs[p];
+    for (int k = start[p]; k < start[p + 1]; k++) {
+      const flesh_float4 *row = (const flesh_float4 *)(self->work + 12 * (size_t)k);
+      const int j = column[k];
+      float *upper = self->upper + 9 * (size_t)k, *lower = self->lower + 9 * (size_t)self->lower_place[k];
+      float scaled[3][4];
+      double *D = spilling && j >= first_between ? self->diagonal_spill + 9 * (size_t)(j - first_between)
+                                                 : self->diagonal + 9 * (size_t)j;
+      for (int r = 0; r < 3; r++) {
+        flesh_float4 s = row[0] * v[3 * r] + row[1] * v[3 * r + 1] + row[2] * v[3 * r + 2];
+        memcpy(scaled[r], &s, sizeof s);
+      }
+      for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+          upper[3 * r + c] = lower[3 * c + r] = scaled[r][c];
+          D[3 * r + c] -= scaled[0][r] * row[0][c] + scaled[1][r] * row[1][c] + scaled[2][r] * row[2][c];
+        }
+      for (int l = k + 1; l < start[p + 1]; l++, target++) {
+        if (*target < 0) continue;
+        const flesh_float4 *right = (const flesh_float4 *)(self->work + 12 * (size_t)l);
+        flesh_float4 *to = (flesh_float4 *)(spilling && *target >= first_spilt
+                                                ? self->spill + 12 * (size_t)(*target - first_spilt)
+                                                : self->work + 12 * (size_t)*target);
+        for (int r = 0; r < 3; r++)
+          to[r] -= right[0] * scaled[0][r] + right[1] * scaled[1][r] + right[2] * scaled[2][r];
+      }
+    }
+  }
+  return 1;
+}
+
+static void load_part(void *data, int part) { load_rows(data, part); }
+
+static void factor_half(void *data, int half)
+{
+  factorisation *f = data;
+  f->failed[half] = !factor_rows(f->cholesky, half, half == 1);
+}
+
+int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, double scale, double shift)
+{
+  factorisation f = {self, A, scale, shift, {0}};
+  const size_t between = (size_t)(self->rows - self->halves.begin[2]), blocks = (size_t)between_blocks(self),
+               first = (size_t)self->halves.begin[2], first_block = (size_t)self->start[first];
+  flesh_threads_run(self->threads, 3, load_part, &f);
+  memset(self->diagonal_spill, 0, 9 * between * sizeof *self->diagonal_spill);
+  memset(self->spill, 0, 12 * blocks * sizeof *self->spill);
+  flesh_threads_run(self->threads, 2, factor_half, &f);
+  if (f.failed[0] || f.failed[1]) return FLESH_NOT_POSITIVE;
+  for (size_t e = 0; e < 9 * between; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
+  for (size_t e = 0; e < 12 * blocks; e++) self->work[12 * first_block + e] += self->spill[e];
+  return factor_rows(self, 2, 0) ? FLESH_OK : FLESH_NOT_POSITIVE;
+}
+
+typedef struct substitution {
+  flesh_cholesky *cholesky;
+  int stride;
+  double scale, back;
+  const double *r;
+  double *z;
+} substitution;
+
+/* y = (I + U^T)^-1 r and z = D^-1 y on the rows of a part. */
+static void forward(const substitution *s, int part)
+{
+  flesh_cholesky *self = s->cholesky;
+  const int *start = self->lower_start, *column = self->lower_column;
+  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
+    const double *r = s->r + s->stride * (size_t)self->halves.order[p];
+    const float *block = self->lower + 9 * (size_t)start[p];
+    flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
+    for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
+      flesh_float4 y = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
+      sum0 += FLESH_LANES_FLOAT(block) * y;
+      sum1 += FLESH_LANES_FLOAT(block + 3) * y;
+      sum2 += FLESH_LANES_FLOAT(block + 6) * y;
+    }
+    flesh_float4 y = {(float)(s->scale * r[0]), (float)(s->scale * r[1]), (float)(s->scale * r[2]), 0};
+    y -= FLESH_LANES_SUMS(sum0, sum1, sum2);
+    *(flesh_float4 *)(self->y + 4 * (size_t)p) = y;
+    const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
+    *(flesh_float4 *)(self->z + 4 * (size_t)p) =
+        FLESH_LANES_FLOAT(v) * y[0] + FLESH_LANES_FLOAT(v + 3) * y[1] + FLESH_LANES_FLOAT(v + 6) * y[2];
+  }
+}
+
+/* z = (I + U)^-1 z on the rows of a part. */
+static void backward(const substitution *s, int part)
+{
+  flesh_cholesky *self = s->cholesky;
+  const int *start = self->start, *column = self->column;
+  for (int p = self->halves.begin[part + 1] - 1; p >= self->halves.begin[part]; p--) {
+    const float *block = self->upper + 9 * (size_t)start[p];
+    flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
+    for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
+      flesh_float4 z = *(const flesh_float4 *)(self->z + 4 * (size_t)column[k]);
+      sum0 += FLESH_LANES_FLOAT(block) * z;
+      sum1 += FLESH_LANES_FLOAT(block + 3) * z;
+      sum2 += FLESH_LANES_FLOAT(block + 6) * z;
+    }
+    flesh_float4 z = *(flesh_float4 *)(self->z + 4 * (size_t)p) - FLESH_LANES_SUMS(sum0, sum1, sum2);
+    *(flesh_float4 *)(self->z + 4 * (size_t)p) = z;
+    double *out = s->z + s->stride * (size_t)self->halves.order[p];
+    for (int c = 0; c < 3; c++) out[c] = s->back * z[c];
+  }
+}
+
+static void forward_half(void *data, int half) { forward(data, half); }
+static void backward_half(void *data, int half) { backward(data, half); }
+
+void flesh_cholesky_solve(flesh_cholesky *self, int stride, double scale, double back, const double *r,
+                          double *z)
+{
+  substitution s = {self, stride, scale, back, r, z};
+  flesh_threads_run(self->threads, 2, forward_half, &s);
+  forward(&s, 2);
+  backward(&s, 2);
+  flesh_threads_run(self->threads, 2, backward_half, &s);
+}
+
+size_t flesh_cholesky_memory(const flesh_cholesky *self)
+{
+  const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
+               between = rows - (size_t)self->halves.begin[2];
+  return sizeof *self + rows * (4 * sizeof(int) + 9 * sizeof(double) + 17 * sizeof(float)) +
+         blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
+         between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float);
+}

@@ -1,0 +1,29 @@
+/* cholesky.h: incomplete Cholesky factorisation without fill, on 3x3 blocks. */
+#ifndef FLESH_SPARSE_CHOLESKY_H
+#define FLESH_SPARSE_CHOLESKY_H
+
+#include <stddef.h>
+
+#include "sparse/halves.h"
+
+typedef struct flesh_cholesky flesh_cholesky;
+
+/* Symbolic set-up for the pattern of A, all memory included. Takes the halves; `threads` (may be
+ * NULL) is borrowed. Returns new. */
+int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, flesh_threads *threads,
+                          flesh_cholesky **cholesky);
+void flesh_cholesky_destroy(flesh_cholesky **cholesky);
+
+/* Factors scale * (A + shift |diag A|), scale a power of two that keeps single precision in its
+ * range. FLESH_NOT_POSITIVE when a pivot block is not positive definite. */
+int flesh_cholesky_factor(flesh_cholesky *cholesky, const flesh_block_matrix *A, double scale,
+                          double shift);
+
+/* z = back * (what was factored)^-1 (scale * r), where scale * r must suit single precision; node
+ * i's three numbers are at stride * i. z may be r. */
+void flesh_cholesky_solve(flesh_cholesky *cholesky, int stride, double scale, double back,
+                          const double *r, double *z);
+
+size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
+
+#endif

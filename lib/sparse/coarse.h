@@ -1,0 +1,32 @@
+/* coarse.h: the part of a matrix's inverse that incomplete factorisations do not see: smooth displacements.
+ *
+ * The body's nodes are cut into boxes by their rest positions X, and the coarse space holds every displacement that is
+ * affine in X within each box: translations, rotations from any deformed state, stretches. With P its basis, what is
+ * added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method with a coarse space. */
+#ifndef FLESH_SPARSE_COARSE_H
+#define FLESH_SPARSE_COARSE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "flesh/effect.h"
+
+typedef struct flesh_coarse flesh_coarse;
+
+/* For matrices of A's pattern; `positions` [3*rows] at rest, `threads` (may be NULL) is borrowed. Returns new. */
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, flesh_threads *threads,
+                        flesh_coarse **coarse);
+void flesh_coarse_destroy(flesh_coarse **coarse);
+
+/* Factors P^T A P, P zero at the fixed dofs [3*rows] (NULL: none), whose rows in A are diagonal. FLESH_NOT_POSITIVE
+ * when it is indefinite, as A then is. */
+int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, const uint8_t *fixed);
+
+/* (P^T A P)^-1 P^T r, kept inside; node i's three numbers are at stride * i. */
+void flesh_coarse_solve(flesh_coarse *coarse, int stride, const double *r);
+/* z += P times what the last solve found. */
+void flesh_coarse_add(flesh_coarse *coarse, int stride, double *z);
+
+size_t flesh_coarse_memory(const flesh_coarse *coarse);
+
+#endif

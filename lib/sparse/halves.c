@@ -1,0 +1,156 @@
+/* halves.c: the order of Cuthill & McKee 1969 from one far end of the mesh to the other, burnt from both ends (a
+ * "twisted" factorisation). Incomplete Cholesky is as good in it as in the order itself and twice as good as in that of
+ * a mesh generator, and two threads can work on it.
+ *
+ * Within a half, nodes are sorted by the length of the chain of neighbours that must come before: the preconditioner
+ * stays the same, but neighbours in the order no longer wait for each other. */
+#include "sparse/halves.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+typedef struct graph {
+  int rows;
+  int *start, *neighbour; /* [rows+1], [start[rows]] */
+  int *mark;              /* [rows] */
+} graph;
+
+static int graph_create(const flesh_block_matrix *A, graph *g)
+{
+  const size_t blocks = (size_t)A->row_start[A->rows], rows = (size_t)A->rows;
+  *g = (graph){.rows = A->rows};
+  g->start = calloc(rows + 2, sizeof *g->start);
+  g->neighbour = malloc((2 * blocks + 1) * sizeof *g->neighbour);
+  g->mark = calloc(rows + 1, sizeof *g->mark);
+  if (!g->start || !g->neighbour || !g->mark) return 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+      g->start[i + 2]++;
+      g->start[A->column[k] + 2]++;
+    }
+  for (int i = 0; i < A->rows; i++) g->start[i + 2] += g->start[i + 1];
+  for (int i = 0; i < A->rows; i++) /* start[i + 1] is where i's next neighbour goes */
+    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+      int j = A->column[k];
+      g->neighbour[g->start[i + 1]++] = j;
+      g->neighbour[g->start[j + 1]++] = i;
+    }
+  return 1;
+}
+
+static void graph_clear(graph *g)
+{
+  free(g->start);
+  free(g->neighbour);
+  free(g->mark);
+}
+
+static int degree(const graph *g, int node) { return g->start[node + 1] - g->start[node]; }
+
+/* Nodes reached from `first` that are not marked `as`, level by level, those of small degree first; returns how many. */
+static int spread(graph *g, int first, int as, int *order)
+{
+  int count = 1;
+  order[0] = first;
+  g->mark[first] = as;
+  for (int head = 0; head < count; head++) {
+    const int begin = count;
+    for (int k = g->start[order[head]]; k < g->start[order[head] + 1]; k++) {
+      int node = g->neighbour[k];
+      if (g->mark[node] == as) continue;
+      g->mark[node] = as;
+      int place = count++;
+      for (; place > begin && degree(g, order[place - 1]) > degree(g, node); place--)
+        order[place] = order[place - 1];
+      order[place] = node;
+    }
+  }
+  return count;
+}
+
+/* Every component from one of its ends. */
+static void cuthill_mckee(graph *g, int *order)
+{
+  enum { UNSEEN, SOUGHT, DONE };
+  for (int first = 0, count = 0; first < g->rows; first++) {
+    if (g->mark[first] == DONE) continue;
+    int size = spread(g, first, SOUGHT, order + count);
+    spread(g, order[count + size - 1], DONE, order + count);
+    count += size;
+  }
+}
+
+/* Stable sort of order[begin..end) by chain length; `length`, `room` and `counts` [rows+1]. */
+static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place,
+                           int *length, int *room, int *counts)
+{
+  memset(counts, 0, ((size_t)g->rows + 1) * sizeof *counts);
+  for (int p = begin; p < end; p++) {
+    int node = order[p], longest = 0;
+    for (int k = g->start[node]; k < g->start[node + 1]; k++) {
+      int other = g->neighbour[k];
+      if (place[other] >= begin && place[other] < p && length[other] >= longest)
+        longest = length[other] + 1;
+    }
+    length[node] = longest;
+    counts[longest + 1]++;
+  }
+  for (int l = 0; l < g->rows; l++) counts[l + 1] += counts[l];
+  for (int p = begin; p < end; p++) room[begin + counts[length[order[p]]]++] = order[p];
+  memcpy(order + begin, room + begin, (size_t)(end - begin) * sizeof *order);
+}
+
+/* Halves of `line`, a line of nodes from end to end, into order and begin. */
+static void split(const graph *g, const int *line, const int *place, flesh_halves *halves)
+{
+  const int rows = g->rows, middle = rows / 2;
+  int count = 0, between = 0, *aside = halves->order + rows; /* filled from the end */
+  for (int p = 0; p < middle; p++) {
+    int node = line[p], touches = 0;
+    for (int k = g->start[node]; k < g->start[node + 1]; k++)
+      touches |= place[g->neighbour[k]] >= middle;
+    if (touches) aside[-++between] = node;
+    else halves->order[count++] = node;
+  }
+  halves->begin[1] = count;
+  for (int p = rows - 1; p >= middle; p--) halves->order[count++] = line[p];
+  halves->begin[2] = count;
+  halves->begin[3] = rows;
+  if (between > rows / 4) {
+    memcpy(halves->order, line, (size_t)rows * sizeof *line);
+    halves->begin[1] = halves->begin[2] = rows;
+  }
+}
+
+int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
+{
+  const size_t rows = (size_t)A->rows;
+  graph g;
+  *halves = (flesh_halves){.order = malloc((rows + 1) * sizeof *halves->order)};
+  int *room = malloc(5 * (rows + 1) * sizeof *room);
+  if (!graph_create(A, &g) || !halves->order || !room) {
+    graph_clear(&g);
+    free(room);
+    flesh_halves_clear(halves);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d nodes", A->rows);
+  }
+  int *line = room, *place = line + rows + 1, *length = place + rows + 1;
+  cuthill_mckee(&g, line);
+  for (int p = 0; p < A->rows; p++) place[line[p]] = p;
+  split(&g, line, place, halves);
+  for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
+  for (int part = 0; part < 3; part++)
+    sort_by_chains(&g, halves->order, halves->begin[part], halves->begin[part + 1], place, length,
+                   length + rows + 1, length + 2 * (rows + 1));
+  graph_clear(&g);
+  free(room);
+  return FLESH_OK;
+}
+
+void flesh_halves_clear(flesh_halves *halves)
+{
+  free(halves->order);
+  *halves = (flesh_halves){0};
+}

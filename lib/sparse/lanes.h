@@ -1,0 +1,23 @@
+/* lanes.h: vectors of four lanes, three for a node's components and one that pads, in the compiler's own vector types.
+ *
+ * Blocks are nine numbers without padding. A row of one is loaded as four lanes, the fourth of which is the number after
+ * it in memory: it meets only other fourth lanes, and those are dropped in the end. */
+#ifndef FLESH_SPARSE_LANES_H
+#define FLESH_SPARSE_LANES_H
+
+typedef double flesh_double4 __attribute__((vector_size(32)));
+typedef float flesh_float4 __attribute__((vector_size(16)));
+/* The same where nothing is known of the alignment. */
+typedef double flesh_double4_loose __attribute__((vector_size(32), aligned(8), may_alias));
+typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may_alias));
+
+#define FLESH_LANES_DOUBLE(pointer) (*(const flesh_double4_loose *)(pointer))
+#define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
+
+/* {sum of a's, of b's, of c's first three lanes, anything}; either type. */
+#define FLESH_LANES_SUMS(a, b, c)                                                                  \
+  (__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 0, 1, 4, 4) +             \
+   __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 2, 3, 5, 5) +             \
+   __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 6, 2, 6), c, 0, 1, 6, 6))
+
+#endif

@@ -1,0 +1,162 @@
+/* test_coarse.c: the coarse level finds what lies in its space exactly, and keeps iterations from growing with the
+ * mesh. */
+#include "sparse/coarse.h"
+
+#include "body.h"
+#include "sparse/block_matrix.h"
+#include "sparse/pcg.h"
+#include "test.h"
+
+/* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */
+static flesh_block_matrix *matrix_of(test_body *b, double inertia, uint8_t *fixed)
+{
+  flesh_block_matrix *A = NULL;
+  double *x = malloc((size_t)b->n * sizeof *x);
+  memcpy(x, b->state.x, (size_t)b->n * sizeof *x);
+  test_jitter(b->n, 1e-4, 5, x);
+  flesh_point point = {.load = 1, .x = x, .v = b->state.v, .a = b->state.v};
+  CHECK_OK(flesh_system_matrix_create(b->system, &A));
+  CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, 1}, A));
+  for (int d = 0; fixed && d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;
+  if (fixed) flesh_block_fix(A, fixed, 1e4);
+  free(x);
+  return A;
+}
+
+static void make(flesh_mesh *mesh, double poisson, test_body *b)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
+  CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(flesh_system_finish(b->system));
+}
+
+/* u = B X + t on the free dofs is in the space of any number of boxes: from r = A u the coarse solve gives u back. */
+static void affine_displacements_are_found(void)
+{
+  static const int boxes[] = {1, 2, 3, 7, 30};
+  test_body b;
+  make(test_box(6, 3, 2, 3, 1.5, 1), 0.45, &b);
+  const double *X = flesh_mesh_positions(b.mesh);
+  double *u = malloc((size_t)b.n * sizeof *u), *r = malloc((size_t)b.n * sizeof *r), *z = malloc((size_t)b.n * sizeof *z);
+  uint8_t *fixed = calloc((size_t)b.n, 1);
+  for (int held = 0; held < 2; held++) {
+    flesh_block_matrix *A = matrix_of(&b, 100, held ? fixed : NULL);
+    const double B[9] = {0.3, -0.2, 0.7, 0.1, 0.5, -0.4, 0.9, 0.2, -0.6};
+    for (int d = 0; d < b.n; d++) {
+      const double *at = X + d - d % 3, *row = B + 3 * (d % 3);
+      u[d] = fixed[d] ? 0 : 0.1 * (1 + d % 3) + row[0] * at[0] + row[1] * at[1] + row[2] * at[2];
+    }
+    flesh_block_multiply(A, u, r);
+    for (size_t k = 0; k < sizeof boxes / sizeof boxes[0]; k++) {
+      flesh_coarse *coarse = NULL;
+      CHECK_OK(flesh_coarse_create(A, X, boxes[k], NULL, &coarse));
+      CHECK_OK(flesh_coarse_setup(coarse, A, held ? fixed : NULL));
+      flesh_coarse_solve(coarse, 3, r);
+      memset(z, 0, (size_t)b.n * sizeof *z);
+      flesh_coarse_add(coarse, 3, z);
+      CHECK_BELOW(test_distance(b.n, z, u), 1e-10);
+      flesh_coarse_destroy(&coarse);
+      CHECK(coarse == NULL);
+    }
+    flesh_block_matrix_destroy(&A);
+  }
+  free(u);
+  free(r);
+  free(z);
+  free(fixed);
+  test_body_destroy(&b);
+}
+
+/* Boxes of one node have no affine displacements but translations; the others' stiffness is none. */
+static void boxes_may_be_single_nodes(void)
+{
+  test_body b;
+  make(test_box(1, 1, 1, 1, 1, 1), 0.3, &b);
+  flesh_block_matrix *A = matrix_of(&b, 1, NULL);
+  flesh_coarse *coarse = NULL;
+  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, NULL, &coarse));
+  CHECK_OK(flesh_coarse_setup(coarse, A, NULL));
+  double r[24], z[24] = {0}, Az[24];
+  for (int d = 0; d < 24; d++) r[d] = sin(1 + d);
+  flesh_coarse_solve(coarse, 3, r);
+  flesh_coarse_add(coarse, 3, z);
+  flesh_block_multiply(A, z, Az); /* the space is everything, so the inverse is exact */
+  CHECK_BELOW(test_distance(24, Az, r), 1e-9);
+  for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
+  CHECK(flesh_coarse_setup(coarse, A, NULL) == FLESH_NOT_POSITIVE);
+  flesh_coarse_destroy(&coarse);
+  flesh_coarse_destroy(&coarse);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
+/* Iterations to 1e-6 in statics under a load along y, and the bits of the solution. */
+static int iterations(int cells, double poisson, flesh_preconditioner kind, int threads, double *sum)
+{
+  test_body b;
+  make(test_box(3 * cells, cells, cells, 3, 1, 1), poisson, &b);
+  uint8_t *fixed = calloc((size_t)b.n, 1);
+  flesh_block_matrix *A = matrix_of(&b, 0, fixed);
+  double *right = calloc((size_t)b.n, sizeof *right), *x = malloc((size_t)b.n * sizeof *x);
+  for (int d = 1; d < b.n; d += 3) right[d] = fixed[d] ? 0 : 1;
+  flesh_threads *pool = NULL;
+  flesh_preconditioner_data *preconditioner = NULL;
+  flesh_pcg_space *space = NULL;
+  flesh_pcg_result result;
+  CHECK_OK(flesh_threads_create(threads, &pool));
+  CHECK_OK(flesh_preconditioner_create(kind, A, flesh_mesh_positions(b.mesh), pool, &preconditioner));
+  CHECK_OK(flesh_preconditioner_setup(preconditioner, A, fixed));
+  CHECK_OK(flesh_pcg_space_create(A, pool, &space));
+  CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 1e-6 * test_norm(b.n, right), 2000, right, x, &result));
+  *sum = test_norm(b.n, x);
+  flesh_pcg_space_destroy(&space);
+  flesh_preconditioner_destroy(&preconditioner);
+  flesh_threads_destroy(&pool);
+  flesh_block_matrix_destroy(&A);
+  free(right);
+  free(x);
+  free(fixed);
+  test_body_destroy(&b);
+  return result.iterations;
+}
+
+static void iterations_hardly_grow(void)
+{
+  double sum;
+  for (int k = 0; k < 2; k++) {
+    double poisson = k ? 0.49 : 0.45;
+    int one[2], two[2];
+    for (int size = 0; size < 2; size++) {
+      one[size] = iterations(size ? 14 : 7, poisson, FLESH_PRECONDITIONER_IC, 1, &sum);
+      two[size] = iterations(size ? 14 : 7, poisson, FLESH_PRECONDITIONER_TWO_LEVEL, 1, &sum);
+    }
+    printf("# nu %g: IC %d and %d, two levels %d and %d iterations at 1/8 and 1 of the tets\n", poisson, one[0], one[1],
+           two[0], two[1]);
+    CHECK(one[1] > 1.6 * one[0]);
+    CHECK(two[1] < 1.35 * two[0] && two[1] < 0.4 * one[1]);
+  }
+}
+
+static void threads_give_the_same_bits(void)
+{
+  double one, other;
+  int first = iterations(6, 0.45, FLESH_PRECONDITIONER_AUTO, 1, &one);
+  for (int threads = 2; threads < 5; threads++) {
+    CHECK(iterations(6, 0.45, FLESH_PRECONDITIONER_AUTO, threads, &other) == first);
+    CHECK(memcmp(&one, &other, sizeof one) == 0);
+  }
+}
+
+static void the_choice_goes_by_the_size(void)
+{
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 599) == FLESH_PRECONDITIONER_IC);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_AUTO, 600) == FLESH_PRECONDITIONER_TWO_LEVEL);
+  CHECK(flesh_preconditioner_choose(FLESH_PRECONDITIONER_JACOBI, 600) == FLESH_PRECONDITIONER_JACOBI);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(boxes_may_be_single_nodes),
+                   TEST(iterations_hardly_grow), TEST(threads_give_the_same_bits), TEST(the_choice_goes_by_the_size));
+}

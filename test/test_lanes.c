@@ -1,0 +1,70 @@
+/* test_lanes.c: what lanes.h and logarithm.h add to the compiler's vectors, against the C library. */
+#define FLESH_LANES 2
+#include "math/logarithm.h"
+#include "test.h"
+
+static unsigned long long seed = 77;
+
+/* Between 10^low and 10^high. */
+static double number(double low, double high)
+{
+  return pow(10, low + (high - low) * test_uniform(&seed));
+}
+
+/* The error in units of the last place of what is right. */
+static double ulps(double value, long double right)
+{
+  double near = (double)right;
+  return (double)fabsl(value - right) / (nextafter(fabs(near), INFINITY) - fabs(near));
+}
+
+static void logarithms(void)
+{
+  double worst = 0, worst_at_one = 0;
+  for (int trial = 0; trial < 200000; trial++) {
+    flesh_real x = {number(-280, 280), number(-1, 1)}, y = flesh_log(x);
+    worst = fmax(worst, fmax(ulps(y[0], logl(x[0])), ulps(y[1], logl(x[1]))));
+    x[0] = 1 + number(-16, -1), x[1] = 1 - number(-16, -1);
+    y = flesh_log(x);
+    worst_at_one = fmax(worst_at_one, fmax(ulps(y[0], logl(x[0])), ulps(y[1], logl(x[1]))));
+  }
+  printf("# %.2f units in the last place, %.2f near 1\n", worst, worst_at_one);
+  CHECK_BELOW(worst, 3);
+  CHECK_BELOW(worst_at_one, 3);
+  flesh_real exact = flesh_log((flesh_real){1, 0x1p512});
+  CHECK(exact[0] == 0 && ulps(exact[1], 512 * logl(2)) <= 1);
+}
+
+static void cube_roots(void)
+{
+  double worst = 0;
+  for (int trial = 0; trial < 200000; trial++) {
+    flesh_real x = {number(-280, 280), number(-1, 1)}, y = flesh_inverse_cbrt(x);
+    for (int l = 0; l < 2; l++) worst = fmax(worst, ulps(y[l], 1 / cbrtl(x[l])));
+  }
+  printf("# %.2f units in the last place\n", worst);
+  CHECK_BELOW(worst, 3);
+}
+
+static void selections(void)
+{
+  flesh_real a = {1, -2}, b = {-3, 4}, picked = flesh_select(a > b, a, b);
+  CHECK(picked[0] == 1 && picked[1] == 4);
+  CHECK(flesh_any(a > b) && flesh_any(b > a) && !flesh_any(a > 5.0));
+  CHECK(flesh_abs(a)[1] == 2 && flesh_max(a, b)[0] == 1 && flesh_sqrt(a * a)[1] == 2);
+  flesh_set_lane(&a, 1, 7);
+  CHECK(flesh_lane(a, 1) == 7 && flesh_all(3)[1] == 3);
+}
+
+static void transposition(void)
+{
+  flesh_real v[2] = {{1, 2}, {3, 4}};
+  flesh_transpose(v);
+  CHECK(v[0][0] == 1 && v[0][1] == 3 && v[1][0] == 2 && v[1][1] == 4);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(logarithms), TEST(cube_roots), TEST(selections),
+                   TEST(transposition));
+}
