@@ -45,7 +45,7 @@ static int calm_jacobian(const flesh_effect *effect, const flesh_point *point, c
 {
   const calm *self = effect->data;
   double rate = shift->v != 0 ? rate_at(self, point) : 0;
-  if (rate > 0) flesh_mass_matrix_add(&self->M, shift->v * rate, K, slots);
+  if (rate > 0) flesh_mass_matrix_add(&self->M, shift->v * rate, point->threads, K, slots);
   return FLESH_OK;
 }
 
