@@ -291,7 +291,8 @@ json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
     set_integer(row, "jacobians", cost->jacobians);
     set_integer(row, "potentials", cost->potentials);
     set_integer(row, "energies", cost->energies);
-    set_integer(row, "memory_bytes", (long)flesh_system_effect_memory(system, e));
+    size_t bytes = flesh_system_effect_memory(system, e);
+    set(row, "memory_bytes", bytes ? (double)bytes : NAN);
     set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
     json_array_append_new(array, row);
   }
@@ -303,10 +304,12 @@ void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_syste
   fprintf(stream, "effect        residuals  Jacobians potentials   energies   memory kB      CPU s\n");
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect_cost *cost = &costs->effects[e];
-    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11.1f %10.4f\n",
+    char memory[32] = "-";
+    size_t bytes = flesh_system_effect_memory(system, e);
+    if (bytes) snprintf(memory, sizeof memory, "%.1f", (double)bytes / 1024);
+    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11s %10.4f\n",
             flesh_system_effect(system, e)->operations->name, cost->residuals, cost->jacobians,
-            cost->potentials, cost->energies, (double)flesh_system_effect_memory(system, e) / 1024,
-            cost->cpu_s);
+            cost->potentials, cost->energies, memory, cost->cpu_s);
   }
 }
 

@@ -48,7 +48,8 @@ FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *na
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
-/* Bytes that an effect holds (flesh_effect_operations.memory) with its places in the Jacobian. */
+/* Bytes that an effect holds (flesh_effect_operations.memory) with its places in the Jacobian;
+ * 0 where it does not tell. */
 FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
 /* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
 FLESH_API int flesh_system_follows(const flesh_system *system);

@@ -209,7 +209,8 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index)
 {
   const entry *e = &system->entries[index];
   const flesh_cells *cells = cells_of(e->effect);
-  size_t bytes = e->effect->operations->memory ? e->effect->operations->memory(e->effect) : 0;
+  if (!e->effect->operations->memory) return 0;
+  size_t bytes = e->effect->operations->memory(e->effect);
   if (e->owns_slots) {
     size_t pairs = (size_t)cells->nodes_per_cell * (size_t)(cells->nodes_per_cell + 1) / 2;
     bytes += (size_t)cells->count * pairs * sizeof *e->slots;
