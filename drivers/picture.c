@@ -14,7 +14,7 @@
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18, BAR = 92 };
 
 static const char *const field_names[] = {"none", "J", "stress", "speed"};
-static const char *const field_labels[] = {"", "J", "σ [Pa]", "|v| [m/s]"};
+static const char *const field_labels[] = {"", "J", "σ", "|v| [m/s]"};
 
 int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
 {
@@ -155,6 +155,12 @@ static void draw_bar(cairo_t *c, double x, double y, double height, flesh_pictur
                      const flesh_picture_frame *frame)
 {
   enum { MARKS = 4, WIDTH = 14 };
+  static const char *const units[] = {"Pa", "kPa", "MPa", "GPa"};
+  char label[32];
+  int thousands = 0;
+  if (field == FLESH_PICTURE_STRESS && frame->high >= 1e3)
+    thousands = (int)fmin(3, floor(log10(frame->high) / 3));
+  double unit = pow(1000, thousands);
   for (int k = 0; k < (int)height; k++) {
     double rgb[3];
     flesh_picture_colour(field, 1 - (k + 0.5) / height, rgb);
@@ -164,11 +170,13 @@ static void draw_bar(cairo_t *c, double x, double y, double height, flesh_pictur
   }
   for (int k = 0; k <= MARKS; k++) {
     char text[32];
-    double value = frame->low + (frame->high - frame->low) * k / MARKS;
+    double value = (frame->low + (frame->high - frame->low) * k / MARKS) / unit;
     snprintf(text, sizeof text, "%.4g", fabs(value) < 1e-12 * frame->high ? 0 : value);
     write_text(c, x + WIDTH + 6, y + height * (1 - (double)k / MARKS) + 4, 0, 11, 0.2, text);
   }
-  write_text(c, x, y - 12, 0, 12, 0.15, field_labels[field]);
+  snprintf(label, sizeof label, field == FLESH_PICTURE_STRESS ? "%s [%s]" : "%s", field_labels[field],
+           units[thousands]);
+  write_text(c, x, y - 12, 0, 12, 0.15, label);
 }
 
 static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsigned length)
@@ -240,8 +248,8 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
     status = draw_panel(c, MARGIN + p % columns * (width + MARGIN), top + p / columns * (height + top),
                         &panels[p], options, frame);
   if (bar) {
-    double length = fmin(0.7 * height, 300);
-    draw_bar(c, total_width - BAR + 16, top + 0.5 * (height - length) + 8, length, options->field, frame);
+    double length = floor(fmin(0.7 * height, 300));
+    draw_bar(c, total_width - BAR + 16, floor(top + 0.5 * (height - length) + 8), length, options->field, frame);
   }
   if (!status && (cairo_status(c) || cairo_surface_status(picture)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: a picture of %d x %d pixels: %s", path, total_width,
