@@ -20,6 +20,7 @@
 #include "flesh/kinsol.h"
 #include "flesh/rhs.h"
 #include "sundials/compatibility.h"
+#include "sundials/vector.h"
 
 /* The three problems of one body, and a state in motion. */
 typedef struct owned {
