@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 struct flesh_nonlinear {
   flesh_problem *problem;
@@ -55,6 +56,7 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
   if (!status) {
     self->u = N_VNew_Serial(self->problem->n, self->context);
     if (self->u) {
+      flesh_vector_quicken(self->u);
       self->u->ops->nvmaxnorm = two_norm;
       self->ones = N_VClone(self->u);
     }
