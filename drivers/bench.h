@@ -15,9 +15,11 @@ typedef struct flesh_bench_time {
   int repeats;
 } flesh_bench_time;
 
-/* Calls work(data) `repeats` times; short work several times per repeat, and once before. Returns
- * the first status that is not FLESH_OK. */
-int flesh_bench_measure(int (*work)(void *data), void *data, int repeats, flesh_bench_time *time);
+/* Calls work(data) `repeats` times; short work several times per repeat, and once before. `prepare`
+ * (NULL: none) is called before each work(data), which is then never short, and not measured.
+ * Returns the first status that is not FLESH_OK. */
+int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
+                        int repeats, flesh_bench_time *time);
 
 /* Where data of a size live, as far as this machine tells. */
 typedef enum flesh_bench_level {
@@ -91,6 +93,7 @@ typedef struct flesh_bench_bar {
   double *density;
   flesh_material material;
   flesh_body body;
+  double mesh_bytes;
 } flesh_bench_bar;
 int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy energy,
                          double poisson, flesh_bench_bar *bar);

@@ -236,7 +236,7 @@ int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int 
     find_floor(plan, own->tet_bytes * tets + own->node_bytes * nodes + own->block_held * blocks,
                &row);
     b.projected = own->projected;
-    status = flesh_bench_measure(own->work, &b, plan->repeats, &row.time);
+    status = flesh_bench_measure(NULL, own->work, &b, plan->repeats, &row.time);
     if (!status) status = flesh_bench_add(plan, &row);
   }
   close_bench(&b);

@@ -26,21 +26,27 @@ static int ascending(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-int flesh_bench_measure(int (*work)(void *data), void *data, int repeats, flesh_bench_time *time)
+/* One call, or `calls` of them. */
+static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *data, int calls,
+                    double *wall, double *cpu)
+{
+  int status = prepare ? prepare(data) : FLESH_OK;
+  double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  for (int k = 0; k < calls && !status; k++) status = work(data);
+  *cpu = (seconds(CLOCK_PROCESS_CPUTIME_ID) - c) / calls;
+  *wall = (seconds(CLOCK_MONOTONIC) - w) / calls;
+  return status;
+}
+
+int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
+                        int repeats, flesh_bench_time *time)
 {
   double wall[MOST_REPEATS], cpu[MOST_REPEATS];
   if (repeats > MOST_REPEATS) repeats = MOST_REPEATS;
-  double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  int status = work(data);
-  cpu[0] = seconds(CLOCK_PROCESS_CPUTIME_ID) - c;
-  wall[0] = seconds(CLOCK_MONOTONIC) - w;
-  int calls = cpu[0] < SHORTEST ? (int)(SHORTEST / (cpu[0] + 1e-7)) + 1 : 1;
-  for (int r = calls == 1; r < repeats && !status; r++) {
-    w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
-    for (int k = 0; k < calls && !status; k++) status = work(data);
-    cpu[r] = (seconds(CLOCK_PROCESS_CPUTIME_ID) - c) / calls;
-    wall[r] = (seconds(CLOCK_MONOTONIC) - w) / calls;
-  }
+  int calls = 1, status = run_once(prepare, work, data, 1, &wall[0], &cpu[0]);
+  if (!prepare && cpu[0] < SHORTEST) calls = (int)(SHORTEST / (cpu[0] + 1e-7)) + 1;
+  for (int r = calls == 1; r < repeats && !status; r++)
+    status = run_once(prepare, work, data, calls, &wall[r], &cpu[r]);
   if (status) return status;
   qsort(wall, (size_t)repeats, sizeof *wall, ascending);
   qsort(cpu, (size_t)repeats, sizeof *cpu, ascending);
@@ -128,11 +134,11 @@ static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, do
   flesh_bench_time time;
   s->n = bytes / sizeof(double) / 64 * 64;
   s->rounds = bytes < 1 << 20 ? 20 : 1;
-  int status = flesh_bench_measure(read_all, s, repeats, &time);
+  int status = flesh_bench_measure(NULL, read_all, s, repeats, &time);
   if (status) return status;
   *read = 8.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
   s->n = s->n / 3 / 64 * 64;
-  status = flesh_bench_measure(triad_all, s, repeats, &time);
+  status = flesh_bench_measure(NULL, triad_all, s, repeats, &time);
   *triad = 24.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
   return status;
 }
@@ -151,7 +157,7 @@ static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, str
     flesh_bench_time time;
     s->peak = peak_of((flesh_instructions)k);
     s->rounds = 200000;
-    status = flesh_bench_measure(multiply_all, s, plan->repeats, &time);
+    status = flesh_bench_measure(NULL, multiply_all, s, plan->repeats, &time);
     c->multiply_add[k] = s->peak->operations * (double)s->rounds * s->count / best_of(s, &time);
   }
   return status;

@@ -7,6 +7,7 @@
 #include "drift.h"
 #include "flesh/scene.h"
 #include "palette.h"
+#include "picture.h"
 #include "plot.h"
 
 /* Volume against time, a plot per scene and Poisson's ratio. */
@@ -90,10 +91,13 @@ static void free_panels(int count, body_panel *bodies)
 }
 
 /* The window that shows the bodies that are whole: twice the rest shape about it at most. */
-static int draw_panels(const flesh_drift_plan *plan, const char *name, const flesh_mesh *mesh, int count,
-                       body_panel *bodies, int columns)
+static int draw_panels(const flesh_drift_plan *plan, const char *name, const flesh_scene *scene,
+                       int count, body_panel *bodies, int columns)
 {
-  flesh_plot_panel *panels = calloc((size_t)count, sizeof *panels);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  const flesh_camera *camera = &flesh_scene_outputs(scene)->camera;
+  const flesh_body body = {.mesh = mesh};
+  flesh_picture_panel *panels = calloc((size_t)count, sizeof *panels);
   if (!panels) return FLESH_ERR_MEMORY;
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
@@ -104,13 +108,20 @@ static int draw_panels(const flesh_drift_plan *plan, const char *name, const fle
     int whole = x != NULL;
     for (int d = 0; whole && d < 3 * info.nodes; d++)
       whole = x[d] > info.low[d % 3] - reach && x[d] < info.high[d % 3] + reach;
-    panels[k] = (flesh_plot_panel){bodies[k].title, bodies[k].subtitle, mesh, whole ? x : NULL, bodies[k].J};
+    panels[k] = (flesh_picture_panel){.title = bodies[k].title,
+                                      .subtitle = bodies[k].subtitle,
+                                      .body = &body,
+                                      .x = whole ? x : NULL,
+                                      .J = bodies[k].J};
   }
-  flesh_plot_surface_options options;
-  flesh_plot_surface_options_default(&options);
+  char path[1700];
+  flesh_picture_options options;
+  flesh_picture_options_default(&options);
+  options.camera = *camera;
   options.columns = columns;
-  options.panel_width = 360;
-  int status = flesh_plot_surface(plan->out, name, count, panels, &options);
+  options.width = 300;
+  snprintf(path, sizeof path, "%s/%s.png", plan->out, name);
+  int status = flesh_picture(path, count, panels, &options);
   free(panels);
   return status;
 }
@@ -149,7 +160,8 @@ static void add_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, f
 }
 
 /* The worst frame of an energy at every Poisson's ratio and with every solver, coloured by J. */
-static int draw_worst(const flesh_drift_plan *plan, int scene, int variant, const flesh_mesh *mesh)
+static int draw_worst(const flesh_drift_plan *plan, int scene, int variant,
+                      const flesh_scene *drawn)
 {
   int room = plan->poisson_count * plan->solver_count, count = 0;
   body_panel *bodies = calloc((size_t)room, sizeof *bodies);
@@ -158,20 +170,20 @@ static int draw_worst(const flesh_drift_plan *plan, int scene, int variant, cons
     for (int k = 0; k < plan->case_count; k++) {
       const flesh_drift_case *c = &plan->cases[k];
       if (c->scene != scene || c->variant != variant || c->solver != plan->solvers[g]) continue;
-      add_panel(plan, c, FRAME_WORST, mesh, &bodies[count++]);
+      add_panel(plan, c, FRAME_WORST, flesh_scene_mesh(drawn), &bodies[count++]);
     }
   char name[160];
   snprintf(name, sizeof name, "worst_%s_%s_%s", plan->names[scene],
            flesh_energy_name(plan->variants[variant].energy),
            flesh_constants_name(plan->variants[variant].constants));
-  int status = draw_panels(plan, name, mesh, count, bodies, plan->poisson_count);
+  int status = draw_panels(plan, name, drawn, count, bodies, plan->poisson_count);
   free_panels(room, bodies);
   return status;
 }
 
 /* All energies side by side at one Poisson's ratio: before the last event (the release) above, the end below. */
 static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, flesh_drift_solver solver,
-                       const flesh_mesh *mesh)
+                       const flesh_scene *drawn)
 {
   int room = 2 * plan->variant_count, count = 0;
   body_panel *bodies = calloc((size_t)room, sizeof *bodies);
@@ -180,12 +192,12 @@ static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, fle
     for (int k = 0; k < plan->case_count; k++) {
       const flesh_drift_case *c = &plan->cases[k];
       if (c->scene != scene || c->poisson != poisson || c->solver != solver) continue;
-      add_panel(plan, c, kind, mesh, &bodies[count++]);
+      add_panel(plan, c, kind, flesh_scene_mesh(drawn), &bodies[count++]);
     }
   char name[160];
   snprintf(name, sizeof name, "shapes_%s_%g_%s", plan->names[scene], plan->poissons[poisson],
            flesh_drift_solver_name(solver));
-  int status = draw_panels(plan, name, mesh, count, bodies, plan->variant_count);
+  int status = draw_panels(plan, name, drawn, count, bodies, plan->variant_count);
   free_panels(room, bodies);
   return status;
 }
@@ -197,13 +209,12 @@ int flesh_drift_draw(const flesh_drift_plan *plan)
     flesh_scene *scene = NULL;
     status = flesh_scene_read(plan->scenes[s], plan->overrides->count, plan->overrides->values, &scene);
     if (status) break;
-    const flesh_mesh *mesh = flesh_scene_mesh(scene);
     for (int p = 0; p < plan->poisson_count && !status; p++) {
       status = draw_volumes(plan, s, p);
       for (int g = 0; g < plan->solver_count && !status; g++)
-        status = draw_shapes(plan, s, p, plan->solvers[g], mesh);
+        status = draw_shapes(plan, s, p, plan->solvers[g], scene);
     }
-    for (int v = 0; v < plan->variant_count && !status; v++) status = draw_worst(plan, s, v, mesh);
+    for (int v = 0; v < plan->variant_count && !status; v++) status = draw_worst(plan, s, v, scene);
     flesh_scene_destroy(&scene);
   }
   return status;

@@ -3,7 +3,9 @@
 #include "picture.h"
 
 #include <cairo.h>
+#include <fontconfig/fontconfig.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,7 +16,7 @@
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18, BAR = 92 };
 
 static const char *const field_names[] = {"none", "J", "stress", "speed"};
-static const char *const field_labels[] = {"", "J", "σ [Pa]", "|v| [m/s]"};
+static const char *const field_labels[] = {"", "J", "σ", "|v| [m/s]"};
 
 int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
 {
@@ -138,6 +140,13 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   if (!isnan(options->high)) frame->high = options->high;
 }
 
+/* What cairo and fontconfig keep of the fonts, so that a search for leaks finds none. */
+static void release_fonts(void)
+{
+  cairo_debug_reset_static_data();
+  FcFini();
+}
+
 static void write_text(cairo_t *c, double x, double y, double align, double size, double grey,
                        const char *text)
 {
@@ -155,6 +164,12 @@ static void draw_bar(cairo_t *c, double x, double y, double height, flesh_pictur
                      const flesh_picture_frame *frame)
 {
   enum { MARKS = 4, WIDTH = 14 };
+  static const char *const units[] = {"Pa", "kPa", "MPa", "GPa"};
+  char label[32];
+  int thousands = 0;
+  if (field == FLESH_PICTURE_STRESS && frame->high >= 1e3)
+    thousands = (int)fmin(3, floor(log10(frame->high) / 3));
+  double unit = pow(1000, thousands);
   for (int k = 0; k < (int)height; k++) {
     double rgb[3];
     flesh_picture_colour(field, 1 - (k + 0.5) / height, rgb);
@@ -164,11 +179,13 @@ static void draw_bar(cairo_t *c, double x, double y, double height, flesh_pictur
   }
   for (int k = 0; k <= MARKS; k++) {
     char text[32];
-    double value = frame->low + (frame->high - frame->low) * k / MARKS;
+    double value = (frame->low + (frame->high - frame->low) * k / MARKS) / unit;
     snprintf(text, sizeof text, "%.4g", fabs(value) < 1e-12 * frame->high ? 0 : value);
     write_text(c, x + WIDTH + 6, y + height * (1 - (double)k / MARKS) + 4, 0, 11, 0.2, text);
   }
-  write_text(c, x, y - 12, 0, 12, 0.15, field_labels[field]);
+  snprintf(label, sizeof label, field == FLESH_PICTURE_STRESS ? "%s [%s]" : "%s", field_labels[field],
+           units[thousands]);
+  write_text(c, x, y - 12, 0, 12, 0.15, label);
 }
 
 static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsigned length)
@@ -231,6 +248,8 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
   int total_width = columns * (width + MARGIN) + MARGIN + bar * BAR, total_height = rows * (height + top) + MARGIN;
   total_width += total_width & 1; /* films want even sizes */
   total_height += total_height & 1;
+  static atomic_flag registered = ATOMIC_FLAG_INIT;
+  if (!atomic_flag_test_and_set(&registered)) atexit(release_fonts);
   cairo_surface_t *picture = cairo_image_surface_create(CAIRO_FORMAT_RGB24, total_width, total_height);
   cairo_t *c = cairo_create(picture);
   cairo_set_source_rgb(c, 1, 1, 1);
@@ -240,8 +259,8 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
     status = draw_panel(c, MARGIN + p % columns * (width + MARGIN), top + p / columns * (height + top),
                         &panels[p], options, frame);
   if (bar) {
-    double length = fmin(0.7 * height, 300);
-    draw_bar(c, total_width - BAR + 16, top + 0.5 * (height - length) + 8, length, options->field, frame);
+    double length = floor(fmin(0.7 * height, 300));
+    draw_bar(c, total_width - BAR + 16, floor(top + 0.5 * (height - length) + 8), length, options->field, frame);
   }
   if (!status && (cairo_status(c) || cairo_surface_status(picture)))
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: a picture of %d x %d pixels: %s", path, total_width,

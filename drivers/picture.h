@@ -20,6 +20,7 @@ typedef struct flesh_picture_panel {
   const flesh_body *body;
   const double *x; /* [3*nodes], m; NULL: the panel says `subtitle` instead of showing a body */
   const double *v; /* [3*nodes], m/s; only for FLESH_PICTURE_SPEED */
+  const double *J; /* [tets] instead of what x has, as where x is scaled; NULL: of x */
   /* Drawn instead of the body's boundary; NULL: none. */
   const flesh_surface *surface;
   const flesh_skin *skin;

@@ -94,6 +94,13 @@ static int average(const flesh_mesh *mesh, const double *tet_values, double *val
   return FLESH_OK;
 }
 
+static void measure_J(const flesh_picture_panel *panel, double *J)
+{
+  const flesh_mesh *mesh = panel->body->mesh;
+  if (panel->J) memcpy(J, panel->J, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
+  else flesh_mesh_jacobians(mesh, panel->x, J, NULL, NULL);
+}
+
 int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field field,
                          double **values)
 {
@@ -112,7 +119,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
       made[i] = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     }
   } else {
-    if (field == FLESH_PICTURE_J) flesh_mesh_jacobians(mesh, panel->x, of_tets, NULL, NULL);
+    if (field == FLESH_PICTURE_J) measure_J(panel, of_tets);
     else
       for (int t = 0; t < tets; t++) of_tets[t] = tet_stress(panel->body, panel->x, t);
     status = average(mesh, of_tets, made);
@@ -209,7 +216,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   uint8_t *marked = take(scene, (size_t)s->triangles);
   double *J = take(scene, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
   if (!marked || !J) return no_memory();
-  flesh_mesh_jacobians(mesh, panel->x, J, NULL, NULL);
+  measure_J(panel, J);
   if (skinned) {
     s->vertices = flesh_surface_vertex_count(panel->surface);
     s->rest = flesh_surface_positions(panel->surface);
@@ -263,6 +270,7 @@ int flesh_picture_scene_make(const flesh_picture_panel *panel, const flesh_pictu
     if (status) break;
     s->x = x;
     s->corners = corners;
+    s->ground = flesh_picture_is_plane(panel, k);
     status = keep(scene, x);
     if (!status) status = keep(scene, corners);
     else free(corners);

@@ -30,6 +30,8 @@ int flesh_picture_obstacle_count(const flesh_picture_panel *panel);
 int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
                            int *nodes, double **positions, int *triangles, int **corners);
 
+int flesh_picture_is_plane(const flesh_picture_panel *panel, int k);
+
 /* The colour of a value, sRGB in [0, 1]; part in [0, 1] of the way from low to high. */
 void flesh_picture_colour(flesh_picture_field field, double part, double rgb[3]);
 

@@ -54,6 +54,41 @@ static int cut_plane(const double *corner[3], int *nodes, double **positions, in
   return FLESH_OK;
 }
 
+/* An index per node, and places that compare. */
+typedef struct spot {
+  const double *x;
+  int node;
+} spot;
+
+static int compare_spots(const void *a, const void *b)
+{
+  const spot *p = a, *q = b;
+  for (int d = 0; d < 3; d++)
+    if (p->x[d] != q->x[d]) return p->x[d] < q->x[d] ? -1 : 1;
+  return 0;
+}
+
+/* Lets corners at one place be one node, so that light runs smoothly over seams. */
+static int weld(int nodes, const double *positions, int triangles, int *corners)
+{
+  spot *spots = malloc(sizeof *spots * (size_t)(nodes + 1));
+  int *first = malloc(sizeof *first * (size_t)(nodes + 1));
+  if (!spots || !first) {
+    free(spots), free(first);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
+  }
+  for (int i = 0; i < nodes; i++) spots[i] = (spot){positions + 3 * (size_t)i, i};
+  qsort(spots, (size_t)nodes, sizeof *spots, compare_spots);
+  for (int i = 0; i < nodes; i++) {
+    int same = i && !compare_spots(&spots[i], &spots[i - 1]);
+    first[spots[i].node] = same ? first[spots[i - 1].node] : spots[i].node;
+  }
+  for (int c = 0; c < 3 * triangles; c++) corners[c] = first[corners[c]];
+  free(spots);
+  free(first);
+  return FLESH_OK;
+}
+
 int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_view *view,
                            int *nodes, double **positions, int *triangles, int **corners)
 {
@@ -64,7 +99,12 @@ int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_
   if (view) extent = 1.6 * view->height * fmax(1, (double)view->width_px / view->height_px);
   int status = flesh_obstacle_surface(obstacle, panel->t, centre, extent, nodes, positions,
                                       triangles, corners);
-  if (status || *nodes != 4 || *triangles != 2) return status;
+  if (status) return status;
+  if (*nodes != 4 || *triangles != 2) {
+    status = weld(*nodes, *positions, *triangles, *corners);
+    if (status) free(*positions), free(*corners);
+    return status;
+  }
   double *x = *positions; /* a plane's square, corner by corner around it */
   int *c = *corners;
   const double *ring[3] = {x, x + 3, x + 6};
@@ -78,4 +118,14 @@ int flesh_picture_obstacle(const flesh_picture_panel *panel, int k, const flesh_
   free(x);
   free(c);
   return status;
+}
+
+int flesh_picture_is_plane(const flesh_picture_panel *panel, int k)
+{
+  int nodes = 1, triangles, *corners;
+  double *x;
+  if (flesh_picture_obstacle(panel, k, NULL, &nodes, &x, &triangles, &corners)) return 0;
+  free(x);
+  free(corners);
+  return !nodes;
 }

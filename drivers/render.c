@@ -171,7 +171,7 @@ static void place_sun(scene *s)
   flesh_view *sun = &s->sun_view;
   const flesh_view *v = &s->view;
   double direction[3], up[3] = {0, 0, 1}, size = s->lit.height;
-  for (int d = 0; d < 3; d++) direction[d] = 0.75 * v->back[d] + 0.85 * v->up[d] - 0.65 * v->right[d];
+  for (int d = 0; d < 3; d++) direction[d] = v->back[d] + 0.9 * v->up[d] - 0.65 * v->right[d];
   normalise(direction);
   if (fabs(direction[2]) > 0.99) up[1] = 1, up[2] = 0;
   flesh_view_fit fit;
@@ -181,7 +181,7 @@ static void place_sun(scene *s)
   normalise(fit.view.right);
   cross(direction, fit.view.right, fit.view.up);
   for (int k = 0; k < s->count; k++)
-    flesh_view_fit_add(&fit, s->surfaces[k].vertices, s->surfaces[k].x);
+    if (!s->surfaces[k].ground) flesh_view_fit_add(&fit, s->surfaces[k].vertices, s->surfaces[k].x);
   flesh_view_fit_end(&fit, &camera, sun);
 }
 
@@ -270,7 +270,7 @@ static void shade(const scene *s, int number, double x, double y, double samples
   normalise(half);
   double sky = 0.5 + 0.5 * face[2], rim = pow(1 - facing, 4);
   double gloss = shadow * 0.10 * pow(fmax(dot(face, half), 0), 36);
-  double diffuse = 0.20 + 0.18 * sky + 0.10 * facing + 0.72 * fmax(light, 0) * shadow;
+  double diffuse = 0.20 + 0.18 * sky + 0.13 * facing + 0.70 * fmax(light, 0) * shadow;
   base_colour(f, triangle, b, rgb);
   for (int d = 0; d < 3; d++) {
     rgb[d] = rgb[d] * diffuse + gloss + 0.14 * rim * (0.4 + 0.6 * rgb[d]);
@@ -361,7 +361,7 @@ int flesh_render(const flesh_view *view, int count, const flesh_render_surface *
       s.sun[at] = project(&s.sun_view, p);
       if (c % 3 < 2) continue;
       fill(&s.seen, s.eye + at - 2, s.first[k] + c / 3);
-      fill(&s.lit, s.sun + at - 2, s.first[k] + c / 3);
+      if (!surfaces[k].ground) fill(&s.lit, s.sun + at - 2, s.first[k] + c / 3);
     }
   if (!status) resolve(&s, samples, image);
   scene_close(&s);

@@ -47,6 +47,7 @@ typedef struct flesh_render_surface {
   float plain[3];
   int edges;    /* draw the triangles' edges */
   int two_sided; /* the inside looks like the outside; else it is darker */
+  int ground;    /* receives shadows; what it casts is of no account */
 } flesh_render_surface;
 
 /* Opaque pixels 0x00RRGGBB, rows from the top. */

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "flesh/scene.h"
+#include "picture.h"
 #include "plot.h"
 #include "plot_text.h"
 #include "stress.h"
@@ -165,6 +166,7 @@ static const double REACH = 1.05; /* of a picture, in body lengths */
 /* The frames of a case: a panel each. */
 typedef struct strip {
   flesh_mesh *mesh;
+  flesh_body body;
   double *x[FRAMES], *J[FRAMES];
   char titles[FRAMES][64], subtitle[64];
 } strip;
@@ -261,7 +263,7 @@ static int draw_frames(const flesh_stress_plan *plan, const char *group)
 {
   const flesh_stress_setting *setting = shown(plan);
   strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
-  flesh_plot_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
+  flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
   int count = 0,
       status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int k = 0; k < plan->run_count && !status; k++) {
@@ -271,23 +273,29 @@ static int draw_frames(const flesh_stress_plan *plan, const char *group)
     if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
     if (count == plan->case_count) break;
     status = read_strip(plan, r, &strips[count]);
+    strips[count].body = (flesh_body){.mesh = strips[count].mesh};
     for (int f = 0; f < FRAMES; f++)
       panels[FRAMES * count + f] =
-          (flesh_plot_panel){strips[count].titles[f], f == FRAMES - 1 ? strips[count].subtitle : "",
-                             strips[count].mesh, strips[count].x[f], strips[count].J[f]};
+          (flesh_picture_panel){.title = strips[count].titles[f],
+                                .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
+                                .body = &strips[count].body,
+                                .x = strips[count].x[f],
+                                .J = strips[count].J[f]};
     count++;
   }
   if (!status && count) {
-    char name[64];
-    flesh_plot_surface_options options;
-    flesh_plot_surface_options_default(&options);
+    char path[1700];
+    flesh_picture_options options;
+    flesh_picture_options_default(&options);
     options.columns = count > 1 ? 2 * FRAMES : FRAMES;
-    options.panel_width = 190;
-    options.panel_height = 130;
-    options.window[0] = -1.1, options.window[1] = 1.1;
-    options.window[2] = -0.75, options.window[3] = 0.75;
-    snprintf(name, sizeof name, "frames_%s", group);
-    status = flesh_plot_surface(plan->out, name, FRAMES * count, panels, &options);
+    options.width = 190;
+    options.height = 130;
+    options.low = 0.5, options.high = 1.5;
+    options.edges = 1;
+    for (int d = 0; d < 3; d++) options.camera.target[d] = 0;
+    options.camera.height = 1.5;
+    snprintf(path, sizeof path, "%s/frames_%s.png", plan->out, group);
+    status = flesh_picture(path, FRAMES * count, panels, &options);
   }
   if (strips) free_strips(plan->case_count, strips);
   free(panels);

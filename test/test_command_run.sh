@@ -192,6 +192,30 @@ a_spent_budget_keeps_what_was_done() {
   has stderr.txt 'budget of 0.3 s' && has budget/result.json '"status": "out of budget"' && rows budget/state.txt 63
 }
 
+# One step that would take minutes: it is given up, and what is kept is the state before it.
+"$flesh" mesh box --cells 36,12,12 --size 3,1,1 --out long.msh >/dev/null || exit 1
+long_step() {
+  set -- "$flesh" run bar.yaml --set body.mesh=long.msh --set time.method=static --set solver.preconditioner=none \
+    --set body.material.poisson=0.4999 --set solver.max_linear=1000000 --set solver.linear_tolerance=1e-12 "$@"
+  echo "$*" >command.txt
+  "$@" >stdout.txt 2>stderr.txt
+}
+kept_before_the_step() { # NAME STATUS
+  has "$1/result.json" "\"status\": \"$2\"" && has "$1/result.json" '"steps": 0' && rows "$1/state.txt" 6253 &&
+    [ "$(head -n 1 "$1/state.txt")" = '# t 0' ] && [ "$(lines "$1/history.csv")" -eq 2 ]
+}
+a_budget_ends_a_long_step() {
+  before=$(date +%s)
+  long_step --out long_budget --max-seconds 1
+  [ $? -eq 6 ] || { cat stderr.txt; return 1; }
+  [ $(($(date +%s) - before)) -le 10 ] && kept_before_the_step long_budget 'out of budget'
+}
+a_signal_ends_a_long_step() {
+  timeout --preserve-status --signal INT 1 "$flesh" run long_budget/scene.yaml --out long_signal >stdout.txt 2>stderr.txt
+  [ $? -eq 130 ] || { cat stderr.txt; return 1; }
+  kept_before_the_step long_signal interrupted
+}
+
 a_failed_solve_is_explained() {
   expect 4 "$flesh" run bar.yaml --out failed --set body.material.energy=B --set time.step=0.5 --set time.end=2 \
     --set 'effects.gravity.acceleration=[0, 0, -2000]' --set solver.max_halvings=1 --set solver.max_newton=3 || return 1
@@ -262,6 +286,8 @@ sigterm_keeps_what_was_done
 sighup_keeps_what_was_done
 nohup_goes_on
 a_spent_budget_keeps_what_was_done
+a_budget_ends_a_long_step
+a_signal_ends_a_long_step
 a_failed_solve_is_explained
 a_state_without_an_energy_is_explained
 check_differentiates

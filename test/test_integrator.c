@@ -462,6 +462,58 @@ static void bad_arguments_are_sentences(void)
   test_body_destroy(&b);
 }
 
+typedef struct limit {
+  int asked, last; /* the call of that number ends the step */
+} limit;
+
+static int stop_at(void *data)
+{
+  limit *l = data;
+  return ++l->asked == l->last ? FLESH_ERR_BUDGET : FLESH_OK;
+}
+
+/* Asked before Newton iterations and within linear solves; an ended step leaves the state as it was, and the next
+ * one is as if nothing had been. */
+static void a_step_ends_when_it_is_told_to(void)
+{
+  for (int kind = 0; kind < 2; kind++) {
+    test_body b;
+    flesh_integrator *integrator = NULL;
+    flesh_solver_options options = tight(1e-8);
+    flesh_solve_stats stats = {0}, again = {0};
+    limit l = {0, -1};
+    if (kind) options.linear_solver = FLESH_LINEAR_KLU;
+    make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    test_jitter(b.n, 0.05, 1, b.state.x);
+    size_t bytes = (size_t)b.n * sizeof(double);
+    double *x0 = malloc(bytes), *v0 = malloc(bytes), *x1 = malloc(bytes);
+    memcpy(x0, b.state.x, bytes);
+    memcpy(v0, b.state.v, bytes);
+    flesh_integrator_set_stop(integrator, stop_at, &l);
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+    memcpy(x1, b.state.x, bytes);
+    int calls = l.asked;
+    CHECK(calls >= stats.newton + (kind ? 0 : stats.linear / 32));
+    for (int last = 1; last <= calls; last++) {
+      b.state.t = 0;
+      memcpy(b.state.x, x0, bytes);
+      memcpy(b.state.v, v0, bytes);
+      l = (limit){0, last};
+      CHECK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL) == FLESH_ERR_BUDGET);
+      CHECK(l.asked == last && b.state.t == 0);
+      CHECK(!memcmp(b.state.x, x0, bytes) && !memcmp(b.state.v, v0, bytes));
+    }
+    flesh_integrator_set_stop(integrator, NULL, NULL);
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &again));
+    CHECK(!memcmp(b.state.x, x1, bytes) && again.newton == stats.newton && l.asked == calls);
+    free(x0), free(v0), free(x1);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step),
@@ -469,5 +521,6 @@ int main(int argc, char **argv)
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),
                    TEST(threads_share_a_system_and_give_the_same_bits), TEST(steps_allocate_nothing),
+                   TEST(a_step_ends_when_it_is_told_to),
                    TEST(bad_arguments_are_sentences));
 }

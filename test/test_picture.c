@@ -205,10 +205,31 @@ static void pictures_are_whole_files(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* Coordinates that are no numbers, a subtitle instead of a body, many panels. */
+static void broken_states_are_drawn(void)
+{
+  flesh_mesh *mesh = NULL;
+  double x[24];
+  CHECK_OK(flesh_mesh_box((int[]){1, 1, 1}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &mesh));
+  flesh_body body = {.mesh = mesh};
+  memcpy(x, flesh_mesh_positions(mesh), sizeof x);
+  x[3] = NAN, x[7] = INFINITY;
+  flesh_picture_panel panels[9] = {{.body = &body, .subtitle = "failed"}, {.body = &body, .x = x}};
+  for (int p = 2; p < 9; p++) panels[p] = (flesh_picture_panel){.body = &body, .x = flesh_mesh_positions(mesh)};
+  for (int d = 0; d < 24; d++) x[d] = d % 5 ? x[d] : NAN;
+  flesh_picture_options options;
+  flesh_picture_options_default(&options);
+  options.width = 40;
+  CHECK_OK(flesh_picture(in_work_folder("odd.png"), 9, panels, &options));
+  CHECK_OK(flesh_picture(in_work_folder("odd.png"), 2, panels, &options));
+  CHECK_OK(flesh_picture(in_work_folder("odd.png"), 1, panels, &options));
+  flesh_mesh_destroy(&mesh);
+}
+
 int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
   return RUN_TESTS(argc, argv, TEST(everything_is_in_the_picture_and_fills_it), TEST(near_hides_far),
                    TEST(shadows_fall), TEST(the_inside_is_darker), TEST(values_are_those_of_the_motion),
-                   TEST(pictures_are_whole_files));
+                   TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
 }

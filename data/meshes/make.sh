@@ -18,6 +18,9 @@ make_mesh hand 0.0064 hand_coarse.msh
 make_mesh hand 0.0029 hand_fine.msh
 make_mesh finger 0.0039 finger_coarse.msh
 make_mesh finger 0.0022 finger_fine.msh
+make_mesh sphere_shell 0.013 sphere_shell.msh
+make_mesh limb 0.011 limb.msh
+"$flesh" mesh surface hand_fine.msh hand_skin.ply
 
 "$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out bar_8x2x2.mesh
 "$flesh" mesh box --cells 16,4,4 --size 4,1,1 --out bar_16x4x4.mesh

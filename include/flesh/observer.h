@@ -59,9 +59,9 @@ FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record
 
 /* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding
  * never adds a sliver step), telling the observers, first of the start. A static integrator on a
- * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between steps:
- * a non-zero status ends the run with it, in order. *steps (may be NULL) receives the accepted
- * steps. The state is always that of the last success. */
+ * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
+ * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
+ * the accepted steps. The state is always that of the last success. */
 typedef struct flesh_run_options {
   double h, end; /* s; h > 0, end >= state->t, fewer than INT_MAX steps */
   int observer_count;

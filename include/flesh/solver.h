@@ -73,10 +73,15 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
+  /* 1: a step that lowers the potential more than the quadratic model foretold, while few nodes
+   * carry the residual, is lengthened; after a projected one PCG follows the true Hessian downhill
+   * along its directions of negative curvature (projection on demand, PCG only). A crease or a tet
+   * that turns inside out then costs a tenth of the iterations. 0: never. */
+  int follow_curvature;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
- * unconverged solves refused, 1 thread. */
+ * unconverged solves refused, untangling, 1 thread, negative curvature followed. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */

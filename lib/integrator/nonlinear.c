@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 struct flesh_nonlinear {
   flesh_problem *problem;
@@ -55,6 +56,7 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
   if (!status) {
     self->u = N_VNew_Serial(self->problem->n, self->context);
     if (self->u) {
+      flesh_vector_quicken(self->u);
       self->u->ops->nvmaxnorm = two_norm;
       self->ones = N_VClone(self->u);
     }
@@ -112,6 +114,11 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   return worst / 3;
 }
 
+void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
+{
+  self->problem->costs = costs;
+}
+
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
 
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
@@ -121,11 +128,18 @@ size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
          9 * (size_t)self->problem->n * sizeof(double);
 }
 
+void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
+{
+  self->problem->stop = stop;
+  self->problem->stop_data = data;
+}
+
 /* What KINSOL's return means for the stage. */
 static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_stats *stats)
 {
   flesh_problem *problem = self->problem;
   const double *u = N_VGetArrayPointer(self->u);
+  if (problem->stopped) return problem->stopped;
   if (flag == KIN_MEM_FAIL) return flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory");
   /* A step into where an energy has no value, without a shorter one that KINSOL could find. */
   if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)
@@ -233,6 +247,6 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (flesh_system_way(problem->system, stage->t_lag, stage->x_lag, t, problem->x) < 1)
     return FLESH_UNDEFINED;
   const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
-                             .threads = problem->threads};
+                             .threads = problem->threads, .costs = problem->costs};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }

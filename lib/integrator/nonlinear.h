@@ -18,6 +18,10 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
                           int extensions, flesh_solve_stats *stats);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
+/* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with
+ * it. NULL: not asked. */
+void flesh_nonlinear_set_stop(flesh_nonlinear *nonlinear, int (*stop)(void *data), void *data);
+
 /* The acceleration a [3*n] that balances x and v at t; constrained dofs keep the a they come with. As
  * flesh_problem_acceleration. */
 int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
@@ -39,6 +43,8 @@ const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
 
 /* Node with the largest residual at the last iterate; -1 when it has none. */
 int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
+/* Where its evaluations are counted, borrowed. */
+void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);

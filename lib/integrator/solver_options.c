@@ -14,6 +14,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .projection = FLESH_PROJECTION_DEMAND,
       .filtering = FLESH_FILTERING_AUTO,
       .untangle = 1,
+      .follow_curvature = 1,
       .threads = 1,
       .globalization = FLESH_GLOBALIZATION_ENERGY,
   };

@@ -121,9 +121,14 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     flesh_text_print(text, "%s", key->choices[*(const int *)value]);
     break;
   case FLESH_KEY_TEXT:
-  case FLESH_KEY_PATH:
     flesh_text_quote(text, *(char *const *)value);
     break;
+  case FLESH_KEY_PATH: { /* what is written is read from another folder */
+    char *whole = realpath(*(char *const *)value, NULL);
+    flesh_text_quote(text, whole ? whole : *(char *const *)value);
+    free(whole);
+    break;
+  }
   case FLESH_KEY_SET: {
     const char *before = "[";
     for (int k = 0; key->choices[k]; k++) {

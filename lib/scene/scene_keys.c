@@ -120,6 +120,29 @@ static const flesh_key body_table[] = {
      .children = region_table,
      .child_size = sizeof(flesh_scene_region),
      .doc = "other densities and materials for regions of the mesh"},
+    {.name = "name",
+     .type = FLESH_KEY_TEXT,
+     AT(body.name),
+     .default_value = "body",
+     .doc = "for selections, where there are several bodies"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(flesh_scene_other, member)
+static const flesh_key other_table[] = {
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "for selections; every body has another"},
+    {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .doc = "file, as of body.mesh"},
+    {.name = "translation", .type = FLESH_KEY_VECTOR, AT(translation), .unit = "m",
+     .default_value = "[0, 0, 0]", .doc = "of the mesh, after the rotation"},
+    {.name = "rotation", .type = FLESH_KEY_VECTOR, AT(rotation), .unit = "rad",
+     .default_value = "[0, 0, 0]", .doc = "rotation vector of the mesh about the origin"},
+    {.name = "density", .type = FLESH_KEY_NUMBER, AT(density), .range = FLESH_RANGE_POSITIVE,
+     .unit = "kg/m^3", .default_value = "", .doc = "instead of body.density"},
+    {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",
+     .children = flesh_material_table, .doc = "instead of body.material"},
+    {.name = "velocity", .type = FLESH_KEY_VECTOR, AT(velocity), .unit = "m/s", .default_value = "",
+     .doc = "at the start, instead of start.velocity"},
     {.name = NULL},
 };
 #undef AT
@@ -293,6 +316,13 @@ static const flesh_key solver_table[] = {
      .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "kinsol: KINSOL's line search on the residual"},
+    {.name = "follow_curvature",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, follow_curvature),
+     .default_value = "true",
+     .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), steps that "
+            "prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
+            "followed downhill along negative curvature"},
     {.name = "untangle",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),
@@ -411,6 +441,15 @@ const flesh_key flesh_scene_table[] = {
      .offset = offsetof(flesh_scene_keys, body),
      .children = body_table,
      .doc = "the soft body"},
+    {.name = "bodies",
+     .type = FLESH_KEY_OBJECTS,
+     .offset = offsetof(flesh_scene_keys, bodies),
+     .default_value = "",
+     .children = other_table,
+     .child_size = sizeof(flesh_scene_other),
+     .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material "
+            "and a velocity of its own; what acts on the body acts on them as well, unless it is "
+            "for a selection"},
     {.name = "effects",
      .type = FLESH_KEY_EFFECTS,
      .offset = offsetof(flesh_scene_keys, effects),

@@ -73,6 +73,7 @@ typedef struct work {
   const double *b, *weights;
   double *x;
   double alpha, beta;
+  double downhill; /* how far x goes along p: alpha, but after negative curvature */
 } work;
 
 static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
@@ -111,7 +112,7 @@ static void store(void *data, int chunk)
     for (int c = 0; c < 3; c++) w->x[3 * (size_t)i + c] = w->space->x[i][c];
 }
 
-/* x += alpha p and r -= alpha A p; the weighted square of r and its own. */
+/* x += downhill p and r -= alpha A p; the weighted square of r and its own. */
 static void descend(void *data, int chunk)
 {
   const work *w = data;
@@ -120,7 +121,7 @@ static void descend(void *data, int chunk)
   int begin, end;
   range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
-    self->x[i] += w->alpha * self->p[i];
+    self->x[i] += w->downhill * self->p[i];
     flesh_double4 r = self->r[i] - w->alpha * self->z[i], s = r * self->weights[i];
     self->r[i] = r;
     plain[i % 4] += r * r;
@@ -162,39 +163,58 @@ static double run(const flesh_pcg_space *self, flesh_task *task, work *w)
 }
 
 static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-                   double tolerance, int max_iterations, work *w, flesh_pcg_result *result)
+                   const flesh_pcg_guide *guide, double tolerance, int max_iterations, work *w,
+                   flesh_pcg_result *result)
 {
-  double rz_before = 0;
-  result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
+  enum { ASK_EVERY = 16 };
+  double rz_before = 0, pMp = 0;
+  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
+  result->first = result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
-  while (result->iterations < max_iterations) {
+  while (result->iterations < last) {
     double square = 0, curvature;
+    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
     for (int k = 0; k < self->chunks; k++) square += self->squares[k];
     flesh_preconditioner_apply_lanes(preconditioner, sqrt(square), (double *)self->r, (double *)self->z);
     double rz = run(self, dot, w);
-    if (!(fabs(rz) < INFINITY)) return FLESH_NONFINITE;
+    /* After a direction without curvature there is no next one. */
+    if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
     flesh_threads_run(self->threads, self->chunks, turn, w);
     flesh_product_multiply(&self->product, A, self->threads, (double *)self->p, (double *)self->z, &curvature);
-    if (!(fabs(curvature) < INFINITY)) return FLESH_NONFINITE;
-    if (!(curvature > 0)) return FLESH_NOT_POSITIVE;
+    if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
+    pMp = rz + w->beta * w->beta * pMp;
+    if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
+      status = FLESH_NOT_POSITIVE;
+      if (guide->beyond == 0) break;
+      if (guide->beyond < max_iterations - result->iterations) last = result->iterations + guide->beyond;
+    }
     w->alpha = rz / curvature;
+    w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
     result->iterations++;
     result->residual = sqrt(run(self, descend, w));
-    if (result->residual <= tolerance) return FLESH_OK;
+    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }
-  return FLESH_NOT_CONVERGED;
+  return status;
 }
 
 int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
               const double *weights, double tolerance, int max_iterations, const double *b, double *x,
               flesh_pcg_result *result)
 {
+  return flesh_pcg_guided(self, A, preconditioner, &(flesh_pcg_guide){0}, weights, tolerance, max_iterations, b, x,
+                          result);
+}
+
+int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+                     const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
+                     const double *b, double *x, flesh_pcg_result *result)
+{
   work w = {.space = self, .b = b, .weights = weights, .x = x};
   *result = (flesh_pcg_result){0};
   flesh_threads_run(self->threads, self->chunks, load, &w);
-  int status = iterate(self, A, preconditioner, tolerance, max_iterations, &w, result);
+  int status = iterate(self, A, preconditioner, guide, tolerance, max_iterations, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
   return status;
 }

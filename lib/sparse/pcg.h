@@ -6,7 +6,7 @@
 
 typedef struct flesh_pcg_result {
   int iterations;
-  double residual; /* weighted 2-norm at the end */
+  double first, residual; /* weighted 2-norms at the start and at the end */
 } flesh_pcg_result;
 
 /* The vectors of a solve and the order of its products. */
@@ -23,5 +23,22 @@ size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
 int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
               const double *weights, double tolerance, int max_iterations, const double *b, double *x,
               flesh_pcg_result *result);
+
+/* What a caller may want beyond that; zeros: nothing. */
+typedef struct flesh_pcg_guide {
+  /* How many iterations to go on after the first direction of negative curvature. The conjugate
+   * directions p part the quadratic model into parabolas of one variable each, so x then goes
+   * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
+   * be followed, rz / p.Mp (from that direction on). The status is FLESH_NOT_POSITIVE and x descends. */
+  int beyond;
+  /* Asked every few iterations: a status that is not FLESH_OK ends the solve with it. NULL: not asked. */
+  int (*stop)(void *data);
+  void *stop_data;
+} flesh_pcg_guide;
+
+int flesh_pcg_guided(flesh_pcg_space *space, const flesh_block_matrix *A,
+                     flesh_preconditioner_data *preconditioner, const flesh_pcg_guide *guide,
+                     const double *weights, double tolerance, int max_iterations, const double *b,
+                     double *x, flesh_pcg_result *result);
 
 #endif

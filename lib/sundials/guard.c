@@ -32,6 +32,52 @@ static double model_ratio(flesh_problem *self, const double *u, const double *r,
   return actual / -(slope + curvature(self, u, r, p) / 2);
 }
 
+/* Lengthens a step that has been accepted as long as that lowers the potential `value` further. */
+static void lengthen(flesh_problem *self, const double *u, const double *p, double start, double slope,
+                     double *scale, double *value)
+{
+  double too_long = INFINITY;
+  for (int tries = 0; tries < 20; tries++) {
+    /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a
+     * potential that bends less than the matrix says (x^4) goes on falling beyond it. */
+    double bend = (*value - start) / (*scale * *scale) - slope / *scale, further, ignored;
+    double longer = bend > 0 ? fmin(-slope / (2 * bend), 4 * *scale) : 4 * *scale;
+    if (tries == 0) longer = fmax(longer, 2 * *scale);
+    if (longer >= too_long) longer = sqrt(*scale * too_long);
+    if (longer < 1.4 * *scale) return;
+    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + longer * p[d];
+    if (flesh_problem_way(self, u, self->step) < 1 ||
+        flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
+      too_long = longer;
+    } else {
+      *value = further;
+      *scale = longer;
+    }
+  }
+}
+
+/* Whether few nodes carry the residual: its participation ratio, 1 when all carry the same. A crease or a tet that
+ * turns inside out; a body that is crumpled as a whole is tangled less often by the projected Hessian's short steps. */
+static int is_local(int n, const double *r)
+{
+  double second = 0, fourth = 0;
+  for (int d = 0; d < n; d++) {
+    double square = r[d] * r[d];
+    second += square;
+    fourth += square * square;
+  }
+  return second * second < 0.01 * n * fourth;
+}
+
+/* Whether the next step should follow negative curvature: after a projected step that fell short, until one that
+ * followed had to be cut to almost nothing. */
+static int choose_follow(const flesh_problem *self, int fell_short, double scale)
+{
+  if (self->options.projection != FLESH_PROJECTION_DEMAND) return 0;
+  if (self->projected) return fell_short;
+  return self->follow && !(self->beyond && scale < 0.02);
+}
+
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
   double slope = dot(self->n, r, p), start, magnitude;
@@ -42,7 +88,8 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (isnan(self->first_potential)) self->first_potential = start;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
   const double way = flesh_problem_way(self, u, self->step);
-  for (double scale = way < 1 ? flesh_way_kept * way : 1; scale > 1e-14;) {
+  const double full = way < 1 ? flesh_way_kept * way : 1;
+  for (double scale = full; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
     status = flesh_problem_potential(self, self->step, &value, &ignored);
@@ -59,11 +106,17 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
         rounding = 4 * fmax(rise, last_rise);
         last_rise = 0;
-        scale = 1;
+        scale = full;
         continue;
       }
       last_rise = rise;
       if (accepted) {
+        /* By the quadratic model, at its minimum. */
+        double foretold = -scale * slope / 2;
+        int fell_short = self->options.follow_curvature && foretold > 10 * rounding &&
+                         start - value > 1.2 * foretold && is_local(self->n, r);
+        if (fell_short) lengthen(self, u, p, start, slope, &scale, &value);
+        self->follow = choose_follow(self, fell_short, scale);
         for (int d = 0; d < self->n; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);

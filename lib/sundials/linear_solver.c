@@ -7,6 +7,9 @@
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
 
+/* Iterations that a preconditioner made for an earlier iterate may take before a new one is made. */
+enum { PATIENCE = 150 };
+
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_problem *problem;
@@ -27,31 +30,70 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
   return 0;
 }
 
+/* A preconditioner made for an earlier iterate of the stage serves as long as it is nearly as good as it was. */
+static int prepare(flesh_problem *problem)
+{
+  if (problem->preconditioner && problem->pace_new > 0 && problem->pace < 1.3 * problem->pace_new) return FLESH_OK;
+  return flesh_problem_factor(problem);
+}
+
 static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : flesh_problem_factor(self->problem);
+  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : prepare(self->problem);
   /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
   if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
     status = FLESH_OK, self->problem->projected = -1;
   return self->report.last_flag = status;
 }
 
+/* Whether what may end a solve from outside does so. */
+static int asked_to_stop(void *data)
+{
+  flesh_problem *problem = data;
+  if (problem->stop && !problem->stopped) problem->stopped = problem->stop(problem->stop_data);
+  return problem->stopped;
+}
+
+/* K p = b by at most `limit` iterations. Where negative curvature is to be followed and is met, p goes downhill along
+ * it and counts as solved. */
+static int conjugate_gradients(solver *self, int limit, const double *b, double tolerance, double *p)
+{
+  flesh_problem *problem = self->problem;
+  flesh_pcg_result result;
+  /* Five directions are enough to get on; more make a Newton iteration dearer, not fewer. */
+  const flesh_pcg_guide guide = {problem->follow && !problem->projected ? 5 : 0, asked_to_stop, problem};
+  const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
+  int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance, limit,
+                                b, p, &result);
+  self->report.iterations += result.iterations;
+  self->report.residual = result.residual;
+  problem->stats.linear += result.iterations;
+  if (status == FLESH_NOT_POSITIVE && guide.beyond) {
+    problem->beyond = 1;
+    return FLESH_OK;
+  }
+  if (result.iterations == 0) return status;
+  problem->pace = result.iterations / fmax(log10(result.first / result.residual), 0.1);
+  if (problem->pace_new == 0) problem->pace_new = problem->pace;
+  return status;
+}
+
 /* K p = b by the method of the options; b is not touched. */
 static int solve_linear(solver *self, const double *b, double tolerance, double *p)
 {
   flesh_problem *problem = self->problem;
+  problem->beyond = 0;
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
-  flesh_pcg_result result;
-  const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = flesh_pcg(problem->pcg, problem->K, problem->preconditioner, weights, tolerance,
-                         problem->options.max_linear, b, p, &result);
-  self->report.iterations += result.iterations;
-  self->report.residual = result.residual;
-  problem->stats.linear += result.iterations;
+  const int limit = problem->options.max_linear, used = problem->pace_new > 0, before = self->report.iterations;
+  int status = conjugate_gradients(self, used && limit > PATIENCE ? PATIENCE : limit, b, tolerance, p);
+  if (status == FLESH_NOT_CONVERGED && used && limit > PATIENCE) {
+    status = flesh_problem_factor(problem);
+    if (!status) status = conjugate_gradients(self, limit, b, tolerance, p);
+  }
   /* A truncated solve still descends. */
-  return status == FLESH_NOT_CONVERGED && result.iterations > 0 ? FLESH_OK : status;
+  return status == FLESH_NOT_CONVERGED && self->report.iterations > before ? FLESH_OK : status;
 }
 
 /* The step from the matrix as it is, scaled by the guard where there is one. `r` = -b. */
@@ -59,7 +101,8 @@ static int guarded_step(solver *self, const double *b, double tolerance, const d
 {
   int status = solve_linear(self, b, tolerance, p);
   if (status || self->problem->options.globalization != FLESH_GLOBALIZATION_ENERGY) return status;
-  return flesh_guard_step(self->problem, self->problem->u_matrix, r, p);
+  status = flesh_guard_step(self->problem, self->problem->u_matrix, r, p);
+  return status == FLESH_NOT_CONVERGED && self->problem->beyond ? FLESH_NOT_POSITIVE : status;
 }
 
 /* Whether a residual of this norm is one that rounding alone would leave. Measuring that costs a residual, so it is
@@ -87,6 +130,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   double *p = right ? flesh_vector_data(x, problem->n) : NULL, *gradient = problem->gradient;
   if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
   self->report.iterations = 0;
+  if (asked_to_stop(problem)) return self->report.last_flag = problem->stopped;
   if (at_rounding(problem, flesh_norm(problem->n, right))) {
     problem->at_rounding = 1;
     memset(p, 0, (size_t)problem->n * sizeof *p);

@@ -42,13 +42,21 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
+  /* PCG's iterations per tenfold reduction, with the preconditioner as it was when new and last; 0: not known. */
+  double pace_new, pace;
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
+  int beyond;            /* PCG's last step went downhill along negative curvature */
+  int follow;            /* negative curvature is to be followed, not projected away */
+  int (*stop)(void *data); /* NULL: not asked */
+  void *stop_data;
+  int stopped;           /* what it answered; FLESH_OK: go on */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   double first_potential; /* of the stage's first guarded iterate; NaN before */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
   flesh_solve_stats stats;
+  flesh_costs *costs;    /* borrowed; NULL: nobody counts */
 };
 
 /* r(u) [n], constraint rows included; status > 0 when it has no value. */

@@ -1,0 +1,22 @@
+#!/bin/sh
+# Runs the scenes of the README's gallery and draws its pictures again.
+#   sh data/scenes/make_gallery.sh [path of the flesh program]
+set -eu
+flesh=$(realpath "${1:-$(dirname "$0")/../../build/drivers/flesh}")
+cd "$(dirname "$0")"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# draw SCENE OPTIONS...: data/pictures/gallery_SCENE.png of a whole run.
+draw() {
+  scene=$1
+  shift
+  "$flesh" run "$scene.yaml" --out "$work/$scene" --quiet
+  "$flesh" snap "$work/$scene" --bare --out "../pictures/gallery_$scene.png" "$@"
+}
+draw hand_pull --time 0,0.55,0.62,0.75 --colour J --width 210
+draw hand_ball --time 0,1/4,0.8 --colour stress --width 250
+draw jelly_drop --time 0,0.4,0.8,1.5 --colour none --width 240
+draw twist --time 0,0.05,0.1 --colour stress --width 280
+draw inflated_sphere --time 0,0.8 --colour stress --width 280
+draw limb --time 0,0.15,2 --colour none --width 300

@@ -1,0 +1,30 @@
+/* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not dear. There the body leaves a
+ * saddle of the incremental potential, and each step of a projected Hessian goes but a little of the way. */
+#include "swing.h"
+
+/* Short, under eight times gravity; it creases in the step from 0.2 s. */
+static const swing bar = {{16, 13, 13}, 20, {1. / 3, 13. / 48, 13. / 48}, 0.45, 8, 1, 0};
+
+static void creases_are_cheap(void)
+{
+  swing_cost cost = swing_run(&bar);
+  CHECK_BELOW(cost.newton, 10);
+  CHECK_BELOW(cost.work, 10);
+}
+
+/* Else nothing would be proved. */
+static void creases_are_dear_when_negative_curvature_is_projected_away(void)
+{
+  swing off = bar;
+  off.follow = 0;
+  off.steps = 13;
+  off.enough = 60; /* of 239, where the median is 5 */
+  swing_cost cost = swing_run(&off);
+  CHECK(cost.newton >= 12 && cost.work >= 10);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(creases_are_cheap),
+                   TEST(creases_are_dear_when_negative_curvature_is_projected_away));
+}
