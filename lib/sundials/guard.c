@@ -46,7 +46,8 @@ static void lengthen(flesh_problem *self, const double *u, const double *p, doub
     if (longer >= too_long) longer = sqrt(*scale * too_long);
     if (longer < 1.4 * *scale) return;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + longer * p[d];
-    if (flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
+    if (flesh_problem_way(self, u, self->step) < 1 ||
+        flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
       too_long = longer;
     } else {
       *value = further;
