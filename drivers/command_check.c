@@ -30,6 +30,25 @@ static const char details[] =
     "gradient.txt (rows x y z fx fy fz, f = dV/dx [N]) and hessian.mtx (Matrix Market, dof = "
     "3*node + axis).\n";
 
+/* The scene's skin, if it has one, is bound to see that it can be. */
+static int report_skin(const flesh_scene *scene)
+{
+  const char *path = flesh_scene_outputs(scene)->skin.surface;
+  flesh_surface *surface = NULL;
+  flesh_skin *skin = NULL;
+  flesh_skin_info info;
+  if (!path) return FLESH_OK;
+  int status = flesh_surface_read(path, &surface);
+  if (!status) status = flesh_skin_bind(flesh_scene_mesh(scene), surface, &skin);
+  if (!status) {
+    flesh_skin_inspect(skin, &info);
+    flesh_skin_print(stdout, path, &info);
+  }
+  flesh_skin_destroy(&skin);
+  flesh_surface_destroy(&surface);
+  return status;
+}
+
 static void report_mesh(const flesh_scene *scene)
 {
   flesh_mesh_info info;
@@ -73,9 +92,12 @@ static int report_system(const flesh_scene *scene, double t)
 }
 
 /* Random and small beside the mesh's edges, halved until no tet is near inversion that was not
- * before. */
-static void disturb(const flesh_mesh *mesh, unsigned long long seed, const double *x, double *moved)
+ * before, and no node within an obstacle. */
+static void disturb(const flesh_system *system, unsigned long long seed, const flesh_state *state,
+                    double *moved)
 {
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const double *x = state->x;
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   double before = flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL);
@@ -85,6 +107,7 @@ static void disturb(const flesh_mesh *mesh, unsigned long long seed, const doubl
       random = random * 6364136223846793005ULL + 1442695040888963407ULL;
       moved[d] = x[d] + size * ((double)(random >> 11) * 0x1p-52 - 1);
     }
+    if (flesh_system_check(system, state->t, moved)) continue;
     if (before <= 0 || flesh_mesh_jacobians(mesh, moved, NULL, NULL, NULL) > 0.5 * before) return;
   }
 }
@@ -102,7 +125,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   unsigned long long seed = (unsigned long long)flesh_scene_outputs(scene)->seed;
   double *x = malloc(sizeof(double) * (size_t)flesh_system_unknowns(system));
   if (!x) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  disturb(mesh, seed, state->x, x);
+  disturb(system, seed, state, x);
   printf("derivatives (relative errors):\n  %-12s  %10s  %10s  %10s  %10s  %10s  %10s\n", "",
          "r static", "r dynamic", "K static", "K dynamic", "asymmetry", "negative");
   *failed = 0;
@@ -224,7 +247,8 @@ static int check(const flesh_scene *scene, const char *folder, int *failed)
     flesh_scene_start(scene, &state);
     report_mesh(scene);
     flesh_materials_print(stdout, scene);
-    status = report_system(scene, state.t);
+    status = report_skin(scene);
+    if (!status) status = report_system(scene, state.t);
   }
   if (!status) status = differentiate(scene, &state, failed);
   if (!status && folder) status = dump(scene, &state, folder);

@@ -83,6 +83,8 @@ int flesh_command_run(int argc, char **argv)
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options.max_seconds,
        "stop in order once S seconds are spent; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
+      {"profile", NULL, FLESH_OPTION_SWITCH, &options.profile,
+       "tell each effect's processor time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {

@@ -6,6 +6,13 @@
 
 static volatile sig_atomic_t remembered;
 
+/* SIGHUP as this program was given it. Libraries may take it before main begins: SUNDIALS 7 of Debian brings MPI and
+ * with it UCX, which answers SIGHUP with a trace. What stands in .preinit_array is called before any library's. */
+static struct sigaction hangup;
+static void note_hangup(void) { sigaction(SIGHUP, NULL, &hangup); }
+__attribute__((section(".preinit_array"), used)) static void (*note_hangup_first)(void) = note_hangup;
+__attribute__((constructor)) static void restore_hangup(void) { sigaction(SIGHUP, &hangup, NULL); }
+
 static void remember(int signal_number)
 {
   static const char text[] = "\nflesh: stopping in order; once more to stop at once\n";
@@ -18,9 +25,7 @@ void flesh_interrupt_watch(void)
   struct sigaction action = {.sa_handler = remember, .sa_flags = (int)SA_RESETHAND | SA_RESTART};
   sigaction(SIGINT, &action, NULL);
   sigaction(SIGTERM, &action, NULL);
-  struct sigaction hangup;
-  if (!sigaction(SIGHUP, NULL, &hangup) && hangup.sa_handler != SIG_IGN) /* not under nohup */
-    sigaction(SIGHUP, &action, NULL);
+  if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, NULL); /* not under nohup */
 }
 
 int flesh_interrupt_signal(void) { return remembered; }

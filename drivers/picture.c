@@ -3,7 +3,9 @@
 #include "picture.h"
 
 #include <cairo.h>
+#include <fontconfig/fontconfig.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -138,6 +140,13 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame)
   if (!isnan(options->high)) frame->high = options->high;
 }
 
+/* What cairo and fontconfig keep of the fonts, so that a search for leaks finds none. */
+static void release_fonts(void)
+{
+  cairo_debug_reset_static_data();
+  FcFini();
+}
+
 static void write_text(cairo_t *c, double x, double y, double align, double size, double grey,
                        const char *text)
 {
@@ -239,6 +248,8 @@ int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *p
   int total_width = columns * (width + MARGIN) + MARGIN + bar * BAR, total_height = rows * (height + top) + MARGIN;
   total_width += total_width & 1; /* films want even sizes */
   total_height += total_height & 1;
+  static atomic_flag registered = ATOMIC_FLAG_INIT;
+  if (!atomic_flag_test_and_set(&registered)) atexit(release_fonts);
   cairo_surface_t *picture = cairo_image_surface_create(CAIRO_FORMAT_RGB24, total_width, total_height);
   cairo_t *c = cairo_create(picture);
   cairo_set_source_rgb(c, 1, 1, 1);

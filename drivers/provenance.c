@@ -119,6 +119,8 @@ json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
     add_file(files, name);
     free(name);
   }
+  for (int k = 0; k < flesh_scene_other_count(scene); k++)
+    add_file(files, flesh_scene_other_mesh_path(scene, k));
   json_object_set_new(inputs, "files", files);
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);

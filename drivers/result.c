@@ -280,6 +280,39 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   return object;
 }
 
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
+{
+  json_t *array = json_array();
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    json_t *row = json_object();
+    json_object_set_new(row, "name", json_string(flesh_system_effect(system, e)->operations->name));
+    set_integer(row, "residuals", cost->residuals);
+    set_integer(row, "jacobians", cost->jacobians);
+    set_integer(row, "potentials", cost->potentials);
+    set_integer(row, "energies", cost->energies);
+    size_t bytes = flesh_system_effect_memory(system, e);
+    set(row, "memory_bytes", bytes ? (double)bytes : NAN);
+    set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system)
+{
+  fprintf(stream, "effect        residuals  Jacobians potentials   energies   memory kB      CPU s\n");
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    char memory[32] = "-";
+    size_t bytes = flesh_system_effect_memory(system, e);
+    if (bytes) snprintf(memory, sizeof memory, "%.1f", (double)bytes / 1024);
+    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11s %10.4f\n",
+            flesh_system_effect(system, e)->operations->name, cost->residuals, cost->jacobians,
+            cost->potentials, cost->energies, memory, cost->cpu_s);
+  }
+}
+
 json_t *flesh_outcome_json(const flesh_outcome *outcome)
 {
   json_t *object = json_object();

@@ -68,6 +68,10 @@ json_t *flesh_json_number(double value);
 /* The figures as a new object; `system` names the energies. */
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system);
 
+/* What every effect was asked for, holds, and where timed took, as a new list and as a table. */
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system);
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system);
+
 /* A new object of the outcome alone: status, exit_code, message, failure. */
 json_t *flesh_outcome_json(const flesh_outcome *outcome);
 

@@ -82,6 +82,9 @@ static json_t *result_of(runner *r, json_t *outcome, const flesh_figures *figure
 {
   json_object_set_new(outcome, "figures",
                       flesh_figures_json(figures, flesh_scene_system(r->scene)));
+  if (r->integrator)
+    json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
+                                                             flesh_scene_system(r->scene)));
   json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
   json_object_set(outcome, "inputs", r->inputs);
   json_object_set(outcome, "program", r->program);
@@ -191,6 +194,7 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
   if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
   if (status) return status;
+  flesh_integrator_costs(r->integrator)->timed = options->profile;
   flesh_observer observers[OBSERVER_LIMIT];
   int count = 0;
   observers[count++] = (flesh_observer){flesh_figures_observe, figures};
@@ -282,6 +286,8 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
     kept[2] = flesh_json_write(in_out(&r, "result.json"),
                                result_of(&r, flesh_outcome_json(outcome), figures));
   if (kept[2] && !outcome->status) note(outcome, kept[2]);
+  if (r.integrator && options->profile && !options->quiet)
+    flesh_costs_print(stdout, flesh_integrator_costs(r.integrator), flesh_scene_system(scene));
   flesh_integrator_destroy(&r.integrator);
   json_decref(r.program);
   json_decref(r.inputs);

@@ -10,6 +10,7 @@ typedef struct flesh_runner_options {
   const char *save_state; /* a copy of the last state; NULL: none */
   double max_seconds;     /* 0: no limit */
   int no_frames;
+  int profile; /* clocks are read around every call of an effect, and a table is printed */
   int quiet; /* no report on stdout, no progress line */
   int argc;  /* the command line, for the provenance */
   char **argv;

@@ -50,6 +50,7 @@ gcc tool gcc proves that one compiler has no warnings
 g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
 parallel tool parallel runs the shards of a sweep
+sqlite3 tool sqlite3 asks the databases of sweeps
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 END
 }

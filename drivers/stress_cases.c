@@ -122,6 +122,29 @@ const flesh_stress_case flesh_stress_case_table[] = {
    .release = 20, .release_step = 0.1, .effects = "  - gravity: {}\n",
    .doc = "60 steps of the benchmark bar's swing: no step may cost 10 times the median"},
 
+  /* Obstacles and damping. */
+  {.name = "crash_plane", .group = "obstacles", .start = FLESH_STRESS_FLY, .amount = 100. / 15,
+   .step = 1. / 30, .seconds = 2.5,
+   .effects = "  - contact: {plane: {point: [0.25, 0, 0], normal: [-1, 0, 0]}}\n",
+   .doc = "flying at 100 m/s against a plane; h = 1/30 s"},
+  {.name = "squeeze", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
+   .effects = "  - contact: {plane: {point: [0, 0, -0.01], normal: [0, 0, 1]}, friction: 0.3}\n"
+              "  - contact: {plane: {point: [0, 0, 0.11], normal: [0, 0, -1]}, friction: 0.3,\n"
+              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.1]}, {time: 0.5}]}\n",
+   .doc = "pressed between two rough planes to a fifth of its height, and let go"},
+  {.name = "gap", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
+   .effects = "  - contact: {capsule: {from: [0.3, -1, 0.13], to: [0.3, 2, 0.13], radius: 0.05}}\n"
+              "  - contact: {capsule: {from: [0.3, -1, -0.03], to: [0.3, 2, -0.03], radius: 0.05}}\n"
+              "  - drag: {point: [0.2, 0.05, 0.05], stiffness: 5e4, until: 0.75,\n"
+              "      target: [{time: 0, position: [0.2, 0.05, 0.05]}, "
+              "{time: 0.5, position: [0.8, 0.05, 0.05]}]}\n",
+   .doc = "pulled by a point of its front through a gap of 0.6 of its height, and let go"},
+  {.name = "scramble_damped", .group = "obstacles", .start = FLESH_STRESS_SCRAMBLE,
+   .flags = RANDOM | HARDEST, .seconds = 4,
+   .effects = "  - damping: {mass: 1, stiffness: 0.01, against: current}\n"
+              "  - viscosity: {shear: 300, bulk: 300}\n",
+   .doc = "scrambled, with Rayleigh damping and viscosity"},
+
   /* Materials. */
   {.name = "checker1e6", .group = "materials", .mesh = FLESH_STRESS_CHECKER,
    .start = FLESH_STRESS_JITTER, .amount = 0.2,

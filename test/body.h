@@ -29,7 +29,7 @@ static inline int test_body_create(flesh_mesh *mesh, flesh_material material, do
   b->material = material;
   b->density = malloc((size_t)tets * sizeof *b->density);
   for (int e = 0; e < tets; e++) b->density[e] = density;
-  b->body = (flesh_body){mesh, b->density, &b->material, NULL, mass};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material, .mass = mass};
   b->state.x = malloc((size_t)b->n * sizeof *b->state.x);
   b->state.v = calloc((size_t)b->n, sizeof *b->state.v);
   memcpy(b->state.x, flesh_mesh_positions(mesh), (size_t)b->n * sizeof *b->state.x);

@@ -20,6 +20,7 @@
 #include "flesh/kinsol.h"
 #include "flesh/rhs.h"
 #include "sundials/compatibility.h"
+#include "sundials/vector.h"
 
 /* The three problems of one body, and a state in motion. */
 typedef struct owned {
@@ -83,6 +84,34 @@ static int evaluate(owned *o, N_Vector u, N_Vector y, double *out)
   N_VDestroy(yp);
   N_VDestroy(F);
   return status;
+}
+
+/* The vector operations of ours against SUNDIALS' own, on a length that is no multiple of eight; in place, too. */
+static void quick_operations_are_the_same(void)
+{
+  enum { LENGTH = 1003 };
+  owned o;
+  open_owned(&o);
+  N_Vector v[2][4];
+  for (int quick = 0; quick < 2; quick++) {
+    v[quick][0] = N_VNew_Serial(LENGTH, o.context);
+    if (quick) flesh_vector_quicken(v[quick][0]);
+    for (int k = 1; k < 4; k++) v[quick][k] = N_VClone(v[quick][0]);
+    for (int k = 0; k < 4; k++)
+      for (int d = 0; d < LENGTH; d++) N_VGetArrayPointer(v[quick][k])[d] = sin(1 + d * (k + 1));
+    N_VLinearSum(2, v[quick][0], -0.5, v[quick][1], v[quick][2]);
+    N_VLinearSum(3, v[quick][2], 1, v[quick][3], v[quick][2]);
+    N_VProd(v[quick][2], v[quick][0], v[quick][3]);
+    N_VScale(-0.3, v[quick][3], v[quick][3]);
+  }
+  CHECK(v[1][3]->ops->nvdotprod != v[0][3]->ops->nvdotprod);
+  CHECK_BELOW(test_distance(LENGTH, N_VGetArrayPointer(v[0][3]), N_VGetArrayPointer(v[1][3])), 1e-14);
+  CHECK(test_norm(LENGTH, N_VGetArrayPointer(v[1][3])) > 1);
+  CHECK_NEAR(N_VDotProd(v[1][3], v[1][2]), N_VDotProd(v[0][3], v[0][2]), 1e-10);
+  CHECK_NEAR(N_VWL2Norm(v[1][3], v[1][2]), N_VWL2Norm(v[0][3], v[0][2]), 1e-11);
+  for (int quick = 0; quick < 2; quick++)
+    for (int k = 0; k < 4; k++) N_VDestroy(v[quick][k]);
+  close_owned(&o);
 }
 
 static void vectors_of_three_kinds(void)
@@ -303,6 +332,6 @@ static void statistics(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(vectors_of_three_kinds), TEST(other_vectors_are_refused),
+  return RUN_TESTS(argc, argv, TEST(quick_operations_are_the_same), TEST(vectors_of_three_kinds), TEST(other_vectors_are_refused),
                    TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own), TEST(memory_handed_out), TEST(statistics));
 }

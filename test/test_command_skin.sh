@@ -31,6 +31,10 @@ a_run_writes_its_skin() {
   compare_with_vtk out/skin out/frames/frames.pvd out/skin/binding.txt
 }
 
+check_tells_of_the_skin() {
+  expect 0 "$flesh" check bar.yaml && has stdout.txt 'skin: .*skin.obj, 128 vertices, 128 outside'
+}
+
 bind_and_apply_give_the_same() {
   expect 0 "$flesh" skin bind bar.msh skin.obj --out binding.txt || return 1
   has stdout.txt '128 outside the body' && cmp binding.txt out/skin/binding.txt || return 1
@@ -96,6 +100,6 @@ what_is_wrong_is_said() {
   [ ! -e bad/frames/frame_000000.vtu ]
 }
 
-run_tests a_run_writes_its_skin bind_and_apply_give_the_same a_state_is_enough a_ply_is_a_skin_too \
+run_tests a_run_writes_its_skin check_tells_of_the_skin bind_and_apply_give_the_same a_state_is_enough a_ply_is_a_skin_too \
   an_older_skin_is_removed without_a_skin_nothing_is_said_of_it an_interrupted_run_leaves_a_whole_cache \
   what_is_wrong_is_said

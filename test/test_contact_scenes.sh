@@ -51,4 +51,16 @@ bad_contacts_are_refused() {
     refuse '4 nodes are in the plane.*0.25 m below' '{plane: {point: [0, 0, 0.25]}}'
 }
 
-run_tests jelly_on_stairs hand_on_a_ball a_scene_with_contact_repeats bad_contacts_are_refused
+# A body that touches is differentiated where it has a value.
+a_scene_that_touches_checks() {
+  cat >touching.yaml <<END
+body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - contact: {plane: {point: [0, 0, -0.01]}, thickness: 0.02, friction: 0.5}
+time: {end: 1}
+END
+  expect 0 "$flesh" check touching.yaml && has stdout.txt 'contact .* pass' && ! grep -q 'contact .* 0.0e+00 .*0.0e+00 .* 0.0e+00 .*0.0e+00 .*0.0e+00 .*0.0e+00' stdout.txt
+}
+
+run_tests jelly_on_stairs hand_on_a_ball a_scene_that_touches_checks a_scene_with_contact_repeats bad_contacts_are_refused

@@ -266,6 +266,33 @@ static void damping_never_feeds_energy(void)
   }
 }
 
+/* A free body in uniform motion slows as exp(-rate t), and no longer once it is slow or the time is over. */
+static void calm_winds_down_and_lets_be(void)
+{
+  for (int k = 0; k < 2; k++) {
+    test_body b;
+    make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, UNDAMPED, 0, 0, &b);
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_effect_calm(&b.body, 3, k ? 0.4 : 0, -INFINITY, k ? INFINITY : 0.5, &effect));
+    CHECK(!effect->operations->energy && effect->operations->next_event(effect, 0) == (k ? INFINITY : 0.5));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+    CHECK_OK(flesh_system_finish(b.system));
+    for (int d = 0; d < b.n; d++) b.state.v[d] = d % 3 == 0;
+    flesh_integrator *integrator = adaptive(b.system, 1e-6);
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.25, NULL));
+    CHECK_NEAR(b.state.v[0], exp(-0.75), 1e-4);
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 2.75, NULL));
+    const double end = b.state.v[0];
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1, NULL));
+    printf("# %s: %.6g m/s after 3 s, %.6g m/s after 4 s\n", k ? "until slow" : "for a time", end, b.state.v[0]);
+    if (k == 0) CHECK_NEAR(end, exp(-1.5), 1e-4);
+    else CHECK(end > 0.2 && end < 0.25 && b.state.v[0] > 0.2);
+    CHECK_NEAR(b.state.v[0], end, k ? 0.01 : 1e-6);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 static void bad_coefficients_are_sentences(void)
 {
   test_body b;
@@ -290,5 +317,5 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(the_lowest_mode_decays_as_rayleigh_says),
                    TEST(viscosity_does_not_feel_rigid_motion), TEST(a_spinning_body_keeps_its_energy),
-                   TEST(damping_never_feeds_energy), TEST(bad_coefficients_are_sentences));
+                   TEST(damping_never_feeds_energy), TEST(calm_winds_down_and_lets_be), TEST(bad_coefficients_are_sentences));
 }

@@ -84,7 +84,8 @@ static void make(set_up *s, double stretch)
   for (int d = 0; d < 3 * nodes; d++)
     s->x[d] = flesh_mesh_positions(s->mesh)[d] * (d % 3 ? 1 : stretch) +
               0.1 * (test_uniform(&random) - 0.5);
-  s->body = (flesh_body){s->mesh, s->density, &s->material, NULL, FLESH_MASS_CONSISTENT};
+  s->body = (flesh_body){.mesh = s->mesh, .density = s->density, .materials = &s->material,
+                        .mass = FLESH_MASS_CONSISTENT};
   CHECK_OK(flesh_effect_elasticity(&s->body, &s->elasticity));
 }
 

@@ -12,6 +12,7 @@
 
 #include "io/file.h"
 #include "io/vtu.h"
+#include "io/vtu_read.h"
 #include "test.h"
 
 static char folder[512];
@@ -170,6 +171,53 @@ static void numbers_ignore_the_locale(void)
   setlocale(LC_NUMERIC, "C");
 }
 
+/* A frame of three points, as it was written. */
+static void frames_read_back(void)
+{
+  double x[9], v[9], got[18];
+  int tets[4] = {0, 1, 2, 2};
+  for (int d = 0; d < 9; d++) x[d] = d / 7., v[d] = -d / 3.;
+  const flesh_vtu_array arrays[] = {{"displacement", 3, x, NULL}, {"velocity", 3, v, NULL}};
+  const flesh_vtu content = {.points = 3, .tets = 1, .positions = x, .tet_nodes = tets,
+                             .point_array_count = 2, .point_arrays = arrays};
+  static const char *const names[] = {"Points", "velocity"};
+  double *const targets[] = {got, got + 9};
+  CHECK_OK(flesh_vtu_write(in_folder("f.vtu"), &content));
+  CHECK_OK(flesh_vtu_read(in_folder("f.vtu"), 3, 2, names, targets));
+  CHECK(!memcmp(got, x, sizeof x) && !memcmp(got + 9, v, sizeof v));
+  CHECK(flesh_vtu_read(in_folder("f.vtu"), 4, 2, names, targets) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "f.vtu: the frame has 3 points; the mesh has 4 nodes");
+  static const char *const missing[] = {"pressure"};
+  CHECK(flesh_vtu_read(in_folder("f.vtu"), 3, 1, missing, targets) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "no whole array 'pressure' of vectors");
+  const double times[] = {0, 1 / 3.};
+  const char *const files[] = {"f.vtu", "g&h.vtu"};
+  flesh_pvd index = {0};
+  CHECK_OK(flesh_pvd_write(in_folder("f.pvd"), 2, times, files));
+  CHECK_OK(flesh_pvd_read(in_folder("f.pvd"), &index));
+  CHECK(index.count == 2 && index.times[1] == 1 / 3. && !strcmp(index.names[0], "f.vtu"));
+  flesh_pvd_clear(&index);
+  CHECK(flesh_pvd_read(in_folder("f.vtu"), &index) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "this is no .pvd");
+
+  /* Cut anywhere and with bytes changed: read or refused. */
+  char bytes[4096], harmed[4096];
+  FILE *stream = fopen(in_folder("f.vtu"), "rb");
+  size_t size = fread(bytes, 1, sizeof bytes, stream);
+  unsigned long long seed = 1;
+  fclose(stream);
+  for (int trial = 0; trial < 400; trial++) {
+    memcpy(harmed, bytes, size);
+    size_t kept = trial & 1 ? size : (size_t)(test_uniform(&seed) * (double)size);
+    if (trial & 1) harmed[(size_t)(test_uniform(&seed) * (double)size)] = (char)(256 * test_uniform(&seed));
+    stream = fopen(in_folder("h.vtu"), "wb");
+    fwrite(harmed, 1, kept, stream);
+    fclose(stream);
+    int status = flesh_vtu_read(in_folder("h.vtu"), 3, 2, names, targets);
+    CHECK(status == FLESH_ERR_FILE || (status == FLESH_OK && kept == size));
+  }
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
@@ -178,7 +226,8 @@ int main(int argc, char **argv)
                 TEST(an_abandoned_file_leaves_nothing), TEST(a_write_that_fails_keeps_the_target),
                 TEST(a_full_disk_is_noticed), TEST(links_and_modes_are_kept),
                 TEST(bad_targets_are_refused), TEST(folders_are_made_with_their_parents),
-                TEST(numbers_read_back_exactly), TEST(numbers_ignore_the_locale));
+                TEST(numbers_read_back_exactly), TEST(numbers_ignore_the_locale),
+                TEST(frames_read_back));
   test_folder_remove(folder);
   return result;
 }

@@ -29,7 +29,7 @@ static int triangles_in(const flesh_mesh *mesh, const double box[6], int **trian
   int count = 0;
   flesh_selection selection = nothing;
   memcpy(selection.box, box, sizeof selection.box);
-  CHECK_OK(flesh_selection_triangles(&selection, mesh, &count, triangles));
+  CHECK_OK(flesh_selection_triangles(&selection, &(flesh_body){.mesh = mesh}, &count, triangles));
   return count;
 }
 
@@ -335,7 +335,7 @@ static double inflated(int n, double pressure)
   for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
   selection.sphere.radius = inner * (1 + 1e-9);
   for (int c = 0; c < 3; c++) selection.sphere.centre[c] = 0;
-  CHECK_OK(flesh_selection_triangles(&selection, b.mesh, &count, &triangles));
+  CHECK_OK(flesh_selection_triangles(&selection, &b.body, &count, &triangles));
   CHECK(count == n * n);
   CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, pressure, NULL, &effect));
   add(&b, effect);
@@ -376,19 +376,19 @@ static void triangles_are_chosen_by_region(void)
   CHECK_OK(flesh_mesh_create(12, flesh_mesh_positions(box), 12, flesh_mesh_tets(box), regions, &mesh));
   flesh_selection selection = nothing;
   selection.regions = (flesh_integers){1, (int[]){8}};
-  CHECK_OK(flesh_selection_triangles(&selection, mesh, &count, &triangles));
+  CHECK_OK(flesh_selection_triangles(&selection, &(flesh_body){.mesh = mesh}, &count, &triangles));
   for (int k = 0; k < 3 * count; k++) area += flesh_mesh_positions(mesh)[3 * triangles[k]] >= 1;
   CHECK(count == 10 && area == 30); /* five faces of the second cube */
   free(triangles);
-  CHECK_OK(flesh_selection_nodes(&selection, mesh, &count, &triangles));
+  CHECK_OK(flesh_selection_nodes(&selection, &(flesh_body){.mesh = mesh}, &count, &triangles));
   CHECK(count == 8);
   free(triangles);
   selection.regions.values = (int[]){5};
-  CHECK(flesh_selection_triangles(&selection, mesh, &count, &triangles) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_selection_triangles(&selection, &(flesh_body){.mesh = mesh}, &count, &triangles) == FLESH_ERR_ARGUMENT);
   CHECK(!strcmp(flesh_error_text(), "regions[0] is 5; no tet of the mesh has that tag"));
   selection = nothing;
   memcpy(selection.box, (double[]){0.4, 0.4, 0.4, 0.6, 0.6, 0.6}, sizeof selection.box);
-  CHECK(flesh_selection_triangles(&selection, mesh, &count, &triangles) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_selection_triangles(&selection, &(flesh_body){.mesh = mesh}, &count, &triangles) == FLESH_ERR_ARGUMENT);
   CHECK(!strcmp(flesh_error_text(), "no surface triangle of the mesh lies in the given box"));
   free(regions);
   flesh_mesh_destroy(&mesh);

@@ -43,7 +43,7 @@ static void open_bar(bar *b, unsigned with, flesh_method method)
   int tets = flesh_mesh_tet_count(b->mesh), n = 3 * flesh_mesh_node_count(b->mesh);
   b->density = malloc(sizeof(double) * (size_t)tets);
   for (int t = 0; t < tets; t++) b->density[t] = 1000;
-  b->body = (flesh_body){b->mesh, b->density, &b->material, NULL, FLESH_MASS_LUMPED};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material};
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
   flesh_effect *effect;
   if (with & WITH_INERTIA) {
@@ -183,8 +183,8 @@ static void a_stopped_run_ends_in_order(void)
   open_bar(&b, WITH_INERTIA, FLESH_METHOD_BACKWARD_EULER);
   int steps;
   seen s = run(&b, 0.1, 1, 4, 0, FLESH_ERR_BUDGET, &steps);
-  CHECK(steps == 4 && s.calls == 5 && s.last_calls == 1);
-  CHECK_NEAR(b.state.t, 0.4, 1e-15);
+  CHECK(steps == 3 && s.calls == 4); /* within the fourth step, which leaves no trace */
+  CHECK_NEAR(b.state.t, 0.3, 1e-15);
   s = run(&b, 0.1, 1, 0, 2, FLESH_ERR_FILE, &steps); /* an observer's failure ends it too */
   CHECK(steps == 2 && s.calls == 3);
   close_bar(&b);

@@ -16,7 +16,7 @@ typedef struct bad_scene {
 
 static const bad_scene scenes[] = {
     /* Not a scene at all. */
-    {"", {"bad.yaml:1:1: ", "empty", "title, body, effects"}},
+    {"", {"bad.yaml:1:1: ", "empty", "title, body, bodies, effects"}},
     {"# nothing\n", {"bad.yaml:1:1: ", "empty"}},
     {"just words\n", {"bad.yaml:1:1: ", "the scene is just words", "a mapping of the keys"}},
     {"- a\n- b\n", {"bad.yaml:1:", "the scene is [a, b]", "a mapping of the keys"}},

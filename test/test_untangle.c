@@ -215,9 +215,165 @@ static void equilibria_are_untangled(void)
   test_body_destroy(&b);
 }
 
+/* Shrunk below a tenth in the mean; exact lines and points are told from anything that has extent. */
+static void collapse_is_found(void)
+{
+  flesh_mesh *mesh = bar();
+  flesh_winding *winding = NULL;
+  const uint8_t *tangled;
+  int n = 3 * flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *x = malloc(sizeof(double) * (size_t)n);
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  for (int k = 0; k < 3; k++) {
+    const double scales[] = {0.11, 0.09, 1e-12};
+    for (int d = 0; d < n; d++) x[d] = scales[k] * X[d];
+    int all = k ? flesh_mesh_tet_count(mesh) : 0;
+    CHECK(flesh_winding_find(winding, x, &tangled) == all);
+    CHECK(flesh_mesh_may_be_tangled(mesh, x) == (k > 0));
+    CHECK(!flesh_mesh_is_flat(mesh, x));
+  }
+  /* Dimensions left, and noise in the others. */
+  const struct { int dimensions; double noise; int flat; } shapes[] = {
+      {0, 0, 1}, {1, 0, 1}, {2, 0, 0}, {1, 1e-6, 0}, {0, 1e-12, 0}};
+  for (int k = 0; k < 5; k++) {
+    for (int d = 0; d < n; d++) x[d] = d % 3 < shapes[k].dimensions ? X[d] : 0.25;
+    test_jitter(n, shapes[k].noise, 1, x);
+    CHECK(flesh_mesh_is_flat(mesh, x) == shapes[k].flat);
+  }
+  free(x);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* Two bodies that have gone apart and turned, each with all its nodes in disorder: both come back to
+ * their shape where they are now, not side by side as at rest. */
+static void bodies_are_put_back_where_they_are(void)
+{
+  enum { NODES = 27, TETS = 48 };
+  flesh_mesh *one = test_box(2, 2, 2, 1, 1, 1), *both = NULL;
+  double X[6 * NODES], x[6 * NODES];
+  int tets[8 * TETS];
+  CHECK(flesh_mesh_node_count(one) == NODES && flesh_mesh_tet_count(one) == TETS);
+  for (int d = 0; d < 3 * NODES; d++) {
+    X[d] = flesh_mesh_positions(one)[d];
+    X[3 * NODES + d] = X[d] + (d % 3 == 0 ? 1.5 : 0);
+  }
+  for (int k = 0; k < 4 * TETS; k++) {
+    tets[k] = flesh_mesh_tets(one)[k];
+    tets[4 * TETS + k] = tets[k] + NODES;
+  }
+  CHECK_OK(flesh_mesh_create(2 * NODES, X, 2 * TETS, tets, NULL, &both));
+  const uint8_t fixed[6 * NODES] = {0}, *tangled;
+  flesh_winding *winding = NULL;
+  CHECK_OK(flesh_winding_create(both, &winding));
+  for (int i = 0; i < 2 * NODES; i++) { /* the second 10 m away, upside down */
+    double sign = i < NODES ? 1 : -1;
+    x[3 * i] = X[3 * i] + (i < NODES ? 0 : 10);
+    x[3 * i + 1] = sign * X[3 * i + 1];
+    x[3 * i + 2] = sign * X[3 * i + 2];
+  }
+  double right[6 * NODES];
+  memcpy(right, x, sizeof x);
+  test_jitter(6 * NODES, 0.7, 5, x);
+  CHECK(flesh_winding_find(winding, x, &tangled) > TETS);
+  CHECK(flesh_winding_embed(winding, 4, fixed, x) == 2 * NODES);
+  CHECK(flesh_winding_moved(winding)[0] == 1 && flesh_winding_moved(winding)[NODES] == 2);
+  CHECK_BELOW(test_distance(6 * NODES, x, right), 0.2 * sqrt(6. * NODES)); /* the noise turns them */
+  for (int b = 0; b < 2; b++)
+    for (int i = 0; i < NODES; i++)
+      for (int j = 0; j < i; j++) {
+        int p = 3 * (b * NODES + i), q = 3 * (b * NODES + j);
+        double now[3], rest[3];
+        for (int c = 0; c < 3; c++) now[c] = x[p + c] - x[q + c], rest[c] = X[p + c] - X[q + c];
+        CHECK_NEAR(test_norm(3, now), test_norm(3, rest), 1e-12);
+      }
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&both);
+  flesh_mesh_destroy(&one);
+}
+
+/* Runs a free block whose rest shape is scaled along the axes until it is calm. */
+static ending collapse(flesh_energy energy, flesh_constants constants, const double scale[3],
+                       int untangle)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_material_from_young(energy, constants, 1e5, 0.3, &material));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_system_finish(b.system));
+  for (int d = 0; d < b.n; d++) b.state.x[d] *= scale[d % 3];
+  flesh_solver_options_default(&options);
+  options.untangle = untangle;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  for (int k = 0; k < 60; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  ending end = {0, stats.untanglings, flesh_mesh_distance_from_rest(b.mesh, b.state.x)};
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return end;
+}
+
+/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it is put back, who begins in it
+ * stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
+static void collapsed_bodies_come_back(void)
+{
+  const double small[] = {0.01, 0.01, 0.01}, point[] = {0, 0, 0}, line[] = {1, 0, 0},
+               rest[] = {1, 1, 1};
+  ending stuck = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 0);
+  CHECK(stuck.untanglings == 0 && stuck.distance > 0.5);
+  ending back = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 1);
+  CHECK(back.untanglings == 1);
+  CHECK_BELOW(back.distance, 1e-6);
+  const double *flat[] = {point, line};
+  for (int k = 0; k < 2; k++) {
+    ending stays = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, flat[k], 1);
+    CHECK(stays.untanglings == 0 && stays.distance > 0.5);
+  }
+  ending deflated = collapse(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, rest, 1);
+  CHECK(deflated.untanglings == 0 && deflated.distance > 0.5);
+}
+
+/* A spring that holds a corner pulled through the body keeps tets inverted; let go, it comes back. */
+static void held_tangles_stay(void)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_effect *effect = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  const flesh_keyframe key = {.translation = {-0.5, -0.5, -0.5}};
+  const flesh_motion target = {.count = 1, .keyframes = &key};
+  CHECK_OK(flesh_effect_drag(&b.body, (double[]){1, 1, 1}, 1e9, &target, 0, 12.1, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options_default(&options);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  int inverted;
+  for (int k = 0; k < 60; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
+  printf("# held: %d tets inverted, %d untanglings\n", inverted, stats.untanglings);
+  CHECK(inverted > 0 && stats.untanglings == 0);
+  for (int k = 0; k < 100; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  CHECK_BELOW(flesh_mesh_distance_from_rest(b.mesh, b.state.x), 1e-6);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe),
-                   TEST(a_knot_is_put_back), TEST(calm_bodies_leave_their_tangles),
+                   TEST(a_knot_is_put_back), TEST(collapse_is_found),
+                   TEST(bodies_are_put_back_where_they_are), TEST(collapsed_bodies_come_back),
+                   TEST(held_tangles_stay), TEST(calm_bodies_leave_their_tangles),
                    TEST(equilibria_are_untangled));
 }

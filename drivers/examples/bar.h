@@ -42,7 +42,7 @@ static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass 
   b->density = malloc((size_t)tets * sizeof(double));
   for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
   b->material = *material;
-  b->body = (flesh_body){b->mesh, b->density, &b->material, NULL, mass};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material, .mass = mass};
   TRY(flesh_system_create(b->mesh, &b->system));
   flesh_effect *effect;
   TRY(flesh_effect_elasticity(&b->body, &effect));

@@ -49,9 +49,10 @@ typedef struct flesh_contact_options {
 /* NaN, NaN, 0, 1e-3 m/s. */
 FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
 
-/* Keeps the body's nodes out of the obstacle (what lies between them may be cut by edges and by
- * what is smaller than its faces). Takes *obstacle (sets it to NULL), also when
- * it fails; borrows `body`'s arrays.
+/* Keeps the body's nodes out of the obstacle, and its faces out of balls of half the radius in the
+ * midst of spheres and capsules, so that these cannot slip between nodes. (Of triangle meshes,
+ * corners and parts that are smaller than the body's faces may poke into a face.) Takes *obstacle
+ * (sets it to NULL), also when it fails; borrows `body`'s arrays.
  *
  * V = sum over nodes of A k w B(d/w), with the node's share A of the rest surface [m^2] (within the
  * body, (V/4 of its tets)^(2/3): those nodes meet the obstacle when the body is crushed), the

@@ -22,6 +22,8 @@
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
+#include <stddef.h>
+
 #include "flesh/mesh.h"
 #include "flesh/status.h"
 #include "flesh/threads.h"
@@ -29,6 +31,18 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* What an effect was asked for, and the processor time that took. */
+typedef struct flesh_effect_cost {
+  long residuals, jacobians, potentials, energies; /* calls */
+  double cpu_s;                                    /* of the process, where timed */
+} flesh_effect_cost;
+
+/* Owned by whoever evaluates a system (an integrator), not by the effects, which are const. */
+typedef struct flesh_costs {
+  int timed;                  /* 1: clocks are read around every call */
+  flesh_effect_cost *effects; /* of the system's effects, in their order */
+} flesh_costs;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
@@ -38,13 +52,14 @@ extern "C" {
  * NULL; in a point handed to a flesh_system_ function NULL stands for x (and then t) and v.
  *
  * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
- * their number. */
+ * their number. `costs` is where the flesh_system_ functions count; NULL: nowhere. */
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
   const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
   double t_lag;                /* s */
   flesh_threads *threads;
+  flesh_costs *costs;
 } flesh_point;
 
 /* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute
@@ -115,12 +130,18 @@ typedef struct flesh_effect_operations {
    * `way` only. */
   void (*clear)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                 double *x_to);
+  /* Whether a body that was at x_from must have gone through something to be at x_to one step
+   * later, although its iterates found a way around. Beside `way` only. */
+  int (*passed)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
   int (*check)(const flesh_effect *effect, double t, const double *x);
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
   const char *const *report_names;
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
   void (*destroy)(void *data); /* frees `data` */
+  /* Bytes of `data` and what it owns. NULL: not told. */
+  size_t (*memory)(const flesh_effect *effect);
 } flesh_effect_operations;
 
 struct flesh_effect {

@@ -13,6 +13,12 @@ extern "C" {
 
 typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
 
+/* One of several bodies that share a mesh: a run of its tets. */
+typedef struct flesh_body_part {
+  const char *name;
+  int first_tet, tets;
+} flesh_body_part;
+
 /* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
 typedef struct flesh_body {
   const flesh_mesh *mesh;
@@ -20,6 +26,8 @@ typedef struct flesh_body {
   const flesh_material *materials; /* the different ones; NULL for a body without elasticity */
   const int *tet_material;         /* [tets] index into materials; NULL: all are materials[0] */
   flesh_mass mass;
+  int part_count;               /* 0: one body without a name */
+  const flesh_body_part *parts; /* [part_count] */
 } flesh_body;
 
 /* Points of a motion in time: linear between keyframes, constant before the first and after the
@@ -71,6 +79,11 @@ typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } f
  * K of the rest shape a body that has turned. */
 FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
                                    flesh_stiffness against, flesh_effect **effect);
+
+/* To wind a motion down: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
+ * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until. */
+FLESH_API int flesh_effect_calm(const flesh_body *body, double rate, double speed, double from,
+                                double until, flesh_effect **effect);
 
 /* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
  * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0; F of the lagged

@@ -121,10 +121,14 @@ FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *s
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
+/* What every effect was asked for since creation; set `timed` to have processor times as well.
+ * Owned by the integrator. */
+FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
+
 /* `stop` is asked while a step is made: between the internal steps of the adaptive methods, else
- * before every Newton iteration and within long PCG solves. A negative status ends the step with it,
- * the state being that of the last part that was finished. It may be asked often and must be quick.
- * NULL: not asked. */
+ * before every Newton iteration and within long PCG solves. A negative status ends the step with
+ * it, the state being that of the last part that was finished. It may be asked often and must be
+ * quick. NULL: not asked. */
 FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
                                          void *data);
 

@@ -65,9 +65,10 @@ typedef struct flesh_solver_options {
    * of iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and
    * fails. */
   int accept_unconverged;
-  /* 1: a calm body whose tets stay inverted, or wind once more around an edge, without a load that
-   * holds them so, has those nodes placed anew by their neighbours and the rest shape; counted in
-   * flesh_solve_stats. */
+  /* 1: a calm body whose tets stay inverted or collapsed, or wind once more around an edge, without
+   * a load that holds them so, has those nodes placed anew by their neighbours and the rest shape;
+   * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
+   * exact line or point may collapse. */
   int untangle;
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */

@@ -48,6 +48,9 @@ FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *na
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
+/* Bytes that an effect holds (flesh_effect_operations.memory) with its places in the Jacobian;
+ * 0 where it does not tell. */
+FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
 /* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
 FLESH_API int flesh_system_follows(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
@@ -74,6 +77,9 @@ FLESH_API double flesh_system_way(const flesh_system *system, double t_from, con
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 FLESH_API void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
                                   double t_to, double *x_to);
+/* Whether a step from x_from to x_to must have gone through something that bars the way. */
+FLESH_API int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
+                                  double t_to, const double *x_to);
 /* Whether any effect bars ways. */
 FLESH_API int flesh_system_bars(const flesh_system *system);
 /* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/contact_core.h"
 #include "effect/effect.h"
 #include "effect/obstacle.h"
 #include "math/eig3.h"
@@ -15,7 +16,14 @@ typedef struct contact {
   int count;      /* nodes of tets */
   int *nodes;     /* [count] ascending */
   double *weight; /* [count] stiffness times the node's area, N */
+  flesh_contact_core core;
 } contact;
+
+static const flesh_cells *contact_cells(const flesh_effect *effect)
+{
+  const contact *self = effect->data;
+  return self->core.points ? &self->core.faces : NULL;
+}
 
 /* The barrier at the place of a node; FLESH_UNDEFINED within the obstacle. */
 static int barrier_at(const contact *self, const flesh_frame *frame, const double *x,
@@ -88,7 +96,7 @@ static int contact_residual(const flesh_effect *effect, const flesh_point *point
     const double ratio = rubs.force == 0 ? 0 : rubs.force * slip_ratio(rubs.speed, self->slip_speed);
     for (int c = 0; c < 3; c++) here[c] += ratio * rubs.u[c];
   }
-  return FLESH_OK;
+  return flesh_contact_core_add(&self->core, &frame, point->x, NULL, r);
 }
 
 /* K = R H R^T, with its negative eigenvalues filtered. */
@@ -131,7 +139,6 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
   const contact *self = effect->data;
   flesh_frame frame, lagged;
   flesh_barrier barrier;
-  (void)slots;
   flesh_obstacle_frame(self->obstacle, point->t, &frame);
   flesh_obstacle_frame(self->obstacle, point->t_lag, &lagged);
   for (int k = 0; k < self->count; k++) {
@@ -146,6 +153,8 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
     const rub rubs = rub_of(self, &lagged, point, k);
     if (rubs.force > 0) add_friction(self, &rubs, shift->v, block);
   }
+  if (shift->x != 0)
+    flesh_contact_core_jacobian(&self->core, &frame, point->x, shift->x, shift->project, K, slots);
   return FLESH_OK;
 }
 
@@ -161,7 +170,7 @@ static int contact_energy(const flesh_effect *effect, const flesh_point *point, 
     if (status) return status;
     *energy += self->weight[k] * barrier.value;
   }
-  return FLESH_OK;
+  return flesh_contact_core_add(&self->core, &frame, point->x, energy, NULL);
 }
 
 static int contact_potential(const flesh_effect *effect, const flesh_point *point,
@@ -215,7 +224,31 @@ static double contact_way(const flesh_effect *effect, double t_from, const doubl
     flesh_frame_enter(&to, x_to + 3 * self->nodes[k], y1);
     way = fmin(way, flesh_obstacle_way(self->obstacle, y0, y1));
   }
-  return way;
+  return fmin(way, flesh_contact_core_way(&self->core, &from, x_from, &to, x_to));
+}
+
+/* Faces through the core; or nodes that touch neither before nor after: those that do slide around
+ * corners, which a straight way cuts. */
+static int contact_passed(const flesh_effect *effect, double t_from, const double *x_from,
+                          double t_to, const double *x_to)
+{
+  const contact *self = effect->data;
+  flesh_frame from, to;
+  double y0[3], y1[3];
+  flesh_barrier barrier;
+  flesh_obstacle_frame(self->obstacle, t_from, &from);
+  flesh_obstacle_frame(self->obstacle, t_to, &to);
+  for (int k = 0; k < self->count; k++) {
+    const int i = 3 * self->nodes[k];
+    flesh_frame_enter(&from, x_from + i, y0);
+    flesh_frame_enter(&to, x_to + i, y1);
+    if (flesh_obstacle_way(self->obstacle, y0, y1) == 1) continue;
+    barrier_at(self, &from, x_from + i, &barrier);
+    if (barrier.distance < INFINITY) continue;
+    barrier_at(self, &to, x_to + i, &barrier);
+    if (barrier.distance == INFINITY) return 1;
+  }
+  return flesh_contact_core_way(&self->core, &from, x_from, &to, x_to) < 1;
 }
 
 /* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
@@ -253,6 +286,9 @@ static int contact_check(const flesh_effect *effect, double t, const double *x)
     if (depth > deepest) deepest = depth, worst = 3 * self->nodes[k];
     inside++;
   }
+  if (!inside && flesh_contact_core_add(&self->core, &frame, x, NULL, NULL))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the middle of a %s that the body must stay out of lies in one of its faces",
+                      flesh_obstacle_name(self->obstacle));
   if (!inside) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "%d nodes are in the %s that they must stay out of; the deepest is node %d at "
@@ -288,6 +324,7 @@ static void contact_destroy(void *data)
   contact *self = data;
   if (!self) return;
   flesh_obstacle_destroy(&self->obstacle);
+  flesh_contact_core_clear(&self->core);
   free(self->nodes);
   free(self->weight);
   free(self);
@@ -295,12 +332,14 @@ static void contact_destroy(void *data)
 
 static const flesh_effect_operations contact_operations = {
     .name = "contact",
+    .cells = contact_cells,
     .residual = contact_residual,
     .jacobian = contact_jacobian,
     .potential = contact_potential,
     .energy = contact_energy,
     .next_event = contact_next_event,
     .way = contact_way,
+    .passed = contact_passed,
     .clear = contact_clear,
     .check = contact_check,
     .report_names = contact_report_names,
@@ -321,8 +360,8 @@ void flesh_contact_options_default(flesh_contact_options *options)
 
 /* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
  * gives. These meet the obstacle only where the body is crushed, and must not pass it then. *edge is
- * the mean length of the surface's edges. */
-static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge)
+ * the mean length of the surface's edges, *share a node's mean area. */
+static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge, double *share)
 {
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles), nodes = flesh_mesh_node_count(mesh);
@@ -346,6 +385,7 @@ static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge)
     }
     flesh_vec3_cross(e, f, n);
     for (int k = 0; k < 3; k++) area[corner[k]] += sqrt(flesh_vec3_dot(n, n)) / 6;
+    *share += sqrt(flesh_vec3_dot(n, n)) / triangles; /* a mesh has half as many nodes as triangles */
     *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
   }
   for (int k = 0; k < 4 * flesh_mesh_tet_count(mesh); k++)
@@ -390,7 +430,7 @@ static int check_options(const flesh_contact_options *o)
 int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
                          flesh_obstacle **obstacle, flesh_effect **effect)
 {
-  double edge = 0;
+  double edge = 0, share = 0;
   flesh_contact_options own = *options;
   contact *self = calloc(1, sizeof *self);
   *effect = NULL;
@@ -400,12 +440,15 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
   }
   self->obstacle = *obstacle;
   *obstacle = NULL;
-  int status = collect_nodes(body->mesh, self, &edge);
+  int status = collect_nodes(body->mesh, self, &edge, &share);
   if (!status) {
     if (isnan(own.stiffness)) own.stiffness = body_stiffness(body);
     if (isnan(own.thickness)) own.thickness = edge / 20;
     status = check_options(&own);
   }
+  if (!status)
+    status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,
+                                       own.thickness, &self->core);
   if (status) {
     contact_destroy(self);
     return status;

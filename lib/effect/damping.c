@@ -20,7 +20,8 @@ typedef struct damping {
   flesh_cells cells;      /* of all tets, where stiffness > 0 */
   flesh_element *elements;
   const flesh_material *materials; /* borrowed */
-  flesh_spectrum *rest;            /* of every material; NULL: K of the lagged state */
+  int rest_count;
+  flesh_spectrum *rest; /* [rest_count] of every material; NULL: K of the lagged state */
 } damping;
 
 static const flesh_cells *damping_cells(const flesh_effect *effect)
@@ -40,76 +41,89 @@ static int spectrum_at(const flesh_material *material, double I_C, double J, con
   return status;
 }
 
-/* scale K of one tet, by nodes: 11 12 13 22 23 33. */
-static int blocks(const damping *self, const flesh_element *e, const double *x_lag, double scale, double pair[6][9])
+/* The frame of a tet's spectrum: U, V and the spectrum; at rest the world's. */
+typedef struct frame {
+  double U[9], V[9];
+  flesh_spectrum spectrum;
+} frame;
+
+static int frame_at(const damping *self, const flesh_element *e, const double *x_lag, frame *f)
 {
-  double U[9], V[9], g[3][3];
-  flesh_spectrum current;
-  const flesh_spectrum *spectrum = &current;
-  scale *= e->volume;
-  if (self->rest) {
-    spectrum = &self->rest[e->material];
-  } else {
-    double F[9], sigma[3];
-    flesh_element_gradient(e, x_lag, F);
-    flesh_svd3(F, U, sigma, V);
-    int status = spectrum_at(&self->materials[e->material], flesh_mat3_norm2(F), flesh_mat3_determinant(F), sigma,
-                             &current);
-    if (status) return status;
-    for (int a = 0; a < 3; a++) flesh_mat3_transposed_times(V, e->gradient + 3 * a, g[a]);
-  }
-  for (int a = 0, n = 0; a < 3; a++)
-    for (int b = a; b < 3; b++, n++) {
-      double B[9], UB[9];
-      if (self->rest) {
-        flesh_spectrum_block(spectrum, e->gradient + 3 * a, e->gradient + 3 * b, pair[n]);
-      } else {
-        flesh_spectrum_block(spectrum, g[a], g[b], B);
-        flesh_mat3_multiply(U, B, UB);
-        flesh_mat3_multiply_transposed(UB, U, pair[n]);
-      }
-      for (int c = 0; c < 9; c++) pair[n][c] *= scale;
-    }
-  return FLESH_OK;
+  double F[9], sigma[3];
+  flesh_element_gradient(e, x_lag, F);
+  flesh_svd3(F, f->U, sigma, f->V);
+  return spectrum_at(&self->materials[e->material], flesh_mat3_norm2(F), flesh_mat3_determinant(F), sigma,
+                     &f->spectrum);
 }
 
-/* f_a = sum_b K_ab (v_b - v_0). */
-static void multiply(const flesh_element *e, const double pair[6][9], const double *v, double f[3][3])
+/* The second derivative of psi in direction Y, both in the frame of the singular vectors. */
+static void multiply(const flesh_spectrum *spectrum, const double Y[9], double S[9])
 {
-  double d[3][3], y[3];
-  for (int a = 0; a < 3; a++)
-    for (int i = 0; i < 3; i++) {
-      d[a][i] = v[3 * e->node[a + 1] + i] - v[3 * e->node[0] + i];
-      f[a][i] = 0;
-    }
-  for (int a = 0, n = 0; a < 3; a++)
-    for (int b = a; b < 3; b++, n++) {
-      flesh_mat3_times(pair[n], d[b], y);
-      for (int i = 0; i < 3; i++) f[a][i] += y[i];
-      if (a == b) continue;
-      flesh_mat3_transposed_times(pair[n], d[a], y);
-      for (int i = 0; i < 3; i++) f[b][i] += y[i];
-    }
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    double t = spectrum->twist[k], f = spectrum->flip[k], up = Y[3 * i + j], down = Y[3 * j + i];
+    S[4 * i] = 0;
+    for (int c = 0; c < 3; c++) S[4 * i] += spectrum->A[3 * i + c] * Y[4 * c];
+    S[3 * i + j] = (t + f) / 2 * up + (f - t) / 2 * down;
+    S[3 * j + i] = (t + f) / 2 * down + (f - t) / 2 * up;
+  }
 }
 
 /* Adds C v to r, where that is not NULL, and v.Cv to *power. */
 static int force(const damping *self, const flesh_point *point, double *r, double *power)
 {
-  const double *v = point->v;
   if (self->mass > 0) {
-    if (r) flesh_mass_matrix_times(&self->M, self->mass, v, r);
-    *power += 2 * self->mass * flesh_mass_matrix_half_square(&self->M, v);
+    if (r) flesh_mass_matrix_times(&self->M, self->mass, point->v, r);
+    *power += 2 * self->mass * flesh_mass_matrix_half_square(&self->M, point->v);
   }
   for (int k = 0; k < self->cells.count; k++) {
     const flesh_element *e = &self->elements[k];
-    double pair[6][9], f[3][3];
-    int status = blocks(self, e, point->x_lag, self->stiffness, pair);
-    if (status) return status;
-    multiply(e, (const double (*)[9])pair, v, f);
-    if (r) flesh_element_add_forces(e, (const double (*)[3])f, r);
+    const double scale = self->stiffness * e->volume;
+    double rate[9], P[9], forces[3][3];
+    flesh_element_gradient(e, point->v, rate);
+    if (self->rest) {
+      multiply(&self->rest[e->material], rate, P);
+    } else {
+      frame f;
+      double A[9], B[9];
+      int status = frame_at(self, e, point->x_lag, &f);
+      if (status) return status;
+      flesh_mat3_transposed_multiply(f.U, rate, A);
+      flesh_mat3_multiply(A, f.V, B);
+      multiply(&f.spectrum, B, A);
+      flesh_mat3_multiply(f.U, A, B);
+      flesh_mat3_multiply_transposed(B, f.V, P);
+    }
+    *power += scale * flesh_mat3_inner(rate, P);
     for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++) *power += f[a][i] * (v[3 * e->node[a + 1] + i] - v[3 * e->node[0] + i]);
+      for (int i = 0; i < 3; i++) forces[a][i] = scale * flesh_vec3_dot(P + 3 * i, e->gradient + 3 * a);
+    if (r) flesh_element_add_forces(e, (const double (*)[3])forces, r);
   }
+  return FLESH_OK;
+}
+
+/* scale K of one tet, by nodes: 11 12 13 22 23 33. */
+static int blocks(const damping *self, const flesh_element *e, const double *x_lag, double scale, double pair[6][9])
+{
+  frame f;
+  double g[3][3], B[9], UB[9];
+  scale *= e->volume;
+  if (!self->rest) {
+    int status = frame_at(self, e, x_lag, &f);
+    if (status) return status;
+    for (int a = 0; a < 3; a++) flesh_mat3_transposed_times(f.V, e->gradient + 3 * a, g[a]);
+  }
+  for (int a = 0, n = 0; a < 3; a++)
+    for (int b = a; b < 3; b++, n++) {
+      if (self->rest) {
+        flesh_spectrum_block(&self->rest[e->material], e->gradient + 3 * a, e->gradient + 3 * b, pair[n]);
+      } else {
+        flesh_spectrum_block(&f.spectrum, g[a], g[b], B);
+        flesh_mat3_multiply(f.U, B, UB);
+        flesh_mat3_multiply_transposed(UB, f.U, pair[n]);
+      }
+      for (int c = 0; c < 9; c++) pair[n][c] *= scale;
+    }
   return FLESH_OK;
 }
 
@@ -146,6 +160,14 @@ static int damping_potential(const flesh_effect *effect, const flesh_point *poin
   return FLESH_OK;
 }
 
+static size_t damping_memory(const flesh_effect *effect)
+{
+  const damping *self = effect->data;
+  size_t bytes = sizeof *self + (size_t)self->cells.count * (4 * sizeof(int) + sizeof *self->elements);
+  if (self->mass > 0) bytes += flesh_mass_matrix_memory(&self->M);
+  return bytes + (size_t)self->rest_count * sizeof *self->rest;
+}
+
 static void damping_destroy(void *data)
 {
   damping *self = data;
@@ -164,6 +186,7 @@ static const flesh_effect_operations damping_operations = {
     .jacobian = damping_jacobian,
     .potential = damping_potential,
     .destroy = damping_destroy,
+    .memory = damping_memory,
 };
 
 static int material_count(const flesh_body *body)
@@ -186,6 +209,7 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
   int count = material_count(body);
   self->rest = malloc((size_t)count * sizeof *self->rest);
   if (!self->rest) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
+  self->rest_count = count;
   for (int m = 0; m < count; m++)
     if (spectrum_at(&body->materials[m], 3, 1, (const double[3]){1, 1, 1}, &self->rest[m]))
       return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has no stiffness at rest", m);

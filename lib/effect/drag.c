@@ -91,6 +91,12 @@ static double drag_next_event(const flesh_effect *effect, double t)
               flesh_motion_next_event(&self->target, t));
 }
 
+static size_t drag_memory(const flesh_effect *effect)
+{
+  const drag *self = effect->data;
+  return sizeof *self + (size_t)self->target.count * sizeof *self->target.keyframes;
+}
+
 static void drag_destroy(void *data)
 {
   drag *self = data;
@@ -109,6 +115,7 @@ static const flesh_effect_operations drag_operations = {
     .energy = drag_energy,
     .next_event = drag_next_event,
     .destroy = drag_destroy,
+    .memory = drag_memory,
 };
 
 /* Barycentric weights of p in the tet with corners X0..X3. */

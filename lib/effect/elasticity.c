@@ -132,6 +132,15 @@ static int elasticity_energy(const flesh_effect *effect, const flesh_point *poin
   return status;
 }
 
+static size_t elasticity_memory(const flesh_effect *effect)
+{
+  const elasticity *self = effect->data;
+  const size_t batches = (size_t)self->batches.count;
+  return sizeof *self + (size_t)self->cells.count * 4 * sizeof(int) +
+         batches * (2 * sizeof(int) + 80 * (size_t)self->kernel->lanes) +
+         (2 * (size_t)self->order.pieces + (size_t)self->order.colours) * sizeof(int);
+}
+
 static void elasticity_destroy(void *data)
 {
   elasticity *self = data;
@@ -153,6 +162,7 @@ static const flesh_effect_operations elasticity_operations = {
     .potential = elasticity_potential,
     .energy = elasticity_energy,
     .destroy = elasticity_destroy,
+    .memory = elasticity_memory,
 };
 
 static const flesh_elasticity_kernel *kernel_for(flesh_instructions instructions)

@@ -41,6 +41,12 @@ static int gravity_energy(const flesh_effect *effect, const flesh_point *point, 
   return gravity_potential(effect, point, &(flesh_shift){.x = 1}, energy, &magnitude);
 }
 
+static size_t gravity_memory(const flesh_effect *effect)
+{
+  const gravity *self = effect->data;
+  return sizeof *self + (size_t)self->nodes * 3 * sizeof *self->force;
+}
+
 static void gravity_destroy(void *data)
 {
   gravity *self = data;
@@ -56,6 +62,7 @@ static const flesh_effect_operations gravity_operations = {
     .potential = gravity_potential,
     .energy = gravity_energy,
     .destroy = gravity_destroy,
+    .memory = gravity_memory,
 };
 
 int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],

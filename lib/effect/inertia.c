@@ -41,6 +41,11 @@ static int inertia_energy(const flesh_effect *effect, const flesh_point *point, 
   return FLESH_OK;
 }
 
+static size_t inertia_memory(const flesh_effect *effect)
+{
+  return sizeof(flesh_mass_matrix) + flesh_mass_matrix_memory(effect->data);
+}
+
 static void inertia_destroy(void *data)
 {
   if (data) flesh_mass_matrix_clear(data);
@@ -55,6 +60,7 @@ static const flesh_effect_operations inertia_operations = {
     .potential = inertia_potential,
     .energy = inertia_energy,
     .destroy = inertia_destroy,
+    .memory = inertia_memory,
 };
 
 int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)

@@ -59,6 +59,13 @@ static double load_next_event(const flesh_effect *effect, double t)
   return flesh_amplitude_next_event(&self->amplitude, t);
 }
 
+static size_t load_memory(const flesh_effect *effect)
+{
+  const load *self = effect->data;
+  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->shares) +
+         (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
+}
+
 static void load_destroy(void *data)
 {
   load *self = data;
@@ -77,6 +84,7 @@ static const flesh_effect_operations force_operations = {
     .energy = load_energy,
     .next_event = load_next_event,
     .destroy = load_destroy,
+    .memory = load_memory,
 };
 
 static const flesh_effect_operations traction_operations = {
@@ -87,6 +95,7 @@ static const flesh_effect_operations traction_operations = {
     .energy = load_energy,
     .next_event = load_next_event,
     .destroy = load_destroy,
+    .memory = load_memory,
 };
 
 /* With room for `count` nodes, and their numbers where `nodes` is not NULL. */
@@ -173,7 +182,7 @@ int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system
   const flesh_load_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_effect_force(body, count, nodes, p->vector, &amplitude, &effect);
   free(nodes);
@@ -193,7 +202,7 @@ int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_sys
   const flesh_load_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body->mesh, &count, &triangles);
+  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
   if (status) return status;
   status = flesh_effect_traction(body, count, triangles, p->vector, &amplitude, &effect);
   free(triangles);

@@ -189,6 +189,19 @@ void flesh_obstacle_barrier(const flesh_obstacle *obstacle, const double y[3], d
   flesh_barrier_add(barrier, w, 1, distance, obstacle->radius, direction, flat, axis);
 }
 
+int flesh_obstacle_core(const flesh_obstacle *o, double *radius, double *points)
+{
+  if (o->shape != FLESH_OBSTACLE_SPHERE && o->shape != FLESH_OBSTACLE_CAPSULE) return 0;
+  double length = 0;
+  *radius = o->radius / 2;
+  for (int c = 0; c < 3; c++) length += (o->b[c] - o->a[c]) * (o->b[c] - o->a[c]);
+  int parts = (int)fmin(ceil(sqrt(length) / *radius), FLESH_CORE_POINTS - 1);
+  for (int k = 0; points && k <= parts; k++)
+    for (int c = 0; c < 3; c++)
+      points[3 * k + c] = o->a[c] + (parts ? (double)k / parts : 0) * (o->b[c] - o->a[c]);
+  return parts + 1;
+}
+
 double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3])
 {
   double distance, direction[3], axis[3];
@@ -204,11 +217,10 @@ void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double t
   if (!(d < w)) return;
   barrier->distance = fmin(barrier->distance, d);
   if (!(d > 0)) return;
-  const double s = d / w, rest = 1 - s, part = rest / s;
-  const double first = -part * rest * (3 + part);
-  const double second = part * (6 + 6 * part + 2 * part * part);
+  double value, first, second;
+  flesh_barrier_law(d / w, &value, &first, &second);
   const double along = weight * second / w, across = flat < 2 ? weight * first / to_core : 0;
-  barrier->value += weight * w * rest * rest * part;
+  barrier->value += weight * w * value;
   for (int i = 0; i < 3; i++) {
     barrier->gradient[i] += weight * first * direction[i];
     for (int j = 0; j < 3; j++) {

@@ -34,6 +34,12 @@ typedef struct flesh_barrier {
 void flesh_obstacle_barrier(const flesh_obstacle *obstacle, const double y[3], double w,
                             flesh_barrier *barrier);
 
+/* Balls of half an obstacle's radius in its midst, which no face of a body may enter: their centres
+ * into points [3*FLESH_CORE_POINTS] (may be NULL), overlapping along a capsule; returns their number, 0 for
+ * planes and meshes. */
+enum { FLESH_CORE_POINTS = 200 };
+int flesh_obstacle_core(const flesh_obstacle *obstacle, double *radius, double *points);
+
 /* How far into a plane, sphere or capsule y lies; 0 outside and for meshes. */
 double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3]);
 

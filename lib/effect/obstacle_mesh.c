@@ -176,17 +176,17 @@ static int compare_sides(const void *a, const void *b)
   return (p->place > q->place) - (p->place < q->place);
 }
 
-/* The weights that make the sum count everything once. */
-static int weigh(flesh_obstacle_tree *self)
+int flesh_surface_weights(int nodes, int triangles, const int *corners, double **edge_weight,
+                          double **vertex_weight)
 {
-  const int sides = 3 * self->triangles;
+  const int sides = 3 * triangles;
   side *sorted = malloc((size_t)sides * sizeof *sorted);
-  double *of_node = calloc((size_t)self->nodes + 1, sizeof *of_node);
-  self->edge_weight = calloc((size_t)sides, sizeof *self->edge_weight);
-  self->vertex_weight = calloc((size_t)sides, sizeof *self->vertex_weight);
-  int failed = !sorted || !of_node || !self->edge_weight || !self->vertex_weight;
+  double *of_node = calloc((size_t)nodes + 1, sizeof *of_node);
+  *edge_weight = calloc((size_t)sides, sizeof **edge_weight);
+  *vertex_weight = calloc((size_t)sides, sizeof **vertex_weight);
+  int failed = !sorted || !of_node || !*edge_weight || !*vertex_weight;
   for (int k = 0; k < sides && !failed; k++) {
-    int a = self->corners[k], b = self->corners[k % 3 == 2 ? k - 2 : k + 1];
+    int a = corners[k], b = corners[k % 3 == 2 ? k - 2 : k + 1];
     sorted[k] = (side){a < b ? a : b, a < b ? b : a, k};
     of_node[a] -= 1;
   }
@@ -196,18 +196,17 @@ static int weigh(flesh_obstacle_tree *self)
                        sorted[next].high == sorted[k].high;)
       next++;
     const int again = next - k - 1; /* triangles beside the first */
-    self->edge_weight[sorted[k].place] = -again;
+    (*edge_weight)[sorted[k].place] = -again;
     of_node[sorted[k].low] += again;
     of_node[sorted[k].high] += again;
   }
   for (int k = 0; k < sides && !failed; k++) {
-    self->vertex_weight[k] = 1 + of_node[self->corners[k]];
-    of_node[self->corners[k]] = -1; /* kept here */
+    (*vertex_weight)[k] = 1 + of_node[corners[k]];
+    of_node[corners[k]] = -1; /* kept here */
   }
   free(sorted);
   free(of_node);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle of %d triangles",
-                             self->triangles)
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", triangles)
                 : FLESH_OK;
 }
 
@@ -229,7 +228,9 @@ int flesh_obstacle_tree_create(int nodes, const double *positions, int triangles
   if (!status) status = copy_nodes(self, nodes, positions, place);
   if (!status) status = copy_triangles(self, nodes, triangles, triangle_nodes, place);
   if (!status) status = grow_tree(self);
-  if (!status) status = weigh(self);
+  if (!status)
+    status = flesh_surface_weights(self->nodes, self->triangles, self->corners, &self->edge_weight,
+                                   &self->vertex_weight);
   free(place);
   if (status) flesh_obstacle_tree_destroy(&self);
   *tree = self;

@@ -195,6 +195,14 @@ static double pressure_next_event(const flesh_effect *effect, double t)
   return flesh_amplitude_next_event(&self->amplitude, t);
 }
 
+static size_t pressure_memory(const flesh_effect *effect)
+{
+  const pressure *self = effect->data;
+  /* Rooms are made for every side of a triangle. */
+  return sizeof *self + (size_t)self->triangle_count * 3 * (5 * sizeof(int) + sizeof *self->wings) +
+         (size_t)self->amplitude.curve.count * sizeof *self->amplitude.curve.keyframes;
+}
+
 static void pressure_destroy(void *data)
 {
   pressure *self = data;
@@ -217,6 +225,7 @@ static const flesh_effect_operations closed_operations = {
     .energy = pressure_energy,
     .next_event = pressure_next_event,
     .destroy = pressure_destroy,
+    .memory = pressure_memory,
 };
 
 /* A surface with a rim has no energy. */
@@ -230,6 +239,7 @@ static const flesh_effect_operations open_operations = {
     .potential = pressure_potential,
     .next_event = pressure_next_event,
     .destroy = pressure_destroy,
+    .memory = pressure_memory,
 };
 
 /* A side of a triangle. */
@@ -336,7 +346,7 @@ int flesh_pressure_add(const void *parameters, const flesh_body *body, flesh_sys
   const flesh_pressure_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body->mesh, &count, &triangles);
+  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
   if (status) return status;
   status = flesh_effect_pressure(body, count, triangles, p->pressure, &amplitude, &effect);
   free(triangles);

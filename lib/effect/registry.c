@@ -88,7 +88,7 @@ static const flesh_key pin_keys[] = {FLESH_SELECTION_KEYS(pin_parameters, select
 static int add_pin(const void *parameters, const flesh_body *body, flesh_system *system)
 {
   const pin_parameters *p = parameters;
-  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_pin(system, count, nodes, p->axes, p->from, p->until);
   free(nodes);
@@ -124,7 +124,7 @@ static int add_handle(const void *parameters, const flesh_body *body, flesh_syst
   flesh_motion motion = {p->motion.count, p->motion.values,
                          {p->centre[0], p->centre[1], p->centre[2]},
                          p->interpolation};
-  int count, *nodes, status = flesh_selection_nodes(&p->selection, body->mesh, &count, &nodes);
+  int count, *nodes, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
   if (status) return status;
   status = flesh_system_add_handle(system, count, nodes, p->axes, &motion, p->from, p->until);
   free(nodes);
@@ -215,6 +215,9 @@ static const flesh_effect_row rows[] = {
     {"damping", "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
      "methods that damp by themselves add to it.", flesh_damping_keys, sizeof(flesh_damping_parameters),
      "{mass: 2, stiffness: 0.01, against: current}", flesh_damping_add, 0},
+    {"calm", "Winds the motion down: damping in proportion to mass, for a time or until the body is slow. It is not the "
+     "scene's physics, and says so by its name.", flesh_calm_keys, sizeof(flesh_calm_parameters),
+     "{rate: 20, speed: 0.5, until: 2}", flesh_calm_add, 0},
     {"viscosity", "Kelvin-Voigt damping: stresses in proportion to the rate of the Green strain; rigid motion feels "
      "nothing. The deformation gradient is the last accepted state's, so that a body that turns by an angle in one "
      "step of a fixed-step method feels a part of the order of its square; adaptive steps have none of it.",

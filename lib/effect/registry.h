@@ -2,8 +2,18 @@
  * row.
  *
  * A row's keys are read into its parameter struct, and `add` puts what they mean into the system.
- * The row's sample is a mapping in scene syntax that the derivative tests, the docs and the schema
- * use. */
+ * The row's sample is a mapping in scene syntax that the derivative tests, the tests under every
+ * method, the docs and the schema use.
+ *
+ * Nothing else knows what effects there are: an effect from outside the library
+ * (drivers/examples/user_effect.c, a floor) is created by flesh_effect_create and added to the
+ * system beside these, and a new row needs no change elsewhere. That goes for what couples nodes
+ * too, through the effect's cells: muscle fibres (drivers/examples/coupled_reflex.c has one) and
+ * other forces along tets have the tets as cells; welds and springs between nodes have pairs of
+ * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
+ * Contact of the body with itself, whose pairs come and go, gives every pair that may meet as a
+ * cell, or writes only diagonal blocks that bound its Hessian from above: residual and potential
+ * stay exact and the line search holds, but Newton's method then converges linearly. */
 #ifndef FLESH_EFFECT_REGISTRY_H
 #define FLESH_EFFECT_REGISTRY_H
 

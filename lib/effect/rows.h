@@ -56,4 +56,10 @@ typedef struct flesh_contact_parameters {
 extern const flesh_key flesh_contact_keys[];
 int flesh_contact_add(const void *parameters, const flesh_body *body, flesh_system *system);
 
+typedef struct flesh_calm_parameters {
+  double rate, speed, from, until;
+} flesh_calm_parameters;
+extern const flesh_key flesh_calm_keys[];
+int flesh_calm_add(const void *parameters, const flesh_body *body, flesh_system *system);
+
 #endif

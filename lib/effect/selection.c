@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 
@@ -16,12 +17,25 @@ const flesh_key flesh_sphere_keys[] = {
 static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }
 static int has_sphere(const flesh_selection *selection) { return !isnan(selection->sphere.radius); }
 
-static int check(const flesh_selection *selection, const flesh_mesh *mesh)
+static int has_nodes(const flesh_selection *selection)
 {
+  return has_box(selection) || has_sphere(selection) || selection->nodes.count > 0;
+}
+
+/* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else the part that is named, or NULL, in *part. */
+static int check(const flesh_selection *selection, const flesh_body *body, const flesh_body_part **part)
+{
+  const flesh_mesh *mesh = body->mesh;
   const double *box = selection->box;
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
-  if (!has_box(selection) && !has_sphere(selection) && !selection->nodes.count && !selection->regions.count)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes or regions");
+  *part = NULL;
+  if (!has_nodes(selection) && !selection->regions.count && !selection->body)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes, regions or body");
+  for (int k = 0; selection->body && k < body->part_count; k++)
+    if (!strcmp(body->parts[k].name, selection->body)) *part = &body->parts[k];
+  if (selection->body && !*part)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name%s%s", selection->body,
+                      body->part_count ? ", but " : "", body->part_count ? body->parts[0].name : "");
   for (int c = 0; has_box(selection) && c < 3; c++)
     if (box[c] > box[3 + c])
       return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -59,6 +73,7 @@ static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8
   }
 }
 
+/* Whether a tet's nodes or faces are chosen by what it is of. */
 static int in_regions(const flesh_selection *selection, int tag)
 {
   for (int k = 0; k < selection->regions.count; k++)
@@ -72,22 +87,32 @@ static int nothing_found(const flesh_selection *selection, const char *what)
                     has_box(selection) && has_sphere(selection) ? "box or sphere"
                     : has_box(selection)                        ? "box"
                     : has_sphere(selection)                     ? "sphere"
-                                                                : "nodes or regions");
+                                                                : "nodes, regions or body");
 }
 
-int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+static int is_of(const flesh_body_part *part, int tet)
+{
+  return !part || (tet >= part->first_tet && tet - part->first_tet < part->tets);
+}
+
+int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
                           int **nodes)
 {
+  const flesh_mesh *mesh = body->mesh;
+  const flesh_body_part *part;
   int total = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), found = 0;
-  int status = check(selection, mesh);
+  int status = check(selection, body, &part);
   if (status) return status;
+  /* 1: by place or number, 2: of the part. */
   uint8_t *chosen = calloc((size_t)total, 1);
   if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
   mark(selection, mesh, chosen);
-  for (int e = 0; selection->regions.count && e < tets; e++)
-    if (in_regions(selection, flesh_mesh_regions(mesh)[e]))
-      for (int a = 0; a < 4; a++) chosen[flesh_mesh_tets(mesh)[4 * (size_t)e + a]] = 1;
-  for (int i = 0; i < total; i++) found += chosen[i];
+  const int whole = part && !has_nodes(selection) && !selection->regions.count;
+  for (int e = 0; (part || selection->regions.count) && e < tets; e++) {
+    const int own = is_of(part, e), named = whole || in_regions(selection, flesh_mesh_regions(mesh)[e]);
+    for (int a = 0; own && a < 4; a++) chosen[flesh_mesh_tets(mesh)[4 * (size_t)e + a]] |= named ? 3 : 2;
+  }
+  for (int i = 0; i < total; i++) found += chosen[i] = part ? chosen[i] == 3 : chosen[i] & 1;
   *nodes = malloc(((size_t)found + 1) * sizeof **nodes);
   *count = 0;
   for (int i = 0; *nodes && i < total; i++)
@@ -99,10 +124,12 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *me
   return nothing_found(selection, "node");
 }
 
-int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
                               int **triangles)
 {
-  int total, found = 0, status = check(selection, mesh);
+  const flesh_mesh *mesh = body->mesh;
+  const flesh_body_part *part;
+  int total, found = 0, status = check(selection, body, &part);
   const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
   if (status) return status;
   uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
@@ -113,9 +140,11 @@ int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh
     return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
   }
   mark(selection, mesh, chosen);
+  const int whole = part && !has_nodes(selection) && !selection->regions.count;
   for (int k = 0; k < total; k++) {
     const int *n = surface + 3 * (size_t)k;
-    if (!(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
+    if (!is_of(part, tet[k])) continue;
+    if (!whole && !(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
         !in_regions(selection, flesh_mesh_regions(mesh)[tet[k]]))
       continue;
     for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];

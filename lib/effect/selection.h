@@ -3,7 +3,7 @@
 #define FLESH_EFFECT_SELECTION_H
 
 #include "base/key.h"
-#include "flesh/mesh.h"
+#include "flesh/effects.h"
 
 typedef struct flesh_selection {
   double box[6]; /* low, high; NaN: none */
@@ -11,6 +11,7 @@ typedef struct flesh_selection {
     double centre[3], radius; /* NaN: none */
   } sphere;
   flesh_integers nodes, regions;
+  char *body; /* NULL: any */
 } flesh_selection;
 
 /* Key rows for a struct that has a flesh_selection as `member`. */
@@ -26,19 +27,22 @@ extern const flesh_key flesh_sphere_keys[];
   {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
    .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"},                \
   {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
-   .default_value = "", .doc = "nodes of the tets with these region tags"}
+   .default_value = "", .doc = "nodes of the tets with these region tags"},             \
+  {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),            \
+   .default_value = "",                                                                            \
+   .doc = "only what is of the body of this name; by itself the whole of it"}
 /* clang-format on */
 
 /* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count],
  * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
  * node is selected. */
-int flesh_selection_nodes(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
                           int **nodes);
 
 /* The boundary triangles whose nodes are all chosen by box, sphere or list, or whose tet is of a chosen region; outward
  * normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
  */
-int flesh_selection_triangles(const flesh_selection *selection, const flesh_mesh *mesh, int *count,
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
                               int **triangles);
 
 #endif

@@ -96,6 +96,12 @@ static int viscosity_potential(const flesh_effect *effect, const flesh_point *po
   return FLESH_OK;
 }
 
+static size_t viscosity_memory(const flesh_effect *effect)
+{
+  const viscosity *self = effect->data;
+  return sizeof *self + (size_t)self->cells.count * (4 * sizeof(int) + sizeof *self->elements);
+}
+
 static void viscosity_destroy(void *data)
 {
   viscosity *self = data;
@@ -112,6 +118,7 @@ static const flesh_effect_operations viscosity_operations = {
     .jacobian = viscosity_jacobian,
     .potential = viscosity_potential,
     .destroy = viscosity_destroy,
+    .memory = viscosity_memory,
 };
 
 int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, flesh_effect **effect)

@@ -154,6 +154,11 @@ const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *self) { return
 
 double flesh_adaptive_energy_gain(const flesh_adaptive *self) { return self->energy.gain; }
 
+void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
+{
+  self->problem->costs = costs;
+}
+
 const char *flesh_adaptive_warning(const flesh_adaptive *self) { return self->warning[0] ? self->warning : NULL; }
 
 size_t flesh_adaptive_memory(const flesh_adaptive *self)

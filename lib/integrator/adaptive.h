@@ -29,6 +29,8 @@ int flesh_adaptive_is_calm(flesh_adaptive *adaptive, const flesh_state *state, d
 const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *adaptive);
 double flesh_adaptive_energy_gain(const flesh_adaptive *adaptive);
 const char *flesh_adaptive_warning(const flesh_adaptive *adaptive);
+/* Where its evaluations are counted, borrowed. */
+void flesh_adaptive_set_costs(flesh_adaptive *adaptive, flesh_costs *costs);
 /* IDA's memory. */
 void *flesh_adaptive_ida(const flesh_adaptive *adaptive);
 size_t flesh_adaptive_memory(const flesh_adaptive *adaptive);

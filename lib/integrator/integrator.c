@@ -31,6 +31,9 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess; /* [n] rigid displacement over a step */
+  flesh_rigid_parts parts;
+  uint8_t *held; /* [n] constrained dofs, where there are several parts */
+  flesh_costs costs;
   flesh_failure failure;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   int calm;                 /* the motion has been found calm: IDA steps */
@@ -58,7 +61,13 @@ static int create_memory(flesh_integrator *self)
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
-  if (failed) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  int status = flesh_rigid_parts_create(flesh_system_mesh(self->system), &self->parts);
+  if (status) return status;
+  if (self->parts.count > 1) failed |= !(self->held = calloc(n, 1));
+  self->costs.effects =
+      calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
+  if (failed || !self->costs.effects)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
@@ -78,16 +87,19 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && options->untangle)
-    status = flesh_untangler_create(system, flesh_nonlinear_stiffness(self->nonlinear), &self->untangler);
+  if (!status && options->untangle) status = flesh_untangler_create(system, &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
   }
+  flesh_nonlinear_set_costs(self->nonlinear, &self->costs);
+  if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
   *integrator = self;
   return FLESH_OK;
 }
+
+flesh_costs *flesh_integrator_costs(flesh_integrator *integrator) { return &integrator->costs; }
 
 void flesh_integrator_destroy(flesh_integrator **integrator)
 {
@@ -101,6 +113,9 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   for (int k = 0; k < FLESH_METHOD_VECTORS; k++) free((*integrator)->memory.vectors[k]);
   free((*integrator)->returned.x);
   free((*integrator)->returned.v);
+  free((*integrator)->costs.effects);
+  flesh_rigid_parts_clear(&(*integrator)->parts);
+  free((*integrator)->held);
   free((*integrator)->start);
   free((*integrator)->guess);
   free(*integrator);
@@ -131,6 +146,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
   int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
+         (size_t)integrator->n * (2 * sizeof(int) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
          (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
@@ -219,15 +235,20 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
   return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
 }
 
-/* The state that the stage leads to, where it is not the stage itself, must have an energy. */
+/* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
+ * energy. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats)
 {
-  if (stage->shift.x == 1) return FLESH_OK;
+  if (stage->shift.x == 1 && !flesh_system_bars(self->system)) return FLESH_OK;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1;
   for (int d = 0; d < self->n; d++)
-    self->start[d] = self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
-                                               : state->x[d] + u[d];
+    self->start[d] = second && self->prescribed.fixed[d]
+                         ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                         : state->x[d] + u[d];
+  if (flesh_system_passed(self->system, state->t, state->x, t_end, self->start)) return FLESH_UNDEFINED;
+  if (stage->shift.x == 1) return FLESH_OK;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, stats);
 }
 
@@ -249,9 +270,10 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
   const double *guess = NULL;
-  if (!flesh_system_holds(self->system, stage.t)) {
-    flesh_rigid_guess(flesh_system_mesh(self->system), state, h, self->guess);
-    guess = self->guess;
+  const int holds = flesh_system_holds(self->system, stage.t);
+  if (!holds || self->held) {
+    if (holds) flesh_system_fixed(self->system, stage.t, self->held);
+    if (flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess)) guess = self->guess;
   }
   int status = flesh_nonlinear_solve(self->nonlinear, &stage, guess, 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
@@ -455,6 +477,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
+  if (self->untangler) flesh_untangler_before_step(self->untangler, state);
   if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
   else if (self->method == FLESH_METHOD_STATIC) status = equilibrium(self, state, h, stats);
   else status = step_in_time(self, state, h, stats);

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
 
 struct flesh_nonlinear {
   flesh_problem *problem;
@@ -55,6 +56,7 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
   if (!status) {
     self->u = N_VNew_Serial(self->problem->n, self->context);
     if (self->u) {
+      flesh_vector_quicken(self->u);
       self->u->ops->nvmaxnorm = two_norm;
       self->ones = N_VClone(self->u);
     }
@@ -110,6 +112,11 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
   for (int d = 0; d < self->problem->n; d++)
     if (fabs(r[d]) > fabs(r[worst])) worst = d;
   return worst / 3;
+}
+
+void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
+{
+  self->problem->costs = costs;
 }
 
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
@@ -240,6 +247,6 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (flesh_system_way(problem->system, stage->t_lag, stage->x_lag, t, problem->x) < 1)
     return FLESH_UNDEFINED;
   const flesh_point point = {.t = t, .load = 1, .x = problem->x, .v = v, .a = problem->a,
-                             .threads = problem->threads};
+                             .threads = problem->threads, .costs = problem->costs};
   return flesh_system_potential(problem->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude);
 }

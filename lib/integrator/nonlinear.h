@@ -43,6 +43,8 @@ const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
 
 /* Node with the largest residual at the last iterate; -1 when it has none. */
 int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
+/* Where its evaluations are counted, borrowed. */
+void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);

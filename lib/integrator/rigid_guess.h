@@ -1,11 +1,22 @@
-/* rigid_guess.h: where a free body gets to when it goes on moving as a rigid one. */
+/* rigid_guess.h: where free bodies get to when each goes on moving as a rigid one. */
 #ifndef FLESH_INTEGRATOR_RIGID_GUESS_H
 #define FLESH_INTEGRATOR_RIGID_GUESS_H
 
 #include "flesh/integrator.h"
 
-/* Displacements u [3*nodes] over h of the rigid motion that fits the velocities best (all nodes alike). A Newton step
- * knows no turn but a small one, so a spinning body is better started from there than where it stands. */
-void flesh_rigid_guess(const flesh_mesh *mesh, const flesh_state *state, double h, double *u);
+/* The connected parts of a mesh. */
+typedef struct flesh_rigid_parts {
+  int count;
+  int *first; /* [count+1] of each part's nodes */
+  int *nodes; /* [used nodes] */
+} flesh_rigid_parts;
+
+int flesh_rigid_parts_create(const flesh_mesh *mesh, flesh_rigid_parts *parts);
+void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
+
+/* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
+ * free. The best fit of the velocities by equal weights. */
+int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, const flesh_state *state, double h,
+                      double *u);
 
 #endif

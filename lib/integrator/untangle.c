@@ -8,7 +8,8 @@
 #include "base/error.h"
 #include "mesh/winding.h"
 
-/* Calm: inertial forces below this share of the force that strains the average edge by its own length. */
+/* Calm: inertial forces below this share of the force that strains the average edge by its own
+ * length. */
 static const double calm_share = 1e-3;
 /* A tangle is held in place by loads above this share of that force on one of its nodes. */
 static const double held_share = 0.05;
@@ -23,12 +24,69 @@ struct flesh_untangler {
   const flesh_effect *inertia; /* NULL: none */
   flesh_winding *winding;      /* made at the first suspicion */
   int n, calm, attempts, know_velocity;
-  double force;   /* stiffness times mean edge, N */
-  double *v, *a, *r, *saved; /* [n] */
+  int stressed;     /* at rest */
+  int may_collapse; /* stressed, or it began in a point or line */
+  double expected;  /* time of the state that the next step starts from; NaN: none yet */
+  double edge;      /* mean, m */
+  double force;     /* that strains the average edge by its own length, N */
+  double *v, *a, *r, *saved, *zero; /* [n] */
   uint8_t *fixed; /* [n] */
 };
 
-int flesh_untangler_create(const flesh_system *system, double stiffness, flesh_untangler **untangler)
+static int is(const flesh_effect *effect, const char *name)
+{
+  return !strcmp(effect->operations->name, name);
+}
+
+enum { ELASTIC = 1, OTHER = 2 };
+
+/* Adds up, in `r`, what elasticity or everything but elasticity and inertia (or both) does to nodes
+ * that stand still at x. */
+static int forces(flesh_untangler *self, double t, const double *x, int kinds)
+{
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
+                             .x_lag = x, .v_lag = self->zero, .t_lag = t};
+  memset(self->r, 0, sizeof(double) * (size_t)self->n);
+  for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
+    const flesh_effect *effect = flesh_system_effect(self->system, k);
+    int kind = is(effect, "inertia") ? 0 : is(effect, "elasticity") ? ELASTIC : OTHER;
+    if (!effect->operations->residual || !(kind & kinds)) continue;
+    int status = effect->operations->residual(effect, &point, self->r);
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
+
+static double largest(int n, const double *r)
+{
+  double worst = 0;
+  for (int d = 0; d < n; d++) worst = fmax(worst, fabs(r[d]));
+  return worst;
+}
+
+/* The force that strains the average edge by its own length: the mean size of what elasticity does
+ * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed tells
+ * whether there is force without displacement. */
+static double force_scale(flesh_untangler *self, int *stressed)
+{
+  const double part = 1e-6, *X = flesh_mesh_positions(self->mesh);
+  unsigned long long random = 1;
+  double sum = 0;
+  *stressed = 1;
+  if (forces(self, 0, X, ELASTIC)) return 0;
+  memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
+  for (int d = 0; d < self->n; d++) {
+    random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
+    self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
+  }
+  if (forces(self, 0, self->a, ELASTIC)) return 0;
+  for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
+  double force = sum / self->n / part;
+  *stressed = largest(self->n, self->saved) > 1e-6 * force;
+  return force;
+}
+
+int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler)
 {
   flesh_untangler *self = calloc(1, sizeof *self);
   *untangler = self;
@@ -36,16 +94,20 @@ int flesh_untangler_create(const flesh_system *system, double stiffness, flesh_u
   self->system = system;
   self->mesh = flesh_system_mesh(system);
   self->n = flesh_system_unknowns(system);
+  self->expected = NAN;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
-    if (!strcmp(flesh_system_effect(system, k)->operations->name, "inertia"))
+    if (is(flesh_system_effect(system, k), "inertia"))
       self->inertia = flesh_system_effect(system, k);
   flesh_mesh_info info;
   flesh_mesh_inspect(self->mesh, &info);
-  self->force = stiffness * info.edge_mean;
-  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved};
+  self->edge = info.edge_mean;
+  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
-  for (int k = 0; k < 4; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
-  if (!failed) return FLESH_OK;
+  for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
+  if (!failed) {
+    self->force = force_scale(self, &self->stressed);
+    return FLESH_OK;
+  }
   flesh_untangler_destroy(untangler);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
 }
@@ -58,6 +120,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   free((*untangler)->a);
   free((*untangler)->r);
   free((*untangler)->saved);
+  free((*untangler)->zero);
   free((*untangler)->fixed);
   free(*untangler);
   *untangler = NULL;
@@ -65,7 +128,14 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
 
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
-  return sizeof *self + (size_t)self->n * (4 * sizeof(double) + 1);
+  return sizeof *self + (size_t)self->n * (5 * sizeof(double) + 1);
+}
+
+void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
+{
+  if (state->t == self->expected) return;
+  self->expected = state->t;
+  self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
 }
 
 /* Whether the body hardly accelerates. */
@@ -83,16 +153,39 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;
-  double worst = 0;
-  for (int d = 0; d < self->n; d++) worst = fmax(worst, fabs(self->r[d]));
-  return worst <= calm_share * self->force;
+  return largest(self->n, self->r) <= calm_share * self->force;
 }
 
-/* Whether a load from outside acts on a node of a tangled tet strongly enough to be what holds it. */
+/* Whether the body would not begin to move if it stood still: what creeps through much damping is
+ * calm, but on its way. Leaves what is fixed in `fixed`. */
+static int is_balanced(flesh_untangler *self, const flesh_state *state)
+{
+  flesh_system_fixed(self->system, state->t, self->fixed);
+  if (forces(self, state->t, state->x, ELASTIC | OTHER)) return 0;
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d] && fabs(self->r[d]) > 2 * calm_share * self->force) return 0;
+  return 1;
+}
+
+/* Whether nothing strains the body: its nodes are held at rest positions if at all, and all loads
+ * together could not hold a tangle. */
+static int is_unloaded(flesh_untangler *self, const flesh_state *state)
+{
+  double sum = 0, largest_offset = 0;
+  const double *X = flesh_mesh_positions(self->mesh);
+  if (forces(self, state->t, state->x, OTHER)) return 0;
+  for (int d = 0; d < self->n; d++) {
+    sum += fabs(self->r[d]);
+    if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
+  }
+  return sum <= held_share * self->force && largest_offset <= 1e-6 * self->edge;
+}
+
+/* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
+ * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a};
-  if (flesh_system_load(self->system, &point, self->r)) return 1;
+  if (forces(self, state->t, state->x, OTHER)) return 1;
   const int *tets = flesh_mesh_tets(self->mesh);
   for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
     for (int a = 0; tangled[t] && a < 4; a++)
@@ -101,26 +194,32 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
   return 0;
 }
 
-/* A body of which most is inverted, or most of the volume gone, has collapsed: its material's doing. */
+/* A body of which most is tangled, or most of the volume gone, although its material rests there or
+ * nothing tells how it lay. */
 static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
 {
-  return tangled > flesh_mesh_tet_count(self->mesh) / 2 ||
-         flesh_mesh_volume(self->mesh, state->x) <
-             0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
+  return self->may_collapse &&
+         (tangled > flesh_mesh_tet_count(self->mesh) / 2 ||
+          flesh_mesh_volume(self->mesh, state->x) <
+              0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh)));
 }
 
-/* Moved nodes take the mean velocity of the body: how fast they would move is not known. */
+/* Moved nodes take the mean velocity of their group: how fast they would move is not known. */
 static void settle_velocities(flesh_untangler *self, flesh_state *state)
 {
-  const uint8_t *moved = flesh_winding_moved(self->winding), *used = flesh_mesh_node_used(self->mesh);
-  double mean[3] = {0};
-  int count = 0;
-  for (int i = 0; i < self->n / 3; i++) {
-    count += used[i];
-    for (int c = 0; c < 3; c++) mean[c] += used[i] * state->v[3 * i + c];
+  const int *moved = flesh_winding_moved(self->winding);
+  int nodes = self->n / 3, groups = 0;
+  for (int i = 0; i < nodes; i++) groups = moved[i] > groups ? moved[i] : groups;
+  for (int g = 1; g <= groups; g++) {
+    double mean[3] = {0};
+    int count = 0;
+    for (int i = 0; i < nodes; i++) {
+      count += moved[i] == g;
+      for (int c = 0; c < 3; c++) mean[c] += (moved[i] == g) * state->v[3 * i + c];
+    }
+    for (int d = 0; d < self->n; d++)
+      if (moved[d / 3] == g) state->v[d] = self->fixed[d] ? 0 : mean[d % 3] / count;
   }
-  for (int d = 0; d < self->n; d++)
-    if (moved[d / 3]) state->v[d] = self->fixed[d] ? 0 : mean[d % 3] / count;
 }
 
 static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
@@ -135,18 +234,23 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   }
   const uint8_t *tangled;
   int count = flesh_winding_find(self->winding, state->x, &tangled);
+  if (!count && !self->may_collapse) {
+    count = flesh_winding_find_crushed(self->winding, state->x, &tangled);
+    if (count && !is_unloaded(self, state)) count = 0;
+  }
   if (!count) {
     self->attempts = 0;
     return 0;
   }
-  if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) || is_held(self, state, tangled))
+  if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) ||
+      !is_balanced(self, state) || is_held(self, state, tangled))
     return 0;
-  flesh_system_fixed(self->system, state->t, self->fixed);
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;
-  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be passed. */
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a};
+  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be
+   * passed. */
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
   double phi, magnitude;
   if (flesh_system_way(self->system, state->t, self->saved, state->t, state->x) < 1 ||
       flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
@@ -163,6 +267,7 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
 int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h,
                                flesh_solve_stats *stats)
 {
+  self->expected = state->t;
   self->calm = is_calm(self, state, h) ? self->calm + 1 : 0;
   if (self->calm < CALM_STEPS) return 0;
   self->calm = 0;
@@ -172,5 +277,6 @@ int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double
 int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state,
                                       flesh_solve_stats *stats)
 {
+  self->expected = state->t;
   return untangle(self, state, stats);
 }

@@ -85,11 +85,13 @@ int flesh_vtu_read(const char *path, int points, int count, const char *const *n
   size_t size, length;
   int status = flesh_file_load(path, &text, &size);
   if (status) return status;
-  static const char mark[] = "<AppendedData encoding=\"raw\">\n_";
+  static const char mark[] = "<AppendedData encoding=\"raw\">\n_", last[] = "</VTKFile>\n";
   const char *at = text, *data = strstr(text, mark); /* the header holds no 0 */
   if (!(length = next_tag(&at, text + size, "VTKFile")) ||
       !attribute(at, length, "byte_order", value) || strcmp(value, byte_order()) || !data)
     status = refuse(path, "this is no .vtu of raw data in this machine's byte order");
+  else if (memcmp(text + size - (sizeof last - 1), last, sizeof last - 1))
+    status = refuse(path, "the file is cut off");
   else if (!(length = next_tag(&at, data, "Piece")) ||
            !attribute(at, length, "NumberOfPoints", value))
     status = refuse(path, "it does not say how many points it has");

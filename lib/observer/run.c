@@ -16,6 +16,7 @@ typedef struct watch {
   double *zeros; /* [3*n] accelerations: energies do not depend on them */
   double *J, *energies, *rest_energies;
   double rest_volume;
+  flesh_costs *costs;
 } watch;
 
 static void watch_close(watch *w)
@@ -63,7 +64,8 @@ static int tell(watch *w, int step, int last, double h, const flesh_state *state
                               .rest_energies = w->rest_energies,
                               .rest_volume = w->rest_volume,
                               .J = w->J};
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros};
+  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
+                             .costs = w->costs};
   int effects = flesh_system_effect_count(w->system);
   int status = flesh_system_energies(w->system, &point, w->energies);
   if (status < 0) return status;
@@ -159,7 +161,8 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                       "%g s in steps of %g s are %.3g steps; at most %d can be taken",
                       options->end - state->t, options->h, (options->end - state->t) / options->h,
                       INT_MAX - 1);
-  watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options};
+  watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options,
+             .costs = flesh_integrator_costs(integrator)};
   int status = options->observer_count ? watch_open(&w) : FLESH_OK;
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check(system, state->t, state->x);

@@ -103,7 +103,8 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
       flesh_key_at(list->children, offsetof(flesh_scene_region, material));
   flesh_objects *objects = &scene->keys.body.regions;
   scene->materials =
-      flesh_arena_take(&scene->arena, ((size_t)objects->count + 1) * sizeof *scene->materials);
+      flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)scene->keys.bodies.count + 1) *
+                                          sizeof *scene->materials);
   if (!scene->materials) return no_memory(scene);
   *base = -1;
   int status = FLESH_OK;
@@ -130,6 +131,14 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
   return status;
 }
 
+static int needs_material(const flesh_scene *scene)
+{
+  const flesh_scene_other *others = scene->keys.bodies.values;
+  int needed = scene->material_count > 0;
+  for (int k = 0; k < scene->keys.bodies.count; k++) needed |= others[k].material.energy >= 0;
+  return needed;
+}
+
 /* Gives every tet its density and material. */
 static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const flesh_node *regions,
                        int base, const int *of_region)
@@ -143,7 +152,9 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
   double *density = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *density);
   int *tet_material = flesh_arena_take(&scene->arena, (size_t)tets * sizeof *tet_material);
   if (!density || !tet_material) return no_memory(scene);
-  for (int t = 0; t < tets; t++) {
+  /* The regions are those of the body's own mesh. */
+  const int own = scene->part_count ? scene->parts[0].tets : tets;
+  for (int t = 0; t < own; t++) {
     tagged wanted = {.tag = mesh_tags[t]};
     tagged *found =
         count ? bsearch(&wanted, tags, (size_t)count, sizeof *tags, compare_tags) : NULL;
@@ -154,7 +165,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
       if (!isnan(entries[found->entry].density)) density[t] = entries[found->entry].density;
       tet_material[t] = of_region[found->entry];
     }
-    if (tet_material[t] < 0 && scene->material_count)
+    if (tet_material[t] < 0 && needs_material(scene))
       return flesh_node_fail(
           body_node,
           "the tets with region tag %d have no material; it must be given for the "
@@ -168,11 +179,14 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
       snprintf(sentence, sizeof sentence, "it must be a region tag of the mesh: %s", existing);
       return bad_tag(regions, &tags[i], sentence);
     }
+  if ((status = flesh_scene_assign_bodies(scene, base, density, tet_material))) return status;
   scene->body = (flesh_body){.mesh = scene->mesh,
                              .density = density,
                              .materials = scene->material_count ? scene->materials : NULL,
                              .tet_material = scene->material_count > 1 ? tet_material : NULL,
-                             .mass = (flesh_mass)scene->keys.body.mass};
+                             .mass = (flesh_mass)scene->keys.body.mass,
+                             .part_count = scene->part_count,
+                             .parts = scene->parts};
   return FLESH_OK;
 }
 

@@ -66,7 +66,7 @@ static int read_tree(flesh_scene *scene, int count, const char *const *overrides
 }
 
 /* What a path names from now on, whatever the working directory becomes. */
-static int make_absolute(flesh_scene *scene, char **path)
+int flesh_scene_make_absolute(flesh_scene *scene, char **path)
 {
   char *whole = realpath(*path, NULL);
   if (!whole) return flesh_fail(FLESH_ERR_FILE, "%s: %s", *path, strerror(errno));
@@ -83,7 +83,7 @@ static int read_mesh(flesh_scene *scene)
       flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
   place = flesh_scene_place(place, body->children, mesh->offset);
   int status = flesh_mesh_read(scene->keys.body.mesh, &scene->mesh);
-  if (!status) status = make_absolute(scene, &scene->keys.body.mesh);
+  if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
                 : FLESH_OK;
 }
@@ -127,6 +127,7 @@ static int read_start(flesh_scene *scene)
   if (!scene->keys.start.state) {
     memcpy(scene->start.x, flesh_mesh_positions(scene->mesh), size);
     for (int i = 0; i < 3 * nodes; i++) scene->start.v[i] = velocity[i % 3];
+    flesh_scene_start_bodies(scene, scene->start.v);
     return FLESH_OK;
   }
   for (int d = 0; d < 3; d++) velocity[d] = NAN; /* not in force */
@@ -136,7 +137,7 @@ static int read_start(flesh_scene *scene)
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
   place = flesh_scene_place(place, start->children, state->offset);
   int status = flesh_state_read(scene->keys.start.state, nodes, &scene->start);
-  if (!status) status = make_absolute(scene, &scene->keys.start.state);
+  if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
                 : FLESH_OK;
 }
@@ -170,7 +171,7 @@ static int check_output(flesh_scene *scene)
                                   "they must be -90 to 90 and 0 to less than 120",
                            output->name, camera->elevation, camera->field_of_view);
   if (!scene->keys.output.skin.surface) return FLESH_OK;
-  int status = make_absolute(scene, &scene->keys.output.skin.surface);
+  int status = flesh_scene_make_absolute(scene, &scene->keys.output.skin.surface);
   return status ? flesh_node_fail_within(status, place, "%s.skin.surface: ", output->name)
                 : FLESH_OK;
 }
@@ -197,6 +198,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   int status = read_keys(scene, count, overrides);
   if (!status) status = check_solver(scene);
   if (!status) status = read_mesh(scene);
+  if (!status) status = flesh_scene_join_bodies(scene);
   if (!status) status = flesh_scene_make_body(scene);
   if (!status) status = flesh_scene_make_system(scene);
   if (!status) status = settle_time(scene);
@@ -237,6 +239,11 @@ void flesh_scene_destroy(flesh_scene **scene)
 
 const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene) { return scene->mesh; }
 const char *flesh_scene_mesh_path(const flesh_scene *scene) { return scene->keys.body.mesh; }
+int flesh_scene_other_count(const flesh_scene *scene) { return scene->keys.bodies.count; }
+const char *flesh_scene_other_mesh_path(const flesh_scene *scene, int index)
+{
+  return ((const flesh_scene_other *)scene->keys.bodies.values)[index].mesh;
+}
 const flesh_body *flesh_scene_body(const flesh_scene *scene) { return &scene->body; }
 const flesh_system *flesh_scene_system(const flesh_scene *scene) { return scene->system; }
 const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene)

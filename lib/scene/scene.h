@@ -11,6 +11,9 @@ struct flesh_scene {
   const flesh_node *root; /* its text with the overrides applied */
   flesh_scene_keys keys;  /* every value in force */
   flesh_mesh *mesh;
+  int part_count; /* bodies; 0: one */
+  flesh_body_part *parts;
+  int *part_nodes; /* [part_count+1] first node of each */
   flesh_material *materials;
   int material_count;
   flesh_body body;
@@ -30,6 +33,15 @@ const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *ke
  * What is not used becomes absent in *keys. */
 int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
                               flesh_material *material);
+/* Reads the meshes of keys.bodies and joins them to the scene's. */
+int flesh_scene_join_bodies(flesh_scene *scene);
+/* Densities and materials of their tets; scene->materials has room for one of each, from
+ * material_count on; `base` is the body's or -1. */
+int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material);
+/* Their velocities at the start, v [3*nodes]. */
+void flesh_scene_start_bodies(const flesh_scene *scene, double *v);
+/* Makes a path absolute. */
+int flesh_scene_make_absolute(flesh_scene *scene, char **path);
 /* Densities and materials of the tets from keys.body; needs the mesh. */
 int flesh_scene_make_body(flesh_scene *scene);
 /* The effects, elasticity included, and the system of them; needs the body. */

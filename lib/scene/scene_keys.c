@@ -120,6 +120,29 @@ static const flesh_key body_table[] = {
      .children = region_table,
      .child_size = sizeof(flesh_scene_region),
      .doc = "other densities and materials for regions of the mesh"},
+    {.name = "name",
+     .type = FLESH_KEY_TEXT,
+     AT(body.name),
+     .default_value = "body",
+     .doc = "for selections, where there are several bodies"},
+    {.name = NULL},
+};
+#undef AT
+
+#define AT(member) .offset = offsetof(flesh_scene_other, member)
+static const flesh_key other_table[] = {
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name), .doc = "for selections; every body has another"},
+    {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .doc = "file, as of body.mesh"},
+    {.name = "translation", .type = FLESH_KEY_VECTOR, AT(translation), .unit = "m",
+     .default_value = "[0, 0, 0]", .doc = "of the mesh, after the rotation"},
+    {.name = "rotation", .type = FLESH_KEY_VECTOR, AT(rotation), .unit = "rad",
+     .default_value = "[0, 0, 0]", .doc = "rotation vector of the mesh about the origin"},
+    {.name = "density", .type = FLESH_KEY_NUMBER, AT(density), .range = FLESH_RANGE_POSITIVE,
+     .unit = "kg/m^3", .default_value = "", .doc = "instead of body.density"},
+    {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",
+     .children = flesh_material_table, .doc = "instead of body.material"},
+    {.name = "velocity", .type = FLESH_KEY_VECTOR, AT(velocity), .unit = "m/s", .default_value = "",
+     .doc = "at the start, instead of start.velocity"},
     {.name = NULL},
 };
 #undef AT
@@ -304,9 +327,9 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),
      .default_value = "true",
-     .doc = "true: once calm, nodes of tets that stay inverted or wound once more around an edge, and are "
-            "held so by no load, are placed anew by their neighbours and the rest shape (counted in "
-            "the results)"},
+     .doc = "true: once calm, nodes of tets that stay inverted, collapsed or wound once more around "
+            "an edge, and are held so by no load, are placed anew by their neighbours and the rest "
+            "shape (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
@@ -418,6 +441,15 @@ const flesh_key flesh_scene_table[] = {
      .offset = offsetof(flesh_scene_keys, body),
      .children = body_table,
      .doc = "the soft body"},
+    {.name = "bodies",
+     .type = FLESH_KEY_OBJECTS,
+     .offset = offsetof(flesh_scene_keys, bodies),
+     .default_value = "",
+     .children = other_table,
+     .child_size = sizeof(flesh_scene_other),
+     .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material "
+            "and a velocity of its own; what acts on the body acts on them as well, unless it is "
+            "for a selection"},
     {.name = "effects",
      .type = FLESH_KEY_EFFECTS,
      .offset = offsetof(flesh_scene_keys, effects),

@@ -16,15 +16,22 @@ typedef struct flesh_scene_region {
   flesh_scene_material material;
 } flesh_scene_region;
 
+typedef struct flesh_scene_other {
+  char *name, *mesh;
+  double translation[3], rotation[3], density, velocity[3];
+  flesh_scene_material material;
+} flesh_scene_other;
+
 typedef struct flesh_scene_keys {
   char *title;
   struct {
-    char *mesh;
+    char *name, *mesh;
     double density;
     int mass; /* flesh_mass */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
   } body;
+  flesh_objects bodies; /* of flesh_scene_other */
   flesh_objects effects; /* of flesh_effect_entry */
   struct {
     int method; /* flesh_method */

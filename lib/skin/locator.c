@@ -131,23 +131,18 @@ static void cross(const double a[3], const double b[3], double c[3])
   c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* Weights of the point in tet `t`; solved once more for what is left, so that they give the point
- * back to rounding in slivers too. */
+/* Weights of the point in tet `t`. */
 static void weigh(const flesh_locator *l, int t, const double point[3], double w[4])
 {
   const int *n = l->tets + 4 * (size_t)t;
   const double *o = l->x + 3 * (size_t)n[0];
-  double e[3][3], inverse[3][3], left[3];
+  double e[3][3], inverse[3][3], p[3];
   for (int i = 0; i < 3; i++)
     for (int d = 0; d < 3; d++) e[i][d] = l->x[3 * (size_t)n[i + 1] + d] - o[d];
   for (int i = 0; i < 3; i++) cross(e[(i + 1) % 3], e[(i + 2) % 3], inverse[i]);
   double volume = dot(e[0], inverse[0]);
-  w[1] = w[2] = w[3] = 0;
-  for (int pass = 0; pass < 2; pass++) {
-    for (int d = 0; d < 3; d++)
-      left[d] = point[d] - o[d] - w[1] * e[0][d] - w[2] * e[1][d] - w[3] * e[2][d];
-    for (int i = 0; i < 3; i++) w[i + 1] += dot(left, inverse[i]) / volume;
-  }
+  for (int d = 0; d < 3; d++) p[d] = point[d] - o[d];
+  for (int i = 0; i < 3; i++) w[i + 1] = dot(p, inverse[i]) / volume;
   w[0] = 1 - w[1] - w[2] - w[3];
 }
 

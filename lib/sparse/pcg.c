@@ -169,7 +169,7 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_pre
   enum { ASK_EVERY = 16 };
   double rz_before = 0, pMp = 0;
   int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
-  result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
+  result->first = result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < last) {
     double square = 0, curvature;

@@ -6,7 +6,7 @@
 
 typedef struct flesh_pcg_result {
   int iterations;
-  double residual; /* weighted 2-norm at the end */
+  double first, residual; /* weighted 2-norms at the start and at the end */
 } flesh_pcg_result;
 
 /* The vectors of a solve and the order of its products. */

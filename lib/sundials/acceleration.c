@@ -15,7 +15,7 @@ static int assemble_mass(flesh_problem *self, double t, const double *x, const d
   self->residual.known = self->potential.known = 0;
   self->stats.assemblies++;
   const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                             .threads = self->threads};
+                             .threads = self->threads, .costs = self->costs};
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 
@@ -48,7 +48,7 @@ int flesh_problem_acceleration(flesh_problem *self, double t, const double *x, c
   int status = assemble_mass(self, t, x, v);
   if (status) return status;
   const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                             .threads = self->threads};
+                             .threads = self->threads, .costs = self->costs};
   self->stats.residuals++;
   status = flesh_system_residual(self->system, &point, r);
   if (status) return status;

@@ -1,10 +1,9 @@
 /* block_sunmatrix.c: the block matrix of KINSOL's problems as a SUNMatrix: a view of the problem's K, and clones with
  * memory of their own. */
-#include <stdlib.h>
-
 #include "base/error.h"
 #include "sparse/block_matrix.h"
 #include "sundials/problem.h"
+#include "sundials/sunmatrix.h"
 #include "sundials/vector.h"
 
 typedef struct content {
@@ -13,12 +12,6 @@ typedef struct content {
 } content;
 
 static int is_view(const content *A) { return A->K == A->problem->K; }
-
-static SUNMatrix_ID matrix_id(SUNMatrix A)
-{
-  (void)A;
-  return SUNMATRIX_CUSTOM;
-}
 
 /* A view that was set to 0 becomes so when its entries are asked for. */
 static content *open_matrix(SUNMatrix matrix)
@@ -84,39 +77,26 @@ static void matrix_destroy(SUNMatrix matrix)
 {
   content *A = matrix->content;
   if (A && !is_view(A)) flesh_block_matrix_destroy(&A->K);
-  free(A);
-  matrix->content = NULL;
-  SUNMatFreeEmpty(matrix);
+  flesh_sunmatrix_discard(&matrix);
 }
 
 static SUNMatrix matrix_clone(SUNMatrix matrix);
 
+static const flesh_sunmatrix_operations operations = {
+    .getid = flesh_sunmatrix_id, .clone = matrix_clone, .destroy = matrix_destroy, .zero = matrix_zero,
+    .copy = matrix_copy, .scaleadd = matrix_scale_add, .scaleaddi = matrix_scale_add_identity,
+    .matvec = matrix_times, .space = matrix_space};
+
 /* K NULL: memory of its own. */
 static int make(flesh_problem *problem, flesh_block_matrix *K, SUNContext context, SUNMatrix *matrix)
 {
-  content *A = calloc(1, sizeof *A);
-  *matrix = SUNMatNewEmpty(context);
-  int status = A && *matrix ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
-  if (!status) *A = (content){problem, K};
-  if (!status && !K) status = flesh_system_matrix_create(problem->system, &A->K);
-  if (status) {
-    free(A);
-    if (*matrix) SUNMatFreeEmpty(*matrix);
-    *matrix = NULL;
-    return status;
-  }
-  SUNMatrix_Ops ops = (*matrix)->ops;
-  ops->getid = matrix_id;
-  ops->clone = matrix_clone;
-  ops->destroy = matrix_destroy;
-  ops->zero = matrix_zero;
-  ops->copy = matrix_copy;
-  ops->scaleadd = matrix_scale_add;
-  ops->scaleaddi = matrix_scale_add_identity;
-  ops->matvec = matrix_times;
-  ops->space = matrix_space;
-  (*matrix)->content = A;
-  return FLESH_OK;
+  int status = flesh_sunmatrix_make(&operations, sizeof(content), context, matrix);
+  if (status) return status;
+  content *A = (*matrix)->content;
+  *A = (content){problem, K};
+  if (!K) status = flesh_system_matrix_create(problem->system, &A->K);
+  if (status) flesh_sunmatrix_discard(matrix);
+  return status;
 }
 
 static SUNMatrix matrix_clone(SUNMatrix matrix)

@@ -88,7 +88,8 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (isnan(self->first_potential)) self->first_potential = start;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
   const double way = flesh_problem_way(self, u, self->step);
-  for (double scale = way < 1 ? flesh_way_kept * way : 1; scale > 1e-14;) {
+  const double full = way < 1 ? flesh_way_kept * way : 1;
+  for (double scale = full; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
     status = flesh_problem_potential(self, self->step, &value, &ignored);
@@ -105,7 +106,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
         rounding = 4 * fmax(rise, last_rise);
         last_rise = 0;
-        scale = 1;
+        scale = full;
         continue;
       }
       last_rise = rise;

@@ -132,7 +132,7 @@ flesh_point flesh_ida_point(flesh_ida_problem *self, double t, const double *y, 
       self->a[d] = self->a_prescribed[d];
     }
   return (flesh_point){.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                       .threads = self->threads};
+                       .threads = self->threads, .costs = self->costs};
 }
 
 void flesh_ida_accept(flesh_ida_problem *self, double t, const double *x)

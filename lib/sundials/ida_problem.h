@@ -50,6 +50,7 @@ struct flesh_ida_problem {
   int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
+  flesh_costs *costs; /* borrowed; NULL: nobody counts */
 };
 
 /* The point of (t, y, y'), which lies in x, v, a; without y' the free dofs' a are 0. */

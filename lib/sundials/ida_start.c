@@ -108,7 +108,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
 {
   double *r = self->right, *correction = self->change;
   for (int d = 0; d < self->n; d++) a[d] = self->fixed[d] ? self->a_prescribed[d] : 0;
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a};
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = self->costs};
   self->stats.residuals++;
   int status = flesh_system_residual(self->system, &point, r);
   if (status) return status;
@@ -143,7 +143,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   memmove(x, state->x, bytes);
   memmove(v, state->v, bytes);
   memset(a, 0, bytes);
-  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a};
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = a, .costs = self->costs};
   int status = assemble_mass(self, &point);
   if (status) return status;
   memcpy(self->K->values, self->D->values, (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double));

@@ -7,6 +7,9 @@
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
 
+/* Iterations that a preconditioner made for an earlier iterate may take before a new one is made. */
+enum { PATIENCE = 150 };
+
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_problem *problem;
@@ -27,11 +30,18 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
   return 0;
 }
 
+/* A preconditioner made for an earlier iterate of the stage serves as long as it is nearly as good as it was. */
+static int prepare(flesh_problem *problem)
+{
+  if (problem->preconditioner && problem->pace_new > 0 && problem->pace < 1.3 * problem->pace_new) return FLESH_OK;
+  return flesh_problem_factor(problem);
+}
+
 static int solver_setup(SUNLinearSolver S, SUNMatrix A)
 {
   (void)A;
   solver *self = S->content;
-  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : flesh_problem_factor(self->problem);
+  int status = self->problem->zeroed ? FLESH_NOT_POSITIVE : prepare(self->problem);
   /* A direct solver that meets an indefinite matrix is given the projected one in the solve. */
   if (status == FLESH_NOT_POSITIVE && self->problem->options.projection == FLESH_PROJECTION_DEMAND)
     status = FLESH_OK, self->problem->projected = -1;
@@ -46,18 +56,17 @@ static int asked_to_stop(void *data)
   return problem->stopped;
 }
 
-/* K p = b by the method of the options; b is not touched. */
-static int solve_linear(solver *self, const double *b, double tolerance, double *p)
+/* K p = b by at most `limit` iterations. Where negative curvature is to be followed and is met, p goes downhill along
+ * it and counts as solved. */
+static int conjugate_gradients(solver *self, int limit, const double *b, double tolerance, double *p)
 {
   flesh_problem *problem = self->problem;
-  problem->beyond = 0;
-  if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
   flesh_pcg_result result;
   /* Five directions are enough to get on; more make a Newton iteration dearer, not fewer. */
   const flesh_pcg_guide guide = {problem->follow && !problem->projected ? 5 : 0, asked_to_stop, problem};
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance,
-                                problem->options.max_linear, b, p, &result);
+  int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance, limit,
+                                b, p, &result);
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;
   problem->stats.linear += result.iterations;
@@ -65,8 +74,26 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
     problem->beyond = 1;
     return FLESH_OK;
   }
+  if (result.iterations == 0) return status;
+  problem->pace = result.iterations / fmax(log10(result.first / result.residual), 0.1);
+  if (problem->pace_new == 0) problem->pace_new = problem->pace;
+  return status;
+}
+
+/* K p = b by the method of the options; b is not touched. */
+static int solve_linear(solver *self, const double *b, double tolerance, double *p)
+{
+  flesh_problem *problem = self->problem;
+  problem->beyond = 0;
+  if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
+  const int limit = problem->options.max_linear, used = problem->pace_new > 0, before = self->report.iterations;
+  int status = conjugate_gradients(self, used && limit > PATIENCE ? PATIENCE : limit, b, tolerance, p);
+  if (status == FLESH_NOT_CONVERGED && used && limit > PATIENCE) {
+    status = flesh_problem_factor(problem);
+    if (!status) status = conjugate_gradients(self, limit, b, tolerance, p);
+  }
   /* A truncated solve still descends. */
-  return status == FLESH_NOT_CONVERGED && result.iterations > 0 ? FLESH_OK : status;
+  return status == FLESH_NOT_CONVERGED && self->report.iterations > before ? FLESH_OK : status;
 }
 
 /* The step from the matrix as it is, scaled by the guard where there is one. `r` = -b. */

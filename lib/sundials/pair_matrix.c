@@ -1,22 +1,14 @@
 /* pair_matrix.c: the operations of SUNMatrix on matrices of y = (x, v). */
 #include "sundials/pair_matrix.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 #include "base/error.h"
 #include "sparse/block_matrix.h"
+#include "sundials/sunmatrix.h"
 #include "sundials/vector.h"
 
 static int dofs(const flesh_pair_matrix *A) { return A->ida ? A->ida->n : A->rhs->n; }
 
 static const uint8_t *fixed_of(const flesh_pair_matrix *A) { return A->ida ? A->ida->fixed : A->rhs->motion->fixed; }
-
-static SUNMatrix_ID matrix_id(SUNMatrix A)
-{
-  (void)A;
-  return SUNMATRIX_CUSTOM;
-}
 
 /* What a view shows, with K by itself. */
 static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
@@ -151,45 +143,34 @@ static void matrix_destroy(SUNMatrix matrix)
     flesh_block_matrix_destroy(&A->K);
     flesh_block_matrix_destroy(&A->D);
   }
-  free(A);
-  matrix->content = NULL;
-  SUNMatFreeEmpty(matrix);
+  flesh_sunmatrix_discard(&matrix);
 }
 
-static SUNMatrix matrix_clone(SUNMatrix);
+static SUNMatrix matrix_clone(SUNMatrix matrix);
+
+static const flesh_sunmatrix_operations operations = {
+    .getid = flesh_sunmatrix_id, .clone = matrix_clone, .destroy = matrix_destroy, .zero = matrix_zero,
+    .copy = matrix_copy, .scaleadd = matrix_scale_add, .scaleaddi = matrix_scale_add_identity,
+    .matvec = matrix_times, .space = matrix_space};
 
 static int make(flesh_ida_problem *ida, flesh_rhs_problem *rhs, int view, SUNContext context, SUNMatrix *matrix)
 {
-  SUNMatrix_Ops ops;
-  flesh_pair_matrix *A = calloc(1, sizeof *A);
-  *matrix = SUNMatNewEmpty(context);
-  int status = A && *matrix ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a SUNMatrix");
+  int status = flesh_sunmatrix_make(&operations, sizeof(flesh_pair_matrix), context, matrix);
+  if (status) return status;
   const flesh_system *system = ida ? ida->system : rhs->motion->system;
-  if (!status) {
-    *A = (flesh_pair_matrix){.ida = ida, .rhs = rhs, .view = view};
-    if (view) A->K = ida->K, A->D = ida->D;
-    else status = flesh_system_matrix_create(system, &A->K);
+  flesh_pair_matrix *A = (*matrix)->content;
+  *A = (flesh_pair_matrix){.ida = ida, .rhs = rhs, .view = view};
+  if (view) {
+    A->K = ida->K, A->D = ida->D;
+    return FLESH_OK;
   }
-  if (!status && !view) status = flesh_system_matrix_create(system, &A->D);
+  status = flesh_system_matrix_create(system, &A->K);
+  if (!status) status = flesh_system_matrix_create(system, &A->D);
   if (status) {
-    if (A) flesh_block_matrix_destroy(&A->K);
-    free(A);
-    if (*matrix) SUNMatFreeEmpty(*matrix);
+    matrix_destroy(*matrix);
     *matrix = NULL;
-    return status;
   }
-  ops = (*matrix)->ops;
-  ops->getid = matrix_id;
-  ops->clone = matrix_clone;
-  ops->destroy = matrix_destroy;
-  ops->zero = matrix_zero;
-  ops->copy = matrix_copy;
-  ops->scaleadd = matrix_scale_add;
-  ops->scaleaddi = matrix_scale_add_identity;
-  ops->matvec = matrix_times;
-  ops->space = matrix_space;
-  (*matrix)->content = A;
-  return FLESH_OK;
+  return status;
 }
 
 static SUNMatrix matrix_clone(SUNMatrix matrix)

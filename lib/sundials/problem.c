@@ -133,7 +133,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
-  self->previous_norm = 0;
+  self->previous_norm = self->pace_new = 0;
   self->at_rounding = self->refused = self->stopped = self->follow = 0;
   self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
@@ -169,7 +169,7 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   else
     for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads, .costs = self->costs};
 }
 
 int flesh_problem_reaches(flesh_problem *self, const double *u)
@@ -278,6 +278,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 
 int flesh_problem_factor(flesh_problem *self)
 {
+  self->pace_new = 0;
   return self->direct ? flesh_direct_factor(self->direct, self->K)
                       : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }

@@ -42,6 +42,8 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
+  /* PCG's iterations per tenfold reduction, with the preconditioner as it was when new and last; 0: not known. */
+  double pace_new, pace;
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   int beyond;            /* PCG's last step went downhill along negative curvature */
   int follow;            /* negative curvature is to be followed, not projected away */
@@ -54,6 +56,7 @@ struct flesh_problem {
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
   flesh_solve_stats stats;
+  flesh_costs *costs;    /* borrowed; NULL: nobody counts */
 };
 
 /* r(u) [n], constraint rows included; status > 0 when it has no value. */

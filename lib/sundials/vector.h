@@ -9,6 +9,10 @@
  * or length. */
 double *flesh_vector_data(N_Vector v, sunindextype n);
 
+/* Gives a serial vector, and those cloned from it, operations that use the machine's vector units: SUNDIALS' own are
+ * often built without. */
+void flesh_vector_quicken(N_Vector v);
+
 /* A problem's first member points to itself, and that of a user's own struct to the problem: so either tells where the
  * problem is. */
 static inline void *flesh_first_member(const void *user_data)

@@ -14,7 +14,7 @@
 const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 1, .v = 60, .a = 3600}};
 
 enum { DIRECTIONS = 2, POWER_STEPS = 80 };
-static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5};
+static const double step_lengths[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 enum { STEP_LENGTHS = sizeof step_lengths / sizeof step_lengths[0] };
 
 /* f'(0) is the sum of weight * f(offset * s) / s. */
@@ -96,7 +96,7 @@ static double difference_ratio(double error, double scale, double terms, double 
 
 static int check_potential(check *c, const flesh_shift *shift, double *worst)
 {
-  int status = residual_at(c, shift, 0, c->r);
+  int status = residual_at(c, shift, 0, c->r), last = FLESH_OK;
   if (status) return status;
   double expected = dot(c, c->r, c->du), scale = dot_absolute(c, c->r, c->du), best = INFINITY;
   for (int l = 0; l < STEP_LENGTHS; l++) {
@@ -108,9 +108,13 @@ static int check_potential(check *c, const flesh_shift *shift, double *worst)
       slope += weights[k] * phi / s;
       terms = fmax(terms, magnitude);
     }
-    if (status) return status;
+    if (status < 0) return status;
+    last = status;
+    status = FLESH_OK;
+    if (last) continue; /* a shorter step may stay where there is a value: near an obstacle */
     best = fmin(best, difference_ratio(fabs(slope - expected), scale, terms, s));
   }
+  if (last && best == INFINITY) return last;
   *worst = fmax(*worst, best);
   return FLESH_OK;
 }
@@ -127,19 +131,24 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
 {
   flesh_block_multiply(&c->K, c->du, c->Kdu);
   double scale = sqrt(dot(c, c->Kdu, c->Kdu)), best = INFINITY;
+  int last = FLESH_OK;
   for (int l = 0; l < STEP_LENGTHS; l++) {
     double s = step_lengths[l], error = 0, terms = 0;
     memset(c->dr, 0, c->unknowns * sizeof *c->dr);
+    last = FLESH_OK;
     for (int k = 0; k < 4; k++) {
-      int status = residual_at(c, shift, offsets[k] * s, c->r);
-      if (status) return status;
+      last = residual_at(c, shift, offsets[k] * s, c->r);
+      if (last) break;
       for (size_t d = 0; d < c->unknowns; d++) c->dr[d] += weights[k] * c->r[d] / s;
       terms = fmax(terms, sqrt(dot(c, c->r, c->r)));
     }
+    if (last < 0) return last;
+    if (last) continue; /* as above */
     for (size_t d = 0; d < c->unknowns; d++)
       error += (c->dr[d] - c->Kdu[d]) * (c->dr[d] - c->Kdu[d]);
     best = fmin(best, difference_ratio(sqrt(error), scale, terms, s));
   }
+  if (last && best == INFINITY) return last;
   *worst = fmax(*worst, best);
   return FLESH_OK;
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
@@ -204,6 +205,19 @@ int flesh_system_has_effect(const flesh_system *system, const char *name)
   return 0;
 }
 
+size_t flesh_system_effect_memory(const flesh_system *system, int index)
+{
+  const entry *e = &system->entries[index];
+  const flesh_cells *cells = cells_of(e->effect);
+  if (!e->effect->operations->memory) return 0;
+  size_t bytes = e->effect->operations->memory(e->effect);
+  if (e->owns_slots) {
+    size_t pairs = (size_t)cells->nodes_per_cell * (size_t)(cells->nodes_per_cell + 1) / 2;
+    bytes += (size_t)cells->count * pairs * sizeof *e->slots;
+  }
+  return bytes + sizeof *e + sizeof *e->effect;
+}
+
 int flesh_system_follows(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
@@ -241,6 +255,26 @@ static flesh_point with_lag(const flesh_point *point)
   return full;
 }
 
+static double processor_time(const flesh_costs *costs)
+{
+  struct timespec now;
+  if (!costs || !costs->timed) return 0;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+typedef enum call { CALL_RESIDUAL, CALL_JACOBIAN, CALL_POTENTIAL, CALL_ENERGY } call;
+
+/* A call of effect k that began at `start`. */
+static void count(flesh_costs *costs, int k, call what, double start)
+{
+  if (!costs) return;
+  flesh_effect_cost *cost = &costs->effects[k];
+  long *calls[] = {&cost->residuals, &cost->jacobians, &cost->potentials, &cost->energies};
+  ++*calls[what];
+  if (costs->timed) cost->cpu_s += processor_time(costs) - start;
+}
+
 static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
                          double *r)
 {
@@ -249,7 +283,9 @@ static int sum_residuals(const flesh_system *system, const flesh_point *point, i
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
+    const double start = processor_time(full.costs);
     int status = effect->operations->residual(effect, &full, r);
+    count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return status;
   }
   return FLESH_OK;
@@ -285,7 +321,9 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   for (int k = 0; k < system->entry_count; k++) {
     const entry *e = &system->entries[k];
     if (!e->effect->operations->jacobian) continue;
+    const double start = processor_time(full.costs);
     int status = e->effect->operations->jacobian(e->effect, &full, shift, K, e->slots);
+    count(full.costs, k, CALL_JACOBIAN, start);
     if (status) return status;
   }
   return FLESH_OK;
@@ -299,7 +337,9 @@ int flesh_system_potential(const flesh_system *system, const flesh_point *point,
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->potential) continue;
+    const double start = processor_time(full.costs);
     int status = effect->operations->potential(effect, &full, shift, phi, magnitude);
+    count(full.costs, k, CALL_POTENTIAL, start);
     if (status) return status;
   }
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
@@ -312,7 +352,9 @@ int flesh_system_energies(const flesh_system *system, const flesh_point *point, 
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
+    const double start = processor_time(full.costs);
     int status = effect->operations->energy(effect, &full, &energies[k]);
+    count(full.costs, k, CALL_ENERGY, start);
     if (status) return status;
   }
   return FLESH_OK;
@@ -330,6 +372,18 @@ double flesh_system_way(const flesh_system *system, double t_from, const double 
       way = fmin(way, effect->operations->way(effect, t_from, x_from, t_to, x_to));
   }
   return way;
+}
+
+int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
+                        double t_to, const double *x_to)
+{
+  int passed = 0;
+  for (int k = 0; system->bars && k < system->entry_count && !passed; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (effect->operations->passed)
+      passed = effect->operations->passed(effect, t_from, x_from, t_to, x_to);
+  }
+  return passed;
 }
 
 void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,

@@ -1,0 +1,140 @@
+/* bodies.c: the bodies beside the first: their meshes, put in their places, become parts of one mesh. */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/motion.h"
+#include "scene/keys.h"
+#include "scene/scene.h"
+
+static int no_memory(const flesh_scene *scene)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
+}
+
+/* The key `bodies`, its list and where entry k's key at `offset` stands. */
+static const flesh_key *list_key(void)
+{
+  return flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, bodies));
+}
+
+static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset)
+{
+  const flesh_node *list = flesh_scene_place(scene->root, flesh_scene_table, list_key()->offset);
+  return flesh_scene_place(flesh_node_item(list, k), list_key()->children, offset);
+}
+
+/* A mesh being joined of several. */
+typedef struct join {
+  double *X;
+  int *tets, *regions;
+  int nodes, tet_count;
+} join;
+
+static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
+{
+  int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  double *X = realloc(j->X, 3 * ((size_t)j->nodes + (size_t)nodes) * sizeof *X);
+  if (X) j->X = X;
+  int *numbers = realloc(j->tets, 4 * ((size_t)j->tet_count + (size_t)tets) * sizeof *numbers);
+  if (numbers) j->tets = numbers;
+  int *regions = realloc(j->regions, ((size_t)j->tet_count + (size_t)tets) * sizeof *regions);
+  if (regions) j->regions = regions;
+  if (!X || !numbers || !regions) return 1;
+  flesh_keyframe place = {0};
+  for (int c = 0; other && c < 3; c++) {
+    place.translation[c] = other->translation[c];
+    place.rotation[c] = other->rotation[c];
+  }
+  const flesh_motion motion = {1, &place, {0}, 0};
+  for (int i = 0; i < nodes; i++)
+    flesh_motion_apply(&motion, 0, flesh_mesh_positions(mesh) + 3 * (size_t)i,
+                       X + 3 * ((size_t)j->nodes + (size_t)i));
+  for (size_t k = 0; k < 4 * (size_t)tets; k++)
+    numbers[4 * (size_t)j->tet_count + k] = flesh_mesh_tets(mesh)[k] + j->nodes;
+  memcpy(regions + j->tet_count, flesh_mesh_regions(mesh), (size_t)tets * sizeof *regions);
+  j->nodes += nodes;
+  j->tet_count += tets;
+  return 0;
+}
+
+static int append_other(flesh_scene *scene, int k, join *j)
+{
+  flesh_scene_other *other = (flesh_scene_other *)scene->keys.bodies.values + k;
+  const flesh_node *place = place_of(scene, k, offsetof(flesh_scene_other, mesh));
+  flesh_mesh *mesh = NULL;
+  for (int p = 0; p <= k; p++)
+    if (!strcmp(scene->parts[p].name, other->name))
+      return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, name)),
+                             "%s[%d].name is '%s'; another body has that name already", list_key()->name, k,
+                             other->name);
+  int status = flesh_mesh_read(other->mesh, &mesh);
+  if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
+  if (status) return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
+  status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
+  scene->part_nodes[k + 2] = j->nodes;
+  flesh_mesh_destroy(&mesh);
+  return status;
+}
+
+int flesh_scene_join_bodies(flesh_scene *scene)
+{
+  const int count = scene->keys.bodies.count;
+  if (!count) return FLESH_OK;
+  join j = {0};
+  flesh_mesh *joined = NULL;
+  scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
+  scene->part_nodes = flesh_arena_take(&scene->arena, ((size_t)count + 2) * sizeof *scene->part_nodes);
+  if (!scene->parts || !scene->part_nodes) return no_memory(scene);
+  scene->part_count = count + 1;
+  scene->parts[0] = (flesh_body_part){scene->keys.body.name, 0, flesh_mesh_tet_count(scene->mesh)};
+  int status = append(&j, scene->mesh, NULL) ? no_memory(scene) : FLESH_OK;
+  scene->part_nodes[0] = 0;
+  scene->part_nodes[1] = j.nodes;
+  for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
+  if (!status) status = flesh_mesh_create(j.nodes, j.X, j.tet_count, j.tets, j.regions, &joined);
+  free(j.X);
+  free(j.tets);
+  free(j.regions);
+  if (status) return status;
+  flesh_mesh_destroy(&scene->mesh);
+  scene->mesh = joined;
+  return FLESH_OK;
+}
+
+int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material)
+{
+  flesh_scene_other *others = scene->keys.bodies.values;
+  for (int k = 0; k < scene->keys.bodies.count; k++) {
+    int material = base;
+    if (others[k].material.energy >= 0) {
+      material = scene->material_count++;
+      char *path = flesh_arena_print(&scene->arena, "%s[%d].material", list_key()->name, k);
+      if (!path) return no_memory(scene);
+      int status = flesh_scene_make_material(place_of(scene, k, offsetof(flesh_scene_other, material)), path,
+                                             &others[k].material, &scene->materials[material]);
+      if (status) return status;
+    }
+    if (material < 0 && scene->material_count)
+      return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, material)),
+                             "%s[%d].material is missing; it must be given where body.material is not, or for no "
+                             "body at all", list_key()->name, k);
+    const flesh_body_part *part = &scene->parts[k + 1];
+    for (int t = part->first_tet; t < part->first_tet + part->tets; t++) {
+      density[t] = isnan(others[k].density) ? scene->keys.body.density : others[k].density;
+      tet_material[t] = material;
+    }
+  }
+  return FLESH_OK;
+}
+
+void flesh_scene_start_bodies(const flesh_scene *scene, double *v)
+{
+  const flesh_scene_other *others = scene->keys.bodies.values;
+  for (int k = 0; k < scene->keys.bodies.count; k++)
+    for (int i = scene->part_nodes[k + 1]; !isnan(others[k].velocity[0]) && i < scene->part_nodes[k + 2]; i++)
+      for (int c = 0; c < 3; c++) v[3 * i + c] = others[k].velocity[c];
+}

@@ -1,0 +1,183 @@
+/* test_costs.c: what effects cost is counted by whoever evaluates them, and effects that are not there cost nothing:
+ * no allocation, no entry of the pattern, no call, no column. */
+#include <stdlib.h>
+
+#include "body.h"
+#include "effect/registry.h"
+#include "flesh/observer.h"
+#include "test.h"
+
+/* Counts what is asked of malloc; a sanitizer has its own, which is left alone. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#endif
+
+static size_t requests, requested;
+#if defined(__GLIBC__) && !defined(SANITIZED)
+enum { COUNTS_MEMORY = 1 };
+extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t);
+void *malloc(size_t size)
+{
+  requests++;
+  requested += size;
+  return __libc_malloc(size);
+}
+void *calloc(size_t count, size_t size)
+{
+  requests++;
+  requested += count * size;
+  return __libc_calloc(count, size);
+}
+#else
+enum { COUNTS_MEMORY = 0 };
+#endif
+
+static flesh_material soft(void)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
+  return material;
+}
+
+static void make(test_body *b)
+{
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+}
+
+static flesh_integrator *integrator_of(const test_body *b, flesh_method method)
+{
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
+  return integrator;
+}
+
+static void calls_are_counted_by_the_caller(void)
+{
+  test_body b;
+  make(&b);
+  CHECK_OK(flesh_system_finish(b.system));
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_ADAPTIVE};
+  for (int m = 0; m < 2; m++) {
+    flesh_integrator *one = integrator_of(&b, methods[m]), *idle = integrator_of(&b, methods[m]);
+    const flesh_costs *costs = flesh_integrator_costs(one);
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(one, &b.state, 0.01, &stats));
+    printf("# %ld residuals in the statistics, %ld counted\n", (long)stats.residuals, costs->effects[0].residuals);
+    for (int e = 0; e < 3; e++) {
+      CHECK(costs->effects[e].residuals >= stats.residuals && stats.residuals > 0);
+      CHECK(costs->effects[e].cpu_s == 0 && costs->effects[e].energies == 0);
+      CHECK(flesh_integrator_costs(idle)->effects[e].residuals == 0);
+    }
+    /* Inertia and elasticity have Jacobians, gravity none. */
+    CHECK(costs->effects[0].jacobians >= stats.assemblies && costs->effects[1].jacobians >= stats.assemblies);
+    CHECK(costs->effects[2].jacobians == 0 && stats.assemblies > 0);
+    flesh_integrator_costs(one)->timed = 1;
+    CHECK_OK(flesh_integrator_step(one, &b.state, 0.01, NULL));
+    for (int e = 0; e < 3; e++) CHECK(costs->effects[e].cpu_s > 0);
+    flesh_integrator_destroy(&one);
+    flesh_integrator_destroy(&idle);
+  }
+  test_body_destroy(&b);
+}
+
+static void memory_is_what_was_allocated(void)
+{
+  test_body b;
+  make(&b);
+  flesh_effect *effect = NULL;
+  const size_t before = requested;
+  CHECK_OK(flesh_effect_damping(&b.body, 1, 1, FLESH_STIFFNESS_CURRENT, &effect));
+  const size_t taken = requested - before, told = effect->operations->memory(effect);
+  printf("# damping tells %zu bytes and took %zu\n", told, taken);
+  if (COUNTS_MEMORY) CHECK(told <= taken && (double)(taken - told) < 0.02 * (double)taken);
+  flesh_effect_destroy(&effect);
+  test_body_destroy(&b);
+}
+
+/* The pattern's blocks and the requests for memory, with their bytes, of a system and an integrator with a step behind
+ * it; `damped`: with two more effects, along edges that are there anyway. */
+static void measure(int damped, int *blocks, size_t memory[2], int *effects, int *columns)
+{
+  test_body b;
+  flesh_history *history = NULL;
+  const size_t before[2] = {requests, requested};
+  make(&b);
+  flesh_effect *effect = NULL;
+  if (damped) {
+    CHECK_OK(flesh_effect_damping(&b.body, 1, 0.01, FLESH_STIFFNESS_REST, &effect));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+    const flesh_keyframe key = {.translation = {2, 1, 1}};
+    CHECK_OK(flesh_effect_drag(&b.body, (double[]){1.9, 0.9, 0.9}, 10, &(flesh_motion){1, &key, {0}, 0}, 0, 1, &effect));
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  }
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_block_matrix *K = NULL;
+  CHECK_OK(flesh_system_matrix_create(b.system, &K));
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_BACKWARD_EULER);
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+  memory[0] = requests - before[0];
+  memory[1] = requested - before[1];
+  *blocks = K->row_start[K->rows];
+  *effects = flesh_system_effect_count(b.system);
+  CHECK_OK(flesh_history_create("test_costs_history.csv", b.system, &history));
+  CHECK_OK(flesh_history_close(&history));
+  FILE *stream = fopen("test_costs_history.csv", "r");
+  char line[1000] = "";
+  CHECK(stream && fgets(line, sizeof line, stream));
+  if (stream) fclose(stream);
+  remove("test_costs_history.csv");
+  *columns = 0;
+  for (char *c = line; (c = strstr(c, "energy_")); c++) ++*columns;
+  if (!damped)
+    CHECK(strstr(line, "energy_inertia,") && strstr(line, "energy_elasticity,") && strstr(line, "energy_gravity,"));
+  CHECK(!strstr(line, "damping") && !strstr(line, "contact"));
+  flesh_block_matrix_destroy(&K);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+static void absent_effects_cost_nothing(void)
+{
+  int rows, blocks[3], effects[3], columns[3];
+  size_t memory[3][2];
+  measure(0, &blocks[0], memory[0], &effects[0], &columns[0]); /* what the library allocates once */
+  measure(0, &blocks[0], memory[0], &effects[0], &columns[0]);
+  flesh_effect_registry(&rows); /* all there could be */
+  measure(0, &blocks[1], memory[1], &effects[1], &columns[1]);
+  measure(1, &blocks[2], memory[2], &effects[2], &columns[2]);
+  printf("# %d of %d effects: %d blocks, %zu requests for %zu bytes, %d columns; with two more %d blocks, %zu for %zu bytes, %d columns\n",
+         effects[0], rows, blocks[0], memory[0][0], memory[0][1], columns[0], blocks[2], memory[2][0], memory[2][1], columns[2]);
+  CHECK(rows > 10 && effects[0] == 3 && effects[2] == 5);
+  CHECK(blocks[0] == blocks[1] && memory[0][0] == memory[1][0] && memory[0][1] == memory[1][1] && columns[0] == columns[1]);
+  CHECK(columns[0] == 4 && columns[2] == 5); /* with the total; damping has no energy */
+  CHECK(blocks[2] == blocks[0] && (memory[2][0] > memory[0][0] || !COUNTS_MEMORY));
+  /* The pattern is that of the tets and no more: one block per node and edge. */
+  test_body b;
+  make(&b);
+  const int *tets = flesh_mesh_tets(b.mesh), nodes = b.n / 3;
+  char *joined = calloc((size_t)nodes * nodes, 1);
+  int expected = nodes;
+  for (int e = 0; e < flesh_mesh_tet_count(b.mesh); e++)
+    for (int i = 0; i < 4; i++)
+      for (int j = 0; j < 4; j++) joined[tets[4 * e + i] * nodes + tets[4 * e + j]] = 1;
+  for (int i = 0; i < nodes; i++)
+    for (int j = i + 1; j < nodes; j++) expected += joined[i * nodes + j];
+  CHECK(blocks[0] == expected);
+  free(joined);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(memory_is_what_was_allocated),
+                   TEST(absent_effects_cost_nothing));
+}
