@@ -226,7 +226,7 @@ static const flesh_effect_row rows[] = {
      "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
      "contact_nodes and contact_force.",
      flesh_contact_keys, sizeof(flesh_contact_parameters),
-     "{sphere: {centre: [0.4, 0.5, -1.3], radius: 0.7}, thickness: 2, stiffness: 1e5}", flesh_contact_add, 0},
+     "{plane: {point: [0, 0, -1], normal: [0.2, 0.1, 1]}, thickness: 4, stiffness: 1e5}", flesh_contact_add, 0},
 };
 
 const flesh_effect_row *flesh_effect_registry(int *count)

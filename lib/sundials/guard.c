@@ -117,7 +117,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
                          start - value > 1.2 * foretold && is_local(self->n, r);
         if (fell_short) lengthen(self, u, p, start, slope, &scale, &value);
         self->follow = choose_follow(self, fell_short, scale);
-        for (int d = 0; d < self->n; d++) p[d] *= scale;
+        for (int d = 0; d < self->n && scale != 1; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);
         return FLESH_OK;

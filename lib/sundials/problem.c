@@ -152,22 +152,30 @@ void flesh_problem_start(const flesh_problem *self, double *u)
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->stats; }
 
+/* y = base + shift u; without a base, 0. */
+static void go(int n, const double *base, double shift, const double *u, double *y)
+{
+  if (base)
+    for (int d = 0; d < n; d++) y[d] = base[d] + shift * u[d];
+  else
+    for (int d = 0; d < n; d++) y[d] = shift * u[d];
+}
+
 /* The point of u with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
  * not depend on those of u, so that a matrix without their columns is the exact Jacobian from any start. */
 static flesh_point point_at(flesh_problem *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  const uint8_t *fixed = self->fixed;
-  const double *held = self->u_fixed;
-  for (int d = 0; d < self->n; d++) self->x[d] = s->x0[d] + s->shift.x * (fixed[d] ? held[d] : u[d]);
-  if (s->v0)
-    for (int d = 0; d < self->n; d++) self->v[d] = s->v0[d] + s->shift.v * (fixed[d] ? held[d] : u[d]);
-  else
-    for (int d = 0; d < self->n; d++) self->v[d] = s->shift.v * (fixed[d] ? held[d] : u[d]);
-  if (s->a0)
-    for (int d = 0; d < self->n; d++) self->a[d] = s->a0[d] + s->shift.a * (fixed[d] ? held[d] : u[d]);
-  else
-    for (int d = 0; d < self->n; d++) self->a[d] = s->shift.a * (fixed[d] ? held[d] : u[d]);
+  go(self->n, s->x0, s->shift.x, u, self->x);
+  go(self->n, s->v0, s->shift.v, u, self->v);
+  go(self->n, s->a0, s->shift.a, u, self->a);
+  for (int d = 0; d < self->n; d++) {
+    if (!self->fixed[d]) continue;
+    double held = self->u_fixed[d];
+    self->x[d] = s->x0[d] + s->shift.x * held;
+    self->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * held;
+    self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * held;
+  }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads, .costs = self->costs};
 }
