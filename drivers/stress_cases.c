@@ -130,8 +130,8 @@ const flesh_stress_case flesh_stress_case_table[] = {
   {.name = "squeeze", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
    .effects = "  - contact: {plane: {point: [0, 0, -0.01], normal: [0, 0, 1]}, friction: 0.3}\n"
               "  - contact: {plane: {point: [0, 0, 0.11], normal: [0, 0, -1]}, friction: 0.3,\n"
-              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.1]}, {time: 0.5}]}\n",
-   .doc = "pressed between two rough planes to a fifth of its height, and let go"},
+              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.08]}, {time: 0.5}]}\n",
+   .doc = "pressed between two rough planes to two fifths of its height, and let go"},
   {.name = "gap", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
    .effects = "  - contact: {capsule: {from: [0.3, -1, 0.13], to: [0.3, 2, 0.13], radius: 0.05}}\n"
               "  - contact: {capsule: {from: [0.3, -1, -0.03], to: [0.3, 2, -0.03], radius: 0.05}}\n"
@@ -140,7 +140,7 @@ const flesh_stress_case flesh_stress_case_table[] = {
               "{time: 0.5, position: [0.8, 0.05, 0.05]}]}\n",
    .doc = "pulled by a point of its front through a gap of 0.6 of its height, and let go"},
   {.name = "scramble_damped", .group = "obstacles", .start = FLESH_STRESS_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 4,
+   .flags = RANDOM | HARDEST, .seconds = 8,
    .effects = "  - damping: {mass: 1, stiffness: 0.01, against: current}\n"
               "  - viscosity: {shear: 300, bulk: 300}\n",
    .doc = "scrambled, with Rayleigh damping and viscosity"},
