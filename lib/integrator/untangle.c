@@ -11,6 +11,9 @@
 /* Calm: inertial forces below this share of the force that strains the average edge by its own
  * length. */
 static const double calm_share = 1e-3;
+/* Nor does any edge change its length by more than this part of the mean one within a step: a fine
+ * mesh swings with small inertial forces. */
+static const double calm_way = 1e-3;
 /* A tangle is held in place by loads above this share of that force on one of its nodes. */
 static const double held_share = 0.05;
 enum {
@@ -138,7 +141,27 @@ void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state
   self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
 }
 
-/* Whether the body hardly accelerates. */
+/* Whether the body moves as a rigid one within h. */
+static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state, double h)
+{
+  const int *tets = flesh_mesh_tets(self->mesh);
+  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
+    for (int a = 0; a < 4; a++)
+      for (int b = 0; b < a; b++) {
+        int p = 3 * tets[4 * (size_t)t + a], q = 3 * tets[4 * (size_t)t + b];
+        double now = 0, before = 0;
+        for (int c = 0; c < 3; c++) {
+          double d = state->x[p + c] - state->x[q + c];
+          double d_before = d - h * (state->v[p + c] - state->v[q + c]);
+          now += d * d;
+          before += d_before * d_before;
+        }
+        if (!(fabs(sqrt(now) - sqrt(before)) <= calm_way * self->edge)) return 0;
+      }
+  return 1;
+}
+
+/* Whether the body hardly accelerates and hardly changes. */
 static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
 {
   int known = self->know_velocity;
@@ -153,7 +176,7 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;
-  return largest(self->n, self->r) <= calm_share * self->force;
+  return largest(self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is
@@ -248,8 +271,9 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
   int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (moved < 0) return moved;
-  /* Energies that inverted tets have no place in must have one afterwards, and no obstacle be
-   * passed. */
+  /* No obstacle is passed: what it bars stays before it. */
+  flesh_system_clear(self->system, state->t, self->saved, state->t, state->x);
+  /* Energies that inverted tets have no place in must have one afterwards. */
   flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
   double phi, magnitude;
   if (flesh_system_way(self->system, state->t, self->saved, state->t, state->x) < 1 ||
