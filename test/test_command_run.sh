@@ -83,11 +83,14 @@ methods_are_chosen_by_name() {
 }
 
 a_restart_goes_on_where_it_was() {
-  expect 0 "$flesh" run bar.yaml --out half --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
+  # The first iterates of a calm run come from the steps before, which a restart has forgotten.
+  precise='solver.newton_tolerance=1e-11'
+  expect 0 "$flesh" run bar.yaml --out whole --set $precise --no-frames || return 1
+  expect 0 "$flesh" run bar.yaml --out half --set $precise --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
   has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
-  expect 0 "$flesh" run bar.yaml --out rest --start-state "it's half.txt" --no-frames || return 1
+  expect 0 "$flesh" run bar.yaml --out rest --set $precise --start-state "it's half.txt" --no-frames || return 1
   [ "$(lines rest/history.csv)" -eq 17 ] || return 1
-  same_states out/bar/state.txt rest/state.txt 1e-12 || return 1
+  same_states whole/state.txt rest/state.txt 1e-11 || return 1
   # What the restart was is in its resolved scene.
   expect 0 "$flesh" run rest/scene.yaml --out rest2 --no-frames || return 1
   cmp rest/state.txt rest2/state.txt

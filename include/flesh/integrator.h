@@ -111,7 +111,9 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
  * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
  * they do when the caller hands another state than it was given back. Their constrained dofs follow
- * the prescribed motion with its own velocity. On failure (FLESH_ERR_SOLVE) the state is that of
+ * the prescribed motion with its own velocity. Backward Euler begins the solves of a calm motion
+ * where the velocities of its last steps lead; another integrator that goes on from a state agrees
+ * to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);

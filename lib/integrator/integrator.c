@@ -12,6 +12,7 @@
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
 #include "integrator/adaptive.h"
+#include "integrator/extrapolation.h"
 #include "integrator/method.h"
 #include "integrator/nonlinear.h"
 #include "integrator/prescribed.h"
@@ -30,7 +31,8 @@ struct flesh_integrator {
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
-  double *guess; /* [n] rigid displacement over a step */
+  double *guess; /* [n] displacement over a step */
+  flesh_extrapolation extrapolation; /* backward Euler */
   flesh_rigid_parts parts;
   uint8_t *held; /* [n] constrained dofs, where there are several parts */
   flesh_costs costs;
@@ -68,6 +70,8 @@ static int create_memory(flesh_integrator *self)
       calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
   if (failed || !self->costs.effects)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  if (self->row == &flesh_method_backward_euler) status = flesh_extrapolation_create(self->n, &self->extrapolation);
+  if (status) return status;
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
@@ -115,6 +119,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   free((*integrator)->returned.v);
   free((*integrator)->costs.effects);
   flesh_rigid_parts_clear(&(*integrator)->parts);
+  flesh_extrapolation_clear(&(*integrator)->extrapolation);
   free((*integrator)->held);
   free((*integrator)->start);
   free((*integrator)->guess);
@@ -252,6 +257,24 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, stats);
 }
 
+/* Whether a solve met nothing but a potential that is all but quadratic: then the next one will, and a first iterate
+ * that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
+static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *after)
+{
+  return after->newton - before->newton <= 8 && after->projections == before->projections &&
+         after->backtracks == before->backtracks;
+}
+
+/* A first iterate for a step of h to stage->t; NULL: none but the state itself. */
+static const double *make_guess(flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h)
+{
+  if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) return self->guess;
+  const int holds = flesh_system_holds(self->system, stage->t);
+  if (holds && !self->held) return NULL;
+  if (holds) flesh_system_fixed(self->system, stage->t, self->held);
+  return flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess) ? self->guess : NULL;
+}
+
 /* One try of a step of h to t_end. */
 static int attempt(flesh_integrator *self, flesh_state *state, const piece *piece, double t_end,
                    double h, int halvings, flesh_solve_stats *stats)
@@ -269,13 +292,8 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
                          state->x);
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
-  const double *guess = NULL;
-  const int holds = flesh_system_holds(self->system, stage.t);
-  if (!holds || self->held) {
-    if (holds) flesh_system_fixed(self->system, stage.t, self->held);
-    if (flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess)) guess = self->guess;
-  }
-  int status = flesh_nonlinear_solve(self->nonlinear, &stage, guess, 0, stats);
+  const flesh_solve_stats before_solve = *stats;
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, make_guess(self, state, &stage, h), 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
   if (status) {
     record_failure(self, &stage, h, halvings, status, stats);
@@ -283,6 +301,8 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
   }
   self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   state->t = t_end;
+  if (self->extrapolation.n)
+    flesh_extrapolation_remember(&self->extrapolation, state, h, was_easy(&before_solve, stats));
   stats->steps++;
   stats->order = second ? 2 : 1;
   stats->h_last = h;

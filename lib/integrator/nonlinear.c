@@ -203,7 +203,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   double target = problem->options.newton_tolerance * fmax(first, load);
   stats->solves++;
   stats->residual_first = stats->residual_last = first;
-  stats->residual_target = target;
+  stats->residual_target = problem->target = target;
   if (first > target) {
     KINSetFuncNormTol(self->kinsol, target);
     int search = problem->options.globalization == FLESH_GLOBALIZATION_KINSOL;

@@ -121,6 +121,15 @@ static int at_rounding(flesh_problem *problem, double norm)
   return norm <= 4 * flesh_problem_rounding(problem, problem->u_matrix);
 }
 
+/* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
+ * the last step is not spoiled by it; never below what the nonlinear target asks for. */
+static double forcing(const flesh_problem *problem, double norm, double before, double tolerance)
+{
+  if (!(before > 0) || problem->target == 0) return tolerance;
+  const double rate = norm / before;
+  return fmin(tolerance, fmax(0.9 * rate * rate * norm, 0.5 * problem->target));
+}
+
 static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
 {
   (void)A;
@@ -131,7 +140,9 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
   self->report.iterations = 0;
   if (asked_to_stop(problem)) return self->report.last_flag = problem->stopped;
-  if (at_rounding(problem, flesh_norm(problem->n, right))) {
+  const double norm = flesh_norm(problem->n, right);
+  tolerance = forcing(problem, norm, problem->previous_norm, tolerance);
+  if (at_rounding(problem, norm)) {
     problem->at_rounding = 1;
     memset(p, 0, (size_t)problem->n * sizeof *p);
     return self->report.last_flag = 0;

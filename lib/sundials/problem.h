@@ -51,6 +51,7 @@ struct flesh_problem {
   void *stop_data;
   int stopped;           /* what it answered; FLESH_OK: go on */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
+  double target;         /* of the nonlinear solve, N; 0: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   double first_potential; /* of the stage's first guarded iterate; NaN before */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */

@@ -1,0 +1,28 @@
+/* extrapolation.h: where backward Euler's next step leads when a calm motion goes on as it did. */
+#ifndef FLESH_INTEGRATOR_EXTRAPOLATION_H
+#define FLESH_INTEGRATOR_EXTRAPOLATION_H
+
+#include <stddef.h>
+
+#include "flesh/integrator.h"
+
+enum { FLESH_EXTRAPOLATION_POINTS = 3 };
+
+/* Velocities at the ends of the last steps, of one length and each easily solved. */
+typedef struct flesh_extrapolation {
+  int n, known; /* how many, newest first */
+  double t, h;  /* of the newest; s */
+  double *v[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m/s */
+} flesh_extrapolation;
+
+int flesh_extrapolation_create(int n, flesh_extrapolation *self);
+void flesh_extrapolation_clear(flesh_extrapolation *self);
+
+/* The displacement u [3*n] of a step of h from `state`, by the parabola through the velocities of the last three steps
+ * (a line, a constant while there are fewer). Returns 0 where nothing is known that leads to this state. */
+int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u);
+
+/* Takes in the end of a step of h; one that was hard to solve (`easy` is 0) makes what came before worthless. */
+void flesh_extrapolation_remember(flesh_extrapolation *self, const flesh_state *state, double h, int easy);
+
+#endif
