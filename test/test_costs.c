@@ -89,6 +89,27 @@ static void calls_are_counted_by_the_caller(void)
   test_body_destroy(&b);
 }
 
+/* The guard's first try and KINSOL's residual are one evaluation: no point is gone over twice. */
+static void guarded_steps_evaluate_once(void)
+{
+  test_body b;
+  make(&b);
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_BACKWARD_EULER);
+  const flesh_effect_cost *elasticity = &flesh_integrator_costs(integrator)->effects[1];
+  for (int k = 0; k < 5; k++) {
+    const flesh_effect_cost before = *elasticity;
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.005, &stats));
+    CHECK(stats.newton > 0 && stats.backtracks == 0 && stats.solves == 1);
+    CHECK(stats.residuals == stats.newton + 1 && stats.potentials == stats.newton + 1);
+    CHECK(elasticity->residuals - before.residuals == stats.residuals);
+    CHECK(elasticity->potentials - before.potentials == stats.potentials);
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 static void memory_is_what_was_allocated(void)
 {
   test_body b;
@@ -178,6 +199,7 @@ static void absent_effects_cost_nothing(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(memory_is_what_was_allocated),
+  return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(guarded_steps_evaluate_once),
+                   TEST(memory_is_what_was_allocated),
                    TEST(absent_effects_cost_nothing));
 }

@@ -32,7 +32,8 @@
 extern "C" {
 #endif
 
-/* What an effect was asked for, and the processor time that took. */
+/* What an effect was asked for, and the processor time that took. A call of `evaluate` counts as
+ * one residual and one potential, so that figures do not depend on which effects have it. */
 typedef struct flesh_effect_cost {
   long residuals, jacobians, potentials, energies; /* calls */
   double cpu_s;                                    /* of the process, where timed */
@@ -118,6 +119,11 @@ typedef struct flesh_effect_operations {
    * measured against). NULL: the effect has none. */
   int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                    double *phi, double *magnitude);
+  /* Residual and potential in one pass, for effects where that is cheaper than both: adds to r,
+   * *phi and *magnitude the same bits as `residual` and `potential`, beside which alone it may be.
+   * NULL: those two are called. */
+  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                  double *r, double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */

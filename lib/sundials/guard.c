@@ -8,20 +8,13 @@
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;
 
-static double dot(int n, const double *x, const double *y)
-{
-  double sum = 0;
-  for (int d = 0; d < n; d++) sum += x[d] * y[d];
-  return sum;
-}
-
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
 static double curvature(flesh_problem *self, const double *u, const double *r, const double *p)
 {
   const double epsilon = 1e-5;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + epsilon * p[d];
   if (flesh_problem_residual(self, self->step, self->work)) return NAN;
-  return (dot(self->n, self->work, p) - dot(self->n, r, p)) / epsilon;
+  return (flesh_dot(self->n, self->work, p) - flesh_dot(self->n, r, p)) / epsilon;
 }
 
 /* Actual over foretold decrease of the accepted filtered step p, whose slope is given; NaN where it is not needed. */
@@ -80,7 +73,7 @@ static int choose_follow(const flesh_problem *self, int fell_short, double scale
 
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
-  double slope = dot(self->n, r, p), start, magnitude;
+  double slope = flesh_dot(self->n, r, p), start, magnitude;
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
@@ -92,7 +85,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   for (double scale = full; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
-    status = flesh_problem_potential(self, self->step, &value, &ignored);
+    /* A full step is nearly always taken: the residual, which KINSOL wants next, comes with it. */
+    status = scale == 1 ? flesh_problem_evaluate(self, self->step, &value, &ignored)
+                        : flesh_problem_potential(self, self->step, &value, &ignored);
     if (status < 0) return status;
     if (!status) {
       int accepted = value <= start + decrease * scale * slope;
@@ -100,7 +95,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
        * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
-        accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+        accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes may understate: once more. */
       double rise = value - start;
       if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {

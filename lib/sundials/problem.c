@@ -212,6 +212,29 @@ static int same(const flesh_problem *self, const double *u, const double *other)
   return !memcmp(u, other, (size_t)self->n * sizeof *u);
 }
 
+/* Constraint rows of the residual just evaluated at u, which is then known. */
+static int finish_residual(flesh_problem *self, const double *u)
+{
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
+  if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
+  memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
+  self->residual.known = 1;
+  return FLESH_OK;
+}
+
+/* The same of the potential. */
+static void finish_potential(flesh_problem *self, const double *u)
+{
+  double springs = 0; /* whose gradient the constrained rows are */
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d]) springs += (u[d] - self->u_fixed[d]) * (u[d] - self->u_fixed[d]);
+  self->potential.value += self->fixed_scale / 2 * springs;
+  self->potential.magnitude += self->fixed_scale / 2 * springs;
+  memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
+  self->potential.known = 1;
+}
+
 int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
 {
   if (!self->residual.known || !same(self, u, self->residual.u)) {
@@ -222,37 +245,48 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     if (self->options.globalization != FLESH_GLOBALIZATION_ENERGY && !flesh_problem_reaches(self, u))
       return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
+    if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;
-    for (int d = 0; d < self->n; d++)
-      if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
-    if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return self->refused = FLESH_NONFINITE;
-    memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
-    self->residual.known = 1;
   }
   if (r != self->residual.r) memcpy(r, self->residual.r, (size_t)self->n * sizeof *r);
   return FLESH_OK;
 }
 
+static int knows_potential(const flesh_problem *self, const double *u)
+{
+  return self->potential.known && same(self, u, self->potential.u);
+}
+
 int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, double *magnitude)
 {
-  if (!self->potential.known || !same(self, u, self->potential.u)) {
+  if (!knows_potential(self, u)) {
     flesh_point point = point_at(self, u);
     self->potential.known = 0;
     self->stats.potentials++;
     int status = flesh_system_potential(self->system, &point, &self->stage.shift,
                                         &self->potential.value, &self->potential.magnitude);
     if (status) return status;
-    double springs = 0; /* whose gradient the constrained rows are */
-    for (int d = 0; d < self->n; d++)
-      if (self->fixed[d]) springs += (u[d] - self->u_fixed[d]) * (u[d] - self->u_fixed[d]);
-    self->potential.value += self->fixed_scale / 2 * springs;
-    self->potential.magnitude += self->fixed_scale / 2 * springs;
-    memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
-    self->potential.known = 1;
+    finish_potential(self, u);
   }
   *phi = self->potential.value;
   *magnitude = self->potential.magnitude;
   return FLESH_OK;
+}
+
+int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, double *magnitude)
+{
+  if (!knows_potential(self, u) && !(self->residual.known && same(self, u, self->residual.u))) {
+    flesh_point point = point_at(self, u);
+    self->residual.known = self->potential.known = 0;
+    self->stats.residuals++;
+    self->stats.potentials++;
+    int status = flesh_system_evaluate(self->system, &point, &self->stage.shift, self->residual.r,
+                                       &self->potential.value, &self->potential.magnitude);
+    if (status) return status;
+    finish_potential(self, u);
+    finish_residual(self, u); /* one without a finite norm is refused when it is asked for */
+  }
+  return flesh_problem_potential(self, u, phi, magnitude);
 }
 
 /* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". It saves a tenth of the iterations in dynamics; in
@@ -327,15 +361,17 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
   return flesh_norm(self->n, moved);
 }
 
-double flesh_norm(int n, const double *x)
+double flesh_dot(int n, const double *x, const double *y)
 {
   double s[8] = {0};
   int i = 0;
   for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) s[l] += x[i + l] * x[i + l];
-  for (; i < n; i++) s[0] += x[i] * x[i];
-  return sqrt(((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])));
+    for (int l = 0; l < 8; l++) s[l] += x[i + l] * y[i + l];
+  for (; i < n; i++) s[0] += x[i] * y[i];
+  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
 }
+
+double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
