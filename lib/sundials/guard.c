@@ -71,6 +71,15 @@ static int choose_follow(const flesh_problem *self, int fell_short, double scale
   return self->follow && !(self->beyond && scale < 0.02);
 }
 
+/* Of the step p, what bars ways lets pass; 1: all. */
+static double longest_scale(flesh_problem *self, const double *u, const double *p)
+{
+  if (!flesh_system_bars(self->system)) return 1;
+  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
+  const double way = flesh_problem_way(self, u, self->step);
+  return way < 1 ? flesh_way_kept * way : 1;
+}
+
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
   double slope = flesh_dot(self->n, r, p), start, magnitude;
@@ -79,9 +88,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (status) return status;
   double rounding = 1e-13 * magnitude, last_rise = 0;
   if (isnan(self->first_potential)) self->first_potential = start;
-  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
-  const double way = flesh_problem_way(self, u, self->step);
-  const double full = way < 1 ? flesh_way_kept * way : 1;
+  const double full = longest_scale(self, u, p);
   for (double scale = full; scale > 1e-14;) {
     double value, ignored;
     for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];

@@ -73,9 +73,10 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->n = flesh_system_unknowns(system);
   size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
+  self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
+  int failed = !self->fixed || !self->held || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
@@ -105,6 +106,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   if (!problem || !*problem) return;
   flesh_problem *self = *problem;
   free(self->fixed);
+  free(self->held);
   free(self->u_fixed);
   free(self->x);
   free(self->v);
@@ -139,9 +141,12 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
-  for (int d = 0; d < self->n; d++)
+  self->held_count = 0;
+  for (int d = 0; d < self->n; d++) {
+    if (self->fixed[d]) self->held[self->held_count++] = d;
     self->u_fixed[d] =
         self->fixed[d] ? stage->share * (self->u_fixed[d] - stage->x0[d]) / stage->shift.x : 0;
+  }
   return FLESH_OK;
 }
 
@@ -169,9 +174,9 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   go(self->n, s->x0, s->shift.x, u, self->x);
   go(self->n, s->v0, s->shift.v, u, self->v);
   go(self->n, s->a0, s->shift.a, u, self->a);
-  for (int d = 0; d < self->n; d++) {
-    if (!self->fixed[d]) continue;
-    double held = self->u_fixed[d];
+  for (int k = 0; k < self->held_count; k++) {
+    const int d = self->held[k];
+    const double held = self->u_fixed[d];
     self->x[d] = s->x0[d] + s->shift.x * held;
     self->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * held;
     self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * held;
@@ -215,8 +220,10 @@ static int same(const flesh_problem *self, const double *u, const double *other)
 /* Constraint rows of the residual just evaluated at u, which is then known. */
 static int finish_residual(flesh_problem *self, const double *u)
 {
-  for (int d = 0; d < self->n; d++)
-    if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
+  for (int k = 0; k < self->held_count; k++) {
+    const int d = self->held[k];
+    self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
+  }
   if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
   memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
   self->residual.known = 1;
@@ -227,8 +234,10 @@ static int finish_residual(flesh_problem *self, const double *u)
 static void finish_potential(flesh_problem *self, const double *u)
 {
   double springs = 0; /* whose gradient the constrained rows are */
-  for (int d = 0; d < self->n; d++)
-    if (self->fixed[d]) springs += (u[d] - self->u_fixed[d]) * (u[d] - self->u_fixed[d]);
+  for (int k = 0; k < self->held_count; k++) {
+    const double off = u[self->held[k]] - self->u_fixed[self->held[k]];
+    springs += off * off;
+  }
   self->potential.value += self->fixed_scale / 2 * springs;
   self->potential.magnitude += self->fixed_scale / 2 * springs;
   memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
@@ -375,7 +384,7 @@ double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + sizeof(int) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);

@@ -17,6 +17,7 @@ struct flesh_problem {
   int n; /* unknowns */
   flesh_stage stage;
   uint8_t *fixed;      /* [n] */
+  int *held, held_count; /* [n] the unknowns fixed in this stage */
   double *u_fixed;     /* [n] values of the fixed unknowns */
   double fixed_scale;  /* typical stiffness, of the constrained rows */
   double *x, *v, *a;   /* [n] the point last evaluated */
