@@ -144,6 +144,27 @@ static void guarded_steps_evaluate_once(void)
   test_body_destroy(&b);
 }
 
+/* Nor where steps are shortened: every try is one potential, and the accepted one's serves the next iteration. */
+static void tries_are_one_potential_each(void)
+{
+  test_body b;
+  make(&b);
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  flesh_solver_options_default(&options);
+  options.follow_curvature = options.untangle = 0;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  test_jitter(b.n, 1, 3, b.state.x); /* many tets inverted */
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
+  printf("# %d iterations, %d backtracks, %d potentials\n", stats.newton, stats.backtracks, stats.potentials);
+  CHECK(stats.backtracks > 0 && stats.solves == 1);
+  CHECK(stats.potentials == stats.newton + 1 + stats.backtracks);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 static void memory_is_what_was_allocated(void)
 {
   test_body b;
@@ -234,6 +255,6 @@ static void absent_effects_cost_nothing(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(guarded_steps_evaluate_once),
-                   TEST(memory_is_what_was_allocated),
+                   TEST(tries_are_one_potential_each), TEST(memory_is_what_was_allocated),
                    TEST(absent_effects_cost_nothing));
 }

@@ -8,6 +8,14 @@
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;
 
+/* The trial u + scale p, rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
+ * one that is accepted then holds for KINSOL's next iterate. */
+static void try_scale(flesh_problem *self, const double *u, double scale, const double *p)
+{
+  for (int d = 0; d < self->n; d++) self->step[d] = scale * p[d];
+  for (int d = 0; d < self->n; d++) self->step[d] += u[d];
+}
+
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
 static double curvature(flesh_problem *self, const double *u, const double *r, const double *p)
 {
@@ -38,7 +46,7 @@ static void lengthen(flesh_problem *self, const double *u, const double *p, doub
     if (tries == 0) longer = fmax(longer, 2 * *scale);
     if (longer >= too_long) longer = sqrt(*scale * too_long);
     if (longer < 1.4 * *scale) return;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + longer * p[d];
+    try_scale(self, u, longer, p);
     if (flesh_problem_way(self, u, self->step) < 1 ||
         flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
       too_long = longer;
@@ -75,7 +83,7 @@ static int choose_follow(const flesh_problem *self, int fell_short, double scale
 static double longest_scale(flesh_problem *self, const double *u, const double *p)
 {
   if (!flesh_system_bars(self->system)) return 1;
-  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
+  try_scale(self, u, 1, p);
   const double way = flesh_problem_way(self, u, self->step);
   return way < 1 ? flesh_way_kept * way : 1;
 }
@@ -91,10 +99,10 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   const double full = longest_scale(self, u, p);
   for (double scale = full; scale > 1e-14;) {
     double value, ignored;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
-    /* A full step is nearly always taken: the residual, which KINSOL wants next, comes with it. */
-    status = scale == 1 ? flesh_problem_evaluate(self, self->step, &value, &ignored)
-                        : flesh_problem_potential(self, self->step, &value, &ignored);
+    try_scale(self, u, scale, p);
+    /* The first try is nearly always taken: the residual, which KINSOL wants next, comes with it. */
+    status = scale == full ? flesh_problem_evaluate(self, self->step, &value, &ignored)
+                           : flesh_problem_potential(self, self->step, &value, &ignored);
     if (status < 0) return status;
     if (!status) {
       int accepted = value <= start + decrease * scale * slope;
