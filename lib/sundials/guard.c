@@ -100,9 +100,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   for (double scale = full; scale > 1e-14;) {
     double value, ignored;
     try_scale(self, u, scale, p);
-    /* The first try is nearly always taken: the residual, which KINSOL wants next, comes with it. */
-    status = scale == full ? flesh_problem_evaluate(self, self->step, &value, &ignored)
-                           : flesh_problem_potential(self, self->step, &value, &ignored);
+    /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
+    status = scale == full && !self->shortened ? flesh_problem_evaluate(self, self->step, &value, &ignored)
+                                               : flesh_problem_potential(self, self->step, &value, &ignored);
     if (status < 0) return status;
     if (!status) {
       int accepted = value <= start + decrease * scale * slope;
@@ -127,6 +127,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
                          start - value > 1.2 * foretold && is_local(self->n, r);
         if (fell_short) lengthen(self, u, p, start, slope, &scale, &value);
         self->follow = choose_follow(self, fell_short, scale);
+        self->shortened = scale < full;
         for (int d = 0; d < self->n && scale != 1; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);

@@ -136,7 +136,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = self->pace_new = 0;
-  self->at_rounding = self->refused = self->stopped = self->follow = 0;
+  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
   self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);

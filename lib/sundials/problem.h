@@ -51,6 +51,7 @@ struct flesh_problem {
   int (*stop)(void *data); /* NULL: not asked */
   void *stop_data;
   int stopped;           /* what it answered; FLESH_OK: go on */
+  int shortened;         /* the last guarded step of the stage was not its first try */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
   double first_potential; /* of the stage's first guarded iterate; NaN before */
