@@ -126,8 +126,8 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
   double *x = malloc(sizeof(double) * (size_t)flesh_system_unknowns(system));
   if (!x) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   disturb(system, seed, state, x);
-  printf("derivatives (relative errors):\n  %-12s  %10s  %10s  %10s  %10s  %10s  %10s\n", "",
-         "r static", "r dynamic", "K static", "K dynamic", "asymmetry", "negative");
+  printf("derivatives (relative errors):\n  %-12s  %10s  %10s  %10s  %10s  %10s  %10s  %10s\n", "",
+         "r static", "r dynamic", "K static", "K dynamic", "evaluate", "asymmetry", "negative");
   *failed = 0;
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const flesh_effect *effect = flesh_system_effect(system, e);
@@ -145,6 +145,7 @@ static int differentiate(const flesh_scene *scene, const flesh_state *state, int
     }
     for (int s = 0; s < FLESH_CHECK_SHIFTS; s++) print_error(report.potential[s]);
     for (int s = 0; s < FLESH_CHECK_SHIFTS; s++) print_error(report.jacobian[s]);
+    print_error(fmax(report.evaluate[0], report.evaluate[1]));
     print_error(report.asymmetry);
     print_error(report.negative);
     int fine = flesh_derivative_report_passes(&report, tolerance);

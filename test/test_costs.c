@@ -89,6 +89,82 @@ static void calls_are_counted_by_the_caller(void)
   test_body_destroy(&b);
 }
 
+/* An effect that does nothing but count how it is asked. */
+static long asked_residual, asked_potential, asked_both;
+
+static int count_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  (void)effect, (void)point, (void)r;
+  asked_residual++;
+  return FLESH_OK;
+}
+
+static int count_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                           double *magnitude)
+{
+  (void)effect, (void)point, (void)shift, (void)phi, (void)magnitude;
+  asked_potential++;
+  return FLESH_OK;
+}
+
+static int count_both(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                      double *phi, double *magnitude)
+{
+  (void)effect, (void)point, (void)shift, (void)r, (void)phi, (void)magnitude;
+  asked_both++;
+  return FLESH_OK;
+}
+
+static const flesh_effect_operations counting_operations = {
+    .name = "counting", .residual = count_residual, .potential = count_potential, .evaluate = count_both};
+
+/* The guard's first try and KINSOL's residual are one evaluation: no point is gone over twice. */
+static void guarded_steps_evaluate_once(void)
+{
+  test_body b;
+  make(&b);
+  flesh_effect *counting = NULL;
+  CHECK_OK(flesh_effect_create(&counting_operations, NULL, &counting));
+  CHECK_OK(flesh_system_add_effect(b.system, &counting));
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_BACKWARD_EULER);
+  const flesh_effect_cost *elasticity = &flesh_integrator_costs(integrator)->effects[1];
+  for (int k = 0; k < 5; k++) {
+    const flesh_effect_cost before = *elasticity;
+    asked_residual = asked_potential = asked_both = 0;
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.005, &stats));
+    CHECK(stats.newton > 0 && stats.backtracks == 0 && stats.solves == 1);
+    CHECK(stats.residuals == stats.newton + 1 && stats.potentials == stats.newton + 1);
+    CHECK(elasticity->residuals - before.residuals == stats.residuals);
+    CHECK(elasticity->potentials - before.potentials == stats.potentials);
+    CHECK(asked_both == stats.newton + 1 && asked_potential == 0 && asked_residual == 0);
+  }
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+/* Nor where steps are shortened: every try is one potential, and the accepted one's serves the next iteration. */
+static void tries_are_one_potential_each(void)
+{
+  test_body b;
+  make(&b);
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  flesh_solver_options_default(&options);
+  options.follow_curvature = options.untangle = 0;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  test_jitter(b.n, 1, 3, b.state.x); /* many tets inverted */
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
+  printf("# %d iterations, %d backtracks, %d potentials\n", stats.newton, stats.backtracks, stats.potentials);
+  CHECK(stats.backtracks > 0 && stats.solves == 1);
+  CHECK(stats.potentials == stats.newton + 1 + stats.backtracks);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
 static void memory_is_what_was_allocated(void)
 {
   test_body b;
@@ -178,6 +254,7 @@ static void absent_effects_cost_nothing(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(memory_is_what_was_allocated),
+  return RUN_TESTS(argc, argv, TEST(calls_are_counted_by_the_caller), TEST(guarded_steps_evaluate_once),
+                   TEST(tries_are_one_potential_each), TEST(memory_is_what_was_allocated),
                    TEST(absent_effects_cost_nothing));
 }

@@ -13,6 +13,7 @@ typedef enum spoiled {
   SPOIL_RESIDUAL,
   SPOIL_POTENTIAL,
   SPOIL_JACOBIAN,
+  SPOIL_EVALUATE,
   SPOIL_PROJECTION
 } spoiled;
 
@@ -44,6 +45,16 @@ static int potential(const flesh_effect *effect, const flesh_point *point, const
   return status;
 }
 
+static int evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                    double *r, double *phi, double *magnitude)
+{
+  const flesh_effect *inner = of(effect)->inner;
+  int status = inner->operations->evaluate(inner, point, shift, r, phi, magnitude);
+  if (of(effect)->what == SPOIL_RESIDUAL || of(effect)->what == SPOIL_EVALUATE) r[4] *= 1.0001;
+  if (of(effect)->what == SPOIL_POTENTIAL) *phi *= 1.0001;
+  return status;
+}
+
 static int jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                     flesh_block_matrix *K, const int *slots)
 {
@@ -58,7 +69,8 @@ static const flesh_effect_operations spoiled_operations = {.name = "spoiled",
                                                            .cells = cells,
                                                            .residual = residual,
                                                            .jacobian = jacobian,
-                                                           .potential = potential};
+                                                           .potential = potential,
+                                                           .evaluate = evaluate};
 
 typedef struct set_up {
   flesh_mesh *mesh;
@@ -145,6 +157,19 @@ static void a_wrong_residual_is_seen(void)
   drop(&s);
 }
 
+static void a_wrong_evaluation_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_NOTHING);
+  CHECK(report.evaluate[0] == 0 && report.evaluate[1] == 0);
+  report = report_spoiled(&s, SPOIL_EVALUATE);
+  CHECK(report.evaluate[0] > 1e-8 && report.evaluate[1] > 1e-8);
+  CHECK(report.potential[0] < 1e-8 && report.jacobian[0] < 1e-8);
+  CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  drop(&s);
+}
+
 static void a_wrong_potential_is_seen(void)
 {
   set_up s;
@@ -179,6 +204,7 @@ static void negative_curvature_is_seen(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(right_effects_pass), TEST(a_wrong_residual_is_seen),
+                   TEST(a_wrong_evaluation_is_seen),
                    TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen),
                    TEST(negative_curvature_is_seen));
 }

@@ -257,6 +257,76 @@ static void potentials_are_energies(void)
   }
 }
 
+/* What is added to r, *phi and *magnitude by `evaluate` is, bit for bit, what `residual` and `potential` add. Returns
+ * whether the effect has it. */
+static int check_evaluate(const test_body *b, const flesh_effect *effect, const flesh_point *point,
+                          const flesh_shift *shift)
+{
+  const flesh_effect_operations *can = effect->operations;
+  if (!can->evaluate) return 0;
+  double *r[2], phi[2] = {3, 3}, magnitude[2] = {5, 5};
+  for (int k = 0; k < 2; k++) {
+    r[k] = malloc((size_t)b->n * sizeof *r[k]);
+    for (int d = 0; d < b->n; d++) r[k][d] = d + 0.1;
+  }
+  CHECK(can->residual && can->potential);
+  CHECK_OK(can->residual(effect, point, r[0]));
+  CHECK_OK(can->potential(effect, point, shift, &phi[0], &magnitude[0]));
+  CHECK_OK(can->evaluate(effect, point, shift, r[1], &phi[1], &magnitude[1]));
+  CHECK(!memcmp(r[0], r[1], (size_t)b->n * sizeof *r[0]) && r[1][0] != 0.1);
+  CHECK(phi[0] == phi[1] && magnitude[0] == magnitude[1] && (phi[1] != 3) == (shift->x != 0));
+  for (int k = 0; k < 2; k++) free(r[k]);
+  return 1;
+}
+
+/* The same of a system, some of whose effects have `evaluate`; each counts as asked for both. */
+static void check_system_evaluate(const test_body *b, flesh_point point, const flesh_shift *shift)
+{
+  flesh_effect_cost counted[2][40] = {0};
+  const int effects = flesh_system_effect_count(b->system);
+  double *r[2], phi[2] = {3, 3}, magnitude[2] = {5, 5};
+  CHECK(effects <= 40);
+  for (int k = 0; k < 2; k++) {
+    flesh_costs costs = {.effects = counted[k]};
+    point.costs = &costs;
+    r[k] = calloc((size_t)b->n, sizeof *r[k]);
+    if (k) {
+      CHECK_OK(flesh_system_evaluate(b->system, &point, shift, r[1], &phi[1], &magnitude[1]));
+    } else {
+      CHECK_OK(flesh_system_residual(b->system, &point, r[0]));
+      CHECK_OK(flesh_system_potential(b->system, &point, shift, &phi[0], &magnitude[0]));
+    }
+  }
+  CHECK(!memcmp(r[0], r[1], (size_t)b->n * sizeof *r[0]) && test_norm(b->n, r[1]) > 0);
+  CHECK(phi[0] == phi[1] && magnitude[0] == magnitude[1]);
+  CHECK(!memcmp(counted[0], counted[1], sizeof counted[0]) && counted[1][0].residuals == 1);
+  for (int k = 0; k < 2; k++) free(r[k]);
+}
+
+static void evaluations_are_residual_and_potential(void)
+{
+  int rows, found = 0;
+  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  const flesh_shift shifts_of_x[] = {{.x = 4, .v = 3, .a = 9}, {.v = 1, .a = 1}};
+  for (int k = 0; k <= rows; k++) /* at last all together */
+    for (int s = 0; s < 2; s++) {
+      test_body b;
+      make_cube(3, FLESH_ENERGY_S, FLESH_MASS_LUMPED, &b);
+      for (int j = 0; j < rows; j++)
+        if (j == k || k == rows) add_sample(&row[j], &b);
+      CHECK_OK(flesh_system_finish(b.system));
+      test_jitter(b.n, 0.05, 5, b.state.x);
+      test_jitter(b.n, 3, 6, b.state.v);
+      const flesh_point point = {.t = 0.3, .load = 0.7, .x = b.state.x, .v = b.state.v, .a = b.state.v,
+                                 .x_lag = b.state.x, .v_lag = b.state.v};
+      for (int e = 0; e < flesh_system_effect_count(b.system); e++)
+        found += check_evaluate(&b, flesh_system_effect(b.system, e), &point, &shifts_of_x[s]);
+      if (k == rows) check_system_evaluate(&b, point, &shifts_of_x[s]);
+      test_body_destroy(&b);
+    }
+  CHECK(found >= 4);
+}
+
 static flesh_point still_at(const double *x, const double *zero)
 {
   return (flesh_point){.load = 1, .x = x, .v = zero, .a = zero};
@@ -521,6 +591,6 @@ static void masses_and_weights(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together),
-                   TEST(potentials_are_energies), TEST(elasticity_is_the_material), TEST(materials_by_region),
+                   TEST(potentials_are_energies), TEST(evaluations_are_residual_and_potential), TEST(elasticity_is_the_material), TEST(materials_by_region),
                    TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights));
 }

@@ -177,6 +177,17 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
   return worst / largest_of(p->K, n * n);
 }
 
+/* The same bits by one pass. */
+static void check_both(const flesh_system *system, const flesh_point *point, const double *r, double V)
+{
+  size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
+  double *both = malloc(bytes), phi, magnitude;
+  CHECK_OK(flesh_system_evaluate(system, point, &(flesh_shift){.x = 1}, both, &phi, &magnitude));
+  CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
+  CHECK(!memcmp(both, r, bytes));
+  free(both);
+}
+
 static void compare(problem *p, flesh_instructions instructions, int energy, int wild)
 {
   flesh_system *system;
@@ -193,6 +204,7 @@ static void compare(problem *p, flesh_instructions instructions, int energy, int
   }
   CHECK_OK(flesh_system_residual(system, &point, r));
   CHECK_OK(flesh_system_energies(system, &point, &V));
+  check_both(system, &point, r, V);
   printf("# %s %s%s: matrices %.1g, residual %.1g, energy %.1g\n",
          flesh_instructions_name(instructions), flesh_energy_name((flesh_energy)energy),
          wild ? " wild" : "", worst, residual_error(p, r), fabs(V / p->energy - 1));
@@ -255,7 +267,7 @@ static void bad_states_are_told_apart(void)
         else p.x[3 * node + 1] = bad == 1 ? NAN : 1e200;
         flesh_point point = {.load = 1, .x = p.x, .v = p.x, .a = p.x};
         flesh_shift shift = {.x = 1}, projected = {.x = 1, .project = 1};
-        double V;
+        double V, size;
         int expected = bad                        ? FLESH_NONFINITE
                        : energy <= FLESH_ENERGY_C ? FLESH_UNDEFINED
                                                   : FLESH_OK;
@@ -263,6 +275,7 @@ static void bad_states_are_told_apart(void)
         CHECK(flesh_system_jacobian(system, &point, &shift, A) == expected);
         CHECK(flesh_system_jacobian(system, &point, &projected, A) == expected);
         CHECK(flesh_system_energies(system, &point, &V) == expected);
+        CHECK(flesh_system_evaluate(system, &point, &shift, p.r, &V, &size) == expected);
         flesh_block_matrix_destroy(&A);
         flesh_system_destroy(&system);
         problem_close(&p);
@@ -328,6 +341,7 @@ static void threads_give_the_same_bits(void)
     CHECK_OK(flesh_system_residual(system, &point, r[k]));
     CHECK_OK(flesh_system_jacobian(system, &point, &shift, A[k]));
     CHECK_OK(flesh_system_energies(system, &point, &V[k]));
+    check_both(system, &point, r[k], V[k]);
     flesh_threads_destroy(&threads);
     if (!k) continue;
     CHECK(!memcmp(r[0], r[1], (size_t)p.n * sizeof *r[0]));

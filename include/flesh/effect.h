@@ -32,7 +32,8 @@
 extern "C" {
 #endif
 
-/* What an effect was asked for, and the processor time that took. */
+/* What an effect was asked for, and the processor time that took. A call of `evaluate` counts as
+ * one residual and one potential, so that figures do not depend on which effects have it. */
 typedef struct flesh_effect_cost {
   long residuals, jacobians, potentials, energies; /* calls */
   double cpu_s;                                    /* of the process, where timed */
@@ -118,6 +119,11 @@ typedef struct flesh_effect_operations {
    * measured against). NULL: the effect has none. */
   int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                    double *phi, double *magnitude);
+  /* Residual and potential in one pass, for effects where that is cheaper than both: adds to r,
+   * *phi and *magnitude the same bits as `residual` and `potential`, beside which alone it may be.
+   * NULL: those two are called. */
+  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                  double *r, double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
@@ -169,17 +175,19 @@ enum { FLESH_CHECK_SHIFTS = 2 };
 typedef struct flesh_derivative_report {
   double potential[FLESH_CHECK_SHIFTS]; /* |d phi - r.du| / sum |r_i du_i| */
   double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du| */
+  double evaluate[FLESH_CHECK_SHIFTS];  /* `evaluate` against residual and potential */
   double asymmetry;                     /* of the diagonal blocks (the others are stored once) */
   double negative; /* most negative curvature of the projected Jacobian found, over its largest
                       curvature; 0 when none */
 } flesh_derivative_report;
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
- * its residual, by differences: at (t, x) with random velocities and accelerations (zero for
- * statics), x_lag near x and v_lag random, along random directions that move nodes by a small part
- * of the mesh's mean edge; each error is the best of several step lengths. x [3*nodes] should be
- * generic (not the rest state, where gradients vanish). Returns the effect's status where it cannot
- * be evaluated (FLESH_UNDEFINED: choose another x). */
+ * its residual, by differences, and whether its `evaluate` gives the same as both: at (t, x) with
+ * random velocities and accelerations (zero for statics), x_lag near x and v_lag random, along
+ * random directions that move nodes by a small part of the mesh's mean edge; each error is the best
+ * of several step lengths. x [3*nodes] should be generic (not the rest state, where gradients
+ * vanish). Returns the effect's status where it cannot be evaluated (FLESH_UNDEFINED: choose
+ * another x). */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

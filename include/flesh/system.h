@@ -66,6 +66,11 @@ FLESH_API int flesh_system_jacobian(const flesh_system *system, const flesh_poin
                                     const flesh_shift *shift, flesh_block_matrix *K);
 FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                                      const flesh_shift *shift, double *phi, double *magnitude);
+/* Residual and potential together, in one pass where an effect can: the same bits as by
+ * flesh_system_residual and flesh_system_potential. */
+FLESH_API int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
+                                    const flesh_shift *shift, double *r, double *phi,
+                                    double *magnitude);
 /* Physical energy of every effect [effect_count], J. */
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);

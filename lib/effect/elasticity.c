@@ -38,7 +38,7 @@ typedef struct job {
   const int *slots;
   double *result; /* residual, or values of the matrix */
   double sums[PARTS][2];
-  int first_piece;
+  int colour, first_piece;
   _Atomic int status; /* the largest */
 } job;
 
@@ -65,13 +65,44 @@ static void jacobian_of_piece(void *data, int task)
                                         (flesh_projected)j->shift->project, j->slots, j->result));
 }
 
+/* A colour's pieces are dealt out in shares to the parts, from a part of its own on, so that few
+ * pieces of many colours go to many parts. */
+static int shares_of_colour(const flesh_tet_order *order, int colour)
+{
+  int pieces = order->colour_first[colour + 1] - order->colour_first[colour];
+  return pieces < PARTS ? pieces : PARTS;
+}
+
+static void batches_of_share(const elasticity *self, int colour, int share, int *from, int *until)
+{
+  int first = self->order.colour_first[colour], shares = shares_of_colour(&self->order, colour);
+  int64_t pieces = self->order.colour_first[colour + 1] - first;
+  *from = self->piece_batch[first + pieces * share / shares];
+  *until = self->piece_batch[first + pieces * (share + 1) / shares];
+}
+
+/* The same sums in the same order as by evaluate_share, colour after colour. */
 static void energy_of_part(void *data, int task)
 {
   job *j = data;
   const elasticity *self = j->self;
-  int from = (int)((int64_t)self->batches.count * task / PARTS);
-  int until = (int)((int64_t)self->batches.count * (task + 1) / PARTS);
-  note_status(j, self->kernel->energy(&self->batches, from, until, j->x, j->sums[task]));
+  const flesh_tet_order *order = &self->order;
+  for (int c = 0, from, until; c < order->colours; c++) {
+    int share = (task - order->colour_first[c] % PARTS + PARTS) % PARTS;
+    if (share >= shares_of_colour(order, c)) continue;
+    batches_of_share(self, c, share, &from, &until);
+    note_status(j, self->kernel->energy(&self->batches, from, until, j->x, j->sums[task]));
+  }
+}
+
+static void evaluate_share(void *data, int task)
+{
+  job *j = data;
+  const elasticity *self = j->self;
+  double *sums = j->sums[(self->order.colour_first[j->colour] + task) % PARTS];
+  int from, until;
+  batches_of_share(self, j->colour, task, &from, &until);
+  note_status(j, self->kernel->evaluate(&self->batches, from, until, j->x, j->result, sums));
 }
 
 static int run_by_colour(job *j, flesh_threads *threads, flesh_task *task)
@@ -99,16 +130,21 @@ static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *po
   return run_by_colour(&j, point->threads, jacobian_of_piece);
 }
 
+static void add_parts(const job *j, double *energy, double *magnitude)
+{
+  *energy = *magnitude = 0;
+  for (int p = 0; p < PARTS; p++) {
+    *energy += j->sums[p][0];
+    *magnitude += j->sums[p][1];
+  }
+}
+
 static int sum_energy(const elasticity *self, const flesh_point *point, double *energy,
                       double *magnitude)
 {
   job j = {.self = self, .x = point->x};
   flesh_threads_run(point->threads, PARTS, energy_of_part, &j);
-  *energy = *magnitude = 0;
-  for (int p = 0; p < PARTS; p++) {
-    *energy += j.sums[p][0];
-    *magnitude += j.sums[p][1];
-  }
+  add_parts(&j, energy, magnitude);
   return j.status;
 }
 
@@ -119,6 +155,22 @@ static int elasticity_potential(const flesh_effect *effect, const flesh_point *p
   double energy, size;
   int status = sum_energy(effect->data, point, &energy, &size);
   if (status) return status;
+  *phi += energy / shift->x;
+  *magnitude += size / shift->x;
+  return FLESH_OK;
+}
+
+static int elasticity_evaluate(const flesh_effect *effect, const flesh_point *point,
+                               const flesh_shift *shift, double *r, double *phi, double *magnitude)
+{
+  if (shift->x == 0) return elasticity_residual(effect, point, r);
+  job j = {.self = effect->data, .x = point->x, .result = r};
+  const flesh_tet_order *order = &j.self->order;
+  for (j.colour = 0; j.colour < order->colours && !j.status; j.colour++)
+    flesh_threads_run(point->threads, shares_of_colour(order, j.colour), evaluate_share, &j);
+  if (j.status) return j.status;
+  double energy, size;
+  add_parts(&j, &energy, &size);
   *phi += energy / shift->x;
   *magnitude += size / shift->x;
   return FLESH_OK;
@@ -160,6 +212,7 @@ static const flesh_effect_operations elasticity_operations = {
     .residual = elasticity_residual,
     .jacobian = elasticity_jacobian,
     .potential = elasticity_potential,
+    .evaluate = elasticity_evaluate,
     .energy = elasticity_energy,
     .destroy = elasticity_destroy,
     .memory = elasticity_memory,

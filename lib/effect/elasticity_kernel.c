@@ -14,6 +14,13 @@
 /* The compiler must see through these to keep a batch in registers. */
 #define INLINE static inline __attribute__((always_inline))
 
+/* The compiler must not make variants of this. */
+#ifdef __clang__
+#define COMPILED_ONCE __attribute__((noinline))
+#else
+#define COMPILED_ONCE __attribute__((noinline, noclone))
+#endif
+
 /* Within these bounds of I_C and J nothing of a built-in energy overflows, nor does the batched
  * logarithm or decomposition leave its domain; beyond, tets are taken one by one. */
 #define LARGEST  1e50
@@ -137,12 +144,23 @@ static inline void scatter_forces(const batch *b, flesh_real f[4][3], double *r)
     }
 }
 
-static int residual(const flesh_batches *batches, int from, int until, const double *x, double *r)
+/* Adds the gradient to r unless that is NULL, and the energy and the size of its terms to sums
+ * unless that is NULL. Compiled once for all three, so that products and sums fuse alike and the bits
+ * do not depend on what was asked. */
+static COMPILED_ONCE int first_order(const flesh_batches *batches, int from, int until,
+                                     const double *x, double *r, double *sums)
 {
+  flesh_real sum = flesh_all(0), size = flesh_all(0);
   for (int k = from; k < until; k++) {
     batch b;
-    int status = load(batches, k, x, 0, &b);
+    int status = load(batches, k, x, sums != NULL, &b);
     if (status) return status;
+    if (sums) {
+      sum += b.volume * b.psi.value;
+      /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
+      size += b.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
+    }
+    if (!r) continue;
     flesh_real pI = 2 * b.volume * b.psi.I, pJ = b.volume * b.psi.J, f[4][3];
     for (int i = 0; i < 3; i++) {
       flesh_real P[3];
@@ -152,26 +170,28 @@ static int residual(const flesh_batches *batches, int from, int until, const dou
     }
     scatter_forces(&b, f, r);
   }
+  for (int l = 0; sums && l < FLESH_LANES; l++) {
+    sums[0] += flesh_lane(sum, l);
+    sums[1] += flesh_lane(size, l);
+  }
   return FLESH_OK;
+}
+
+static int residual(const flesh_batches *batches, int from, int until, const double *x, double *r)
+{
+  return first_order(batches, from, until, x, r, NULL);
 }
 
 static int energy(const flesh_batches *batches, int from, int until, const double *x,
                   double sums[2])
 {
-  flesh_real sum = flesh_all(0), size = flesh_all(0);
-  for (int k = from; k < until; k++) {
-    batch b;
-    int status = load(batches, k, x, 1, &b);
-    if (status) return status;
-    sum += b.volume * b.psi.value;
-    /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
-    size += b.volume * (flesh_abs(b.psi.value) + flesh_abs(b.psi.I) * b.I_C);
-  }
-  for (int l = 0; l < FLESH_LANES; l++) {
-    sums[0] += flesh_lane(sum, l);
-    sums[1] += flesh_lane(size, l);
-  }
-  return FLESH_OK;
+  return first_order(batches, from, until, x, NULL, sums);
+}
+
+static int evaluate(const flesh_batches *batches, int from, int until, const double *x, double *r,
+                    double sums[2])
+{
+  return first_order(batches, from, until, x, r, sums);
 }
 
 /* The exact Hessian: blocks K_11 K_12 K_13 K_22 K_23 K_33. d cof(F) in direction e_j g_b^T,
@@ -314,4 +334,5 @@ const flesh_elasticity_kernel FLESH_KERNEL = {
     .residual = residual,
     .jacobian = jacobian,
     .energy = energy,
+    .evaluate = evaluate,
 };

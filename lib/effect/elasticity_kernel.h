@@ -29,6 +29,9 @@ typedef struct flesh_elasticity_kernel {
                   flesh_projected project, const int *slots, double *values);
   /* sums[0] += V; sums[1] += the size of its terms, |psi| and |psi_I| I_C. */
   int (*energy)(const flesh_batches *batches, int from, int until, const double *x, double sums[2]);
+  /* Residual and energy in one pass. */
+  int (*evaluate)(const flesh_batches *batches, int from, int until, const double *x, double *r,
+                  double sums[2]);
 } flesh_elasticity_kernel;
 
 extern const flesh_elasticity_kernel flesh_elasticity_portable, flesh_elasticity_avx2,

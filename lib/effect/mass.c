@@ -60,8 +60,10 @@ double flesh_mass_matrix_half_square(const flesh_mass_matrix *self, const double
 {
   double total = 0;
   if (self->lumped) {
-    for (int i = 0; i < self->nodes; i++)
-      for (int c = 0; c < 3; c++) total += self->lumped[i] * x[3 * i + c] * x[3 * i + c];
+    for (int i = 0; i < self->nodes; i++) {
+      const double *at = x + 3 * (size_t)i;
+      total += self->lumped[i] * (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
+    }
     return total / 2;
   }
   for (int e = 0; e < self->cells.count; e++) {

@@ -180,7 +180,7 @@ static void try_guess(flesh_problem *problem, const double *guess, double *u)
   if (flesh_problem_potential(problem, u, &value, &size)) value = INFINITY;
   for (int d = 0; d < problem->n; d++) problem->step[d] = problem->fixed[d] ? u[d] : guess[d];
   if (!flesh_problem_reaches(problem, problem->step)) return;
-  if (!flesh_problem_potential(problem, problem->step, &guessed, &size) && guessed < value)
+  if (!flesh_problem_evaluate(problem, problem->step, &guessed, &size) && guessed < value)
     memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
 }
 
@@ -196,6 +196,10 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   flesh_problem_start(problem, u);
   status = flesh_problem_clear(problem, u);
   if (guess && !status) try_guess(problem, guess, u);
+  /* What has no potential may have a residual all the same. */
+  double phi, size;
+  if (!status && problem->options.globalization == FLESH_GLOBALIZATION_ENERGY)
+    flesh_problem_evaluate(problem, u, &phi, &size);
   if (!status) status = flesh_problem_residual(problem, u, problem->work);
   double first = status ? 0 : flesh_norm(problem->n, problem->work);
   if (!status) status = flesh_problem_load_norm(problem, u, &load);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/inspect.h"
 #include "mesh/winding.h"
 
 /* Calm: inertial forces below this share of the force that strains the average edge by its own
@@ -101,9 +102,7 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     if (is(flesh_system_effect(system, k), "inertia"))
       self->inertia = flesh_system_effect(system, k);
-  flesh_mesh_info info;
-  flesh_mesh_inspect(self->mesh, &info);
-  self->edge = info.edge_mean;
+  self->edge = flesh_mesh_mean_edge(self->mesh);
   double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));

@@ -60,6 +60,25 @@ int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
   return distinct;
 }
 
+static double edge_length(const flesh_mesh *mesh, int node, int other)
+{
+  const double *from = mesh->positions + 3 * (size_t)node;
+  const double *to = mesh->positions + 3 * (size_t)other;
+  const double along[3] = {from[0] - to[0], from[1] - to[1], from[2] - to[2]};
+  return sqrt(dot(along, along));
+}
+
+double flesh_mesh_mean_edge(const flesh_mesh *mesh)
+{
+  double edges = 0;
+  for (int t = 0; t < mesh->tets; t++) {
+    const int *n = mesh->tet_nodes + 4 * (size_t)t;
+    for (int i = 0; i < 4; i++)
+      for (int j = i + 1; j < 4; j++) edges += edge_length(mesh, n[i], n[j]);
+  }
+  return edges / (6.0 * mesh->tets);
+}
+
 void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
 {
   *info = (flesh_mesh_info){.nodes = mesh->nodes,
@@ -79,16 +98,12 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
       info->low[d] = fmin(info->low[d], mesh->positions[3 * (size_t)n + d]);
       info->high[d] = fmax(info->high[d], mesh->positions[3 * (size_t)n + d]);
     }
-  double edges = 0, ratios = 0;
+  double ratios = 0;
   for (int t = 0; t < mesh->tets; t++) {
     const int *n = mesh->tet_nodes + 4 * (size_t)t;
     for (int i = 0; i < 4; i++)
       for (int j = i + 1; j < 4; j++) {
-        double along[3];
-        for (int d = 0; d < 3; d++)
-          along[d] = mesh->positions[3 * (size_t)n[i] + d] - mesh->positions[3 * (size_t)n[j] + d];
-        double edge = sqrt(dot(along, along));
-        edges += edge;
+        double edge = edge_length(mesh, n[i], n[j]);
         info->edge_min = fmin(info->edge_min, edge);
         info->edge_max = fmax(info->edge_max, edge);
       }
@@ -96,6 +111,6 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
     ratios += ratio;
     if (ratio < info->radius_ratio_min) info->radius_ratio_min = ratio, info->worst_tet = t;
   }
-  info->edge_mean = edges / (6.0 * mesh->tets);
+  info->edge_mean = flesh_mesh_mean_edge(mesh);
   info->radius_ratio_mean = ratios / mesh->tets;
 }

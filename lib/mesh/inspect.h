@@ -7,6 +7,9 @@
 /* 3 * inradius / circumradius of a tet: 1 for a regular one, towards 0 for a flat one. */
 double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
 
+/* Over the six edges of every tet, at rest. */
+double flesh_mesh_mean_edge(const flesh_mesh *mesh);
+
 /* The distinct region tags in rising order into *list (new, NULL when out of memory); returns their
  * number. */
 int flesh_mesh_region_list(const flesh_mesh *mesh, int **list);

@@ -8,11 +8,12 @@
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;
 
-static double dot(int n, const double *x, const double *y)
+/* The trial u + scale p, rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
+ * one that is accepted then holds for KINSOL's next iterate. */
+static void try_scale(flesh_problem *self, const double *u, double scale, const double *p)
 {
-  double sum = 0;
-  for (int d = 0; d < n; d++) sum += x[d] * y[d];
-  return sum;
+  for (int d = 0; d < self->n; d++) self->step[d] = scale * p[d];
+  for (int d = 0; d < self->n; d++) self->step[d] += u[d];
 }
 
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
@@ -21,7 +22,7 @@ static double curvature(flesh_problem *self, const double *u, const double *r, c
   const double epsilon = 1e-5;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + epsilon * p[d];
   if (flesh_problem_residual(self, self->step, self->work)) return NAN;
-  return (dot(self->n, self->work, p) - dot(self->n, r, p)) / epsilon;
+  return (flesh_dot(self->n, self->work, p) - flesh_dot(self->n, r, p)) / epsilon;
 }
 
 /* Actual over foretold decrease of the accepted filtered step p, whose slope is given; NaN where it is not needed. */
@@ -45,7 +46,7 @@ static void lengthen(flesh_problem *self, const double *u, const double *p, doub
     if (tries == 0) longer = fmax(longer, 2 * *scale);
     if (longer >= too_long) longer = sqrt(*scale * too_long);
     if (longer < 1.4 * *scale) return;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + longer * p[d];
+    try_scale(self, u, longer, p);
     if (flesh_problem_way(self, u, self->step) < 1 ||
         flesh_problem_potential(self, self->step, &further, &ignored) || !(further < *value)) {
       too_long = longer;
@@ -78,21 +79,30 @@ static int choose_follow(const flesh_problem *self, int fell_short, double scale
   return self->follow && !(self->beyond && scale < 0.02);
 }
 
+/* Of the step p, what bars ways lets pass; 1: all. */
+static double longest_scale(flesh_problem *self, const double *u, const double *p)
+{
+  if (!flesh_system_bars(self->system)) return 1;
+  try_scale(self, u, 1, p);
+  const double way = flesh_problem_way(self, u, self->step);
+  return way < 1 ? flesh_way_kept * way : 1;
+}
+
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
-  double slope = dot(self->n, r, p), start, magnitude;
+  double slope = flesh_dot(self->n, r, p), start, magnitude;
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
   double rounding = 1e-13 * magnitude, last_rise = 0;
   if (isnan(self->first_potential)) self->first_potential = start;
-  for (int d = 0; d < self->n; d++) self->step[d] = u[d] + p[d];
-  const double way = flesh_problem_way(self, u, self->step);
-  const double full = way < 1 ? flesh_way_kept * way : 1;
+  const double full = longest_scale(self, u, p);
   for (double scale = full; scale > 1e-14;) {
     double value, ignored;
-    for (int d = 0; d < self->n; d++) self->step[d] = u[d] + scale * p[d];
-    status = flesh_problem_potential(self, self->step, &value, &ignored);
+    try_scale(self, u, scale, p);
+    /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
+    status = scale == full && !self->shortened ? flesh_problem_evaluate(self, self->step, &value, &ignored)
+                                               : flesh_problem_potential(self, self->step, &value, &ignored);
     if (status < 0) return status;
     if (!status) {
       int accepted = value <= start + decrease * scale * slope;
@@ -100,7 +110,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
        * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
-        accepted = dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+        accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes may understate: once more. */
       double rise = value - start;
       if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
@@ -117,6 +127,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
                          start - value > 1.2 * foretold && is_local(self->n, r);
         if (fell_short) lengthen(self, u, p, start, slope, &scale, &value);
         self->follow = choose_follow(self, fell_short, scale);
+        self->shortened = scale < full;
         for (int d = 0; d < self->n && scale != 1; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);

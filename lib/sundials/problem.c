@@ -73,9 +73,10 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->n = flesh_system_unknowns(system);
   size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
+  self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !(self->work = malloc(4 * bytes + 1));
+  int failed = !self->fixed || !self->held || !(self->work = malloc(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
@@ -105,6 +106,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   if (!problem || !*problem) return;
   flesh_problem *self = *problem;
   free(self->fixed);
+  free(self->held);
   free(self->u_fixed);
   free(self->x);
   free(self->v);
@@ -134,14 +136,17 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = self->pace_new = 0;
-  self->at_rounding = self->refused = self->stopped = self->follow = 0;
+  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
   self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
-  for (int d = 0; d < self->n; d++)
+  self->held_count = 0;
+  for (int d = 0; d < self->n; d++) {
+    if (self->fixed[d]) self->held[self->held_count++] = d;
     self->u_fixed[d] =
         self->fixed[d] ? stage->share * (self->u_fixed[d] - stage->x0[d]) / stage->shift.x : 0;
+  }
   return FLESH_OK;
 }
 
@@ -169,9 +174,9 @@ static flesh_point point_at(flesh_problem *self, const double *u)
   go(self->n, s->x0, s->shift.x, u, self->x);
   go(self->n, s->v0, s->shift.v, u, self->v);
   go(self->n, s->a0, s->shift.a, u, self->a);
-  for (int d = 0; d < self->n; d++) {
-    if (!self->fixed[d]) continue;
-    double held = self->u_fixed[d];
+  for (int k = 0; k < self->held_count; k++) {
+    const int d = self->held[k];
+    const double held = self->u_fixed[d];
     self->x[d] = s->x0[d] + s->shift.x * held;
     self->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * held;
     self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * held;
@@ -212,6 +217,33 @@ static int same(const flesh_problem *self, const double *u, const double *other)
   return !memcmp(u, other, (size_t)self->n * sizeof *u);
 }
 
+/* Constraint rows of the residual just evaluated at u, which is then known. */
+static int finish_residual(flesh_problem *self, const double *u)
+{
+  for (int k = 0; k < self->held_count; k++) {
+    const int d = self->held[k];
+    self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
+  }
+  if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
+  memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
+  self->residual.known = 1;
+  return FLESH_OK;
+}
+
+/* The same of the potential. */
+static void finish_potential(flesh_problem *self, const double *u)
+{
+  double springs = 0; /* whose gradient the constrained rows are */
+  for (int k = 0; k < self->held_count; k++) {
+    const double off = u[self->held[k]] - self->u_fixed[self->held[k]];
+    springs += off * off;
+  }
+  self->potential.value += self->fixed_scale / 2 * springs;
+  self->potential.magnitude += self->fixed_scale / 2 * springs;
+  memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
+  self->potential.known = 1;
+}
+
 int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
 {
   if (!self->residual.known || !same(self, u, self->residual.u)) {
@@ -222,37 +254,48 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     if (self->options.globalization != FLESH_GLOBALIZATION_ENERGY && !flesh_problem_reaches(self, u))
       return self->refused = FLESH_UNDEFINED;
     int status = flesh_system_residual(self->system, &point, self->residual.r);
+    if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;
-    for (int d = 0; d < self->n; d++)
-      if (self->fixed[d]) self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
-    if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return self->refused = FLESH_NONFINITE;
-    memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
-    self->residual.known = 1;
   }
   if (r != self->residual.r) memcpy(r, self->residual.r, (size_t)self->n * sizeof *r);
   return FLESH_OK;
 }
 
+static int knows_potential(const flesh_problem *self, const double *u)
+{
+  return self->potential.known && same(self, u, self->potential.u);
+}
+
 int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, double *magnitude)
 {
-  if (!self->potential.known || !same(self, u, self->potential.u)) {
+  if (!knows_potential(self, u)) {
     flesh_point point = point_at(self, u);
     self->potential.known = 0;
     self->stats.potentials++;
     int status = flesh_system_potential(self->system, &point, &self->stage.shift,
                                         &self->potential.value, &self->potential.magnitude);
     if (status) return status;
-    double springs = 0; /* whose gradient the constrained rows are */
-    for (int d = 0; d < self->n; d++)
-      if (self->fixed[d]) springs += (u[d] - self->u_fixed[d]) * (u[d] - self->u_fixed[d]);
-    self->potential.value += self->fixed_scale / 2 * springs;
-    self->potential.magnitude += self->fixed_scale / 2 * springs;
-    memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
-    self->potential.known = 1;
+    finish_potential(self, u);
   }
   *phi = self->potential.value;
   *magnitude = self->potential.magnitude;
   return FLESH_OK;
+}
+
+int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, double *magnitude)
+{
+  if (!knows_potential(self, u) && !(self->residual.known && same(self, u, self->residual.u))) {
+    flesh_point point = point_at(self, u);
+    self->residual.known = self->potential.known = 0;
+    self->stats.residuals++;
+    self->stats.potentials++;
+    int status = flesh_system_evaluate(self->system, &point, &self->stage.shift, self->residual.r,
+                                       &self->potential.value, &self->potential.magnitude);
+    if (status) return status;
+    finish_potential(self, u);
+    finish_residual(self, u); /* one without a finite norm is refused when it is asked for */
+  }
+  return flesh_problem_potential(self, u, phi, magnitude);
 }
 
 /* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering". It saves a tenth of the iterations in dynamics; in
@@ -327,19 +370,21 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
   return flesh_norm(self->n, moved);
 }
 
-double flesh_norm(int n, const double *x)
+double flesh_dot(int n, const double *x, const double *y)
 {
   double s[8] = {0};
   int i = 0;
   for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) s[l] += x[i + l] * x[i + l];
-  for (; i < n; i++) s[0] += x[i] * x[i];
-  return sqrt(((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7])));
+    for (int l = 0; l < 8; l++) s[l] += x[i + l] * y[i + l];
+  for (; i < n; i++) s[0] += x[i] * y[i];
+  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
 }
+
+double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + sizeof(int) + 1);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);

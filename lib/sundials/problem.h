@@ -17,6 +17,7 @@ struct flesh_problem {
   int n; /* unknowns */
   flesh_stage stage;
   uint8_t *fixed;      /* [n] */
+  int *held, held_count; /* [n] the unknowns fixed in this stage */
   double *u_fixed;     /* [n] values of the fixed unknowns */
   double fixed_scale;  /* typical stiffness, of the constrained rows */
   double *x, *v, *a;   /* [n] the point last evaluated */
@@ -50,6 +51,7 @@ struct flesh_problem {
   int (*stop)(void *data); /* NULL: not asked */
   void *stop_data;
   int stopped;           /* what it answered; FLESH_OK: go on */
+  int shortened;         /* the last guarded step of the stage was not its first try */
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double target;         /* of the nonlinear solve, N; 0: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
@@ -64,6 +66,8 @@ struct flesh_problem {
 int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 /* Potential at u and the sum of its terms' absolute values. */
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
+/* The same; where neither potential nor residual at u is known, both become so in one pass. */
+int flesh_problem_evaluate(flesh_problem *problem, const double *u, double *phi, double *magnitude);
 /* Whether nothing bars the straight way from the lagged state to u. */
 int flesh_problem_reaches(flesh_problem *problem, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
@@ -90,6 +94,7 @@ int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *nor
 /* 2-norm of how far rounding of x, v and a moves the residual. */
 double flesh_problem_rounding(flesh_problem *problem, const double *u);
 double flesh_norm(int n, const double *x);
+double flesh_dot(int n, const double *x, const double *y);
 size_t flesh_problem_memory(const flesh_problem *problem);
 
 /* Scales the Newton step p [n] at u, where the residual is r, so that the potential falls (Armijo). FLESH_OK;

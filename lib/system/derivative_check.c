@@ -153,6 +153,27 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
+/* One pass against two. */
+static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
+{
+  const flesh_effect_operations *can = c->effect->operations;
+  const flesh_point point = moved(c, shift, 0);
+  double phi = 0, size = 0, phi_both = 0, size_both = 0, error = 0;
+  *worst = INFINITY; /* also without the two that it stands for */
+  if (!can->residual || !can->potential) return FLESH_OK;
+  memset(c->r, 0, c->unknowns * sizeof *c->r);
+  memset(c->dr, 0, c->unknowns * sizeof *c->dr);
+  int status = can->residual(c->effect, &point, c->r);
+  if (!status) status = can->potential(c->effect, &point, shift, &phi, &size);
+  if (!status) status = can->evaluate(c->effect, &point, shift, c->dr, &phi_both, &size_both);
+  if (status) return status;
+  for (size_t d = 0; d < c->unknowns; d++) error += (c->dr[d] - c->r[d]) * (c->dr[d] - c->r[d]);
+  const double off = fabs(phi_both - phi) + fabs(size_both - size);
+  if (error + off < INFINITY) /* else some are not numbers */
+    *worst = fmax(ratio(sqrt(error), sqrt(dot(c, c->r, c->r))), ratio(off, size));
+  return FLESH_OK;
+}
+
 static double diagonal_asymmetry(const flesh_block_matrix *K)
 {
   double largest = 0, asymmetry = 0;
@@ -207,6 +228,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
+  if (!status && operations->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
   projected.project = 1;
@@ -244,7 +266,8 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
                                    const double *x, unsigned long long seed,
                                    flesh_derivative_report *report)
 {
-  *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN}};
+  *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
+                                      .evaluate = {NAN, NAN}};
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   check c = {.effect = effect,
@@ -269,7 +292,9 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
 int flesh_derivative_report_passes(const flesh_derivative_report *report, double tolerance)
 {
   double worst = fmax(report->asymmetry, report->negative);
-  for (int s = 0; s < FLESH_CHECK_SHIFTS; s++)
-    worst = fmax(worst, fmax(report->potential[s], report->jacobian[s])); /* fmax skips NaN */
+  for (int s = 0; s < FLESH_CHECK_SHIFTS; s++) { /* fmax skips NaN */
+    worst = fmax(worst, fmax(report->potential[s], report->jacobian[s]));
+    worst = fmax(worst, report->evaluate[s]);
+  }
   return worst <= tolerance;
 }

@@ -263,15 +263,22 @@ static double processor_time(const flesh_costs *costs)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-typedef enum call { CALL_RESIDUAL, CALL_JACOBIAN, CALL_POTENTIAL, CALL_ENERGY } call;
+typedef enum call {
+  CALL_RESIDUAL = 1,
+  CALL_JACOBIAN = 2,
+  CALL_POTENTIAL = 4,
+  CALL_ENERGY = 8
+} call; /* or'ed where one gives several */
 
 /* A call of effect k that began at `start`. */
-static void count(flesh_costs *costs, int k, call what, double start)
+static void count(flesh_costs *costs, int k, int what, double start)
 {
   if (!costs) return;
   flesh_effect_cost *cost = &costs->effects[k];
-  long *calls[] = {&cost->residuals, &cost->jacobians, &cost->potentials, &cost->energies};
-  ++*calls[what];
+  cost->residuals += (what & CALL_RESIDUAL) != 0;
+  cost->jacobians += (what & CALL_JACOBIAN) != 0;
+  cost->potentials += (what & CALL_POTENTIAL) != 0;
+  cost->energies += (what & CALL_ENERGY) != 0;
   if (costs->timed) cost->cpu_s += processor_time(costs) - start;
 }
 
@@ -340,6 +347,36 @@ int flesh_system_potential(const flesh_system *system, const flesh_point *point,
     const double start = processor_time(full.costs);
     int status = effect->operations->potential(effect, &full, shift, phi, magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
+    if (status) return status;
+  }
+  return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
+}
+
+/* What `evaluate` gives, by it or by the two that it stands for. */
+static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
+                           const flesh_shift *shift, double *r, double *phi, double *magnitude)
+{
+  const flesh_effect_operations *can = effect->operations;
+  if (can->evaluate) return can->evaluate(effect, point, shift, r, phi, magnitude);
+  int status = can->residual ? can->residual(effect, point, r) : FLESH_OK;
+  if (!status && can->potential) status = can->potential(effect, point, shift, phi, magnitude);
+  return status;
+}
+
+int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
+                          const flesh_shift *shift, double *r, double *phi, double *magnitude)
+{
+  const flesh_point full = with_lag(point);
+  memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
+  *phi = *magnitude = 0;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
+                      (effect->operations->potential ? CALL_POTENTIAL : 0);
+    if (!calls) continue;
+    const double start = processor_time(full.costs);
+    int status = evaluate_effect(effect, &full, shift, r, phi, magnitude);
+    count(full.costs, k, calls, start);
     if (status) return status;
   }
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
