@@ -184,6 +184,17 @@ static void try_guess(flesh_problem *problem, const double *guess, double *u)
     memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
 }
 
+/* Whether a solve that has spent its iterations still gets somewhere: the last ones, since the potential was *reached
+ * (NAN: the first), took at least a tenth of all that has been gained. Starting again with half the step would
+ * throw that away. */
+static int goes_on(flesh_problem *problem, const double *u, double *reached)
+{
+  double value, magnitude, before = isnan(*reached) ? problem->first_potential : *reached;
+  if (isnan(before) || flesh_problem_potential(problem, u, &value, &magnitude)) return 0;
+  *reached = value;
+  return before - value > fmax(0.1 * (problem->first_potential - value), 1e-12 * magnitude);
+}
+
 int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *guess,
                           int extensions, flesh_solve_stats *stats)
 {
@@ -213,7 +224,8 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
     int search = problem->options.globalization == FLESH_GLOBALIZATION_KINSOL;
     int strategy = search ? KIN_LINESEARCH : KIN_NONE;
     int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
-    while (flag == KIN_MAXITER_REACHED && extensions-- > 0)
+    double reached = NAN;
+    while (flag == KIN_MAXITER_REACHED && (extensions-- > 0 || goes_on(problem, u, &reached)))
       flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
     status = judge(self, flag, target, stats);
   }
