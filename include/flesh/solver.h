@@ -53,7 +53,9 @@ typedef struct flesh_solver_options {
    * max(||r at the first iterate||_2, ||applied load||_2), or r is at rounding. */
   double newton_tolerance;
   double linear_tolerance; /* residual reduction of each linear solve */
-  int max_newton;          /* iterations per solve */
+  /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
+   * potential), else the solve ends there. */
+  int max_newton;
   int max_linear;          /* iterations per linear solve */
   int max_halvings;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
@@ -80,7 +82,7 @@ typedef struct flesh_solver_options {
   int follow_curvature;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 300 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
+/* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
  * unconverged solves refused, untangling, 1 thread, negative curvature followed. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 

@@ -11,6 +11,8 @@
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 
+enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
+
 struct flesh_nonlinear {
   flesh_problem *problem;
   SUNContext context;
@@ -35,7 +37,7 @@ static int kinsol_options(flesh_nonlinear *self)
   failed |= KINSetUserData(kinsol, self->problem);
   failed |= KINSetLinearSolver(kinsol, self->solver, self->matrix);
   failed |= KINSetJacFn(kinsol, flesh_kinsol_jacobian);
-  failed |= KINSetNumMaxIters(kinsol, options->max_newton);
+  failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
   failed |= KINSetMaxSetupCalls(kinsol, 1);      /* a fresh Jacobian in every iteration */
   failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
   failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
@@ -184,15 +186,32 @@ static void try_guess(flesh_problem *problem, const double *guess, double *u)
     memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
 }
 
-/* Whether a solve that has spent its iterations still gets somewhere: the last ones, since the potential was *reached
- * (NAN: the first), took at least a tenth of all that has been gained. Starting again with half the step would
- * throw that away. */
+/* Whether a solve still gets somewhere: its last iterations, since the potential was *reached (NAN: the first), took at
+ * least a tenth of all that has been gained. Starting again with half the step would throw that away. */
 static int goes_on(flesh_problem *problem, const double *u, double *reached)
 {
   double value, magnitude, before = isnan(*reached) ? problem->first_potential : *reached;
   if (isnan(before) || flesh_problem_potential(problem, u, &value, &magnitude)) return 0;
   *reached = value;
   return before - value > fmax(0.1 * (problem->first_potential - value), 1e-12 * magnitude);
+}
+
+/* KINSOL's iterations, BATCH at a time while they get somewhere, max_newton in all and that again for every extension. A
+ * smaller limit that a program has set in KINSOL holds. Returns KINSOL's flag. */
+static int iterate(flesh_nonlinear *self, int strategy, int extensions)
+{
+  flesh_problem *problem = self->problem;
+  const int limit = problem->options.max_newton;
+  double reached = NAN;
+  for (long used = 0, last = 0;;) {
+    const int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
+    if (flag != KIN_MAXITER_REACHED) return flag;
+    KINGetNumNonlinSolvIters(self->kinsol, &last);
+    used += last;
+    if (last == BATCH && used + BATCH <= limit && goes_on(problem, N_VGetArrayPointer(self->u), &reached)) continue;
+    if (extensions-- <= 0) return flag;
+    used = 0;
+  }
 }
 
 int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *guess,
@@ -223,11 +242,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
     KINSetFuncNormTol(self->kinsol, target);
     int search = problem->options.globalization == FLESH_GLOBALIZATION_KINSOL;
     int strategy = search ? KIN_LINESEARCH : KIN_NONE;
-    int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
-    double reached = NAN;
-    while (flag == KIN_MAXITER_REACHED && (extensions-- > 0 || goes_on(problem, u, &reached)))
-      flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
-    status = judge(self, flag, target, stats);
+    status = judge(self, iterate(self, strategy, extensions), target, stats);
   }
   add_counts(problem, stats);
   return status;
