@@ -144,6 +144,12 @@ const flesh_stress_case flesh_stress_case_table[] = {
    .effects = "  - damping: {mass: 1, stiffness: 0.01, against: current}\n"
               "  - viscosity: {shear: 300, bulk: 300}\n",
    .doc = "scrambled, with Rayleigh damping and viscosity"},
+  {.name = "load_and_go", .group = "obstacles", .step = 1. / 60, .seconds = 3, .flags = PINNED,
+   .effects = "  - pressure: {box: [[-1, -1, -1], [1, 1, 1]], pressure: -2e4, until: 0.5}\n"
+              "  - traction: {box: [[0.199, -1, -1], [1, 1, 1]], traction: [0, 3e4, 0], until: 0.5}\n"
+              "  - force: {box: [[0.199, -1, -1], [1, 1, 1]], force: [-300, 0, 200], until: 0.5}\n"
+              "  - calm: {rate: 4, from: 0.5}\n",
+   .doc = "blown up by a fifth of Young's modulus, pulled across and pressed, all at once; let go, wound down"},
 
   /* Materials. */
   {.name = "checker1e6", .group = "materials", .mesh = FLESH_STRESS_CHECKER,
