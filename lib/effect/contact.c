@@ -319,6 +319,19 @@ static void contact_report(const flesh_effect *effect, const flesh_point *point,
   values[2] = sqrt(flesh_vec3_dot(force, force));
 }
 
+static size_t contact_memory(const flesh_effect *effect)
+{
+  const contact *self = effect->data;
+  const flesh_contact_core *core = &self->core;
+  size_t bytes = sizeof *self + flesh_obstacle_memory(self->obstacle) +
+                 (size_t)self->count * (sizeof *self->nodes + sizeof *self->weight);
+  if (core->points)
+    bytes += 3 * FLESH_CORE_POINTS * sizeof *core->centres +
+             3 * (size_t)core->faces.count *
+                 (sizeof *core->faces.nodes + sizeof *core->edge_weight + sizeof *core->vertex_weight);
+  return bytes;
+}
+
 static void contact_destroy(void *data)
 {
   contact *self = data;
@@ -344,6 +357,7 @@ static const flesh_effect_operations contact_operations = {
     .check = contact_check,
     .report_names = contact_report_names,
     .report = contact_report,
+    .memory = contact_memory,
     .destroy = contact_destroy,
 };
 

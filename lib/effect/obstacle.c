@@ -140,6 +140,12 @@ double flesh_obstacle_next_event(const flesh_obstacle *obstacle, double t)
   return flesh_motion_next_event(&obstacle->motion, t);
 }
 
+size_t flesh_obstacle_memory(const flesh_obstacle *obstacle)
+{
+  return sizeof *obstacle + (size_t)obstacle->motion.count * sizeof *obstacle->motion.keyframes +
+         (obstacle->tree ? flesh_obstacle_tree_memory(obstacle->tree) : 0);
+}
+
 const char *flesh_obstacle_name(const flesh_obstacle *obstacle)
 {
   static const char *const names[] = {"plane", "sphere", "capsule", "mesh"};

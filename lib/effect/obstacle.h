@@ -19,6 +19,8 @@ int flesh_obstacle_moves(const flesh_obstacle *obstacle);
 void flesh_obstacle_velocity(const flesh_obstacle *obstacle, double t, const double y[3],
                              double v[3]);
 double flesh_obstacle_next_event(const flesh_obstacle *obstacle, double t);
+/* Bytes it holds. */
+size_t flesh_obstacle_memory(const flesh_obstacle *obstacle);
 /* "plane", "sphere", ... */
 const char *flesh_obstacle_name(const flesh_obstacle *obstacle);
 

@@ -372,3 +372,11 @@ double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[
   }
   return share;
 }
+
+size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)
+{
+  return sizeof *self + 3 * (size_t)self->nodes * sizeof *self->positions +
+         3 * (size_t)self->triangles *
+             (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
+         2 * (size_t)self->triangles * sizeof *self->tree;
+}

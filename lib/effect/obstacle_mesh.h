@@ -9,6 +9,8 @@ typedef struct flesh_obstacle_tree flesh_obstacle_tree;
 int flesh_obstacle_tree_create(int nodes, const double *positions, int triangles,
                                const int *triangle_nodes, flesh_obstacle_tree **tree);
 void flesh_obstacle_tree_destroy(flesh_obstacle_tree **tree);
+/* Bytes it holds. */
+size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *tree);
 
 /* Adds the barriers of what is nearer to y than w. */
 void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *tree, const double y[3], double w,
