@@ -233,9 +233,9 @@ snakemake_runs_the_shards() {
   command -v snakemake >/dev/null || { echo 'Snakemake is not installed'; return 0; }
   undisturbed || return 1
   expect 0 snakemake --snakefile "$data/sweeps/Snakefile" --cores 2 \
-    --config spec=bar.yaml out=snakemake shards=3 "flesh=$flesh" &&
-    figures whole/sweep.db >expected && figures snakemake/sweep.db >got && diff expected got &&
-    [ "$(lines snakemake/results.csv)" -eq 49 ]
+    --config spec=bar.yaml 'out=by snakemake' shards=3 "flesh=$flesh" &&
+    figures whole/sweep.db >expected && figures 'by snakemake/sweep.db' >got && diff expected got &&
+    [ "$(lines 'by snakemake/results.csv')" -eq 49 ]
 }
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
