@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "flesh/contact.h"
 #include "effect/registry.h"
 #include "flesh/observer.h"
 #include "test.h"
@@ -176,6 +177,17 @@ static void memory_is_what_was_allocated(void)
   const size_t taken = requested - before, told = effect->operations->memory(effect);
   printf("# damping tells %zu bytes and took %zu\n", told, taken);
   if (COUNTS_MEMORY) CHECK(told <= taken && (double)(taken - told) < 0.02 * (double)taken);
+  flesh_effect_destroy(&effect);
+  /* Contact frees again what it only needs on the way. */
+  flesh_obstacle *ball = NULL;
+  flesh_contact_options options;
+  flesh_contact_options_default(&options);
+  const size_t before_contact = requested;
+  CHECK_OK(flesh_obstacle_sphere((double[]){0, 0, -3}, 1, &ball));
+  CHECK_OK(flesh_effect_contact(&b.body, &options, &ball, &effect));
+  const size_t asked = requested - before_contact, contact_told = effect->operations->memory(effect);
+  printf("# contact tells %zu bytes and asked for %zu\n", contact_told, asked);
+  if (COUNTS_MEMORY) CHECK(contact_told <= asked && contact_told > asked / 4);
   flesh_effect_destroy(&effect);
   test_body_destroy(&b);
 }

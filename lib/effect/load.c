@@ -177,16 +177,24 @@ const flesh_key flesh_force_keys[] = {
     FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
     {0}};
 
-int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system *system)
+/* Either load, on what `select` finds of the selection. */
+static int add(const flesh_load_parameters *p, const flesh_body *body, flesh_system *system,
+               int (*select)(const flesh_selection *, const flesh_body *, int *, int **),
+               int (*create)(const flesh_body *, int, const int *, const double[3], const flesh_amplitude *,
+                             flesh_effect **))
 {
-  const flesh_load_parameters *p = parameters;
   const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
   flesh_effect *effect = NULL;
-  int count, *nodes = NULL, status = flesh_selection_nodes(&p->selection, body, &count, &nodes);
+  int count, *items = NULL, status = select(&p->selection, body, &count, &items);
   if (status) return status;
-  status = flesh_effect_force(body, count, nodes, p->vector, &amplitude, &effect);
-  free(nodes);
+  status = create(body, count, items, p->vector, &amplitude, &effect);
+  free(items);
   return status ? status : flesh_system_add_effect(system, &effect);
+}
+
+int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system *system)
+{
+  return add(parameters, body, system, flesh_selection_nodes, flesh_effect_force);
 }
 
 const flesh_key flesh_traction_keys[] = {
@@ -199,12 +207,5 @@ const flesh_key flesh_traction_keys[] = {
 
 int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_system *system)
 {
-  const flesh_load_parameters *p = parameters;
-  const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
-  flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
-  if (status) return status;
-  status = flesh_effect_traction(body, count, triangles, p->vector, &amplitude, &effect);
-  free(triangles);
-  return status ? status : flesh_system_add_effect(system, &effect);
+  return add(parameters, body, system, flesh_selection_triangles, flesh_effect_traction);
 }

@@ -149,7 +149,8 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0);
+  int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
+                (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          (size_t)integrator->n * (2 * sizeof(int) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +

@@ -102,8 +102,6 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
   return N_VGetArrayPointer(self->u);
 }
 
-double flesh_nonlinear_stiffness(const flesh_nonlinear *self) { return self->problem->fixed_scale; }
-
 const double *flesh_nonlinear_positions(const flesh_nonlinear *self) { return self->problem->x; }
 
 int flesh_nonlinear_worst_node(const flesh_nonlinear *self)

@@ -35,9 +35,6 @@ int flesh_nonlinear_take_up(flesh_nonlinear *nonlinear, double t, const double *
 int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
                             flesh_solve_stats *stats);
 
-/* Typical diagonal entry of the system's rest stiffness, N/m. */
-double flesh_nonlinear_stiffness(const flesh_nonlinear *nonlinear);
-
 /* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
 const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
 

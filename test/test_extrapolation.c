@@ -1,0 +1,81 @@
+/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas, none where nothing leads to
+ * the state, and fewer iterations on a calm swing. */
+#include "body.h"
+#include "integrator/extrapolation.h"
+#include "test.h"
+
+enum { N = 6 };
+
+static double velocity(int d, double t) { return 1 + d - 3 * t + (2 + d) * t * t; }
+
+static flesh_state at(double t, double *x, double *v)
+{
+  for (int d = 0; d < N; d++) v[d] = velocity(d, t);
+  return (flesh_state){t, x, v};
+}
+
+static void parabolas_are_exact(void)
+{
+  const double h = 0.1;
+  double x[N] = {0}, v[N], u[N];
+  flesh_extrapolation e;
+  CHECK_OK(flesh_extrapolation_create(N, &e));
+  flesh_state state = at(0, x, v);
+  CHECK(!flesh_extrapolation_guess(&e, &state, h, u));
+  for (int k = 1; k <= 5; k++) {
+    state = at(k * h, x, v);
+    flesh_extrapolation_remember(&e, &state, h, 1);
+    CHECK(flesh_extrapolation_guess(&e, &state, h, u));
+    for (int d = 0; d < N && k >= 3; d++) CHECK_NEAR(u[d], h * velocity(d, (k + 1) * h), 1e-14);
+  }
+  CHECK(!flesh_extrapolation_guess(&e, &state, h / 2, u)); /* another step */
+  v[2] += 1e-9;                                            /* another state */
+  CHECK(!flesh_extrapolation_guess(&e, &state, h, u));
+  /* After a hard step only its own velocity counts. */
+  state = at(6 * h, x, v);
+  flesh_extrapolation_remember(&e, &state, h, 0);
+  CHECK(flesh_extrapolation_guess(&e, &state, h, u));
+  for (int d = 0; d < N; d++) CHECK_NEAR(u[d], h * velocity(d, 6 * h), 1e-15);
+  flesh_extrapolation_clear(&e);
+}
+
+/* Newton iterations of thirty steps of a bar that swings, by one integrator or by a new one for every step. */
+static int iterations(int forgetful, double *end)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_solve_stats stats = {0};
+  flesh_integrator *integrator = NULL;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(12, 4, 4, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_gravity(&b, 0, 0, -2));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options_default(&options);
+  for (int k = 0; k < 30; k++) {
+    if (!integrator)
+      CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+    if (forgetful) flesh_integrator_destroy(&integrator);
+  }
+  *end = b.state.x[b.n - 1];
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return stats.newton;
+}
+
+static void calm_swings_take_fewer_iterations(void)
+{
+  double with, without;
+  const int few = iterations(0, &with), many = iterations(1, &without);
+  printf("# %d Newton iterations, %d without what came before; the end differs by %.2g m\n", few, many, with - without);
+  CHECK_BELOW(few, 0.85 * many);
+  CHECK(few <= 70); /* 84 where linear tolerances do not follow Newton's convergence */
+  CHECK_NEAR(with, without, 1e-6);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(calm_swings_take_fewer_iterations));
+}
