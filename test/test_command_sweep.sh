@@ -2,6 +2,7 @@
 set -u
 . "$(dirname -- "$0")/command.sh"
 . "$source_folder/sweep.sh"
+bar_spec 1/2 >bar.yaml
 
 a_plan_is_told_and_nothing_is_done() {
   spec 'repeats: 2' 'axes:' '  - {key: body.material.young, from: 1e4, to: 1e6, count: 3, spacing: logarithmic}' \
