@@ -80,18 +80,39 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
   return status;
 }
 
+/* K p = b by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner has lost
+ * all accuracy. As long as that takes no more arithmetic than PCG has spent in vain. */
+static int rescue(solver *self, const double *b, double *p)
+{
+  flesh_problem *problem = self->problem;
+  if (!problem->rescue) {
+    /* A product and two triangular solves an iteration, with 18 operations a block. */
+    const double spent = 36. * problem->K->row_start[problem->K->rows] * 2 * problem->options.max_linear;
+    int status = flesh_direct_create_symmetric(problem->K, spent, &problem->rescue);
+    if (status) return status;
+  }
+  problem->stalled = problem->rescue ? 1 : -1;
+  if (!problem->rescue) return FLESH_NOT_CONVERGED;
+  int status = flesh_direct_factor(problem->rescue, problem->K);
+  if (status) return status;
+  problem->stats.direct++;
+  return flesh_direct_solve(problem->rescue, b, p);
+}
+
 /* K p = b by the method of the options; b is not touched. */
 static int solve_linear(solver *self, const double *b, double tolerance, double *p)
 {
   flesh_problem *problem = self->problem;
   problem->beyond = 0;
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
+  if (problem->stalled > 0 && !problem->follow) return rescue(self, b, p);
   const int limit = problem->options.max_linear, used = problem->pace_new > 0, before = self->report.iterations;
   int status = conjugate_gradients(self, used && limit > PATIENCE ? PATIENCE : limit, b, tolerance, p);
   if (status == FLESH_NOT_CONVERGED && used && limit > PATIENCE) {
     status = flesh_problem_factor(problem);
     if (!status) status = conjugate_gradients(self, limit, b, tolerance, p);
   }
+  if (status == FLESH_NOT_CONVERGED && problem->stalled >= 0) status = rescue(self, b, p);
   /* A truncated solve still descends. */
   return status == FLESH_NOT_CONVERGED && self->report.iterations > before ? FLESH_OK : status;
 }

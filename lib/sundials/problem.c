@@ -123,6 +123,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
+  flesh_direct_destroy(&self->rescue);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
   free(self);
@@ -136,7 +137,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = self->pace_new = 0;
-  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
+  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = self->stalled = 0;
   self->model_ratio = self->first_potential = NAN;
   flesh_system_fixed(self->system, stage->t, self->fixed);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
@@ -389,5 +390,6 @@ size_t flesh_problem_memory(const flesh_problem *self)
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
+  if (self->rescue) bytes += flesh_direct_memory(self->rescue);
   return bytes;
 }
