@@ -4,13 +4,6 @@
 
 #include "motion_reference.h"
 
-static flesh_material soft(flesh_energy energy)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
-  return material;
-}
-
 static double energy_of(const test_body *b, const flesh_state *state)
 {
   double *zeros = calloc((size_t)b->n, sizeof *zeros), energies[8], sum = 0;
@@ -74,7 +67,7 @@ typedef struct energy_record {
 static energy_record swing(flesh_energy energy, flesh_method method, double amplitude, int periods)
 {
   test_body b;
-  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), soft(energy), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finish(b.system));
   double *mode = malloc((size_t)b.n * sizeof *mode), rest = energy_of(&b, &b.state);
@@ -140,7 +133,7 @@ static void midpoint_keeps_both_momenta(void)
     for (int loose = 0; loose < 2; loose++) {
       test_body b;
       const double h = 1. / 60, nodes = 36;
-      CHECK_OK(test_body_create(test_box(3, 2, 2, 2, 1, 1), soft(FLESH_ENERGY_S), 1000, (flesh_mass)mass, 1, &b));
+      CHECK_OK(test_body_create(test_box(3, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, (flesh_mass)mass, 1, &b));
       CHECK_OK(flesh_system_finish(b.system));
       for (int i = 0; i < b.n / 3; i++) {
         const double *X = b.state.x + 3 * i;
@@ -253,7 +246,7 @@ static void check_small(flesh_mesh *mesh, const char *name)
   enum { LEVELS = 4 };
   test_body b;
   const double end = 1;
-  CHECK_OK(test_body_create(mesh, soft(FLESH_ENERGY_S), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_finish(b.system));
   for (int i = 0; i < b.n / 3; i++) {
     double *x = b.state.x + 3 * i;

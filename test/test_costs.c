@@ -38,16 +38,9 @@ void *calloc(size_t count, size_t size)
 enum { COUNTS_MEMORY = 0 };
 #endif
 
-static flesh_material soft(void)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
-  return material;
-}
-
 static void make(test_body *b)
 {
-  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
