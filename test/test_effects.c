@@ -575,7 +575,8 @@ static void masses_and_weights(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together),
-                   TEST(potentials_are_energies), TEST(evaluations_are_residual_and_potential), TEST(elasticity_is_the_material), TEST(materials_by_region),
-                   TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights));
+  return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together), TEST(potentials_are_energies),
+                   TEST(evaluations_are_residual_and_potential), TEST(elasticity_is_the_material),
+                   TEST(materials_by_region), TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free),
+                   TEST(masses_and_weights));
 }

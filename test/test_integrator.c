@@ -148,8 +148,8 @@ static void non_finite_states_are_reported(void)
   test_body_destroy(&b);
 }
 
-/* A step that fails is taken in halves, here because few Newton iterations are allowed. The state ends at exactly t + h,
- * and where the halves themselves succeed it is that of the two steps taken by hand, to the last bit. */
+/* A step that fails is taken in halves, here because few Newton iterations are allowed. The state ends at exactly t +
+ * h, and where the halves themselves succeed it is that of the two steps taken by hand, to the last bit. */
 static void failing_steps_are_halved(void)
 {
   test_body b, by_hand;
@@ -316,7 +316,9 @@ static void threads_share_a_system_and_give_the_same_bits(void)
   job jobs[4];
   pthread_t threads[4];
   for (int k = 0; k < 4; k++) {
-    jobs[k] = (job){.system = b.system, .n = b.n, .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
+    jobs[k] = (job){.system = b.system,
+                    .n = b.n,
+                    .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
     memcpy(jobs[k].state.x, b.state.x, (size_t)b.n * sizeof(double));
     for (int d = 0; d < b.n; d++) jobs[k].state.v[d] = d % 3 == 1 ? (1 + k % 2) * b.state.x[d - 1] : 0;
   }

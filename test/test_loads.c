@@ -242,7 +242,8 @@ static const double inner = 1, outer = 1.6;
  * order of their nodes, so that neighbours agree. */
 static flesh_mesh *eighth(int n, int layers)
 {
-  int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0, tets = 0;
+  int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0,
+      tets = 0;
   double *X = malloc(sizeof(double) * 3 * (size_t)(columns * (layers + 1)));
   int *nodes = malloc(sizeof(int) * 12 * (size_t)(n * n * layers));
   for (int i = 0; i <= n; i++)

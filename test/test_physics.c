@@ -1,5 +1,5 @@
-/* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria with
- * closed forms, and energy that never rises over a backward-Euler step, from any start. */
+/* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria
+ * with closed forms, and energy that never rises over a backward-Euler step, from any start. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_roots.h>
 #include <stdlib.h>
@@ -97,7 +97,10 @@ static void free_body_under_d_rests_at_its_volume(void)
         if (dynamic == 2) CHECK_OK(run(&b, FLESH_METHOD_BACKWARD_EULER, &options, 1. / 30, 120, &stats));
         double volume = flesh_mesh_volume(b.mesh, b.state.x);
         printf("# nu %g %s, %s: V/V0 = %.10f, theory %.10f; %d Newton, %d PCG\n", poissons[k], raw ? "raw" : "as_e",
-               dynamic == 0 ? "static" : dynamic == 1 ? "h = 1" : "h = 1/30", volume, theory, stats.newton, stats.linear);
+               dynamic == 0   ? "static"
+               : dynamic == 1 ? "h = 1"
+                              : "h = 1/30",
+               volume, theory, stats.newton, stats.linear);
         check_scaled(&b, theory, 1e-8);
         CHECK_BELOW(test_norm(b.n, b.state.v), 1e-7);
         test_body_destroy(&b);
@@ -257,8 +260,8 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
     CHECK_BELOW(stats.residual_last, stats.residual_target + (stats.at_rounding ? 1 : 0));
     deformed = fmax(deformed, largest_strain(&b));
   }
-  printf("# %s, %s: edges strained by %.2g, L from %.3g to %.3g\n", flesh_energy_name(energy), mass ? "consistent" : "lumped",
-         deformed, test_norm(3, L_begin), test_norm(3, L_end));
+  printf("# %s, %s: edges strained by %.2g, L from %.3g to %.3g\n", flesh_energy_name(energy),
+         mass ? "consistent" : "lumped", deformed, test_norm(3, L_begin), test_norm(3, L_end));
   CHECK(deformed > 1); /* the laws were tried on something */
   CHECK(turned > 1e-5);
   flesh_integrator_destroy(&integrator);
@@ -291,7 +294,8 @@ static void free_flight_is_backward_eulers_parabola(void)
   for (int mass = 0; mass < 2; mass++) {
     test_body b;
     flesh_solver_options options = test_options(1e-11);
-    CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, (flesh_mass)mass, 1, &b));
+    CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, (flesh_mass)mass,
+                              1, &b));
     CHECK_OK(test_body_gravity(&b, g[0], g[1], g[2]));
     CHECK_OK(flesh_system_finish(b.system));
     test_jitter(b.n, 3, 1, b.state.v);
@@ -372,8 +376,8 @@ static double hanging(double s, void *data)
   return P[8] - b->load;
 }
 
-/* One tet under its weight: its foot is held, its tip slides along z. The tip's share of the weight, rho g V/4, is borne
- * by V P_zz / height. */
+/* One tet under its weight: its foot is held, its tip slides along z. The tip's share of the weight, rho g V/4, is
+ * borne by V P_zz / height. */
 static void single_tet_under_gravity(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_B, FLESH_ENERGY_D, FLESH_ENERGY_S};
@@ -433,7 +437,8 @@ static void check_descent(const test_body *b, const double *x0, const double *v0
   point.x = b->state.x;
   point.v = b->state.v;
   CHECK_OK(flesh_system_potential(b->system, &point, &shift, &after, &size[1]));
-  if (!(after <= before + 1e-12 * fmax(size[0], size[1]))) printf("# %s: potential from %.17g to %.17g\n", name, before, after);
+  if (!(after <= before + 1e-12 * fmax(size[0], size[1])))
+    printf("# %s: potential from %.17g to %.17g\n", name, before, after);
   CHECK(after <= before + 1e-12 * fmax(size[0], size[1]));
   free(v);
   free(a);
@@ -480,7 +485,8 @@ static void hard_starts_finish_and_descend(void)
           CHECK(one.potential_rises == 0);
         }
         flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
-        printf("# %-30s %4d Newton (at most %3d), %5d PCG, %4d projected, %4d backtracks, %d split; %d inverted, V/V0 %.4f\n",
+        printf("# %-30s %4d Newton (at most %3d), %5d PCG, %4d projected, %4d backtracks, %d split; %d inverted, V/V0 "
+               "%.4f\n",
                name, stats.newton, most, stats.linear, stats.projections, stats.backtracks, split, inverted,
                flesh_mesh_volume(b.mesh, b.state.x) / (1. / 16));
         CHECK(split <= 2);

@@ -1,5 +1,5 @@
-/* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused with
- * the state untouched. */
+/* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused
+ * with the state untouched. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -129,7 +129,8 @@ static void drags_pull_and_let_go(void)
   flesh_effect *effect = NULL;
   flesh_keyframe key = {.translation = {3, 1, 0.5}};
   flesh_motion target = {.count = 1, .keyframes = &key};
-  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0,
+                            &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_effect_drag(&b.body, (double[]){2, 0.5, 0.5}, 5e3, &target, 0, 1, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
