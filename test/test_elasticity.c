@@ -139,10 +139,13 @@ static void reference(problem *p, flesh_projected project)
 /* A system of this body's elasticity alone. */
 static void make_system(problem *p, flesh_instructions instructions, flesh_system **system)
 {
-  flesh_body body = {.mesh = p->mesh, .materials = p->materials, .tet_material = p->tet_material};
+  flesh_body body = {.mesh = p->mesh,
+                     .materials = p->materials,
+                     .tet_material = p->tet_material,
+                     .instructions = instructions};
   flesh_effect *effect;
   CHECK_OK(flesh_system_create(p->mesh, system));
-  CHECK_OK(flesh_effect_elasticity_with(&body, instructions, &effect));
+  CHECK_OK(flesh_effect_elasticity(&body, &effect));
   CHECK_OK(flesh_system_add_effect(*system, &effect));
   CHECK_OK(flesh_system_finish(*system));
 }
