@@ -28,8 +28,8 @@ typedef struct flesh_body {
   flesh_mass mass;
   int part_count;               /* 0: one body without a name */
   const flesh_body_part *parts; /* [part_count] */
-  flesh_instructions instructions; /* of effects that go tet by tet; those that the machine lacks make
-                                      their constructors fail with FLESH_ERR_ARGUMENT */
+  flesh_instructions instructions; /* of effects that go tet by tet; with some that the machine
+                                      lacks, making these fails with FLESH_ERR_ARGUMENT */
 } flesh_body;
 
 /* Points of a motion in time: linear between keyframes, constant before the first and after the
