@@ -32,9 +32,9 @@ static const flesh_key elasticity_keys[] = {
     {.name = "instructions", .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_elasticity_parameters, instructions), .choices = instructions,
      .default_value = "auto",
-     .doc = "vector instructions of the elements: auto, the best of this machine, or always the same "
-            "ones; results are the same bits with the same ones on the same build, else they agree "
-            "to rounding"},
+     .doc = "vector instructions of the elements, in all of the scene's effects: auto, the best of this "
+            "machine, or always the same ones; results are the same bits with the same ones on the same "
+            "build, else they agree to rounding"},
     {0}};
 
 static int add_elasticity(const void *parameters, const flesh_body *body, flesh_system *system)
