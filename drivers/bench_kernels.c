@@ -100,11 +100,11 @@ static void deform(const flesh_mesh *mesh, double *x)
   }
 }
 
-static int open_system(const flesh_bench_plan *plan, const flesh_bench_bar *bar, bench *b)
+static int open_system(const flesh_bench_bar *bar, bench *b)
 {
   flesh_effect *effect = NULL;
   int status = flesh_system_create(bar->mesh, &b->system);
-  if (!status) status = flesh_effect_elasticity_with(&bar->body, plan->instructions, &effect);
+  if (!status) status = flesh_effect_elasticity(&bar->body, &effect);
   if (!status) status = flesh_system_add_effect(b->system, &effect);
   if (!status) status = flesh_system_finish(b->system);
   if (!status) b->elasticity = flesh_system_effect(b->system, 0);
@@ -143,8 +143,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   return status;
 }
 
-static int open_bench(const flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads,
-                      bench *b)
+static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
 {
   b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
   b->x = malloc(b->n * sizeof *b->x);
@@ -167,7 +166,7 @@ static int open_bench(const flesh_bench_plan *plan, const flesh_bench_bar *bar, 
     flesh_vector_quicken(b->vectors[k]);
   }
   int status = flesh_threads_create(threads, &b->point.threads);
-  if (!status) status = open_system(plan, bar, b);
+  if (!status) status = open_system(bar, b);
   if (!status) status = make_matrix(bar, b);
   return status;
 }
@@ -230,7 +229,7 @@ static void find_floor(const flesh_bench_plan *plan, double held, flesh_bench_ro
 int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads)
 {
   bench b = {0};
-  int status = open_bench(plan, bar, threads, &b);
+  int status = open_bench(bar, threads, &b);
   double tets = flesh_mesh_tet_count(bar->mesh), nodes = flesh_mesh_node_count(bar->mesh);
   double blocks = status ? 0 : b.A->row_start[b.A->rows];
   for (size_t k = 0; k < sizeof kernels / sizeof kernels[0] && !status; k++) {

@@ -37,7 +37,10 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy en
   bar->density = malloc((size_t)tets * sizeof *bar->density);
   if (!bar->density) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int e = 0; e < tets; e++) bar->density[e] = 1000;
-  bar->body = (flesh_body){.mesh = bar->mesh, .density = bar->density, .materials = &bar->material};
+  bar->body = (flesh_body){.mesh = bar->mesh,
+                           .density = bar->density,
+                           .materials = &bar->material,
+                           .instructions = plan->instructions};
   return FLESH_OK;
 }
 
@@ -116,8 +119,7 @@ static int make_system(run *r)
   double before = held();
   int status = flesh_system_create(r->bar->mesh, &r->system);
   if (!status && !r->is_static) status = add(r, flesh_effect_inertia(body, &effect), &effect);
-  if (!status)
-    status = add(r, flesh_effect_elasticity_with(body, r->plan->instructions, &effect), &effect);
+  if (!status) status = add(r, flesh_effect_elasticity(body, &effect), &effect);
   int drop = !strcmp(r->name, "drop");
   if (!status && drop) status = add(r, make_ground(body, &effect), &effect);
   if (!status && (r->is_static || drop || !strcmp(r->name, "swing"))) {

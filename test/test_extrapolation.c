@@ -1,5 +1,5 @@
-/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas, none where nothing leads to
- * the state, and fewer iterations on a calm swing. */
+/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas, none where nothing leads
+ * to the state, and fewer iterations on a calm swing. */
 #include "body.h"
 #include "integrator/extrapolation.h"
 #include "test.h"

@@ -83,8 +83,8 @@ static pair pair_of(const double *const X[3], int count, const int *corners, con
 static int is_far(const double *const X[3], const double p[3], double reach)
 {
   for (int c = 0; c < 3; c++) {
-    double low = fmin(fmin(X[0][c], X[1][c]), X[2][c]), high = fmax(fmax(X[0][c], X[1][c]), X[2][c]);
-    if (low - p[c] >= reach || p[c] - high >= reach) return 1;
+    const double a = X[0][c] - p[c], b = X[1][c] - p[c], d = X[2][c] - p[c];
+    if ((a >= reach && b >= reach && d >= reach) || (-a >= reach && -b >= reach && -d >= reach)) return 1;
   }
   return 0;
 }
@@ -240,8 +240,9 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
       double move = X1[k][c] - X0[k][c] - (p1[c] - p0[c]);
       square += move * move;
     }
-    approach = fmax(approach, sqrt(square));
+    approach = flesh_max(approach, square);
   }
+  approach = sqrt(approach);
   if (approach == 0 || is_far(X0, p0, radius + approach)) return 1;
   double least = 0;
   for (int step = 0; step < WAY_STEPS; step++) {
