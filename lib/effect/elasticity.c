@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "effect/effect.h"
 #include "effect/elasticity_kernel.h"
 #include "effect/element.h"
@@ -272,8 +273,8 @@ static int fill_batches(elasticity *self, const flesh_body *body, const int *tet
   int status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
   int lanes = self->kernel->lanes, tets = given.count, count = self->batches.count;
-  int *nodes = malloc((size_t)tets * 4 * sizeof *nodes);
-  double *shapes = aligned_alloc(64, ((size_t)count * 80 * (size_t)lanes + 127) / 64 * 64);
+  int *nodes = flesh_large((size_t)tets * 4 * sizeof *nodes);
+  double *shapes = flesh_large((size_t)count * 80 * (size_t)lanes);
   for (int k = 0; nodes && k < tets; k++)
     memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
   flesh_cells_clear(&given);

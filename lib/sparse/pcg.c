@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/lanes.h"
 #include "sparse/product.h"
 
@@ -33,9 +34,7 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, 
   int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) {
-    *vectors[k] = aligned_alloc(sizeof **vectors[k], bytes);
-    if (*vectors[k]) memset(*vectors[k], 0, bytes);
-    else failed = 1;
+    failed |= !(*vectors[k] = flesh_large_zeroed(bytes));
   }
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows)
                       : FLESH_OK;

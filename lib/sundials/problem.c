@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/block_matrix.h"
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
@@ -76,9 +77,9 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !self->held || !(self->work = malloc(4 * bytes + 1));
+  int failed = !self->fixed || !self->held || !(self->work = flesh_large(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-    failed |= !(*arrays[k] = calloc(1, bytes + 1));
+    failed |= !(*arrays[k] = flesh_large_zeroed(bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
