@@ -1,5 +1,5 @@
-/* test_callbacks.c: what the callbacks take: kinds of vectors and matrices, a user_data of one's own; and the KINSOL and
- * IDA that integrators hand out. */
+/* test_callbacks.c: what the callbacks take: kinds of vectors and matrices, a user_data of one's own; and the KINSOL
+ * and IDA that integrators hand out. */
 #include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>
@@ -332,6 +332,7 @@ static void statistics(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(quick_operations_are_the_same), TEST(vectors_of_three_kinds), TEST(other_vectors_are_refused),
-                   TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own), TEST(memory_handed_out), TEST(statistics));
+  return RUN_TESTS(argc, argv, TEST(quick_operations_are_the_same), TEST(vectors_of_three_kinds),
+                   TEST(other_vectors_are_refused), TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own),
+                   TEST(memory_handed_out), TEST(statistics));
 }

@@ -346,7 +346,8 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     make(mesh, FLESH_ENERGY_S, 0.4, &b);
     flesh_block_matrix *A = random_matrix(&b, 1.1);
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(
+        flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     for (int d = 0; d < b.n; d++) {

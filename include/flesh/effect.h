@@ -24,6 +24,7 @@
 
 #include <stddef.h>
 
+#include "flesh/instructions.h"
 #include "flesh/mesh.h"
 #include "flesh/status.h"
 #include "flesh/threads.h"
@@ -145,6 +146,9 @@ typedef struct flesh_effect_operations {
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
   const char *const *report_names;
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
+  /* The vector instructions that it works with, on which the last bits of its results depend.
+   * NULL: those of the program. */
+  flesh_instructions (*instructions)(const flesh_effect *effect);
   void (*destroy)(void *data); /* frees `data` */
   /* Bytes of `data` and what it owns. NULL: not told. */
   size_t (*memory)(const flesh_effect *effect);

@@ -391,7 +391,7 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
   return status;
 }
 
-/* Repeats a solve that has succeeded, each time with the lagged state that the last one led to, until none is needed. */
+/* Repeats a solve that has succeeded, with the lagged state that the last one led to, until none is needed. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };

@@ -55,7 +55,8 @@ static int print_csv(const flesh_solve_stats *stats, int header, FILE *file)
   }
 #undef NAME
   separator = "";
-#define VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
+#define VALUE(member, name)                                                                                            \
+  length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
 #define REAL_VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%.17g", separator, stats->member);
   STATISTICS(VALUE)
   REAL_STATISTICS(REAL_VALUE)

@@ -197,7 +197,8 @@ static flesh_point point_at(flesh_problem *self, const double *u)
     self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * held;
   }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads, .costs = self->costs};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads,
+                       .costs = self->costs};
 }
 
 int flesh_problem_reaches(flesh_problem *self, const double *u)
