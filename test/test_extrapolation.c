@@ -79,7 +79,7 @@ static void calm_swings_take_fewer_iterations(void)
 /* Whether a preconditioner made at the first stage still serves at another one. */
 static int serves(flesh_problem *problem, const flesh_state *state, double h, double t, int goes_on)
 {
-  flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 10, .a = 100}, .x0 = state->x};
+  flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
   CHECK_OK(flesh_problem_set_stage(problem, &stage));
   CHECK_OK(flesh_problem_factor(problem));
   problem->pace = 5;
@@ -104,10 +104,10 @@ static void a_preconditioner_serves_in_stages_that_go_on(void)
   flesh_solver_options_default(&options);
   CHECK_OK(flesh_problem_create(b.system, &options, &problem));
   CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
-  CHECK(serves(problem, &b.state, 0.1, 0.1, 1));
-  CHECK(!serves(problem, &b.state, 0.1, 0.1, 0));
-  CHECK(!serves(problem, &b.state, 0.2, 0.1, 1)); /* another step */
-  CHECK(!serves(problem, &b.state, 0.1, 0.6, 1)); /* other constraints */
+  CHECK(serves(problem, &b.state, 0.125, 0.1, 1));
+  CHECK(!serves(problem, &b.state, 0.125, 0.1, 0));
+  CHECK(!serves(problem, &b.state, 0.25, 0.1, 1)); /* another step */
+  CHECK(!serves(problem, &b.state, 0.125, 0.6, 1)); /* other constraints */
   flesh_problem_destroy(&problem);
   test_body_destroy(&b);
 }
