@@ -97,6 +97,8 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
   *nonlinear = NULL;
 }
 
+void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->goes_on = 1; }
+
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
 {
   return N_VGetArrayPointer(self->u);
