@@ -15,6 +15,7 @@
   X(backtracks, "Backtracks")                            \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
+  X(direct, "LS by factorisation")                       \
   X(assemblies, "Jac fn evals")                          \
   X(projections, "Projected Jac fn evals")               \
   X(residuals, "Residual fn evals")                      \
