@@ -5,7 +5,8 @@ static void check(double poisson)
 {
   const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, poisson, 1, 1, 0};
   swing_cost cost = swing_run(&bar);
-  printf("# %d Newton and %d linear iterations, the dearest step %.1f times the median in Newton iterations, %.1f in work\n",
+  printf("# %d Newton and %d linear iterations, the dearest step %.1f times the median in Newton iterations, %.1f in "
+         "work\n",
          cost.total_newton, cost.total_linear, cost.newton, cost.work);
   CHECK_BELOW(cost.newton, 10);
   CHECK_BELOW(cost.work, 12); /* 10.9, but 8.5 to 9.4 in time */

@@ -56,7 +56,9 @@ typedef struct flesh_solver_options {
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
    * potential), else the solve ends there. */
   int max_newton;
-  int max_linear;          /* iterations per linear solve */
+  /* Iterations per linear solve. One that they do not end, and with it the rest of the nonlinear
+   * one, is left to a direct factorisation by KLU, as long as that takes no more arithmetic. */
+  int max_linear;
   int max_halvings;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
@@ -102,6 +104,7 @@ typedef struct flesh_solve_stats {
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
+  int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
   /* Of the integrator: internal steps, those thrown away because they erred too much, and those

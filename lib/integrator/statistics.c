@@ -15,6 +15,7 @@
   X(backtracks, "Backtracks")                            \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
+  X(direct, "LS by factorisation")                       \
   X(assemblies, "Jac fn evals")                          \
   X(projections, "Projected Jac fn evals")               \
   X(residuals, "Residual fn evals")                      \
@@ -55,7 +56,8 @@ static int print_csv(const flesh_solve_stats *stats, int header, FILE *file)
   }
 #undef NAME
   separator = "";
-#define VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
+#define VALUE(member, name)                                                                                            \
+  length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
 #define REAL_VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%.17g", separator, stats->member);
   STATISTICS(VALUE)
   REAL_STATISTICS(REAL_VALUE)
