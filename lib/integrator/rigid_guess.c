@@ -118,7 +118,8 @@ static void turn_nearest(int count, const int *nodes, const double *mass, const 
     for (int e = 0; e < 9; e++) fit[e] += mass[i] * to[e / 3] * d[e % 3];
   }
   flesh_svd3(fit, U, sigma, V);
-  flesh_mat3_multiply_transposed(U, V, turn);
+  if (sigma[1] > 1e-9 * sigma[0]) flesh_mat3_multiply_transposed(U, V, turn);
+  else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
 
 static void guess_part(int count, const int *nodes, const double *mass, const flesh_state *state, double h, int nearest, double *u)
