@@ -291,8 +291,9 @@ static void statistics(void)
                              .potentials = 7, .backtracks = 8, .at_rounding = 9, .untanglings = 10,
                              .untangled_nodes = 11, .unconverged = 12, .steps = 13, .rejected = 14,
                              .convergence_failures = 15, .order = 16, .residual_first = 17.5, .residual_last = 18.5,
-                             .residual_target = 19.5, .h_last = 20.5, .potential_rises = 21};
-  enum { FIGURES = 21 };
+                             .residual_target = 19.5, .h_last = 20.5, .potential_rises = 21, .patches = 22, .patch_newton = 23,
+                             .patch_share = 24.5};
+  enum { FIGURES = 24 };
   FILE *file = tmpfile();
   char line[4096], names[FIGURES][64];
   double values[FIGURES], sum = 0;
@@ -308,7 +309,7 @@ static void statistics(void)
     sum += values[count];
   }
   CHECK(count == FIGURES && !fgets(line, sizeof line, file));
-  CHECK_NEAR(sum, 233, 0); /* 1 + 2 + ... + 21 and four halves */
+  CHECK_NEAR(sum, 302.5, 0); /* 1 + 2 + ... + 24 and five halves */
   fclose(file);
 
   file = tmpfile();

@@ -206,18 +206,6 @@ static void elasticity_destroy(void *data)
   free(self);
 }
 
-static const flesh_effect_operations elasticity_operations = {
-    .name = "elasticity",
-    .cells = elasticity_cells,
-    .residual = elasticity_residual,
-    .jacobian = elasticity_jacobian,
-    .potential = elasticity_potential,
-    .evaluate = elasticity_evaluate,
-    .energy = elasticity_energy,
-    .destroy = elasticity_destroy,
-    .memory = elasticity_memory,
-};
-
 static const flesh_elasticity_kernel *kernel_for(flesh_instructions instructions)
 {
 #ifdef FLESH_HAVE_X86_64
@@ -265,59 +253,136 @@ static int cut_batches(elasticity *self, const int *tet_material, int *tet, int 
   return count;
 }
 
+/* Cuts the tets of self->order, of which each has its material (NULL: all the first), into batches; gets room for their
+ * nodes and shapes. `tet` [tets]: which of them is where. */
+static int make_batches(elasticity *self, int tets, const flesh_material *materials, const int *tet_material, int *tet)
+{
+  self->piece_batch = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
+  if (!self->piece_batch) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
+  const int count = cut_batches(self, tet_material, NULL, NULL, NULL), lanes = self->kernel->lanes;
+  int *first = malloc(((size_t)count + 1) * sizeof *first);
+  int *material = malloc(((size_t)count + 1) * sizeof *material);
+  int *nodes = malloc((size_t)tets * 4 * sizeof *nodes);
+  double *shapes = aligned_alloc(64, ((size_t)count * 80 * (size_t)lanes + 127) / 64 * 64);
+  self->cells = (flesh_cells){tets, 4, nodes};
+  self->batches = (flesh_batches){count, first, material, shapes, nodes, materials};
+  if (!first || !material || !nodes || !shapes)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
+  cut_batches(self, tet_material, tet, first, material);
+  return FLESH_OK;
+}
+
+/* The shape of the tet in lane l of batch b; lanes that are not used have the last one without volume. */
+static void set_shape(elasticity *self, int b, int l, const double shape[10])
+{
+  const int lanes = self->kernel->lanes, used = self->batches.first[b + 1] - self->batches.first[b];
+  double *shapes = (double *)self->batches.shapes + (size_t)b * 10 * (size_t)lanes + l;
+  for (int k = 0; k < 10; k++) shapes[k * lanes] = k == 9 && l >= used ? 0 : shape[k];
+}
+
+/* The tet in lane l of batch b, or the last. */
+static int tet_in_lane(const elasticity *self, int b, int l)
+{
+  const int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
+  return first + (l < used ? l : used - 1);
+}
+
 /* Nodes and shapes of the batches, whose cells are the tets in this order. */
 static int fill_batches(elasticity *self, const flesh_body *body, const int *tet)
 {
   flesh_cells given;
   int status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
-  int lanes = self->kernel->lanes, tets = given.count, count = self->batches.count;
-  int *nodes = malloc((size_t)tets * 4 * sizeof *nodes);
-  double *shapes = aligned_alloc(64, ((size_t)count * 80 * (size_t)lanes + 127) / 64 * 64);
-  for (int k = 0; nodes && k < tets; k++)
-    memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
+  int *nodes = (int *)self->batches.nodes;
+  for (int k = 0; k < given.count; k++) memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
   flesh_cells_clear(&given);
-  self->cells = (flesh_cells){tets, 4, nodes};
-  self->batches.nodes = nodes;
-  self->batches.shapes = shapes;
-  if (!nodes || !shapes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
   const double *X = flesh_mesh_positions(body->mesh);
-  for (int b = 0; b < count; b++)
-    for (int l = 0; l < lanes; l++) {
-      int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
+  for (int b = 0; b < self->batches.count; b++)
+    for (int l = 0; l < self->kernel->lanes; l++) {
       double shape[10];
-      shape[9] =
-          flesh_element_shape(X, nodes + 4 * (size_t)(first + (l < used ? l : used - 1)), shape);
-      if (l >= used) shape[9] = 0;
-      for (int k = 0; k < 10; k++) shapes[((size_t)b * 10 + k) * lanes + l] = shape[k];
+      shape[9] = flesh_element_shape(X, nodes + 4 * (size_t)tet_in_lane(self, b, l), shape);
+      set_shape(self, b, l, shape);
     }
   return FLESH_OK;
 }
 
-static int make_batches(elasticity *self, const flesh_body *body)
+static int order_body(elasticity *self, const flesh_body *body)
 {
-  int tets = flesh_mesh_tet_count(body->mesh);
+  const int tets = flesh_mesh_tet_count(body->mesh);
   int status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
   if (status) return status;
-  self->piece_batch = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
-  if (!self->piece_batch) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
-  int count = cut_batches(self, body->tet_material, NULL, NULL, NULL);
-  int *first = malloc(((size_t)count + 1) * sizeof *first);
-  int *material = malloc(((size_t)count + 1) * sizeof *material);
   int *tet = malloc(((size_t)tets + 1) * sizeof *tet);
-  self->batches = (flesh_batches){
-      .count = count, .first = first, .material = material, .materials = body->materials};
-  if (first && material && tet) {
-    cut_batches(self, body->tet_material, tet, first, material);
-    status = fill_batches(self, body, tet);
-  } else {
-    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
-  }
+  status = tet ? make_batches(self, tets, body->materials, body->tet_material, tet)
+               : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets);
+  if (!status) status = fill_batches(self, body, tet);
   free(tet);
   free(self->order.tet);
   self->order.tet = NULL;
   return status;
 }
+
+/* All in one piece, as they come. */
+static int order_part(flesh_tet_order *order, int count)
+{
+  *order = (flesh_tet_order){.tet = malloc((size_t)count * sizeof(int)), .pieces = 1, .colours = 1,
+                             .piece_first = calloc(2, sizeof(int)), .colour_first = calloc(2, sizeof(int))};
+  if (!order->tet || !order->piece_first || !order->colour_first)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a part of %d elements", count);
+  for (int k = 0; k < count; k++) order->tet[k] = k;
+  order->piece_first[1] = count;
+  order->colour_first[1] = 1;
+  return FLESH_OK;
+}
+
+static const flesh_effect_operations elasticity_operations;
+
+static int elasticity_part(const flesh_effect *effect, int count, const int *chosen, const int *local,
+                           flesh_effect **part)
+{
+  const elasticity *whole = effect->data;
+  const flesh_batches *from = &whole->batches;
+  const int lanes = whole->kernel->lanes;
+  elasticity *self = calloc(1, sizeof *self);
+  int *work = calloc(3 * (size_t)count, sizeof *work), *batch = work, *material = work + count, *tet = work + 2 * count;
+  int status = self && work ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a part of %d elements", count);
+  if (!status) {
+    self->kernel = whole->kernel;
+    self->instructions = whole->instructions;
+    for (int k = 0, b = 0; k < count; k++) {
+      while (from->first[b + 1] <= chosen[k]) b++;
+      batch[k] = b;
+      material[k] = from->material[b];
+    }
+    status = order_part(&self->order, count);
+  }
+  if (!status) status = make_batches(self, count, from->materials, material, tet);
+  for (int k = 0; k < 4 * count && !status; k++)
+    ((int *)self->batches.nodes)[k] = local[from->nodes[4 * (size_t)chosen[tet[k / 4]] + k % 4]];
+  for (int b = 0; !status && b < self->batches.count; b++)
+    for (int l = 0; l < lanes; l++) {
+      const int k = tet[tet_in_lane(self, b, l)], own = chosen[k] - from->first[batch[k]];
+      double shape[10];
+      for (int c = 0; c < 10; c++) shape[c] = from->shapes[((size_t)batch[k] * 10 + c) * lanes + own];
+      set_shape(self, b, l, shape);
+    }
+  free(work);
+  if (!status) return flesh_effect_create(&elasticity_operations, self, part);
+  elasticity_destroy(self);
+  return status;
+}
+
+static const flesh_effect_operations elasticity_operations = {
+    .name = "elasticity",
+    .cells = elasticity_cells,
+    .residual = elasticity_residual,
+    .jacobian = elasticity_jacobian,
+    .potential = elasticity_potential,
+    .evaluate = elasticity_evaluate,
+    .energy = elasticity_energy,
+    .part = elasticity_part,
+    .destroy = elasticity_destroy,
+    .memory = elasticity_memory,
+};
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
 {
@@ -335,7 +400,7 @@ int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions inst
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
   self->instructions = instructions;
   self->kernel = kernel_for(instructions);
-  status = make_batches(self, body);
+  status = order_body(self, body);
   if (status) {
     elasticity_destroy(self);
     return status;
