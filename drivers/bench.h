@@ -8,6 +8,10 @@
 
 enum { FLESH_BENCH_LIST = 16, FLESH_BENCH_ROWS = 4096 };
 
+/* Tets from which growth is fitted: of time, beyond the last cache; of iterations, where the bar of
+ * 48 672 tets takes part. */
+enum { FLESH_BENCH_TIME_FROM = 200000, FLESH_BENCH_LINEAR_FROM = 48000 };
+
 /* Medians of the repeats of one call, the best of them, and how far they scatter: half of the range
  * in which the middle half of them lies, over the median. */
 typedef struct flesh_bench_time {
@@ -21,13 +25,14 @@ typedef struct flesh_bench_time {
 int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
                         int repeats, flesh_bench_time *time);
 
-/* Where data of a size live, as far as this machine tells. */
+/* Where data of a size live. */
 typedef enum flesh_bench_level {
   FLESH_BENCH_L2,
   FLESH_BENCH_L3,
   FLESH_BENCH_MEMORY,
   FLESH_BENCH_LEVELS
 } flesh_bench_level;
+extern const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS];
 
 /* What the machine reaches with one number of threads. */
 typedef struct flesh_bench_ceilings {
@@ -78,7 +83,8 @@ typedef struct flesh_bench_plan {
 
   int ceiling_count;
   flesh_bench_ceilings ceilings[FLESH_BENCH_LIST]; /* of every thread count */
-  size_t level_bytes[FLESH_BENCH_LEVELS];          /* up to which a level serves; memory: 0 */
+  size_t level_bytes[FLESH_BENCH_LEVELS];          /* up to which a level serves, found with
+                                                      threads[0]; memory: 0 */
   int row_count, memory_count;
   flesh_bench_row rows[FLESH_BENCH_ROWS];
   flesh_bench_memory memory[FLESH_BENCH_LIST * 8];

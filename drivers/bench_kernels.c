@@ -1,6 +1,7 @@
 /* bench_kernels.c: every kernel of a step by itself, against the bytes and operations it cannot do
  * without. */
 #include <math.h>
+#include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,6 +10,8 @@
 #include "sparse/block_matrix.h"
 #include "sparse/preconditioner.h"
 #include "sparse/product.h"
+#include "sundials/compatibility.h"
+#include "sundials/vector.h"
 
 typedef struct bench {
   flesh_system *system;
@@ -21,6 +24,8 @@ typedef struct bench {
   size_t n;
   double *x, *r, *z, sum;
   double *from, *to; /* [4 * nodes] of the product */
+  SUNContext context;
+  N_Vector vectors[2]; /* r and z, as KINSOL and IDA have them */
 } bench;
 
 static int element_force(void *data)
@@ -65,16 +70,14 @@ static int apply(void *data)
 static int dot(void *data)
 {
   bench *b = data;
-  double sum = 0;
-  for (size_t d = 0; d < b->n; d++) sum += b->x[d] * b->r[d];
-  b->sum += sum;
+  b->sum += N_VDotProd(b->vectors[0], b->vectors[1]);
   return FLESH_OK;
 }
 
 static int combine(void *data)
 {
   bench *b = data;
-  for (size_t d = 0; d < b->n; d++) b->z[d] += 1e-3 * b->r[d];
+  N_VLinearSum(1e-3, b->vectors[0], 1, b->vectors[1], b->vectors[1]);
   return FLESH_OK;
 }
 
@@ -97,11 +100,11 @@ static void deform(const flesh_mesh *mesh, double *x)
   }
 }
 
-static int open_system(const flesh_bench_plan *plan, const flesh_bench_bar *bar, bench *b)
+static int open_system(const flesh_bench_bar *bar, bench *b)
 {
   flesh_effect *effect = NULL;
   int status = flesh_system_create(bar->mesh, &b->system);
-  if (!status) status = flesh_effect_elasticity_with(&bar->body, plan->instructions, &effect);
+  if (!status) status = flesh_effect_elasticity(&bar->body, &effect);
   if (!status) status = flesh_system_add_effect(b->system, &effect);
   if (!status) status = flesh_system_finish(b->system);
   if (!status) b->elasticity = flesh_system_effect(b->system, 0);
@@ -140,8 +143,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   return status;
 }
 
-static int open_bench(const flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads,
-                      bench *b)
+static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
 {
   b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
   b->x = malloc(b->n * sizeof *b->x);
@@ -156,8 +158,15 @@ static int open_bench(const flesh_bench_plan *plan, const flesh_bench_bar *bar, 
     for (size_t c = 0; c < 4; c++) b->from[4 * i + c] = c < 3 ? b->x[3 * i + c] : 0;
   b->point =
       (flesh_point){.load = 1, .x = b->x, .v = b->x, .a = b->x, .x_lag = b->x, .v_lag = b->x};
+  double *numbers[2] = {b->r, b->z};
+  if (flesh_suncontext_create(&b->context)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < 2; k++) {
+    b->vectors[k] = N_VMake_Serial((sunindextype)b->n, numbers[k], b->context);
+    if (!b->vectors[k]) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    flesh_vector_quicken(b->vectors[k]);
+  }
   int status = flesh_threads_create(threads, &b->point.threads);
-  if (!status) status = open_system(plan, bar, b);
+  if (!status) status = open_system(bar, b);
   if (!status) status = make_matrix(bar, b);
   return status;
 }
@@ -169,6 +178,9 @@ static void close_bench(bench *b)
   flesh_block_matrix_destroy(&b->A);
   flesh_system_destroy(&b->system);
   flesh_threads_destroy(&b->point.threads);
+  for (int k = 0; k < 2; k++)
+    if (b->vectors[k]) N_VDestroy(b->vectors[k]);
+  if (b->context) SUNContext_Free(&b->context);
   free(b->x);
   free(b->r);
   free(b->z);
@@ -217,7 +229,7 @@ static void find_floor(const flesh_bench_plan *plan, double held, flesh_bench_ro
 int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads)
 {
   bench b = {0};
-  int status = open_bench(plan, bar, threads, &b);
+  int status = open_bench(bar, threads, &b);
   double tets = flesh_mesh_tet_count(bar->mesh), nodes = flesh_mesh_node_count(bar->mesh);
   double blocks = status ? 0 : b.A->row_start[b.A->rows];
   for (size_t k = 0; k < sizeof kernels / sizeof kernels[0] && !status; k++) {

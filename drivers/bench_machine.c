@@ -1,5 +1,6 @@
 /* bench_machine.c: timing, and the ceilings of the machine: bandwidths and multiply-adds. */
 #define _GNU_SOURCE
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -128,7 +129,7 @@ static double best_of(const stream *s, const flesh_bench_time *time)
   return s->count == 1 ? time->best_cpu_s : time->best_wall_s;
 }
 
-/* Bandwidths where `bytes` per thread (or together, where a level is shared) are gone through. */
+/* Bandwidths where every thread goes through `bytes`. */
 static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, double *triad)
 {
   flesh_bench_time time;
@@ -150,7 +151,7 @@ static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, str
   int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
   s->peak = peak_of(best);
   for (int level = 0; level < FLESH_BENCH_LEVELS && !status; level++) {
-    size_t bytes = level == FLESH_BENCH_L2 ? sets[level] : sets[level] / (size_t)s->count;
+    size_t bytes = level == FLESH_BENCH_MEMORY ? sets[level] / (size_t)s->count : sets[level];
     status = find_bandwidth(s, bytes, plan->repeats, &c->read[level], &c->triad[level]);
   }
   for (int k = FLESH_INSTRUCTIONS_PORTABLE; k <= (int)best && !status; k++) {
@@ -163,23 +164,34 @@ static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, str
   return status;
 }
 
-static size_t cache_size(int name, size_t otherwise)
+/* What one thread's share of L3 holds, by measurement, since systems report the sum of a socket's or what their host
+ * has: the largest power of two times L2 that is read at a speed nearer to L3's than to memory's. */
+static int find_l3(flesh_bench_plan *plan, stream *s, size_t l2, size_t memory)
 {
-  long size = sysconf(name);
-  return size > 0 ? (size_t)size : otherwise;
+  const flesh_bench_ceilings *c = &plan->ceilings[0];
+  double between = sqrt(c->read[FLESH_BENCH_L3] * c->read[FLESH_BENCH_MEMORY]), read, triad;
+  flesh_instructions best;
+  int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
+  s->peak = peak_of(best);
+  plan->level_bytes[FLESH_BENCH_L3] = 2 * l2 * (size_t)s->count;
+  for (size_t bytes = 2 * plan->level_bytes[FLESH_BENCH_L3]; bytes < memory && !status; bytes *= 2) {
+    status = find_bandwidth(s, bytes / (size_t)s->count, plan->repeats, &read, &triad);
+    if (read < between) break;
+    plan->level_bytes[FLESH_BENCH_L3] = bytes;
+  }
+  return status;
 }
 
 int flesh_bench_find_ceilings(flesh_bench_plan *plan)
 {
-  size_t l2 = cache_size(_SC_LEVEL2_CACHE_SIZE, 1 << 20);
-  size_t l3 = cache_size(_SC_LEVEL3_CACHE_SIZE, 16 << 20);
-  size_t sets[FLESH_BENCH_LEVELS] = {l2 / 2, l3 / 2, 4 * l3 > 64u << 20 ? 4 * l3 : 64u << 20};
+  long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
+  size_t l2 = reported > 0 ? (size_t)reported : 1 << 20, most = 1;
+  /* The caches' of every thread, memory's of all together. */
+  const size_t sets[FLESH_BENCH_LEVELS] = {l2 / 2, 2 * l2, 256u << 20};
   plan->level_bytes[FLESH_BENCH_L2] = l2;
-  plan->level_bytes[FLESH_BENCH_L3] = l3;
-  size_t most = 1;
   for (int k = 0; k < plan->thread_count; k++)
     if ((size_t)plan->threads[k] > most) most = (size_t)plan->threads[k];
-  size_t room = sets[FLESH_BENCH_MEMORY] + most * l2;
+  size_t room = sets[FLESH_BENCH_MEMORY] + 2 * most * l2;
   double *numbers = aligned_alloc(64, room / 64 * 64);
   stream *s = calloc(1, sizeof *s);
   int status =
@@ -192,6 +204,7 @@ int flesh_bench_find_ceilings(flesh_bench_plan *plan)
     status = flesh_threads_create(plan->threads[k], &s->threads);
     plan->ceilings[k].threads = plan->threads[k];
     if (!status) status = find_for_threads(plan, &plan->ceilings[k], s, sets);
+    if (!status && k == 0) status = find_l3(plan, s, l2, sets[FLESH_BENCH_MEMORY]);
     flesh_threads_destroy(&s->threads);
   }
   plan->ceiling_count = plan->thread_count;

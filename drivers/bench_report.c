@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/resource.h>
 
 #include "base/error.h"
 #include "bench.h"
@@ -10,7 +11,7 @@
 #include "provenance.h"
 #include "result.h"
 
-static const char *const level_names[FLESH_BENCH_LEVELS] = {"L2", "L3", "memory"};
+const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS] = {"L2", "L3", "memory"};
 
 static int is_kernel(const flesh_bench_row *row) { return !strcmp(row->group, "kernel"); }
 
@@ -35,7 +36,7 @@ static void print_row(const flesh_bench_row *row)
   }
   if (is_kernel(row))
     printf("%9.2f ns/tet  +-%4.1f %%  %5.1f %% of the ceiling (%s)\n", 1e9 * time / row->tets,
-           100 * row->time.scatter, 100 * row->floor_s / time, level_names[row->level]);
+           100 * row->time.scatter, 100 * row->floor_s / time, flesh_bench_level_names[row->level]);
   else
     printf("%9.2f ms/step +-%4.1f %%  %6.1f Newton, %7.1f linear, %5.1f projected\n",
            1e3 * time / row->steps, 100 * row->time.scatter, (double)row->newton / row->steps,
@@ -59,10 +60,10 @@ void flesh_bench_print_ceilings(const flesh_bench_plan *plan)
     const flesh_bench_ceilings *c = &plan->ceilings[k];
     printf("%d thread%s: read", c->threads, c->threads == 1 ? "" : "s");
     for (int l = 0; l < FLESH_BENCH_LEVELS; l++)
-      printf(" %s %.1f", level_names[l], c->read[l] / 1e9);
+      printf(" %s %.1f", flesh_bench_level_names[l], c->read[l] / 1e9);
     printf(" GB/s; a = b + s c");
     for (int l = 0; l < FLESH_BENCH_LEVELS; l++)
-      printf(" %s %.1f", level_names[l], c->triad[l] / 1e9);
+      printf(" %s %.1f", flesh_bench_level_names[l], c->triad[l] / 1e9);
     printf(" GB/s; multiply-add");
     for (int i = FLESH_INSTRUCTIONS_PORTABLE; i < FLESH_INSTRUCTIONS_COUNT; i++)
       if (c->multiply_add[i] > 0)
@@ -70,6 +71,8 @@ void flesh_bench_print_ceilings(const flesh_bench_plan *plan)
                c->multiply_add[i] / 1e9);
     printf(" Gflop/s\n");
   }
+  printf("L2 serves up to %.3g MB, L3 up to %.3g MB\n", (double)plan->level_bytes[FLESH_BENCH_L2] / (1 << 20),
+         (double)plan->level_bytes[FLESH_BENCH_L3] / (1 << 20));
   fflush(stdout);
 }
 
@@ -105,19 +108,36 @@ static int leads(const flesh_bench_plan *plan, int index)
   return 1;
 }
 
+/* Of the whole process, what it measured the machine with included. */
+static long peak_memory_kB(void)
+{
+  struct rusage usage;
+  return getrusage(RUSAGE_SELF, &usage) ? 0 : usage.ru_maxrss;
+}
+
+static void print_growth_from(double growth, int smallest)
+{
+  if (!isnan(growth)) printf(" (from %d 000 tets: %.2f)", smallest / 1000, growth);
+}
+
 void flesh_bench_print_end(const flesh_bench_plan *plan)
 {
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_bench_row *row = &plan->rows[k];
     double growth = is_kernel(row) ? NAN : flesh_bench_growth(plan, row, 0, 0);
     if (isnan(growth) || !leads(plan, k)) continue;
-    printf("growth of %s %s %g, %d thread%s: time ~ tets^%.2f, linear iterations ~ tets^%.2f\n",
-           row->name, flesh_energy_name(row->energy), row->poisson, row->threads,
-           row->threads == 1 ? "" : "s", growth, flesh_bench_growth(plan, row, 0, 1));
+    printf("growth of %s %s %g, %d thread%s: time ~ tets^%.2f", row->name,
+           flesh_energy_name(row->energy), row->poisson, row->threads, row->threads == 1 ? "" : "s",
+           growth);
+    print_growth_from(flesh_bench_growth(plan, row, FLESH_BENCH_TIME_FROM, 0), FLESH_BENCH_TIME_FROM);
+    printf(", linear iterations ~ tets^%.2f", flesh_bench_growth(plan, row, 0, 1));
+    print_growth_from(flesh_bench_growth(plan, row, FLESH_BENCH_LINEAR_FROM, 1), FLESH_BENCH_LINEAR_FROM);
+    putchar('\n');
   }
   for (int k = 0; k < plan->memory_count; k++)
     printf("memory at %d tets: %s %.0f bytes/tet\n", plan->memory[k].tets, plan->memory[k].owner,
            plan->memory[k].bytes / plan->memory[k].tets);
+  printf("most memory resident at a time: %.0f MB\n", (double)peak_memory_kB() / 1e3 * 1.024);
 }
 
 /* A CSV field: empty for NaN. */
@@ -153,7 +173,7 @@ static int write_csv(const flesh_bench_plan *plan)
     field(file.stream, row->bytes);
     field(file.stream, row->operations);
     field(file.stream, row->floor_s);
-    fprintf(file.stream, ",%s,%d,%d,%d,%d,%d,%d", is_kernel(row) ? level_names[row->level] : "",
+    fprintf(file.stream, ",%s,%d,%d,%d,%d,%d,%d", is_kernel(row) ? flesh_bench_level_names[row->level] : "",
             row->steps, row->newton, row->linear, row->assemblies, row->projections,
             row->backtracks);
     field(file.stream, is_kernel(row) ? NAN : row->answer);
@@ -171,8 +191,8 @@ static json_t *ceilings_json(const flesh_bench_plan *plan)
            *ops = json_object();
     json_object_set_new(one, "threads", json_integer(c->threads));
     for (int l = 0; l < FLESH_BENCH_LEVELS; l++) {
-      json_object_set_new(read, level_names[l], flesh_json_number(c->read[l]));
-      json_object_set_new(triad, level_names[l], flesh_json_number(c->triad[l]));
+      json_object_set_new(read, flesh_bench_level_names[l], flesh_json_number(c->read[l]));
+      json_object_set_new(triad, flesh_bench_level_names[l], flesh_json_number(c->triad[l]));
     }
     for (int i = FLESH_INSTRUCTIONS_PORTABLE; i < FLESH_INSTRUCTIONS_COUNT; i++)
       if (c->multiply_add[i] > 0)
@@ -198,7 +218,7 @@ static json_t *row_json(const flesh_bench_plan *plan, const flesh_bench_row *row
     json_object_set_new(o, "bytes", flesh_json_number(row->bytes));
     json_object_set_new(o, "operations", flesh_json_number(row->operations));
     json_object_set_new(o, "floor_s", flesh_json_number(row->floor_s));
-    json_object_set_new(o, "level", json_string(level_names[row->level]));
+    json_object_set_new(o, "level", json_string(flesh_bench_level_names[row->level]));
     return o;
   }
   json_object_set_new(o, "steps", json_integer(row->steps));
@@ -210,9 +230,9 @@ static json_t *row_json(const flesh_bench_plan *plan, const flesh_bench_row *row
   json_object_set_new(o, "answer_m", flesh_json_number(row->answer));
   json_object_set_new(o, "growth_time", flesh_json_number(flesh_bench_growth(plan, row, 0, 0)));
   json_object_set_new(o, "growth_time_from_200000",
-                      flesh_json_number(flesh_bench_growth(plan, row, 200000, 0)));
-  json_object_set_new(o, "growth_linear_from_50000",
-                      flesh_json_number(flesh_bench_growth(plan, row, 48000, 1)));
+                      flesh_json_number(flesh_bench_growth(plan, row, FLESH_BENCH_TIME_FROM, 0)));
+  json_object_set_new(o, "growth_linear_from_48000",
+                      flesh_json_number(flesh_bench_growth(plan, row, FLESH_BENCH_LINEAR_FROM, 1)));
   return o;
 }
 
@@ -233,8 +253,11 @@ int flesh_bench_write(const flesh_bench_plan *plan, int argc, char **argv, int j
   json_object_set_new(all, "instructions", json_string(flesh_instructions_name(used)));
   json_object_set_new(all, "newton_tolerance", flesh_json_number(plan->tolerance));
   json_object_set_new(all, "ceilings", ceilings_json(plan));
+  json_object_set_new(all, "level_bytes", json_pack("{sf sf}", "L2", (double)plan->level_bytes[FLESH_BENCH_L2], "L3",
+                                                    (double)plan->level_bytes[FLESH_BENCH_L3]));
   json_object_set_new(all, "measurements", rows);
   json_object_set_new(all, "memory", memory);
+  json_object_set_new(all, "peak_memory_kB", json_integer(peak_memory_kB()));
   if (json) {
     json_dumpf(all, stdout, JSON_INDENT(2));
     putchar('\n');

@@ -37,7 +37,10 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy en
   bar->density = malloc((size_t)tets * sizeof *bar->density);
   if (!bar->density) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int e = 0; e < tets; e++) bar->density[e] = 1000;
-  bar->body = (flesh_body){.mesh = bar->mesh, .density = bar->density, .materials = &bar->material};
+  bar->body = (flesh_body){.mesh = bar->mesh,
+                           .density = bar->density,
+                           .materials = &bar->material,
+                           .instructions = plan->instructions};
   return FLESH_OK;
 }
 
@@ -58,7 +61,7 @@ typedef struct run {
   flesh_integrator *integrator;
   flesh_state state;
   flesh_solve_stats stats;
-  double system_bytes, integrator_bytes;
+  double system_bytes;
 } run;
 
 /* The nodes of one face: x <= 0 or x >= 1. */
@@ -116,8 +119,7 @@ static int make_system(run *r)
   double before = held();
   int status = flesh_system_create(r->bar->mesh, &r->system);
   if (!status && !r->is_static) status = add(r, flesh_effect_inertia(body, &effect), &effect);
-  if (!status)
-    status = add(r, flesh_effect_elasticity_with(body, r->plan->instructions, &effect), &effect);
+  if (!status) status = add(r, flesh_effect_elasticity(body, &effect), &effect);
   int drop = !strcmp(r->name, "drop");
   if (!status && drop) status = add(r, make_ground(body, &effect), &effect);
   if (!status && (r->is_static || drop || !strcmp(r->name, "swing"))) {
@@ -142,7 +144,6 @@ static void set_state(run *r)
 static int prepare(void *data)
 {
   run *r = data;
-  double before = held();
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   options.newton_tolerance = r->is_static ? 1e-8 : r->plan->tolerance;
@@ -150,11 +151,9 @@ static int prepare(void *data)
   flesh_integrator_destroy(&r->integrator);
   memset(&r->stats, 0, sizeof r->stats);
   set_state(r);
-  int status = flesh_integrator_create(
+  return flesh_integrator_create(
       r->system, r->is_static ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
       &r->integrator);
-  if (held() - before > r->integrator_bytes) r->integrator_bytes = held() - before;
-  return status;
 }
 
 static int all_steps(void *data)
@@ -207,6 +206,7 @@ int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const 
   r.state.v = malloc(bytes);
   int status = r.state.x && r.state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = make_system(&r);
+  double before = held();
   if (!status) {
     row.status = flesh_bench_measure(prepare, all_steps, &r, plan->repeats, &row.time);
     if (row.status == FLESH_ERR_SOLVE) row.time = (flesh_bench_time){NAN, NAN, NAN, NAN, NAN, 0};
@@ -219,7 +219,7 @@ int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const 
   if (!status && memory) {
     note_memory(plan, "mesh", row.tets, bar->mesh_bytes);
     note_memory(plan, "effects and pattern", row.tets, r.system_bytes);
-    note_memory(plan, "integrator", row.tets, r.integrator_bytes);
+    note_memory(plan, "integrator", row.tets, held() - before);
   }
   flesh_integrator_destroy(&r.integrator);
   flesh_system_destroy(&r.system);

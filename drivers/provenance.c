@@ -94,33 +94,45 @@ json_t *flesh_provenance_program(int argc, char **argv)
   return program;
 }
 
+/* Once each, by the name that no working directory changes. */
 static void add_file(json_t *files, const char *path)
 {
-  char digest[SHA256_DIGEST_STRING_LENGTH];
-  if (access(path, R_OK) || !SHA256File(path, digest)) return;
-  json_array_append_new(files, json_pack("{soss}", "path", text_value(path), "sha256", digest));
+  char digest[SHA256_DIGEST_STRING_LENGTH], *whole = realpath(path, NULL);
+  const json_t *file;
+  size_t k;
+  json_t *name = whole ? text_value(whole) : NULL;
+  free(whole);
+  json_array_foreach(files, k, file) {
+    if (!name || !json_equal(json_object_get(file, "path"), name)) continue;
+    json_decref(name);
+    return;
+  }
+  if (name && SHA256File(path, digest))
+    json_array_append_new(files, json_pack("{sOss}", "path", name, "sha256", digest));
+  json_decref(name);
+}
+
+static void add_input(void *data, const char *path)
+{
+  add_file(data, path);
+  /* TetGen's meshes are two files. */
+  size_t length = strlen(path);
+  const char *suffix = length > 5 ? path + length - 5 : "", *partner = NULL;
+  if (!strcmp(suffix, ".node")) partner = ".ele";
+  if (length > 4 && !strcmp(path + length - 4, ".ele")) partner = ".node";
+  char *name = partner ? malloc(length + 8) : NULL;
+  if (!name) return;
+  int stem = (int)(strrchr(path, '.') - path);
+  sprintf(name, "%.*s%s", stem, path, partner);
+  add_file(data, name);
+  free(name);
 }
 
 json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
 {
   json_t *inputs = json_object(), *files = json_array();
   add_file(files, path);
-  const char *mesh = flesh_scene_mesh_path(scene);
-  add_file(files, mesh);
-  /* TetGen's meshes are two files. */
-  size_t length = strlen(mesh);
-  const char *suffix = length > 5 ? mesh + length - 5 : "", *partner = NULL;
-  if (!strcmp(suffix, ".node")) partner = ".ele";
-  if (length > 4 && !strcmp(mesh + length - 4, ".ele")) partner = ".node";
-  char *name = partner ? malloc(length + 8) : NULL;
-  if (name) {
-    int stem = (int)(strrchr(mesh, '.') - mesh);
-    sprintf(name, "%.*s%s", stem, mesh, partner);
-    add_file(files, name);
-    free(name);
-  }
-  for (int k = 0; k < flesh_scene_other_count(scene); k++)
-    add_file(files, flesh_scene_other_mesh_path(scene, k));
+  flesh_scene_visit_files(scene, add_input, files);
   json_object_set_new(inputs, "files", files);
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);

@@ -35,6 +35,16 @@ has() { grep -q -e "$2" "$1" || { echo "$1 lacks: $2"; cat "$1"; return 1; }; }
 lines() { grep -c '' "$1"; }
 rows() { [ "$(grep -v '^#' "$1" | wc -l)" -eq "$2" ]; }
 
+# wait_until PID COMMAND...: until it succeeds, as long as the process lives; no time of it is right for all machines.
+wait_until() {
+  process=$1
+  shift
+  until "$@" 2>/dev/null; do
+    grep -q '^State:.[^Z]' "/proc/$process/status" 2>/dev/null || { echo "$process ended before: $*"; return 1; }
+    sleep 0.05
+  done
+}
+
 # run_tests NAME...
 run_tests() {
   echo "1..$#"

@@ -50,11 +50,36 @@ import json, os
 d = json.load(open('out/bench.json'))
 assert len(d['measurements']) == 104 and len(d['ceilings']) == 2, (len(d['measurements']), len(d['ceilings']))
 assert all(c['read_bytes_per_s'][l] > 1e6 for c in d['ceilings'] for l in ('L2', 'L3', 'memory'))
+assert 1e4 < d['level_bytes']['L2'] < d['level_bytes']['L3'] < 1e9, d['level_bytes']
+assert d['peak_memory_kB'] > 1000, d['peak_memory_kB']
 assert all(c['operations_per_s']['portable'] > 1e6 for c in d['ceilings'])
 assert d['instructions'] in ('portable', 'avx2', 'avx512') and d['program']
 assert {m['owner'] for m in d['memory']} == {'mesh', 'effects and pattern', 'integrator'}
 if 'ASAN_OPTIONS' not in os.environ:  # whose allocator keeps no account of what is taken
     assert all(0 < m['bytes'] / m['tets'] < 3000 for m in d['memory']), d['memory']
+END
+}
+
+# Of three sizes the two from 48 000 tets on give the exponent of the iterations, all three that of the printed "time ~".
+growth_is_fitted_from_where_it_says() {
+  expect 0 "$flesh" bench --cells 700,48x13x13,60000 --poisson 0.45 --cases swing --steps 1 --repeats 1 --out growth || return 1
+  python3 - <<'END'
+import json, math, re
+rows = json.load(open('growth/bench.json'))['measurements']
+assert [r['tets'] for r in rows] == [702, 48672, 59976], rows
+def slope(rows, value):
+    x, y = [math.log(r['tets']) for r in rows], [math.log(value(r)) for r in rows]
+    mx, my = sum(x) / len(x), sum(y) / len(y)
+    return sum((a - mx) * (b - my) for a, b in zip(x, y)) / sum((a - mx) ** 2 for a in x)
+per_newton = lambda r: r['linear'] / r['newton']
+large, all_sizes = slope(rows[1:], per_newton), slope(rows, per_newton)
+assert abs(large - all_sizes) > 0.01, (large, all_sizes)
+for r in rows:
+    assert abs(r['growth_linear_from_48000'] - large) < 1e-9 and r['growth_time_from_200000'] is None, (r, large)
+    assert abs(r['growth_time'] - slope(rows, lambda r: r['cpu_s'])) < 1e-9, r
+said = re.search(r'^growth of swing .*: time ~ tets\^\S+, linear iterations ~ tets\^(\S+) \(from 48 000 tets: (\S+)\)$',
+                 open('stdout.txt').read(), re.M)
+assert said and abs(float(said[1]) - all_sizes) < 0.006 and abs(float(said[2]) - large) < 0.006, (said, all_sizes, large)
 END
 }
 
@@ -95,4 +120,4 @@ nonsense_is_refused() {
 }
 
 run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
-  the_json_says_the_same pictures_are_drawn instructions_agree nonsense_is_refused
+  the_json_says_the_same growth_is_fitted_from_where_it_says pictures_are_drawn instructions_agree nonsense_is_refused

@@ -67,10 +67,7 @@ without_a_skin_nothing_is_said_of_it() {
 an_interrupted_run_leaves_a_whole_cache() {
   "$flesh" run bar.yaml --out cut --set time.end=1000 --quiet >/dev/null 2>&1 &
   pid=$!
-  for _ in $(seq 200); do
-    [ -e cut/skin/skin_000002.obj ] && break
-    sleep 0.05
-  done
+  wait_until "$pid" [ -e cut/skin/skin_000002.obj ] || return 1
   [ ! -e cut/skin/skin.pc2 ] || return 1 # not before it is whole
   kill -INT "$pid"
   wait "$pid"

@@ -214,6 +214,53 @@ static void derivatives_of_every_shape(void)
   }
 }
 
+/* Of nodes in many parts, on a mesh with friction and on a ball that faces feel too; in one pass and in two. */
+static void threads_give_the_same_bits(void)
+{
+  for (int shape = 0; shape < 2; shape++) {
+    test_body b;
+    flesh_obstacle *obstacle = NULL;
+    make_cube(6, 1e5, 0.4, 0, &b);
+    for (int d = 2; d < b.n; d += 3) b.state.x[d] += 0.05;
+    test_jitter(b.n, 0.04, 5, b.state.x);
+    test_jitter(b.n, 1, 6, b.state.v);
+    if (shape == 0) make_floor(3, 0, &obstacle);
+    else CHECK_OK(flesh_obstacle_sphere((const double[]){0.5, 0.5, -0.5}, 0.5, &obstacle));
+    add_contact(&b, &obstacle, 1e5, 0.4, 0.3, 0.1);
+    CHECK_OK(flesh_system_finish(b.system));
+    const flesh_effect *effect = flesh_system_effect(b.system, 1);
+    const size_t bytes = (size_t)b.n * sizeof(double);
+    double *r[2] = {malloc(bytes), malloc(bytes)}, *both = malloc(bytes), phi[2], size[2];
+    flesh_block_matrix *K[2];
+    for (int k = 0; k < 2; k++) CHECK_OK(flesh_system_matrix_create(b.system, &K[k]));
+    for (int count = 1; count <= 3; count++) {
+      const int k = count > 1;
+      const flesh_shift shift = {.x = 1, .v = 60, .project = FLESH_PROJECTED_CLAMP};
+      flesh_threads *threads;
+      CHECK_OK(flesh_threads_create(count, &threads));
+      const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
+                                 .v_lag = b.state.v, .threads = threads};
+      double phi_both = phi[k] = size[k] = 0, size_both = 0;
+      memset(r[k], 0, bytes);
+      memset(both, 0, bytes);
+      CHECK_OK(effect->operations->residual(effect, &point, r[k]));
+      CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi[k], &size[k]));
+      CHECK_OK(effect->operations->evaluate(effect, &point, &shift, both, &phi_both, &size_both));
+      CHECK_OK(flesh_system_jacobian(b.system, &point, &shift, K[k]));
+      CHECK(!memcmp(both, r[k], bytes) && phi_both == phi[k] && size_both == size[k]);
+      flesh_threads_destroy(&threads);
+    }
+    CHECK(phi[0] == phi[1] && phi[0] > 0 && size[0] == size[1] && !memcmp(r[0], r[1], bytes));
+    CHECK(!memcmp(K[0]->values, K[1]->values, (size_t)K[0]->row_start[K[0]->rows] * 9 * sizeof(double)));
+    for (int k = 0; k < 2; k++) {
+      flesh_block_matrix_destroy(&K[k]);
+      free(r[k]);
+    }
+    free(both);
+    test_body_destroy(&b);
+  }
+}
+
 /* Sum of the contact's forces on the body [3] at its state. */
 static void contact_force(const test_body *b, const flesh_effect *effect, double force[3])
 {
@@ -413,7 +460,7 @@ static void surfaces_for_pictures(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(a_flat_mesh_is_a_plane), TEST(a_bent_mesh_is_smooth), TEST(ways_end_at_the_surface),
-                   TEST(meshes_have_no_cracks), TEST(derivatives_of_every_shape),
+                   TEST(meshes_have_no_cracks), TEST(derivatives_of_every_shape), TEST(threads_give_the_same_bits),
                    TEST(what_rests_presses_with_its_weight), TEST(friction_only_dissipates),
                    TEST(bad_obstacles_are_refused), TEST(a_start_inside_is_refused), TEST(surfaces_for_pictures));
 }

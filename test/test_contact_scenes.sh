@@ -24,6 +24,29 @@ hand_on_a_ball() {
     touches out/hand && [ "$(ls out/hand/frames/obstacle_1_*.obj | wc -l)" -eq 9 ]
 }
 
+# inputs RESULT NAME...: the files of these names and no others, once each, with their hashes.
+inputs() {
+  python3 - "$@" <<'END'
+import hashlib, json, os, sys
+files = json.load(open(sys.argv[1]))['inputs']['files']
+assert sorted(os.path.basename(f['path']) for f in files) == sorted(sys.argv[2:]), files
+for f in files:
+    assert os.path.isabs(f['path']) and f['sha256'] == hashlib.sha256(open(f['path'], 'rb').read()).hexdigest(), f
+END
+}
+
+every_file_that_goes_in_has_its_hash() {
+  inputs out/jelly/result.json jelly_drop.yaml jelly_cube.mesh stairs.obj || return 1
+  "$flesh" mesh convert "$scenes/../meshes/jelly_cube.mesh" jelly.node || return 1
+  "$flesh" mesh surface "$scenes/../meshes/jelly_cube.mesh" skin.ply || return 1
+  expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set body.mesh=jelly.ele --set start.state=out/jelly/state.txt \
+    --set output.skin.surface=skin.ply --set time.end=0.25 --out out/files --quiet &&
+    inputs out/files/result.json jelly_drop.yaml jelly.node jelly.ele stairs.obj state.txt skin.ply || return 1
+  # Two bodies of one mesh.
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two --quiet &&
+    inputs out/two/result.json two_bodies.yaml bar_8x2x2.mesh
+}
+
 # What is written runs again, to the same bits.
 a_scene_with_contact_repeats() {
   expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
@@ -63,4 +86,5 @@ END
   expect 0 "$flesh" check touching.yaml && has stdout.txt 'contact .* pass' && ! grep -q 'contact .* 0.0e+00 .*0.0e+00 .* 0.0e+00 .*0.0e+00 .*0.0e+00 .*0.0e+00' stdout.txt
 }
 
-run_tests jelly_on_stairs hand_on_a_ball a_scene_that_touches_checks a_scene_with_contact_repeats bad_contacts_are_refused
+run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
+  a_scene_with_contact_repeats bad_contacts_are_refused

@@ -1,5 +1,6 @@
-/* test_elasticity.c: the batched kernels, with every set of instructions that this machine has,
- * against one tet at a time through flesh/material.h; pieces, colours and threads. */
+/* test_elasticity.c: the batched kernels (elasticity's, damping's, viscosity's, mass's), with every set of
+ * instructions that this machine has, against one tet at a time through flesh/material.h; pieces, colours and
+ * threads. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -30,11 +31,18 @@ static flesh_material material_number(int n, double young)
   return m;
 }
 
+/* What acts: of x, and of v (the mass of a, which is the same here) with the shape as at x_lag. */
+typedef enum kind { ELASTIC, REST, CURRENT, VISCOUS, CONSISTENT, LUMPED, KINDS } kind;
+static const char *const kind_names[] = {"elasticity", "damping by rest", "damping by current", "viscosity",
+                                         "consistent mass", "lumped mass"};
+static const double shear = 3, bulk = 5, stiffness = 0.7;
+
 typedef struct problem {
   flesh_mesh *mesh;
   flesh_material materials[2];
   int *tet_material;
-  double *x, *r, *K; /* K dense [3n][3n] */
+  double *density;
+  double *x, *v, *r, *K; /* K dense [3n][3n] */
   double energy;
   int n; /* unknowns */
 } problem;
@@ -50,7 +58,10 @@ static void problem_open(int energy, const int cells[3], problem *p)
   p->materials[1] = material_number(energy == FLESH_ENERGY_USER ? FLESH_ENERGY_S : energy, 20);
   p->tet_material = malloc((size_t)tets * sizeof *p->tet_material);
   for (int k = 0; k < tets; k++) p->tet_material[k] = k % 7 == 3 || k > tets - 4;
+  p->density = malloc((size_t)tets * sizeof *p->density);
+  for (int k = 0; k < tets; k++) p->density[k] = 1 + k % 5;
   p->x = malloc((size_t)p->n * sizeof *p->x);
+  p->v = malloc((size_t)p->n * sizeof *p->v);
   p->r = malloc((size_t)p->n * sizeof *p->r);
   p->K = malloc((size_t)p->n * (size_t)p->n * sizeof *p->K);
 }
@@ -59,7 +70,9 @@ static void problem_close(problem *p)
 {
   flesh_mesh_destroy(&p->mesh);
   free(p->tet_material);
+  free(p->density);
   free(p->x);
+  free(p->v);
   free(p->r);
   free(p->K);
 }
@@ -74,6 +87,7 @@ static void deform(problem *p, int wild)
     double y[3] = {0.6 * X[3 * i], 1.3 * X[3 * i + 1] + 0.4 * X[3 * i], X[3 * i + 2]};
     flesh_mat3_times(R, y, p->x + 3 * i);
     for (int c = 0; c < 3; c++) p->x[3 * i + c] += (wild ? 0.8 : 0.04) * uniform();
+    for (int c = 0; c < 3; c++) p->v[3 * i + c] = uniform();
   }
   if (!wild) return;
   const int *nodes = flesh_mesh_tets(p->mesh);
@@ -84,8 +98,73 @@ static void deform(problem *p, int wild)
   }
 }
 
-/* Energy, residual and dense Hessian tet by tet from the material's functions. */
-static void reference(problem *p, flesh_projected project)
+/* d2 psi / dF2 [9][9], its negative eigenvalues treated as `project` says. */
+static void projected_hessian(const flesh_material *m, const double F[9], flesh_projected project, double H[81])
+{
+  double values[9], vectors[81];
+  CHECK_OK(flesh_material_hessian(m, F, H));
+  if (!project) return;
+  CHECK_OK(flesh_material_eigen(m, F, values, vectors));
+  memset(H, 0, 81 * sizeof *H);
+  for (int e = 0; e < 9; e++)
+    for (int q = 0; q < 81; q++)
+      H[q] += (values[e] > 0 ? values[e] : project == FLESH_PROJECTED_CLAMP ? 0 : -values[e]) *
+              vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
+}
+
+/* dP/dF' [9][9] of P = F S, S = 2 shear dev E' + bulk tr(E') I, E' = sym(F^T F'), column by column. */
+static void viscous_matrix(const double F[9], double H[81])
+{
+  for (int q = 0; q < 9; q++) {
+    double rate[9] = {0}, G[9], S[9], P[9];
+    rate[q] = 1;
+    flesh_mat3_transposed_multiply(F, rate, G);
+    double trace = flesh_mat3_trace(G);
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        S[3 * i + j] = 2 * shear * ((G[3 * i + j] + G[3 * j + i]) / 2 - (i == j) * trace / 3) + bulk * trace * (i == j);
+    flesh_mat3_multiply(F, S, P);
+    for (int e = 0; e < 9; e++) H[9 * e + q] = P[e];
+  }
+}
+
+/* What of a tet is energy, stress and their derivative, at F, for the rate F'. */
+static void law(kind kind, const flesh_material *m, const double F[9], const double rate[9], flesh_projected project,
+                double *value, double P[9], double H[81])
+{
+  static const double at_rest[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (kind == ELASTIC) {
+    CHECK_OK(flesh_material_energy(m, F, value));
+    CHECK_OK(flesh_material_stress(m, F, P));
+    projected_hessian(m, F, project, H);
+    return;
+  }
+  if (kind == VISCOUS) viscous_matrix(F, H);
+  else projected_hessian(m, kind == REST ? at_rest : F, FLESH_PROJECTED_CLAMP, H);
+  *value = 0;
+  for (int q = 0; q < 81; q++) H[q] *= kind == VISCOUS ? 1 : stiffness;
+  for (int e = 0; e < 9; e++) {
+    P[e] = 0;
+    for (int q = 0; q < 9; q++) P[e] += H[9 * e + q] * rate[q];
+    *value += rate[e] * P[e] / 2;
+  }
+}
+
+/* Adds (M v) and M of a tet's rho V/20 (1 + [a = b]), or its quarters of rho V. */
+static void reference_mass(problem *p, int lumped, const int *node, double mass)
+{
+  for (int a = 0; a < 4; a++)
+    for (int b = 0; b < 4; b++)
+      for (int i = 0; i < 3; i++) {
+        const double m = lumped ? mass / 4 * (a == b) : mass / 20 * (1 + (a == b));
+        p->r[3 * node[a] + i] += m * p->v[3 * node[b] + i];
+        p->K[(size_t)(3 * node[a] + i) * (size_t)p->n + (size_t)(3 * node[b] + i)] += m;
+        p->energy += m * p->v[3 * node[a] + i] * p->v[3 * node[b] + i] / 2;
+      }
+}
+
+/* Energy, residual and dense matrix tet by tet from the material's functions. */
+static void reference(problem *p, kind kind, flesh_projected project)
 {
   const double *X = flesh_mesh_positions(p->mesh);
   const int *nodes = flesh_mesh_tets(p->mesh);
@@ -94,34 +173,25 @@ static void reference(problem *p, flesh_projected project)
   memset(p->r, 0, n * sizeof *p->r);
   memset(p->K, 0, n * n * sizeof *p->K);
   for (int k = 0; k < flesh_mesh_tet_count(p->mesh); k++) {
-    const flesh_material *m = &p->materials[p->tet_material[k]];
     const int *node = nodes + 4 * k;
-    double D[9], d[9], g[4][3], F[9], P[9], H[81], psi;
+    double D[9], d[9], w[9], g[4][3], F[9], rate[9], P[9], H[81], value;
     for (int i = 0; i < 3; i++)
       for (int a = 0; a < 3; a++) {
         D[3 * i + a] = X[3 * node[a + 1] + i] - X[3 * node[0] + i];
         d[3 * i + a] = p->x[3 * node[a + 1] + i] - p->x[3 * node[0] + i];
+        w[3 * i + a] = p->v[3 * node[a + 1] + i] - p->v[3 * node[0] + i];
       }
     double inverse[9], volume = fabs(flesh_mat3_inverse(D, inverse)) / 6;
+    if (kind >= CONSISTENT) {
+      reference_mass(p, kind == LUMPED, node, p->density[k] * volume);
+      continue;
+    }
     memcpy(g[1], inverse, sizeof inverse);
     for (int j = 0; j < 3; j++) g[0][j] = -g[1][j] - g[2][j] - g[3][j];
     flesh_mat3_multiply(d, inverse, F);
-    CHECK_OK(flesh_material_energy(m, F, &psi));
-    CHECK_OK(flesh_material_stress(m, F, P));
-    p->energy += volume * psi;
-    if (project) {
-      double values[9], vectors[81];
-      CHECK_OK(flesh_material_eigen(m, F, values, vectors));
-      memset(H, 0, sizeof H);
-      for (int e = 0; e < 9; e++)
-        for (int q = 0; q < 81; q++)
-          H[q] += (values[e] > 0                      ? values[e]
-                   : project == FLESH_PROJECTED_CLAMP ? 0
-                                                      : -values[e]) *
-                  vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
-    } else {
-      CHECK_OK(flesh_material_hessian(m, F, H));
-    }
+    flesh_mat3_multiply(w, inverse, rate);
+    law(kind, &p->materials[p->tet_material[k]], F, rate, project, &value, P, H);
+    p->energy += volume * value;
     for (int a = 0; a < 4; a++)
       for (int i = 0; i < 3; i++) {
         p->r[3 * node[a] + i] += volume * flesh_vec3_dot(P + 3 * i, g[a]);
@@ -136,15 +206,44 @@ static void reference(problem *p, flesh_projected project)
   }
 }
 
-/* A system of this body's elasticity alone. */
-static void make_system(problem *p, flesh_instructions instructions, flesh_system **system)
+/* A system of what acts on this body, alone. */
+static void make_system(problem *p, kind kind, flesh_instructions instructions, flesh_system **system)
 {
-  flesh_body body = {.mesh = p->mesh, .materials = p->materials, .tet_material = p->tet_material};
-  flesh_effect *effect;
+  flesh_body body = {.mesh = p->mesh,
+                     .density = p->density,
+                     .materials = p->materials,
+                     .tet_material = p->tet_material,
+                     .mass = kind == LUMPED ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT,
+                     .instructions = instructions};
+  flesh_effect *effect = NULL;
   CHECK_OK(flesh_system_create(p->mesh, system));
-  CHECK_OK(flesh_effect_elasticity_with(&body, instructions, &effect));
+  CHECK_OK(kind == ELASTIC    ? flesh_effect_elasticity(&body, &effect)
+           : kind == REST     ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_REST, &effect)
+           : kind == CURRENT  ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_CURRENT, &effect)
+           : kind == VISCOUS  ? flesh_effect_viscosity(&body, shear, bulk, &effect)
+                              : flesh_effect_inertia(&body, &effect));
+  flesh_instructions asked;
+  CHECK_OK(flesh_instructions_find(instructions, &asked));
+  CHECK(flesh_effect_instructions(effect) == (kind == LUMPED ? FLESH_INSTRUCTIONS_AUTO : asked));
   CHECK_OK(flesh_system_add_effect(*system, &effect));
   CHECK_OK(flesh_system_finish(*system));
+}
+
+/* What each kind must not read is somewhere else. */
+static flesh_point point_of(const problem *p, kind kind)
+{
+  return (flesh_point){.load = 1,
+                       .x = kind == ELASTIC ? p->x : p->v,
+                       .v = kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
+                       .a = kind >= CONSISTENT ? p->v : p->x,
+                       .x_lag = kind == CURRENT || kind == VISCOUS ? p->x : p->v,
+                       .v_lag = p->x};
+}
+
+static flesh_shift shift_of(kind kind, int project)
+{
+  return (flesh_shift){.x = kind == ELASTIC, .v = kind > ELASTIC && kind < CONSISTENT, .a = kind >= CONSISTENT,
+                       .project = project};
 }
 
 static double largest_of(const double *a, size_t n)
@@ -178,39 +277,41 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
 }
 
 /* The same bits by one pass. */
-static void check_both(const flesh_system *system, const flesh_point *point, const double *r, double V)
+static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
+                       double V)
 {
   size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
   double *both = malloc(bytes), phi, magnitude;
-  CHECK_OK(flesh_system_evaluate(system, point, &(flesh_shift){.x = 1}, both, &phi, &magnitude));
+  CHECK_OK(flesh_system_evaluate(system, point, shift, both, &phi, &magnitude));
   CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
   CHECK(!memcmp(both, r, bytes));
   free(both);
 }
 
-static void compare(problem *p, flesh_instructions instructions, int energy, int wild)
+static void compare(problem *p, kind kind, flesh_instructions instructions, int energy, int wild)
 {
   flesh_system *system;
   flesh_block_matrix *A;
-  make_system(p, instructions, &system);
+  make_system(p, kind, instructions, &system);
   CHECK_OK(flesh_system_matrix_create(system, &A));
-  flesh_point point = {.load = 1, .x = p->x, .v = p->x, .a = p->x};
-  double *r = malloc((size_t)p->n * sizeof *r), V, worst = 0;
+  const flesh_point point = point_of(p, kind);
+  double *r = malloc((size_t)p->n * sizeof *r), V, size, worst = 0;
   for (int project = FLESH_PROJECTED_NOT; project <= FLESH_PROJECTED_ABSOLUTE; project++) {
-    flesh_shift shift = {.x = 1, .project = project};
-    reference(p, (flesh_projected)project);
+    const flesh_shift shift = shift_of(kind, project);
+    reference(p, kind, (flesh_projected)project);
     CHECK_OK(flesh_system_jacobian(system, &point, &shift, A));
     worst = fmax(worst, matrix_error(p, A));
   }
+  const flesh_shift shift = shift_of(kind, 0);
   CHECK_OK(flesh_system_residual(system, &point, r));
-  CHECK_OK(flesh_system_energies(system, &point, &V));
-  check_both(system, &point, r, V);
-  printf("# %s %s%s: matrices %.1g, residual %.1g, energy %.1g\n",
+  CHECK_OK(flesh_system_potential(system, &point, &shift, &V, &size));
+  check_both(system, &point, &shift, r, V);
+  printf("# %s %s %s%s: matrices %.1g, residual %.1g, energy %.1g\n", kind_names[kind],
          flesh_instructions_name(instructions), flesh_energy_name((flesh_energy)energy),
          wild ? " wild" : "", worst, residual_error(p, r), fabs(V / p->energy - 1));
   CHECK_BELOW(worst, 1e-13);
-  CHECK_BELOW(residual_error(p, r), 1e-14);
-  CHECK_NEAR(V / p->energy, 1, 1e-14);
+  CHECK_BELOW(residual_error(p, r), kind == ELASTIC ? 1e-14 : 1e-13);
+  CHECK_NEAR(V / p->energy, 1, kind == ELASTIC ? 1e-14 : 1e-13);
   free(r);
   flesh_block_matrix_destroy(&A);
   flesh_system_destroy(&system);
@@ -230,7 +331,8 @@ static void batches_agree_with_single_tets(void)
       problem_open(energy, (int[]){3, 2, 2}, &p);
       deform(&p, wild);
       for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
-        if (available(set)) compare(&p, (flesh_instructions)set, energy, wild);
+        for (int kind = 0; kind < KINDS && available(set); kind++)
+          compare(&p, (enum kind)kind, (flesh_instructions)set, energy, wild);
       problem_close(&p);
     }
 }
@@ -245,7 +347,7 @@ static void extreme_sizes(void)
     deform(&p, 0);
     for (int d = 0; d < p.n; d++) p.x[d] *= sizes[s];
     for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
-      if (available(set)) compare(&p, (flesh_instructions)set, FLESH_ENERGY_S, 0);
+      if (available(set)) compare(&p, ELASTIC, (flesh_instructions)set, FLESH_ENERGY_S, 0);
     problem_close(&p);
   }
 }
@@ -254,27 +356,30 @@ static void bad_states_are_told_apart(void)
 {
   for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
     for (int energy = 0; energy < FLESH_ENERGY_COUNT && available(set); energy++)
-      for (int bad = 0; bad < 3; bad++) {
+      for (int bad = 0; bad < 6; bad++) {
+        const kind kind = bad < 3 ? ELASTIC : CURRENT;
         problem p;
         flesh_system *system;
         flesh_block_matrix *A;
         problem_open(energy, (int[]){3, 2, 2}, &p);
-        make_system(&p, (flesh_instructions)set, &system);
+        make_system(&p, kind, (flesh_instructions)set, &system);
         CHECK_OK(flesh_system_matrix_create(system, &A));
+        deform(&p, 0);
         memcpy(p.x, flesh_mesh_positions(p.mesh), (size_t)p.n * sizeof *p.x);
         int node = flesh_mesh_tets(p.mesh)[4 * 17];
-        if (bad == 0) p.x[3 * node] += 10; /* inverts some of its tets */
-        else p.x[3 * node + 1] = bad == 1 ? NAN : 1e200;
-        flesh_point point = {.load = 1, .x = p.x, .v = p.x, .a = p.x};
-        flesh_shift shift = {.x = 1}, projected = {.x = 1, .project = 1};
+        if (bad % 3 == 0) p.x[3 * node] += 10; /* inverts some of its tets */
+        else p.x[3 * node + 1] = bad % 3 == 1 ? NAN : 1e200;
+        const flesh_point point = point_of(&p, kind);
+        const flesh_shift shift = shift_of(kind, 0), projected = shift_of(kind, 1);
         double V, size;
-        int expected = bad                        ? FLESH_NONFINITE
+        int expected = bad % 3                    ? FLESH_NONFINITE
                        : energy <= FLESH_ENERGY_C ? FLESH_UNDEFINED
                                                   : FLESH_OK;
         CHECK(flesh_system_residual(system, &point, p.r) == expected);
         CHECK(flesh_system_jacobian(system, &point, &shift, A) == expected);
         CHECK(flesh_system_jacobian(system, &point, &projected, A) == expected);
-        CHECK(flesh_system_energies(system, &point, &V) == expected);
+        CHECK(flesh_system_potential(system, &point, &shift, &V, &size) == expected);
+        if (kind == ELASTIC) CHECK(flesh_system_energies(system, &point, &V) == expected);
         CHECK(flesh_system_evaluate(system, &point, &shift, p.r, &V, &size) == expected);
         flesh_block_matrix_destroy(&A);
         flesh_system_destroy(&system);
@@ -313,45 +418,87 @@ static void pieces_of_a_colour_share_no_node(void)
   flesh_mesh_destroy(&mesh);
 }
 
-static void threads_give_the_same_bits(void)
+/* A body of many pieces, and of many parts of nodes. */
+static void open_large(problem *p)
 {
-  problem p;
+  const int cells[3] = {13, 12, 11};
+  *p = (problem){0};
+  CHECK_OK(flesh_mesh_box(cells, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &p->mesh));
+  int tets = flesh_mesh_tet_count(p->mesh);
+  p->n = 3 * flesh_mesh_node_count(p->mesh);
+  for (int m = 0; m < 2; m++) p->materials[m] = material_number(FLESH_ENERGY_S, 10 + m);
+  p->tet_material = malloc((size_t)tets * sizeof *p->tet_material);
+  p->density = malloc((size_t)tets * sizeof *p->density);
+  for (int k = 0; k < tets; k++) p->tet_material[k] = k % 1000 < 300, p->density[k] = 1 + k % 5;
+  p->x = malloc((size_t)p->n * sizeof *p->x);
+  p->v = malloc((size_t)p->n * sizeof *p->v);
+  deform(p, 1);
+}
+
+static void check_threads(problem *p, kind kind)
+{
   flesh_system *system;
   flesh_block_matrix *A[2];
-  problem_open(FLESH_ENERGY_S, (int[]){3, 2, 2}, &p);
-  flesh_mesh_destroy(&p.mesh);
-  CHECK_OK(flesh_mesh_box((int[]){13, 12, 11}, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &p.mesh));
-  p.n = 3 * flesh_mesh_node_count(p.mesh);
-  free(p.tet_material);
-  p.tet_material = calloc((size_t)flesh_mesh_tet_count(p.mesh), sizeof(int));
-  p.x = realloc(p.x, (size_t)p.n * sizeof *p.x);
-  deform(&p, 1);
-  make_system(&p, FLESH_INSTRUCTIONS_AUTO, &system);
-  double *r[2], V[2];
+  make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system);
+  double *r[2], V[2], size;
   for (int k = 0; k < 2; k++) {
     CHECK_OK(flesh_system_matrix_create(system, &A[k]));
-    r[k] = malloc((size_t)p.n * sizeof *r[k]);
+    r[k] = malloc((size_t)p->n * sizeof *r[k]);
   }
   for (int count = 1; count <= 3; count++) {
     int k = count > 1;
     flesh_threads *threads;
     CHECK_OK(flesh_threads_create(count, &threads));
-    flesh_point point = {.load = 1, .x = p.x, .v = p.x, .a = p.x, .threads = threads};
-    flesh_shift shift = {.x = 1, .project = 1};
+    flesh_point point = point_of(p, kind);
+    const flesh_shift shift = shift_of(kind, FLESH_PROJECTED_CLAMP);
+    point.threads = threads;
     CHECK_OK(flesh_system_residual(system, &point, r[k]));
     CHECK_OK(flesh_system_jacobian(system, &point, &shift, A[k]));
-    CHECK_OK(flesh_system_energies(system, &point, &V[k]));
-    check_both(system, &point, r[k], V[k]);
+    CHECK_OK(flesh_system_potential(system, &point, &shift, &V[k], &size));
+    check_both(system, &point, &shift, r[k], V[k]);
     flesh_threads_destroy(&threads);
     if (!k) continue;
-    CHECK(!memcmp(r[0], r[1], (size_t)p.n * sizeof *r[0]));
+    CHECK(!memcmp(r[0], r[1], (size_t)p->n * sizeof *r[0]));
     CHECK(!memcmp(A[0]->values, A[1]->values,
                   (size_t)A[0]->row_start[A[0]->rows] * 9 * sizeof(double)));
-    CHECK(V[0] == V[1]);
+    CHECK(V[0] == V[1] && V[0] != 0);
   }
   for (int k = 0; k < 2; k++) {
     flesh_block_matrix_destroy(&A[k]);
     free(r[k]);
+  }
+  flesh_system_destroy(&system);
+}
+
+static void threads_give_the_same_bits(void)
+{
+  problem p;
+  open_large(&p);
+  for (int kind = 0; kind < KINDS; kind++) check_threads(&p, (enum kind)kind);
+  problem_close(&p);
+}
+
+/* Effects of one body have the same cells, whose places in the matrix the system keeps once. */
+static void places_are_kept_once(void)
+{
+  problem p;
+  problem_open(FLESH_ENERGY_S, (int[]){3, 2, 2}, &p);
+  flesh_body body = {.mesh = p.mesh, .density = p.density, .materials = p.materials,
+                     .tet_material = p.tet_material, .mass = FLESH_MASS_CONSISTENT};
+  flesh_effect *effects[4];
+  CHECK_OK(flesh_effect_elasticity(&body, &effects[0]));
+  CHECK_OK(flesh_effect_damping(&body, 1, 1, FLESH_STIFFNESS_CURRENT, &effects[1]));
+  CHECK_OK(flesh_effect_viscosity(&body, 1, 1, &effects[2]));
+  CHECK_OK(flesh_effect_inertia(&body, &effects[3]));
+  flesh_system *system;
+  CHECK_OK(flesh_system_create(p.mesh, &system));
+  for (int k = 0; k < 4; k++) CHECK_OK(flesh_system_add_effect(system, &effects[k]));
+  CHECK_OK(flesh_system_finish(system));
+  const size_t slots = (size_t)flesh_mesh_tet_count(p.mesh) * 10 * sizeof(int);
+  for (int k = 0; k < 4; k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    const size_t beside = flesh_system_effect_memory(system, k) - effect->operations->memory(effect);
+    CHECK((beside >= slots) == (k == 0));
   }
   flesh_system_destroy(&system);
   problem_close(&p);
@@ -372,5 +519,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(extreme_sizes),
                    TEST(bad_states_are_told_apart), TEST(pieces_of_a_colour_share_no_node),
-                   TEST(threads_give_the_same_bits), TEST(instructions_by_name));
+                   TEST(threads_give_the_same_bits), TEST(places_are_kept_once),
+                   TEST(instructions_by_name));
 }

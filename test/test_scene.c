@@ -214,6 +214,26 @@ static void without_inertia_the_scene_is_static(void)
   flesh_scene_destroy(&scene);
 }
 
+/* Elasticity's key speaks for all effects, also for those that stand before it. */
+static void instructions_are_the_scenes(void)
+{
+  flesh_scene *scene = NULL;
+  CHECK_OK(read_scene("instructions.yaml",
+                      "body: {mesh: bar.node, density: 1000, mass: consistent,\n"
+                      "  material: {energy: S, young: 1e5, poisson: 0.4}}\n"
+                      "effects: [inertia, viscosity: {shear: 1}, damping: {stiffness: 1}, gravity,\n"
+                      "  elasticity: {instructions: portable}]\n"
+                      "time: {method: backward-euler, step: 1/60, end: 1}\n",
+                      0, NULL, &scene));
+  if (!scene) return;
+  const flesh_system *system = flesh_scene_system(scene);
+  CHECK(flesh_system_effect_count(system) == 5);
+  for (int k = 0; k < 5; k++)
+    CHECK(flesh_effect_instructions(flesh_system_effect(system, k)) ==
+          (k == 3 ? FLESH_INSTRUCTIONS_AUTO : FLESH_INSTRUCTIONS_PORTABLE));
+  flesh_scene_destroy(&scene);
+}
+
 static void aliases_repeat_what_they_name(void)
 {
   static const char text[] = "body: {mesh: bar.node}\n"
@@ -483,7 +503,8 @@ int main(int argc, char **argv)
       TEST(overrides_change_what_they_name), TEST(the_last_whole_pair_of_constants_counts),
       TEST(constants_are_matched_where_the_form_can_be),
       TEST(regions_have_their_own_density_and_material), TEST(without_inertia_the_scene_is_static),
-      TEST(aliases_repeat_what_they_name), TEST(paths_start_at_the_scene_or_the_working_directory),
+      TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
+      TEST(paths_start_at_the_scene_or_the_working_directory),
       TEST(resolving_again_changes_nothing), TEST(states_come_back_bit_for_bit),
       TEST(every_sample_of_an_effect_makes_a_scene), TEST(the_schema_lists_every_key),
       TEST(the_json_schema_is_json_and_lists_every_key), TEST(every_default_is_valid));

@@ -12,22 +12,21 @@ END
 
 # child PID: waits for a process of it.
 child() {
-  for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-    found=$(grep -ls "^PPid:[[:space:]]*$1\$" /proc/[0-9]*/status | head -n 1 | tr -dc 0-9)
-    [ -n "$found" ] && echo "$found" && return
-    sleep 0.1
-  done
-  return 1
+  wait_until "$1" has_child "$1" >&2 && children "$1" | head -n 1
 }
+children() { grep -ls "^PPid:[[:space:]]*$1\$" /proc/[0-9]*/status | tr -dc '0-9\n'; }
+has_child() { [ -n "$(children "$1")" ]; }
 
-# Killed with all its children, twenty times at random: the rows finished before stay as they are.
+# Killed with all its children, twenty times at random: the rows finished before stay as they are. Pauses grow until
+# they reach beyond the start of a sweep on this machine.
 killed_twenty_times_nothing_is_lost_or_done_again() {
   undisturbed || return 1
   amidst=0
+  scale=1
   for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 20; k++) print 0.02 + 0.15 * rand() }'); do
     setsid "$flesh" sweep bar.yaml --out killed --jobs 2 --resume --quiet &
     sweep=$!
-    sleep "$pause"
+    sleep "$(awk "BEGIN { print $scale * $pause }")"
     kill -9 "-$sweep" 2>/dev/null
     wait "$sweep" 2>/dev/null
     if [ -s before ]; then
@@ -38,7 +37,13 @@ killed_twenty_times_nothing_is_lost_or_done_again() {
     elif [ -f killed/sweep.db ]; then
       ask killed/sweep.db id,started,worker,seconds 'seconds IS NOT NULL' 2>/dev/null | sort >before
     fi
-    [ -z "$(ask killed/sweep.db id "status = 'running'" 2>/dev/null)" ] || amidst=$((amidst + 1))
+    if [ -n "$(ask killed/sweep.db id "status = 'running'" 2>/dev/null)" ]; then
+      amidst=$((amidst + 1))
+    elif [ -z "$(ask killed/sweep.db id "status = 'planned'" 2>/dev/null)" ] && [ -s before ]; then
+      break # all is done
+    else
+      scale=$(awk "BEGIN { print 1.5 * $scale }")
+    fi
   done
   echo "killed amidst cases $amidst times (seed $$)"
   [ "$amidst" -ge 5 ] || return 1
@@ -68,15 +73,13 @@ a_living_process_keeps_its_claim() {
     [ "$(ask living/sweep.db "worker LIKE '%:$one:%'" 'id = 2')" = 0 ] || { ask living/sweep.db id,worker,status; return 1; }
 }
 
+second_runs() { [ "$(ask hung/sweep.db status 'id = 2')" = running ]; }
 hangs_and_crashes_are_rows() {
   "$flesh" sweep long.yaml --out hung --jobs 1 --quiet &
   sweep=$!
   kill -STOP "$(child "$sweep")" || return 1
-  sleep 3.6 # the budget and what is given to stop; then the next case runs
-  for _ in 1 2 3 4 5 6 7 8 9 10; do
-    [ "$(ask hung/sweep.db status 'id = 2')" = running ] && break
-    sleep 0.2
-  done
+  # After the budget and what is given to stop the next case runs.
+  wait_until "$sweep" second_runs || return 1
   kill -SEGV "$(child "$sweep")" || return 1
   wait "$sweep" || return 1
   [ "$(ask hung/sweep.db "status, message LIKE 'it did not stop by itself%'" 'id = 1')" = 'out of budget,1' ] &&
@@ -131,11 +134,12 @@ END
 without_power_nothing_is_lost() {
   undisturbed || return 1
   cuts=0
-  for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 5; k++) print 0.1 + 0.9 * rand() }'); do
+  for pause in $(awk -v seed="$$" 'BEGIN { srand(seed); for (k = 0; k < 5; k++) print 0.9 * rand() }'); do
     rm -rf live left
     mkdir left
     "$flesh" sweep bar.yaml --out live --jobs 2 --quiet 2>/dev/null &
     sweep=$!
+    wait_until "$sweep" [ -f live/sweep.db-wal ] || return 1
     sleep "$pause"
     [ ! -f live/sweep.db ] || ask live/sweep.db id,started 'seconds IS NOT NULL' >before 2>/dev/null || :
     kill -STOP "$sweep"

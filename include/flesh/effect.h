@@ -24,6 +24,7 @@
 
 #include <stddef.h>
 
+#include "flesh/instructions.h"
 #include "flesh/mesh.h"
 #include "flesh/status.h"
 #include "flesh/threads.h"
@@ -125,11 +126,10 @@ typedef struct flesh_effect_operations {
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
-  /* For effects that are a sum over their cells: a new effect of the cells `chosen` [count] alone,
-   * ascending numbers in `cells`, which names node i `local[i]` and lives no longer than this one.
-   * `local` ascends with i where it is used. NULL: near few nodes a quadratic model stands for the
-   * effect. */
-  int (*part)(const flesh_effect *effect, int count, const int *chosen, const int *local,
+  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
+   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than this
+   * one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for it. */
+  int (*part)(const flesh_effect *effect, int count, const int *chosen, const flesh_mesh *mesh,
               flesh_effect **part);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
@@ -151,6 +151,9 @@ typedef struct flesh_effect_operations {
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
   const char *const *report_names;
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
+  /* The vector instructions that it works with, on which the last bits of its results depend.
+   * NULL: those of the program. */
+  flesh_instructions (*instructions)(const flesh_effect *effect);
   void (*destroy)(void *data); /* frees `data` */
   /* Bytes of `data` and what it owns. NULL: not told. */
   size_t (*memory)(const flesh_effect *effect);

@@ -28,6 +28,8 @@ typedef struct flesh_body {
   flesh_mass mass;
   int part_count;               /* 0: one body without a name */
   const flesh_body_part *parts; /* [part_count] */
+  flesh_instructions instructions; /* of effects that go tet by tet; with some that the machine
+                                      lacks, making these fails with FLESH_ERR_ARGUMENT */
 } flesh_body;
 
 /* Points of a motion in time: linear between keyframes, constant before the first and after the
@@ -53,11 +55,7 @@ FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect
 /* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
-/* The same with the instructions given. FLESH_ERR_ARGUMENT where the machine lacks them. */
-FLESH_API int flesh_effect_elasticity_with(const flesh_body *body, flesh_instructions instructions,
-                                           flesh_effect **effect);
-
-/* Those that an elasticity effect uses, never AUTO; AUTO for every other effect. */
+/* Those that an effect uses, never AUTO; AUTO for one that leaves them to the compiler. */
 FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
 
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */

@@ -38,9 +38,11 @@ FLESH_API void flesh_scene_destroy(flesh_scene **scene);
 FLESH_API const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene);
 /* Absolute, links resolved. */
 FLESH_API const char *flesh_scene_mesh_path(const flesh_scene *scene);
-/* Of the bodies beside it (the key `bodies`), whose meshes are joined to its own. */
-FLESH_API int flesh_scene_other_count(const flesh_scene *scene);
-FLESH_API const char *flesh_scene_other_mesh_path(const flesh_scene *scene, int index);
+/* Calls visit(data, path) for every file that the scene names, as often as it does: meshes of the
+ * body, of the bodies beside it and of obstacles, the start, the skin. A path that is not absolute
+ * is relative to the working directory of flesh_scene_read; it is the scene's and lives as long. */
+FLESH_API void flesh_scene_visit_files(const flesh_scene *scene,
+                                       void (*visit)(void *data, const char *path), void *data);
 FLESH_API const flesh_body *flesh_scene_body(const flesh_scene *scene);
 FLESH_API const flesh_system *flesh_scene_system(const flesh_scene *scene);
 FLESH_API const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene);

@@ -20,24 +20,32 @@ typedef struct calm {
 static const flesh_cells *calm_cells(const flesh_effect *effect)
 {
   const calm *self = effect->data;
-  return self->M.lumped ? NULL : &self->M.cells;
+  return flesh_mass_matrix_cells(&self->M);
 }
 
 static double rate_at(const calm *self, const flesh_point *point)
 {
   if (!(self->from <= point->t && point->t < self->until)) return 0;
   if (self->speed == 0) return self->rate;
-  double speed = sqrt(2 * flesh_mass_matrix_half_square(&self->M, point->v_lag) / self->total);
-  double s = fmin(fmax(2 * speed / self->speed - 1, 0), 1);
+  double half_square;
+  flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, &half_square);
+  double speed = sqrt(2 * half_square / self->total), s = fmin(fmax(2 * speed / self->speed - 1, 0), 1);
   return self->rate * s * s * (3 - 2 * s);
+}
+
+static int calm_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                         double *phi, double *magnitude)
+{
+  const calm *self = effect->data;
+  double rate = r || shift->v != 0 ? rate_at(self, point) : 0;
+  if (rate > 0)
+    flesh_mass_matrix_evaluate(&self->M, rate, point->threads, point->v, shift->v, r, phi, magnitude);
+  return FLESH_OK;
 }
 
 static int calm_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  const calm *self = effect->data;
-  double rate = rate_at(self, point);
-  if (rate > 0) flesh_mass_matrix_times(&self->M, rate, point->v, r);
-  return FLESH_OK;
+  return calm_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
 }
 
 static int calm_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
@@ -52,13 +60,12 @@ static int calm_jacobian(const flesh_effect *effect, const flesh_point *point, c
 static int calm_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
                           double *magnitude)
 {
-  const calm *self = effect->data;
-  double rate = shift->v != 0 ? rate_at(self, point) : 0;
-  if (rate == 0) return FLESH_OK;
-  double value = rate * flesh_mass_matrix_half_square(&self->M, point->v) / shift->v;
-  *phi += value;
-  *magnitude += value;
-  return FLESH_OK;
+  return calm_evaluate(effect, point, shift, NULL, phi, magnitude);
+}
+
+static flesh_instructions calm_instructions(const flesh_effect *effect)
+{
+  return ((const calm *)effect->data)->M.tets.instructions;
 }
 
 static double calm_next_event(const flesh_effect *effect, double t)
@@ -86,6 +93,8 @@ static const flesh_effect_operations calm_operations = {
     .residual = calm_residual,
     .jacobian = calm_jacobian,
     .potential = calm_potential,
+    .evaluate = calm_evaluate,
+    .instructions = calm_instructions,
     .next_event = calm_next_event,
     .destroy = calm_destroy,
     .memory = calm_memory,

@@ -1,5 +1,6 @@
 /* contact.c: a barrier that keeps the body's nodes out of an obstacle, and lagged friction on it. */
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,28 +76,135 @@ static double slip_potential(double y, double e)
 
 static double slip_ratio(double y, double e) { return y < e ? (2 - y / e) / e : 1 / y; }
 
+/* One evaluation: a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
+ * threads. */
+enum { MOST_PARTS = 64, NODES_OF_PART = 64 };
+
+typedef struct job {
+  const contact *self;
+  const flesh_point *point;
+  const flesh_shift *shift; /* of the matrix, and of the potential of friction */
+  flesh_frame frame, lagged;
+  double *r;            /* NULL: not asked for */
+  int rubbing, summing; /* friction; what potentials are made of */
+  flesh_block_matrix *K;
+  int parts;
+  struct {
+    int undefined;
+    double energy, friction, size; /* of barriers; potential of friction, and the sizes of its terms */
+  } found[MOST_PARTS];
+} job;
+
+static void open_job(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, job *j)
+{
+  *j = (job){.self = effect->data, .point = point, .shift = shift};
+  j->rubbing = j->self->friction > 0;
+  const int parts = j->self->count / NODES_OF_PART;
+  j->parts = parts < 1 ? 1 : parts < MOST_PARTS ? parts : MOST_PARTS;
+  flesh_obstacle_frame(j->self->obstacle, point->t, &j->frame);
+  flesh_obstacle_frame(j->self->obstacle, point->t_lag, &j->lagged);
+}
+
+static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
+
+/* What friction adds to the potential. */
+static double friction_potential(const job *j, const rub *rubs, int i)
+{
+  const flesh_shift *shift = j->shift;
+  const double e = j->self->slip_speed;
+  if (shift->v != 0) return rubs->force * slip_potential(rubs->speed, e) / shift->v;
+  double share = 0; /* an unknown that does not change velocities sees a constant force */
+  for (int c = 0; c < 3 && shift->x != 0; c++)
+    share += rubs->force * slip_ratio(rubs->speed, e) * rubs->u[c] *
+             (j->point->x[i + c] - j->point->x_lag[i + c]) / shift->x;
+  return share;
+}
+
+static void first_order_of_part(void *data, int task)
+{
+  job *j = data;
+  const contact *self = j->self;
+  double energy = 0, friction = 0, size = 0;
+  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1); k < end; k++) {
+    const int i = 3 * self->nodes[k];
+    flesh_barrier barrier;
+    if (barrier_at(self, &j->frame, j->point->x + i, &barrier)) {
+      j->found[task].undefined = 1;
+      return;
+    }
+    energy += self->weight[k] * barrier.value;
+    if (j->r && barrier.distance < INFINITY) {
+      double gradient[3] = {barrier.gradient[0], barrier.gradient[1], barrier.gradient[2]};
+      if (j->frame.moved) flesh_mat3_times(j->frame.R, barrier.gradient, gradient);
+      for (int c = 0; c < 3; c++) j->r[i + c] += self->weight[k] * gradient[c];
+    }
+    if (!j->rubbing) continue;
+    const rub rubs = rub_of(self, &j->lagged, j->point, k);
+    if (rubs.force == 0) continue;
+    const double ratio = rubs.force * slip_ratio(rubs.speed, self->slip_speed);
+    for (int c = 0; c < 3 && j->r; c++) j->r[i + c] += ratio * rubs.u[c];
+    if (!j->summing) continue;
+    const double share = friction_potential(j, &rubs, i);
+    friction += share;
+    size += fabs(share);
+  }
+  j->found[task].energy = energy;
+  j->found[task].friction = friction;
+  j->found[task].size = size;
+}
+
+/* Adds to r and to the energy of the barriers what of them is not NULL. */
+static int first_order(job *j, double *r, double *energy)
+{
+  j->r = r;
+  j->summing = energy != NULL;
+  flesh_threads_run(j->point->threads, j->parts, first_order_of_part, j);
+  for (int p = 0; p < j->parts; p++) {
+    if (j->found[p].undefined) return FLESH_UNDEFINED;
+    if (energy) *energy += j->found[p].energy;
+  }
+  return flesh_contact_core_add(&j->self->core, &j->frame, j->point->x, energy, r);
+}
+
 static int contact_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  const contact *self = effect->data;
-  flesh_frame frame, lagged;
-  flesh_barrier barrier;
-  flesh_obstacle_frame(self->obstacle, point->t, &frame);
-  flesh_obstacle_frame(self->obstacle, point->t_lag, &lagged);
-  for (int k = 0; k < self->count; k++) {
-    double *here = r + 3 * self->nodes[k], gradient[3];
-    int status = barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
-    if (status) return status;
-    if (barrier.distance < INFINITY) {
-      memcpy(gradient, barrier.gradient, sizeof gradient);
-      if (frame.moved) flesh_mat3_times(frame.R, barrier.gradient, gradient);
-      for (int c = 0; c < 3; c++) here[c] += self->weight[k] * gradient[c];
-    }
-    if (self->friction == 0) continue;
-    const rub rubs = rub_of(self, &lagged, point, k);
-    const double ratio = rubs.force == 0 ? 0 : rubs.force * slip_ratio(rubs.speed, self->slip_speed);
-    for (int c = 0; c < 3; c++) here[c] += ratio * rubs.u[c];
+  job j;
+  open_job(effect, point, NULL, &j);
+  return first_order(&j, r, NULL);
+}
+
+static int contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                            double *phi, double *magnitude)
+{
+  job j;
+  double energy = 0;
+  open_job(effect, point, shift, &j);
+  int status = first_order(&j, r, &energy);
+  if (status) return status;
+  if (shift->x != 0) {
+    *phi += energy / shift->x;
+    *magnitude += fabs(energy / shift->x);
   }
-  return flesh_contact_core_add(&self->core, &frame, point->x, NULL, r);
+  for (int p = 0; p < j.parts; p++) {
+    *phi += j.found[p].friction;
+    *magnitude += j.found[p].size;
+  }
+  return FLESH_OK;
+}
+
+static int contact_potential(const flesh_effect *effect, const flesh_point *point,
+                             const flesh_shift *shift, double *phi, double *magnitude)
+{
+  return shift->x != 0 || shift->v != 0 ? contact_evaluate(effect, point, shift, NULL, phi, magnitude) : FLESH_OK;
+}
+
+static int contact_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  job j;
+  open_job(effect, point, NULL, &j);
+  j.rubbing = 0;
+  *energy = 0;
+  return first_order(&j, NULL, energy);
 }
 
 /* K = R H R^T, with its negative eigenvalues filtered. */
@@ -133,76 +241,35 @@ static void add_friction(const contact *self, const rub *rubs, double scale, dou
                            bend * rubs->u[i] * rubs->u[j]);
 }
 
+static void jacobian_of_part(void *data, int task)
+{
+  const job *j = data;
+  const contact *self = j->self;
+  const flesh_shift *shift = j->shift;
+  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1); k < end; k++) {
+    double *block = j->K->values + 9 * (size_t)j->K->row_start[self->nodes[k]], placed[9];
+    flesh_barrier barrier;
+    /* Within the obstacle there is no residual that this could belong to: nothing is added. */
+    int status = barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
+    if (!status && barrier.distance < INFINITY && shift->x != 0) {
+      place_hessian(&j->frame, shift->project, barrier.hessian, placed);
+      for (int e = 0; e < 9; e++) block[e] += shift->x * self->weight[k] * placed[e];
+    }
+    if (!j->rubbing || shift->v == 0) continue;
+    const rub rubs = rub_of(self, &j->lagged, j->point, k);
+    if (rubs.force > 0) add_friction(self, &rubs, shift->v, block);
+  }
+}
+
 static int contact_jacobian(const flesh_effect *effect, const flesh_point *point,
                             const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  const contact *self = effect->data;
-  flesh_frame frame, lagged;
-  flesh_barrier barrier;
-  flesh_obstacle_frame(self->obstacle, point->t, &frame);
-  flesh_obstacle_frame(self->obstacle, point->t_lag, &lagged);
-  for (int k = 0; k < self->count; k++) {
-    double *block = K->values + 9 * (size_t)K->row_start[self->nodes[k]], placed[9];
-    /* Within the obstacle there is no residual that this could belong to: nothing is added. */
-    int status = barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
-    if (!status && barrier.distance < INFINITY && shift->x != 0) {
-      place_hessian(&frame, shift->project, barrier.hessian, placed);
-      for (int e = 0; e < 9; e++) block[e] += shift->x * self->weight[k] * placed[e];
-    }
-    if (self->friction == 0 || shift->v == 0) continue;
-    const rub rubs = rub_of(self, &lagged, point, k);
-    if (rubs.force > 0) add_friction(self, &rubs, shift->v, block);
-  }
+  job j;
+  open_job(effect, point, shift, &j);
+  j.K = K;
+  flesh_threads_run(point->threads, j.parts, jacobian_of_part, &j);
   if (shift->x != 0)
-    flesh_contact_core_jacobian(&self->core, &frame, point->x, shift->x, shift->project, K, slots);
-  return FLESH_OK;
-}
-
-static int contact_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
-{
-  const contact *self = effect->data;
-  flesh_frame frame;
-  flesh_barrier barrier;
-  *energy = 0;
-  flesh_obstacle_frame(self->obstacle, point->t, &frame);
-  for (int k = 0; k < self->count; k++) {
-    int status = barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
-    if (status) return status;
-    *energy += self->weight[k] * barrier.value;
-  }
-  return flesh_contact_core_add(&self->core, &frame, point->x, energy, NULL);
-}
-
-static int contact_potential(const flesh_effect *effect, const flesh_point *point,
-                             const flesh_shift *shift, double *phi, double *magnitude)
-{
-  const contact *self = effect->data;
-  flesh_frame lagged;
-  if (shift->x != 0) {
-    double energy;
-    int status = contact_energy(effect, point, &energy);
-    if (status) return status;
-    *phi += energy / shift->x;
-    *magnitude += fabs(energy / shift->x);
-  }
-  if (self->friction == 0 || (shift->v == 0 && shift->x == 0)) return FLESH_OK;
-  flesh_obstacle_frame(self->obstacle, point->t_lag, &lagged);
-  for (int k = 0; k < self->count; k++) {
-    const rub rubs = rub_of(self, &lagged, point, k);
-    double share = 0;
-    if (rubs.force == 0) continue;
-    if (shift->v != 0) {
-      share = rubs.force * slip_potential(rubs.speed, self->slip_speed) / shift->v;
-    } else { /* an unknown that does not change velocities sees a constant force */
-      for (int c = 0; c < 3; c++) {
-        const int d = 3 * self->nodes[k] + c;
-        share += rubs.force * slip_ratio(rubs.speed, self->slip_speed) * rubs.u[c] *
-                 (point->x[d] - point->x_lag[d]) / shift->x;
-      }
-    }
-    *phi += share;
-    *magnitude += fabs(share);
-  }
+    flesh_contact_core_jacobian(&j.self->core, &j.frame, point->x, shift->x, shift->project, K, slots);
   return FLESH_OK;
 }
 
@@ -349,6 +416,7 @@ static const flesh_effect_operations contact_operations = {
     .residual = contact_residual,
     .jacobian = contact_jacobian,
     .potential = contact_potential,
+    .evaluate = contact_evaluate,
     .energy = contact_energy,
     .next_event = contact_next_event,
     .way = contact_way,

@@ -83,8 +83,8 @@ static pair pair_of(const double *const X[3], int count, const int *corners, con
 static int is_far(const double *const X[3], const double p[3], double reach)
 {
   for (int c = 0; c < 3; c++) {
-    double low = fmin(fmin(X[0][c], X[1][c]), X[2][c]), high = fmax(fmax(X[0][c], X[1][c]), X[2][c]);
-    if (low - p[c] >= reach || p[c] - high >= reach) return 1;
+    const double a = X[0][c] - p[c], b = X[1][c] - p[c], d = X[2][c] - p[c];
+    if ((a >= reach && b >= reach && d >= reach) || (-a >= reach && -b >= reach && -d >= reach)) return 1;
   }
   return 0;
 }
@@ -104,46 +104,88 @@ static void corners_of(const flesh_contact_core *core, int face, const double *x
   for (int k = 0; k < 3; k++) X[k] = x + 3 * (size_t)core->faces.nodes[3 * face + k];
 }
 
-int flesh_contact_core_add(const flesh_contact_core *core, const flesh_frame *frame,
-                           const double *x, double *energy, double *r)
+/* Calls visit(data, pair, corners of its face, share of the barrier, face) for every pair within the thickness; the
+ * first status that is not FLESH_OK ends it. */
+static int for_pairs(const flesh_contact_core *core, const flesh_frame *frame, const double *x,
+                     int (*visit)(void *data, const pair *found, const double *const X[3],
+                                  double share, int face),
+                     void *data)
 {
-  const double w = core->thickness, *X[3];
+  const double *X[3];
+  int status = FLESH_OK;
   for (int point = 0; point < core->points; point++) {
-    double p[3], value, first, second;
+    double p[3];
     flesh_frame_leave(frame, core->centres + 3 * point, p);
     for (int f = 0; f < core->faces.count; f++) {
       corners_of(core, f, x, X);
-      if (is_far(X, p, core->radius + w)) continue;
-      for (int part = 0; part < 7; part++) {
+      if (is_far(X, p, core->radius + core->thickness)) continue;
+      for (int part = 0; part < 7 && !status; part++) {
         double share = core->weight * share_of(core, f, part);
         if (share == 0) continue;
         const pair found = pair_of(X, parts[part][0], parts[part] + 1, p);
-        double d = found.to_centre - core->radius;
-        if (!(d < w)) continue;
-        if (!(d > 0)) return FLESH_UNDEFINED;
-        flesh_barrier_law(d / w, &value, &first, &second);
-        if (energy) *energy += share * w * value;
-        for (int a = 0; r && a < found.count; a++)
-          for (int c = 0; c < 3; c++)
-            r[3 * core->faces.nodes[3 * f + found.corner[a]] + c] -=
-                share * first * found.weights[a] * found.direction[c];
+        if (found.to_centre - core->radius < core->thickness)
+          status = visit(data, &found, X, share, f);
       }
+      if (status) return status;
     }
   }
   return FLESH_OK;
 }
 
+/* What flesh_contact_core_add adds to. */
+typedef struct sums {
+  const flesh_contact_core *core;
+  double *energy, *r;
+} sums;
+
+static int add_force(void *data, const pair *found, const double *const X[3], double share,
+                     int face)
+{
+  const sums *s = data;
+  const double w = s->core->thickness, d = found->to_centre - s->core->radius;
+  const int *nodes = s->core->faces.nodes + 3 * face;
+  double value, first, second;
+  (void)X;
+  if (!(d > 0)) return FLESH_UNDEFINED;
+  flesh_barrier_law(d / w, &value, &first, &second);
+  if (s->energy) *s->energy += share * w * value;
+  for (int a = 0; s->r && a < found->count; a++)
+    for (int c = 0; c < 3; c++)
+      s->r[3 * nodes[found->corner[a]] + c] -=
+          share * first * found->weights[a] * found->direction[c];
+  return FLESH_OK;
+}
+
+int flesh_contact_core_add(const flesh_contact_core *core, const flesh_frame *frame,
+                           const double *x, double *energy, double *r)
+{
+  sums s = {core, energy, r};
+  return for_pairs(core, frame, x, add_force, &s);
+}
+
+/* What flesh_contact_core_jacobian adds to. */
+typedef struct matrix {
+  const flesh_contact_core *core;
+  double scale;
+  int project;
+  flesh_block_matrix *K;
+  const int *slots; /* [6 * faces] */
+} matrix;
+
 /* The second derivative of a pair's barrier, times share: with e from the foot to the centre, tangents T_i from the
  * first corner to the others, and r_ia = (dw_a/ds_i) e - w_a T_i, that of |e|^2/2 is
  * w_a w_b I - r_ia (T.T)^-1_ij r_jb. Projected: without the parts that are negative. */
-static void add_pair(const pair *found, const double *const X[3], double radius, double w,
-                     double share, int project, double scale, flesh_block_matrix *K,
-                     const int *slots)
+static int add_second(void *data, const pair *found, const double *const X[3], double share,
+                      int face)
 {
   static const int slot_of[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+  const matrix *m = data;
+  const int *slots = m->slots + 6 * (size_t)face;
+  const double radius = m->core->radius, w = m->core->thickness;
   double value, first, second, T[2][3], G[3] = {1, 0, 1}, rows[2][3][3];
   const int dimension = found->count - 1;
   const double *n = found->direction, rho = found->to_centre;
+  if (!(rho > radius)) return FLESH_OK;
   flesh_barrier_law((rho - radius) / w, &value, &first, &second);
   for (int i = 0; i < dimension; i++)
     for (int c = 0; c < 3; c++) T[i][c] = X[found->corner[i + 1]][c] - X[found->corner[0]][c];
@@ -156,12 +198,12 @@ static void add_pair(const pair *found, const double *const X[3], double radius,
     for (int a = 0; a < found->count; a++)
       for (int c = 0; c < 3; c++)
         rows[i][a][c] = ((a == i + 1) - (a == 0)) * rho * n[c] - found->weights[a] * T[i][c];
-  const int push = !project || share > 0, bend = !project || share < 0;
+  const int push = !m->project || share > 0, bend = !m->project || share < 0;
   for (int a = 0; a < found->count; a++)
     for (int b = 0; b < found->count; b++) {
       const int row = found->corner[a], column = found->corner[b];
       if (row > column) continue; /* the upper triangle: nodes of a face ascend */
-      double *block = K->values + 9 * (size_t)slots[slot_of[row][column]];
+      double *block = m->K->values + 9 * (size_t)slots[slot_of[row][column]];
       const double ww = found->weights[a] * found->weights[b];
       for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
@@ -171,32 +213,18 @@ static void add_pair(const pair *found, const double *const X[3], double radius,
               turned += rows[k][a][i] * inverse[k][l] * rows[l][b][j];
           if (push) sum += second / w * ww * n[i] * n[j] - first / rho * turned;
           if (bend) sum += first / rho * ww * ((i == j) - n[i] * n[j]);
-          block[3 * i + j] += scale * share * sum;
+          block[3 * i + j] += m->scale * share * sum;
         }
     }
+  return FLESH_OK;
 }
 
 void flesh_contact_core_jacobian(const flesh_contact_core *core, const flesh_frame *frame,
                                  const double *x, double scale, int project, flesh_block_matrix *K,
                                  const int *slots)
 {
-  const double w = core->thickness, *X[3];
-  for (int point = 0; point < core->points; point++) {
-    double p[3];
-    flesh_frame_leave(frame, core->centres + 3 * point, p);
-    for (int f = 0; f < core->faces.count; f++) {
-      corners_of(core, f, x, X);
-      if (is_far(X, p, core->radius + w)) continue;
-      for (int part = 0; part < 7; part++) {
-        double share = core->weight * share_of(core, f, part);
-        if (share == 0) continue;
-        const pair found = pair_of(X, parts[part][0], parts[part] + 1, p);
-        double d = found.to_centre - core->radius;
-        if (d < w && d > 0)
-          add_pair(&found, X, core->radius, w, share, project, scale, K, slots + 6 * (size_t)f);
-      }
-    }
-  }
+  matrix m = {core, scale, project, K, slots};
+  for_pairs(core, frame, x, add_second, &m);
 }
 
 /* Goes by steps that are safe whatever the motion (additive advancement; Li et al. 2021, "Codimensional Incremental
@@ -212,8 +240,9 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
       double move = X1[k][c] - X0[k][c] - (p1[c] - p0[c]);
       square += move * move;
     }
-    approach = fmax(approach, sqrt(square));
+    approach = flesh_max(approach, square);
   }
+  approach = sqrt(approach);
   if (approach == 0 || is_far(X0, p0, radius + approach)) return 1;
   double least = 0;
   for (int step = 0; step < WAY_STEPS; step++) {

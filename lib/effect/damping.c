@@ -1,136 +1,65 @@
 /* damping.c: Rayleigh damping, r = a M v + b K v with K the stiffness at rest or at the lagged state.
  *
- * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that nothing is ever fed. It is gone
- * through tet by tet from its closed spectrum in the frame of the singular vectors; at rest that frame is the world's
- * and the spectrum one per material. Lord Rayleigh, The Theory of Sound, 1877, section 102. */
+ * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that nothing is ever fed. At rest, where
+ * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
+ * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/element.h"
 #include "effect/mass.h"
 #include "effect/rows.h"
+#include "effect/tet_batches.h"
 #include "material/spectrum.h"
-#include "math/svd3.h"
 
 typedef struct damping {
   double mass, stiffness; /* 1/s, s */
   flesh_mass_matrix M;    /* where mass > 0 */
-  flesh_cells cells;      /* of all tets, where stiffness > 0 */
-  flesh_element *elements;
-  const flesh_material *materials; /* borrowed */
-  int rest_count;
-  flesh_spectrum *rest; /* [rest_count] of every material; NULL: K of the lagged state */
+  flesh_tets tets;        /* where stiffness > 0 */
+  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K of the lagged state */
 } damping;
 
 static const flesh_cells *damping_cells(const flesh_effect *effect)
 {
   const damping *self = effect->data;
-  if (self->elements) return &self->cells;
-  return self->M.cell_mass ? &self->M.cells : NULL;
+  return self->stiffness > 0 ? &self->tets.cells : flesh_mass_matrix_cells(&self->M);
 }
 
-static int spectrum_at(const flesh_material *material, double I_C, double J, const double sigma[3],
-                       flesh_spectrum *spectrum)
+static const flesh_tet_kernel *kernel_of(const damping *self)
 {
-  flesh_psi psi;
-  int status = material->psi(I_C, J, material, &psi);
-  if (!status && !flesh_spectrum_make(&psi, sigma, spectrum)) status = FLESH_NONFINITE;
-  if (!status) flesh_spectrum_filter(spectrum, FLESH_FILTER_CLAMP);
-  return status;
+  return self->rest ? self->tets.kernels->viscous : self->tets.kernels->stiffness;
 }
 
-/* The frame of a tet's spectrum: U, V and the spectrum; at rest the world's. */
-typedef struct frame {
-  double U[9], V[9];
-  flesh_spectrum spectrum;
-} frame;
-
-static int frame_at(const damping *self, const flesh_element *e, const double *x_lag, frame *f)
+static flesh_tet_point point_of(const damping *self, const flesh_point *point, double scale)
 {
-  double F[9], sigma[3];
-  flesh_element_gradient(e, x_lag, F);
-  flesh_svd3(F, f->U, sigma, f->V);
-  return spectrum_at(&self->materials[e->material], flesh_mat3_norm2(F), flesh_mat3_determinant(F), sigma,
-                     &f->spectrum);
+  return (flesh_tet_point){.x = self->rest ? NULL : point->x_lag,
+                           .v = point->v,
+                           .scale = scale * self->stiffness,
+                           .project = FLESH_PROJECTED_CLAMP,
+                           .viscous = self->rest};
 }
 
-/* The second derivative of psi in direction Y, both in the frame of the singular vectors. */
-static void multiply(const flesh_spectrum *spectrum, const double Y[9], double S[9])
+static int damping_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                            double *phi, double *magnitude)
 {
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    double t = spectrum->twist[k], f = spectrum->flip[k], up = Y[3 * i + j], down = Y[3 * j + i];
-    S[4 * i] = 0;
-    for (int c = 0; c < 3; c++) S[4 * i] += spectrum->A[3 * i + c] * Y[4 * c];
-    S[3 * i + j] = (t + f) / 2 * up + (f - t) / 2 * down;
-    S[3 * j + i] = (t + f) / 2 * down + (f - t) / 2 * up;
-  }
-}
-
-/* Adds C v to r, where that is not NULL, and v.Cv to *power. */
-static int force(const damping *self, const flesh_point *point, double *r, double *power)
-{
-  if (self->mass > 0) {
-    if (r) flesh_mass_matrix_times(&self->M, self->mass, point->v, r);
-    *power += 2 * self->mass * flesh_mass_matrix_half_square(&self->M, point->v);
-  }
-  for (int k = 0; k < self->cells.count; k++) {
-    const flesh_element *e = &self->elements[k];
-    const double scale = self->stiffness * e->volume;
-    double rate[9], P[9], forces[3][3];
-    flesh_element_gradient(e, point->v, rate);
-    if (self->rest) {
-      multiply(&self->rest[e->material], rate, P);
-    } else {
-      frame f;
-      double A[9], B[9];
-      int status = frame_at(self, e, point->x_lag, &f);
-      if (status) return status;
-      flesh_mat3_transposed_multiply(f.U, rate, A);
-      flesh_mat3_multiply(A, f.V, B);
-      multiply(&f.spectrum, B, A);
-      flesh_mat3_multiply(f.U, A, B);
-      flesh_mat3_multiply_transposed(B, f.V, P);
-    }
-    *power += scale * flesh_mat3_inner(rate, P);
-    for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++) forces[a][i] = scale * flesh_vec3_dot(P + 3 * i, e->gradient + 3 * a);
-    if (r) flesh_element_add_forces(e, (const double (*)[3])forces, r);
-  }
-  return FLESH_OK;
-}
-
-/* scale K of one tet, by nodes: 11 12 13 22 23 33. */
-static int blocks(const damping *self, const flesh_element *e, const double *x_lag, double scale, double pair[6][9])
-{
-  frame f;
-  double g[3][3], B[9], UB[9];
-  scale *= e->volume;
-  if (!self->rest) {
-    int status = frame_at(self, e, x_lag, &f);
-    if (status) return status;
-    for (int a = 0; a < 3; a++) flesh_mat3_transposed_times(f.V, e->gradient + 3 * a, g[a]);
-  }
-  for (int a = 0, n = 0; a < 3; a++)
-    for (int b = a; b < 3; b++, n++) {
-      if (self->rest) {
-        flesh_spectrum_block(&self->rest[e->material], e->gradient + 3 * a, e->gradient + 3 * b, pair[n]);
-      } else {
-        flesh_spectrum_block(&f.spectrum, g[a], g[b], B);
-        flesh_mat3_multiply(f.U, B, UB);
-        flesh_mat3_multiply_transposed(UB, f.U, pair[n]);
-      }
-      for (int c = 0; c < 9; c++) pair[n][c] *= scale;
-    }
-  return FLESH_OK;
+  const damping *self = effect->data;
+  if (self->mass > 0)
+    flesh_mass_matrix_evaluate(&self->M, self->mass, point->threads, point->v, shift->v, r, phi, magnitude);
+  if (self->stiffness == 0) return FLESH_OK;
+  const flesh_tet_point at = point_of(self, point, 1);
+  return flesh_tets_dissipate(&self->tets, kernel_of(self), &at, point->threads, shift, r, phi, magnitude);
 }
 
 static int damping_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  double power = 0;
-  return force(effect->data, point, r, &power);
+  return damping_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
+}
+
+static int damping_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                             double *phi, double *magnitude)
+{
+  return damping_evaluate(effect, point, shift, NULL, phi, magnitude);
 }
 
 static int damping_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
@@ -139,33 +68,22 @@ static int damping_jacobian(const flesh_effect *effect, const flesh_point *point
   const damping *self = effect->data;
   if (shift->v == 0) return FLESH_OK;
   if (self->mass > 0) flesh_mass_matrix_add(&self->M, shift->v * self->mass, point->threads, K, slots);
-  for (int k = 0; k < self->cells.count; k++) {
-    double pair[6][9];
-    int status = blocks(self, &self->elements[k], point->x_lag, shift->v * self->stiffness, pair);
-    if (status) return status;
-    flesh_element_add_blocks((const double (*)[9])pair, slots + 10 * (size_t)k, K->values);
-  }
-  return FLESH_OK;
+  if (self->stiffness == 0) return FLESH_OK;
+  const flesh_tet_point at = point_of(self, point, shift->v);
+  return flesh_tets_second_order(&self->tets, kernel_of(self), &at, point->threads, slots, K->values);
 }
 
-static int damping_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                             double *phi, double *magnitude)
+static flesh_instructions damping_instructions(const flesh_effect *effect)
 {
-  if (shift->v == 0) return FLESH_OK;
-  double power = 0;
-  int status = force(effect->data, point, NULL, &power);
-  if (status) return status;
-  *phi += power / (2 * shift->v);
-  *magnitude += power / (2 * shift->v);
-  return FLESH_OK;
+  const damping *self = effect->data;
+  return self->stiffness > 0 ? self->tets.instructions : self->M.tets.instructions;
 }
 
 static size_t damping_memory(const flesh_effect *effect)
 {
   const damping *self = effect->data;
-  size_t bytes = sizeof *self + (size_t)self->cells.count * (4 * sizeof(int) + sizeof *self->elements);
-  if (self->mass > 0) bytes += flesh_mass_matrix_memory(&self->M);
-  return bytes + (size_t)self->rest_count * sizeof *self->rest;
+  return sizeof *self + (self->mass > 0 ? flesh_mass_matrix_memory(&self->M) : 0) + flesh_tets_memory(&self->tets) +
+         (self->rest ? (size_t)self->tets.materials * sizeof *self->rest : 0);
 }
 
 static void damping_destroy(void *data)
@@ -173,8 +91,7 @@ static void damping_destroy(void *data)
   damping *self = data;
   if (!self) return;
   flesh_mass_matrix_clear(&self->M);
-  flesh_cells_clear(&self->cells);
-  free(self->elements);
+  flesh_tets_clear(&self->tets);
   free(self->rest);
   free(self);
 }
@@ -185,16 +102,25 @@ static const flesh_effect_operations damping_operations = {
     .residual = damping_residual,
     .jacobian = damping_jacobian,
     .potential = damping_potential,
+    .evaluate = damping_evaluate,
+    .instructions = damping_instructions,
     .destroy = damping_destroy,
     .memory = damping_memory,
 };
 
-static int material_count(const flesh_body *body)
+/* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and
+ * twist on turning. */
+static int stiffness_at_rest(const flesh_material *material, flesh_viscous *rest)
 {
-  int last = 0, tets = flesh_mesh_tet_count(body->mesh);
-  for (int k = 0; body->tet_material && k < tets; k++)
-    if (body->tet_material[k] > last) last = body->tet_material[k];
-  return last + 1;
+  flesh_psi psi;
+  flesh_spectrum s;
+  int status = material->psi(3, 1, material, &psi);
+  if (!status && !flesh_spectrum_make(&psi, (const double[3]){1, 1, 1}, &s)) status = FLESH_NONFINITE;
+  if (status) return status;
+  *rest = (flesh_viscous){.shear = fmax(s.flip[0], 0) / 2,
+                          .bulk = fmax(s.A[0] + 2 * s.A[1], 0) / 3,
+                          .spin = fmax(s.twist[0], 0) / 2};
+  return FLESH_OK;
 }
 
 static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness against)
@@ -202,16 +128,12 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g s; it must be 0 for a body without a material",
                       self->stiffness);
-  self->materials = body->materials;
-  int status = flesh_cells_of_tets(body->mesh, &self->cells);
-  if (!status) status = flesh_elements_create(body, &self->cells, &self->elements);
+  int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets), count = self->tets.materials;
   if (status || against == FLESH_STIFFNESS_CURRENT) return status;
-  int count = material_count(body);
-  self->rest = malloc((size_t)count * sizeof *self->rest);
+  self->rest = calloc((size_t)count, sizeof *self->rest);
   if (!self->rest) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
-  self->rest_count = count;
   for (int m = 0; m < count; m++)
-    if (spectrum_at(&body->materials[m], 3, 1, (const double[3]){1, 1, 1}, &self->rest[m]))
+    if (stiffness_at_rest(&body->materials[m], &self->rest[m]))
       return flesh_fail(FLESH_ERR_ARGUMENT, "material %d has no stiffness at rest", m);
   return FLESH_OK;
 }

@@ -28,6 +28,12 @@ void flesh_effect_destroy(flesh_effect **effect)
   *effect = NULL;
 }
 
+flesh_instructions flesh_effect_instructions(const flesh_effect *effect)
+{
+  return effect->operations->instructions ? effect->operations->instructions(effect)
+                                          : FLESH_INSTRUCTIONS_AUTO;
+}
+
 int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
 {
   int count = flesh_mesh_tet_count(mesh);

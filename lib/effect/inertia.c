@@ -7,14 +7,25 @@
 
 static const flesh_cells *inertia_cells(const flesh_effect *effect)
 {
-  const flesh_mass_matrix *mass = effect->data;
-  return mass->lumped ? NULL : &mass->cells;
+  return flesh_mass_matrix_cells(effect->data);
+}
+
+static int inertia_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                            double *phi, double *magnitude)
+{
+  flesh_mass_matrix_evaluate(effect->data, 1, point->threads, point->a, shift->a, r, phi, magnitude);
+  return FLESH_OK;
 }
 
 static int inertia_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  flesh_mass_matrix_times(effect->data, 1, point->a, r);
-  return FLESH_OK;
+  return inertia_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
+}
+
+static int inertia_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                             double *phi, double *magnitude)
+{
+  return inertia_evaluate(effect, point, shift, NULL, phi, magnitude);
 }
 
 static int inertia_jacobian(const flesh_effect *effect, const flesh_point *point,
@@ -25,20 +36,15 @@ static int inertia_jacobian(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
-static int inertia_potential(const flesh_effect *effect, const flesh_point *point,
-                             const flesh_shift *shift, double *phi, double *magnitude)
+static int inertia_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
-  if (shift->a == 0) return FLESH_OK;
-  double value = flesh_mass_matrix_half_square(effect->data, point->a) / shift->a;
-  *phi += value;
-  *magnitude += value;
+  flesh_mass_matrix_apply(effect->data, 1, point->threads, point->v, NULL, energy);
   return FLESH_OK;
 }
 
-static int inertia_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+static flesh_instructions inertia_instructions(const flesh_effect *effect)
 {
-  *energy = flesh_mass_matrix_half_square(effect->data, point->v);
-  return FLESH_OK;
+  return ((const flesh_mass_matrix *)effect->data)->tets.instructions;
 }
 
 static size_t inertia_memory(const flesh_effect *effect)
@@ -58,7 +64,9 @@ static const flesh_effect_operations inertia_operations = {
     .residual = inertia_residual,
     .jacobian = inertia_jacobian,
     .potential = inertia_potential,
+    .evaluate = inertia_evaluate,
     .energy = inertia_energy,
+    .instructions = inertia_instructions,
     .destroy = inertia_destroy,
     .memory = inertia_memory,
 };

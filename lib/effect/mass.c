@@ -9,23 +9,17 @@
 
 int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
 {
-  int nodes = flesh_mesh_node_count(body->mesh), tets = flesh_mesh_tet_count(body->mesh);
+  int nodes = flesh_mesh_node_count(body->mesh);
   *mass = (flesh_mass_matrix){.nodes = nodes};
   int status = flesh_body_check_density(body);
   if (status) return status;
   if (body->mass == FLESH_MASS_LUMPED) {
     mass->lumped = calloc((size_t)nodes, sizeof *mass->lumped);
-    if (mass->lumped) flesh_mesh_lumped_mass(body->mesh, body->density, mass->lumped);
-  } else {
-    mass->cell_mass = malloc((size_t)tets * sizeof *mass->cell_mass);
-    if (mass->cell_mass) {
-      const double *volumes = flesh_mesh_tet_volumes(body->mesh);
-      for (int e = 0; e < tets; e++) mass->cell_mass[e] = body->density[e] * volumes[e] / 20;
-      status = flesh_cells_of_tets(body->mesh, &mass->cells);
-    }
+    if (!mass->lumped) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
+    flesh_mesh_lumped_mass(body->mesh, body->density, mass->lumped);
+    return FLESH_OK;
   }
-  if (!status && !mass->lumped && !mass->cell_mass)
-    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
+  status = flesh_tets_create(body, FLESH_TETS_MASSES, &mass->tets);
   if (status) flesh_mass_matrix_clear(mass);
   return status;
 }
@@ -33,96 +27,148 @@ int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
 void flesh_mass_matrix_clear(flesh_mass_matrix *mass)
 {
   free(mass->lumped);
-  free(mass->cell_mass);
-  flesh_cells_clear(&mass->cells);
+  flesh_tets_clear(&mass->tets);
   *mass = (flesh_mass_matrix){0};
 }
 
-void flesh_mass_matrix_times(const flesh_mass_matrix *self, double scale, const double *x, double *y)
+const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass)
 {
-  if (self->lumped) {
-    for (int i = 0; i < self->nodes; i++)
-      for (int c = 0; c < 3; c++) y[3 * i + c] += scale * self->lumped[i] * x[3 * i + c];
-    return;
-  }
-  for (int e = 0; e < self->cells.count; e++) {
-    const int *node = self->cells.nodes + 4 * e;
-    double m = scale * self->cell_mass[e];
-    for (int c = 0; c < 3; c++) {
-      double sum = 0;
-      for (int a = 0; a < 4; a++) sum += x[3 * node[a] + c];
-      for (int a = 0; a < 4; a++) y[3 * node[a] + c] += m * (sum + x[3 * node[a] + c]);
-    }
-  }
+  return mass->lumped ? NULL : &mass->tets.cells;
 }
 
-double flesh_mass_matrix_half_square(const flesh_mass_matrix *self, const double *x)
-{
-  double total = 0;
-  if (self->lumped) {
-    for (int i = 0; i < self->nodes; i++) {
-      const double *at = x + 3 * (size_t)i;
-      total += self->lumped[i] * (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
-    }
-    return total / 2;
-  }
-  for (int e = 0; e < self->cells.count; e++) {
-    const int *node = self->cells.nodes + 4 * e;
-    for (int c = 0; c < 3; c++) {
-      double sum = 0, squares = 0;
-      for (int a = 0; a < 4; a++) {
-        double value = x[3 * node[a] + c];
-        sum += value;
-        squares += value * value;
-      }
-      total += self->cell_mass[e] * (sum * sum + squares);
-    }
-  }
-  return total / 2;
-}
+/* Lumped masses, a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
+ * threads. */
+enum { MOST_PARTS = 64, NODES_OF_PART = 512 };
 
-/* Lumped masses onto the diagonal, a part of the nodes by each task. */
-typedef struct addition {
+typedef struct job {
   const flesh_mass_matrix *mass;
   double scale;
+  const double *x;
+  double *y;
   const flesh_block_matrix *K;
-} addition;
+  int parts;
+  double squares[MOST_PARTS];
+} job;
 
-enum { PARTS = 64 };
+static void run_parts(job *j, flesh_threads *threads, flesh_task *task)
+{
+  int parts = j->mass->nodes / NODES_OF_PART;
+  j->parts = parts < 1 ? 1 : parts < MOST_PARTS ? parts : MOST_PARTS;
+  flesh_threads_run(threads, j->parts, task, j);
+}
+
+static int first_of_part(const job *j, int task) { return (int)((int64_t)j->mass->nodes * task / j->parts); }
+
+static void multiply_part(void *data, int task)
+{
+  const job *j = data;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    const double m = j->scale * j->mass->lumped[i];
+    for (int c = 0; c < 3; c++) j->y[3 * i + c] += m * j->x[3 * i + c];
+  }
+}
+
+static void square_part(void *data, int task)
+{
+  job *j = data;
+  double sum = 0;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    const double *x = j->x + 3 * (size_t)i;
+    sum += j->mass->lumped[i] * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  }
+  j->squares[task] = sum;
+}
 
 static void add_part(void *data, int task)
 {
-  const addition *a = data;
-  int nodes = a->mass->nodes;
-  int from = (int)((int64_t)nodes * task / PARTS);
-  int until = (int)((int64_t)nodes * (task + 1) / PARTS);
-  for (int i = from; i < until; i++) {
-    double *block = a->K->values + 9 * (size_t)a->K->row_start[i];
-    for (int c = 0; c < 3; c++) block[4 * c] += a->scale * a->mass->lumped[i];
+  const job *j = data;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    double *block = j->K->values + 9 * (size_t)j->K->row_start[i];
+    for (int c = 0; c < 3; c++) block[4 * c] += j->scale * j->mass->lumped[i];
   }
+}
+
+/* Of a tet M x = rho V/20 (sum of x over its nodes + x), a kernel without lanes: `v` stands for x. */
+static int first_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at, double *r,
+                       double *sums)
+{
+  for (int e = batches->first[from]; e < batches->first[until]; e++) {
+    const int *node = batches->nodes + 4 * (size_t)e;
+    const double m = at->scale * batches->masses[e];
+    double value = 0;
+    for (int c = 0; c < 3; c++) {
+      double sum = 0, squares = 0, x[4];
+      for (int a = 0; a < 4; a++) {
+        x[a] = at->v[3 * (size_t)node[a] + c];
+        sum += x[a];
+        squares += x[a] * x[a];
+      }
+      value += sum * sum + squares;
+      for (int a = 0; a < 4 && r; a++) r[3 * (size_t)node[a] + c] += m * (sum + x[a]);
+    }
+    for (int k = 0; k < 2 && sums; k++) sums[k] += 0.5 * m * value;
+  }
+  return FLESH_OK;
+}
+
+static int second_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
+                        const int *slots, double *values)
+{
+  for (int e = batches->first[from]; e < batches->first[until]; e++) {
+    const double m = at->scale * batches->masses[e];
+    const int *slot = slots + 10 * (size_t)e;
+    for (int a = 0; a < 4; a++)
+      for (int b = a; b < 4; b++, slot++) {
+        double *block = values + 9 * (size_t)*slot;
+        for (int c = 0; c < 3; c++) block[4 * c] += a == b ? 2 * m : m;
+      }
+  }
+  return FLESH_OK;
+}
+
+static const flesh_tet_kernel consistent = {first_order, second_order};
+
+void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_threads *threads, const double *x,
+                             double *y, double *half_square)
+{
+  if (!self->lumped) {
+    double sums[2];
+    const flesh_tet_point at = {.v = x, .scale = scale};
+    flesh_tets_first_order(&self->tets, &consistent, &at, threads, y, half_square ? sums : NULL);
+    if (half_square) *half_square = sums[0];
+    return;
+  }
+  job j = {.mass = self, .scale = scale, .x = x, .y = y};
+  if (y) run_parts(&j, threads, multiply_part);
+  if (!half_square) return;
+  run_parts(&j, threads, square_part);
+  *half_square = 0;
+  for (int p = 0; p < j.parts; p++) *half_square += j.squares[p];
+  *half_square *= scale / 2;
+}
+
+void flesh_mass_matrix_evaluate(const flesh_mass_matrix *self, double rate, flesh_threads *threads, const double *x,
+                                double shift, double *r, double *phi, double *magnitude)
+{
+  double value;
+  flesh_mass_matrix_apply(self, rate, threads, x, r, shift != 0 ? &value : NULL);
+  if (shift == 0) return;
+  *phi += value / shift;
+  *magnitude += value / shift;
 }
 
 void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_threads *threads,
                            flesh_block_matrix *K, const int *slots)
 {
   if (self->lumped) {
-    addition a = {self, scale, K};
-    flesh_threads_run(threads, PARTS, add_part, &a);
+    run_parts(&(job){.mass = self, .scale = scale, .K = K}, threads, add_part);
     return;
   }
-  for (int e = 0; e < self->cells.count; e++) {
-    double m = scale * self->cell_mass[e];
-    const int *slot = slots + 10 * (size_t)e;
-    for (int a = 0; a < 4; a++)
-      for (int b = a; b < 4; b++, slot++) {
-        double *block = K->values + 9 * (size_t)*slot;
-        for (int c = 0; c < 3; c++) block[4 * c] += a == b ? 2 * m : m;
-      }
-  }
+  const flesh_tet_point at = {.scale = scale};
+  flesh_tets_second_order(&self->tets, &consistent, &at, threads, slots, K->values);
 }
 
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *self)
 {
-  if (self->lumped) return (size_t)self->nodes * sizeof *self->lumped;
-  return (size_t)self->cells.count * (sizeof *self->cell_mass + 4 * sizeof(int));
+  return self->lumped ? (size_t)self->nodes * sizeof *self->lumped : flesh_tets_memory(&self->tets);
 }

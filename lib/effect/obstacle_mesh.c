@@ -262,10 +262,20 @@ static int is_far(const box *bounds, const double y[3], double w)
 {
   double square = 0;
   for (int c = 0; c < 3; c++) {
-    double d = fmax(fmax(bounds->low[c] - y[c], y[c] - bounds->high[c]), 0);
+    double d = flesh_max(flesh_max(bounds->low[c] - y[c], y[c] - bounds->high[c]), 0);
     square += d * d;
   }
   return square >= w * w;
+}
+
+/* Whether the triangle's plane is at least w away from y. */
+static int plane_is_far(const double *const X[3], const double y[3], double w)
+{
+  double e[3], f[3], d[3], n[3];
+  for (int c = 0; c < 3; c++) e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = y[c] - X[0][c];
+  flesh_vec3_cross(e, f, n);
+  const double height = flesh_vec3_dot(d, n);
+  return height * height >= w * w * flesh_vec3_dot(n, n);
 }
 
 /* Adds what lies at the foot with these weights of the corners: within the triangle, on an edge, or
@@ -294,7 +304,7 @@ static void add_triangle(const flesh_obstacle_tree *self, int t, const double y[
 {
   const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
   double weights[3];
-  if (!(flesh_nearest_on_triangle(X, y, weights) < w * w)) return;
+  if (plane_is_far(X, y, w) || !(flesh_nearest_on_triangle(X, y, weights) < w * w)) return;
   add_at(X, 3, weights, y, w, 1, barrier);
   for (int k = 0; k < 3; k++) {
     const double *const ends[3] = {X[k], X[(k + 1) % 3], NULL};
@@ -329,8 +339,8 @@ static int meets(const box *bounds, const double y0[3], const double e[3], doubl
       if (y0[c] < bounds->low[c] || y0[c] > bounds->high[c]) return 0;
       continue;
     }
-    enter = fmax(enter, fmin(near, far));
-    leave = fmin(leave, fmax(near, far));
+    if ((near < far ? near : far) > enter) enter = near < far ? near : far;
+    if ((near < far ? far : near) < leave) leave = near < far ? far : near;
   }
   /* Rounding must not let a way slip past a flat box. */
   return enter <= leave + 1e-12 * (1 + fabs(enter));

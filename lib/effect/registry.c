@@ -24,29 +24,24 @@ static int add_inertia(const void *parameters, const flesh_body *body, flesh_sys
   return add(system, flesh_effect_inertia(body, &effect), &effect);
 }
 
-typedef struct elasticity_parameters {
-  int instructions;
-} elasticity_parameters;
-
 static const char *const instructions[] = {"auto", "portable", "avx2", "avx512", NULL};
 static_assert(sizeof instructions / sizeof *instructions == FLESH_INSTRUCTIONS_COUNT + 1,
               "instructions are in the order of flesh_instructions");
 
 static const flesh_key elasticity_keys[] = {
     {.name = "instructions", .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(elasticity_parameters, instructions), .choices = instructions,
+     .offset = offsetof(flesh_elasticity_parameters, instructions), .choices = instructions,
      .default_value = "auto",
-     .doc = "vector instructions of the elements: auto, the best of this machine, or always the same "
-            "ones; results are the same bits with the same ones on the same build, else they agree "
-            "to rounding"},
+     .doc = "vector instructions of the elements, in all of the scene's effects: auto, the best of this "
+            "machine, or always the same ones; results are the same bits with the same ones on the same "
+            "build, else they agree to rounding"},
     {0}};
 
 static int add_elasticity(const void *parameters, const flesh_body *body, flesh_system *system)
 {
-  const elasticity_parameters *p = parameters;
+  (void)parameters; /* what they say is the body's */
   flesh_effect *effect = NULL;
-  int status = flesh_effect_elasticity_with(body, (flesh_instructions)p->instructions, &effect);
-  return add(system, status, &effect);
+  return add(system, flesh_effect_elasticity(body, &effect), &effect);
 }
 
 typedef struct gravity_parameters {
@@ -187,7 +182,7 @@ static const flesh_effect_row rows[] = {
      "The body's mass resists acceleration. Without it the scene is solved for equilibrium.",
      no_keys, 0, "{}", add_inertia, 1},
     {"elasticity", "The body's material resists deformation. Present wherever body.material is.",
-     elasticity_keys, sizeof(elasticity_parameters), "{}", add_elasticity, 1},
+     elasticity_keys, sizeof(flesh_elasticity_parameters), "{}", add_elasticity, 1},
     {"gravity", "A uniform acceleration pulls at the body's mass.", gravity_keys,
      sizeof(gravity_parameters), "{acceleration: [1, 2, -9.81]}", add_gravity, 0},
     {"pin", "Nodes, or single components of them, held at their rest positions. Where several pins and "

@@ -7,6 +7,11 @@
 #include "effect/registry.h"
 #include "effect/selection.h"
 
+/* flesh_body.instructions of the whole scene. */
+typedef struct flesh_elasticity_parameters {
+  int instructions;
+} flesh_elasticity_parameters;
+
 typedef struct flesh_damping_parameters {
   double mass, stiffness;
   int against;

@@ -8,106 +8,65 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/element.h"
 #include "effect/rows.h"
+#include "effect/tet_batches.h"
 
 typedef struct viscosity {
-  double shear, bulk; /* Pa s */
-  flesh_cells cells;
-  flesh_element *elements;
+  flesh_tets tets;
+  flesh_viscous *viscous; /* of every material the same */
 } viscosity;
 
 static const flesh_cells *viscosity_cells(const flesh_effect *effect)
 {
   const viscosity *self = effect->data;
-  return &self->cells;
+  return &self->tets.cells;
 }
 
-/* F at the lagged state, S [symmetric 9], and D per rest volume. */
-static double stress(const viscosity *self, const flesh_element *e, const flesh_point *point, double F[9], double S[9])
+static int viscosity_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                              double *phi, double *magnitude)
 {
-  double rate[9], G[9], density = 0;
-  flesh_element_gradient(e, point->x_lag, F);
-  flesh_element_gradient(e, point->v, rate);
-  flesh_mat3_transposed_multiply(F, rate, G);
-  double trace = flesh_mat3_trace(G);
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      double deviator = (G[3 * i + j] + G[3 * j + i]) / 2 - (i == j ? trace / 3 : 0);
-      S[3 * i + j] = 2 * self->shear * deviator + (i == j ? self->bulk * trace : 0);
-      density += self->shear * deviator * deviator;
-    }
-  return density + self->bulk / 2 * trace * trace;
+  const viscosity *self = effect->data;
+  const flesh_tet_point at = {.x = point->x_lag, .v = point->v, .scale = 1, .viscous = self->viscous};
+  return flesh_tets_dissipate(&self->tets, self->tets.kernels->viscous, &at, point->threads, shift, r, phi, magnitude);
 }
 
 static int viscosity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  const viscosity *self = effect->data;
-  for (int k = 0; k < self->cells.count; k++) {
-    const flesh_element *e = &self->elements[k];
-    double F[9], S[9], P[9], f[3][3];
-    stress(self, e, point, F, S);
-    flesh_mat3_multiply(F, S, P);
-    for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++) f[a][i] = e->volume * flesh_vec3_dot(P + 3 * i, e->gradient + 3 * a);
-    flesh_element_add_forces(e, (const double (*)[3])f, r);
-  }
-  return FLESH_OK;
-}
-
-/* With p_a = F g_a: K_ab = shear ((g_a.g_b) F F^T + p_b p_a^T) + (bulk - 2/3 shear) p_a p_b^T. */
-static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                              flesh_block_matrix *K, const int *slots)
-{
-  const viscosity *self = effect->data;
-  if (shift->v == 0) return FLESH_OK;
-  for (int k = 0; k < self->cells.count; k++) {
-    const flesh_element *e = &self->elements[k];
-    const double *g = e->gradient, scale = shift->v * e->volume, shear = scale * self->shear,
-                 trace = scale * (self->bulk - 2 * self->shear / 3);
-    double F[9], FF[9], p[3][3], pair[6][9];
-    flesh_element_gradient(e, point->x_lag, F);
-    flesh_mat3_multiply_transposed(F, F, FF);
-    for (int a = 0; a < 3; a++) flesh_mat3_times(F, g + 3 * a, p[a]);
-    for (int a = 0, n = 0; a < 3; a++)
-      for (int b = a; b < 3; b++, n++) {
-        double gg = shear * flesh_vec3_dot(g + 3 * a, g + 3 * b);
-        for (int i = 0; i < 3; i++)
-          for (int j = 0; j < 3; j++)
-            pair[n][3 * i + j] = gg * FF[3 * i + j] + shear * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
-      }
-    flesh_element_add_blocks((const double (*)[9])pair, slots + 10 * (size_t)k, K->values);
-  }
-  return FLESH_OK;
+  return viscosity_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
 }
 
 static int viscosity_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                double *phi, double *magnitude)
 {
+  return viscosity_evaluate(effect, point, shift, NULL, phi, magnitude);
+}
+
+static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                              flesh_block_matrix *K, const int *slots)
+{
   const viscosity *self = effect->data;
   if (shift->v == 0) return FLESH_OK;
-  double sum = 0;
-  for (int k = 0; k < self->cells.count; k++) {
-    double F[9], S[9];
-    sum += self->elements[k].volume * stress(self, &self->elements[k], point, F, S);
-  }
-  *phi += sum / shift->v;
-  *magnitude += sum / shift->v;
-  return FLESH_OK;
+  const flesh_tet_point at = {.x = point->x_lag, .scale = shift->v, .viscous = self->viscous};
+  return flesh_tets_second_order(&self->tets, self->tets.kernels->viscous, &at, point->threads, slots, K->values);
+}
+
+static flesh_instructions viscosity_instructions(const flesh_effect *effect)
+{
+  return ((const viscosity *)effect->data)->tets.instructions;
 }
 
 static size_t viscosity_memory(const flesh_effect *effect)
 {
   const viscosity *self = effect->data;
-  return sizeof *self + (size_t)self->cells.count * (4 * sizeof(int) + sizeof *self->elements);
+  return sizeof *self + flesh_tets_memory(&self->tets) + (size_t)self->tets.materials * sizeof *self->viscous;
 }
 
 static void viscosity_destroy(void *data)
 {
   viscosity *self = data;
   if (!self) return;
-  flesh_cells_clear(&self->cells);
-  free(self->elements);
+  flesh_tets_clear(&self->tets);
+  free(self->viscous);
   free(self);
 }
 
@@ -117,6 +76,8 @@ static const flesh_effect_operations viscosity_operations = {
     .residual = viscosity_residual,
     .jacobian = viscosity_jacobian,
     .potential = viscosity_potential,
+    .evaluate = viscosity_evaluate,
+    .instructions = viscosity_instructions,
     .destroy = viscosity_destroy,
     .memory = viscosity_memory,
 };
@@ -131,10 +92,12 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
     return flesh_fail(FLESH_ERR_ARGUMENT, "shear and bulk are both 0; one of them must be positive");
   viscosity *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a viscosity effect");
-  self->shear = shear;
-  self->bulk = bulk;
-  int status = flesh_cells_of_tets(body->mesh, &self->cells);
-  if (!status) status = flesh_elements_create(body, &self->cells, &self->elements);
+  int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
+  if (!status) self->viscous = malloc((size_t)self->tets.materials * sizeof *self->viscous);
+  if (!status && !self->viscous)
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", self->tets.materials);
+  for (int m = 0; !status && m < self->tets.materials; m++)
+    self->viscous[m] = (flesh_viscous){.shear = shear, .bulk = bulk};
   if (status) {
     viscosity_destroy(self);
     return status;

@@ -33,10 +33,11 @@ typedef struct background {
 
 typedef struct patch {
   flesh_problem *whole;
+  const flesh_cells *cells; /* the whole's elements */
   uint8_t *state;     /* [nodes of the whole] OUTSIDE, HELD or FREE */
   int *local;         /* [nodes of the whole] number in the patch, where not outside */
   int nodes, *global; /* [nodes] number in the whole */
-  int tets, *tet;     /* [tets] numbers in the whole's mesh */
+  int tets, *tet;     /* [tets] which of the cells */
   double *x;          /* [3*nodes] where it starts */
   flesh_mesh *mesh;
   flesh_system *system;
@@ -134,12 +135,10 @@ static const flesh_effect_operations background_operations = {.name = "backgroun
                                                               .potential = background_potential,
                                                               .destroy = background_destroy};
 
-/* Whether a cell moves with the patch. */
-static int has_free_node(const patch *self, int count, const int *nodes)
+static int has_free_node(const patch *self, const int tet[4])
 {
-  for (int a = 0; a < count; a++)
-    if (self->state[nodes[a]] == FREE) return 1;
-  return 0;
+  return self->state[tet[0]] == FREE || self->state[tet[1]] == FREE || self->state[tet[2]] == FREE ||
+         self->state[tet[3]] == FREE;
 }
 
 static double square(const double r[3]) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
@@ -148,17 +147,18 @@ static double square(const double r[3]) { return r[0] * r[0] + r[1] * r[1] + r[2
  * free. */
 static int choose_nodes(patch *self, const double *r)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
-  const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), *tet = flesh_mesh_tets(mesh);
+  const int nodes = flesh_system_unknowns(self->whole->system) / 3;
   double largest = 0;
   int count = 0;
   for (int i = 0; i < nodes; i++) largest = fmax(largest, square(r + 3 * i));
   for (int i = 0; i < nodes; i++)
     self->state[i] = square(r + 3 * i) > carries * carries * largest ? FREE : OUTSIDE;
   for (int ring = 0; ring <= RINGS; ring++) {
-    for (int e = 0; e < tets; e++)
-      for (int a = 0; a < 4 && has_free_node(self, 4, tet + 4 * (size_t)e); a++)
-        if (self->state[tet[4 * (size_t)e + a]] == OUTSIDE) self->state[tet[4 * (size_t)e + a]] = HELD;
+    for (int e = 0; e < self->cells->count; e++) {
+      const int *tet = self->cells->nodes + 4 * (size_t)e;
+      for (int a = 0; a < 4 && has_free_node(self, tet); a++)
+        if (self->state[tet[a]] == OUTSIDE) self->state[tet[a]] = HELD;
+    }
     for (int i = 0; i < nodes && ring < RINGS; i++)
       if (self->state[i] == HELD) self->state[i] = FREE;
   }
@@ -166,42 +166,44 @@ static int choose_nodes(patch *self, const double *r)
   return count;
 }
 
+/* Numbers its nodes, and makes its mesh of its elements. */
 static int make_mesh(patch *self)
 {
   const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
-  const int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), *tet = flesh_mesh_tets(mesh);
-  for (int i = 0; i < nodes; i++)
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++)
     if (self->state[i] != OUTSIDE) {
       self->global[self->nodes] = i;
       self->local[i] = self->nodes++;
     }
-  for (int e = 0; e < tets; e++)
-    if (has_free_node(self, 4, tet + 4 * (size_t)e)) self->tet[self->tets++] = e;
+  for (int e = 0; e < self->cells->count; e++)
+    if (has_free_node(self, self->cells->nodes + 4 * (size_t)e)) self->tet[self->tets++] = e;
   double *X = malloc(3 * (size_t)self->nodes * sizeof *X);
   int *own = malloc(4 * (size_t)self->tets * sizeof *own);
   int status = X && own ? FLESH_OK : no_memory(self);
   for (int i = 0; i < self->nodes && !status; i++)
     memcpy(X + 3 * i, flesh_mesh_positions(mesh) + 3 * (size_t)self->global[i], 3 * sizeof *X);
-  for (int k = 0; k < 4 * self->tets && !status; k++) own[k] = self->local[tet[4 * (size_t)self->tet[k / 4] + k % 4]];
+  for (int k = 0; k < 4 * self->tets && !status; k++)
+    own[k] = self->local[self->cells->nodes[4 * (size_t)self->tet[k / 4] + k % 4]];
   if (!status) status = flesh_mesh_create(self->nodes, X, self->tets, own, NULL, &self->mesh);
   free(X);
   free(own);
   return status;
 }
 
+/* Whether an effect is a sum over the patch's elements and others. */
+static int is_sum(const patch *self, const flesh_effect *effect)
+{
+  if (!effect->operations->part) return 0;
+  const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
+  return !known || (cells->count == known->count &&
+                    !memcmp(cells->nodes, known->nodes, 4 * (size_t)known->count * sizeof *cells->nodes));
+}
+
 static int add_part(patch *self, const flesh_effect *effect)
 {
-  const flesh_cells *cells = effect->operations->cells(effect);
-  const int m = cells->nodes_per_cell;
-  int *chosen = malloc(((size_t)cells->count + 1) * sizeof *chosen), count = 0, status = FLESH_OK;
-  if (!chosen) return no_memory(self);
-  for (int e = 0; e < cells->count; e++)
-    if (has_free_node(self, m, cells->nodes + (size_t)e * m)) chosen[count++] = e;
   flesh_effect *part = NULL;
-  if (count) status = effect->operations->part(effect, count, chosen, self->local, &part);
-  if (part) status = flesh_system_add_effect(self->system, &part);
-  free(chosen);
-  return status;
+  int status = effect->operations->part(effect, self->tets, self->tet, self->mesh, &part);
+  return status ? status : flesh_system_add_effect(self->system, &part);
 }
 
 /* Writes the pairs of free nodes that K couples; NULL: counts them. */
@@ -269,7 +271,7 @@ static int make_system(patch *self)
   int status = flesh_system_create(self->mesh, &self->system), couples = 0;
   for (int k = 0; k < flesh_system_effect_count(system) && !status; k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    if (effect->operations->part) status = add_part(self, effect);
+    if (is_sum(self, effect)) status = add_part(self, effect);
     else couples |= effect->operations->cells != NULL;
   }
   if (!status) status = add_background(self, couples);
@@ -328,7 +330,7 @@ static int set_background(patch *self, const double *u, const double *r)
 static int solve(patch *self, double *w)
 {
   flesh_problem *whole = self->whole;
-  const double share = (double)self->tets / flesh_mesh_tet_count(flesh_system_mesh(whole->system));
+  const double share = (double)self->tets / self->cells->count;
   flesh_solver_options options = whole->options;
   options.newton_tolerance = tolerance;
   options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / share));
@@ -358,15 +360,19 @@ static int solve(patch *self, double *w)
 
 int flesh_patch_solve(flesh_problem *problem, const double *u, const double *r, double *w)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(problem->system);
-  const size_t nodes = (size_t)flesh_mesh_node_count(mesh), tets = (size_t)flesh_mesh_tet_count(mesh);
+  const size_t nodes = (size_t)problem->n / 3;
+  patch self = {.whole = problem};
   memset(w, 0, 3 * nodes * sizeof *w);
-  patch self = {.whole = problem,
-                .state = malloc(nodes),
-                .local = malloc(nodes * sizeof(int)),
-                .global = malloc(nodes * sizeof(int)),
-                .tet = malloc(tets * sizeof(int)),
-                .x = malloc(3 * nodes * sizeof(double))};
+  for (int k = 0; k < flesh_system_effect_count(problem->system) && !self.cells; k++) {
+    const flesh_effect *effect = flesh_system_effect(problem->system, k);
+    if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
+  }
+  if (!self.cells) return FLESH_NOT_CONVERGED;
+  self.state = malloc(nodes);
+  self.local = malloc(nodes * sizeof *self.local);
+  self.global = malloc(nodes * sizeof *self.global);
+  self.tet = malloc((size_t)self.cells->count * sizeof *self.tet);
+  self.x = malloc(3 * nodes * sizeof *self.x);
   int status = self.state && self.local && self.global && self.tet && self.x ? FLESH_OK : no_memory(&self);
   if (!status && choose_nodes(&self, r) > largest_share * (double)nodes) status = FLESH_NOT_CONVERGED;
   if (!status) status = make_mesh(&self);

@@ -87,6 +87,19 @@ static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_f
   return changed;
 }
 
+/* The second derivative in direction Y, both in the singular frame: S = d2 psi : Y. */
+static inline void flesh_spectrum_multiply(const flesh_spectrum *spectrum, const flesh_real Y[9],
+                                           flesh_real S[9])
+{
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    flesh_real t = spectrum->twist[k], f = spectrum->flip[k], up = Y[3 * i + j], down = Y[3 * j + i];
+    S[4 * i] = flesh_vec3_dot(spectrum->A + 3 * i, (const flesh_real[3]){Y[0], Y[4], Y[8]});
+    S[3 * i + j] = 0.5 * (t + f) * up + 0.5 * (f - t) * down;
+    S[3 * j + i] = 0.5 * (t + f) * down + 0.5 * (f - t) * up;
+  }
+}
+
 /* The 3x3 block of the stiffness between two shape functions: B = sum over the Hessian of
  * directions e_i a^T and e_j b^T in the singular frame. With a = V^T grad_a and b = V^T grad_b the
  * block in world axes is U B U^T (per rest volume). */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "effect/rows.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
@@ -217,6 +218,8 @@ static int complete_effects(flesh_scene *scene)
     if (!scene->body.materials)
       return flesh_node_fail_at_key(entries[i].node, "%s needs body.material, which is missing",
                                     entries[i].path);
+    const flesh_elasticity_parameters *parameters = entries[i].parameters;
+    scene->body.instructions = (flesh_instructions)parameters->instructions;
   }
   if (listed || !scene->body.materials) return FLESH_OK;
   flesh_effect_entry *longer =

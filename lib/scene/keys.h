@@ -24,6 +24,9 @@ void flesh_keys_blank(const flesh_key *keys, void *target);
 
 /* Appends the values of `target` that are not absent as YAML, a key per line, indented. */
 void flesh_keys_write(const flesh_key *keys, const void *target, int indent, flesh_text *text);
+/* Calls visit(data, path) for every file that a key of `target` names, effects' included. */
+void flesh_keys_visit_paths(const flesh_key *keys, const void *target,
+                            void (*visit)(void *data, const char *path), void *data);
 /* Whether there is nothing to write. */
 int flesh_keys_absent(const flesh_key *keys, const void *target);
 

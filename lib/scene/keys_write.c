@@ -1,5 +1,5 @@
 /* keys_write.c: writes a struct as YAML by its table of keys, so that reading it gives the same
- * struct. */
+ * struct; and finds the files that it names. */
 #include "scene/keys.h"
 
 #include <limits.h>
@@ -169,5 +169,24 @@ void flesh_keys_write(const flesh_key *keys, const void *target, int indent, fle
       flesh_text_print(text, " ");
     write_value(key, value, indent, text);
     flesh_text_print(text, "\n");
+  }
+}
+
+void flesh_keys_visit_paths(const flesh_key *keys, const void *target,
+                            void (*visit)(void *data, const char *path), void *data)
+{
+  for (; keys->name; keys++) {
+    const void *value = (const char *)target + keys->offset;
+    const flesh_objects *list = value;
+    if (value_absent(keys, value)) continue;
+    if (keys->type == FLESH_KEY_PATH) visit(data, *(char *const *)value);
+    if (keys->type == FLESH_KEY_OBJECT) flesh_keys_visit_paths(keys->children, value, visit, data);
+    for (int k = 0; keys->type == FLESH_KEY_OBJECTS && k < list->count; k++)
+      flesh_keys_visit_paths(keys->children, (char *)list->values + (size_t)k * keys->child_size,
+                             visit, data);
+    for (int k = 0; keys->type == FLESH_KEY_EFFECTS && k < list->count; k++) {
+      const flesh_effect_entry *entry = (const flesh_effect_entry *)list->values + k;
+      flesh_keys_visit_paths(entry->row->keys, entry->parameters, visit, data);
+    }
   }
 }

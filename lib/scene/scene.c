@@ -239,10 +239,10 @@ void flesh_scene_destroy(flesh_scene **scene)
 
 const flesh_mesh *flesh_scene_mesh(const flesh_scene *scene) { return scene->mesh; }
 const char *flesh_scene_mesh_path(const flesh_scene *scene) { return scene->keys.body.mesh; }
-int flesh_scene_other_count(const flesh_scene *scene) { return scene->keys.bodies.count; }
-const char *flesh_scene_other_mesh_path(const flesh_scene *scene, int index)
+void flesh_scene_visit_files(const flesh_scene *scene,
+                             void (*visit)(void *data, const char *path), void *data)
 {
-  return ((const flesh_scene_other *)scene->keys.bodies.values)[index].mesh;
+  flesh_keys_visit_paths(flesh_scene_table, &scene->keys, visit, data);
 }
 const flesh_body *flesh_scene_body(const flesh_scene *scene) { return &scene->body; }
 const flesh_system *flesh_scene_system(const flesh_scene *scene) { return scene->system; }

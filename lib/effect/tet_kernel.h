@@ -1,0 +1,62 @@
+/* tet_kernel.h: what effects do with the tets of a body, several side by side: one source, compiled
+ * once per instruction set. */
+#ifndef FLESH_EFFECT_TET_KERNEL_H
+#define FLESH_EFFECT_TET_KERNEL_H
+
+#include "flesh/effect.h"
+#include "flesh/material.h"
+
+/* Tets in batches of at most as many as the kernels have lanes, of one material each. */
+typedef struct flesh_batches {
+  int count;
+  const int *first;     /* [count+1] first tet of each */
+  const int *material;  /* [count] index into materials */
+  const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume;
+                           lanes that are not used repeat the last tet with no volume; NULL: masses */
+  const double *masses; /* [tets] rho V/20, kg; NULL: shapes */
+  const int *nodes;     /* [tets][4], ascending within a tet */
+  const flesh_material *materials;
+} flesh_batches;
+
+/* The second Piola-Kirchhoff stress 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G) for the rate
+ * G = F^T F', Pa s. */
+typedef struct flesh_viscous {
+  double shear, bulk, spin;
+} flesh_viscous;
+
+/* Where a kernel is evaluated, and how. */
+typedef struct flesh_tet_point {
+  const double *x; /* [3*n] positions, of F; NULL, where a kernel takes it: at rest, F = I */
+  const double *v; /* [3*n] velocities, of kernels of rates */
+  double scale;    /* of forces and energies of rates, and of matrices */
+  flesh_projected project;      /* of matrices of elasticity */
+  const flesh_viscous *viscous; /* of every material, of the viscous kernel */
+} flesh_tet_point;
+
+/* Everything for the batches from <= b < until, in that order, which is that of the additions.
+ * Returns FLESH_OK, FLESH_UNDEFINED or FLESH_NONFINITE. */
+typedef struct flesh_tet_kernel {
+  /* r += the gradient unless r is NULL; sums[0] += its potential and sums[1] += the size of the terms
+   * of that unless `sums` is NULL. The same bits whether the other is asked for or not. */
+  int (*first_order)(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
+                     double *r, double *sums);
+  /* values += the matrix. */
+  int (*second_order)(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
+                      const int *slots, double *values);
+} flesh_tet_kernel;
+
+typedef struct flesh_tet_kernels {
+  int lanes;
+  /* V(x) and its derivatives by x; of terms the sizes |psi| and |psi_I| I_C. The second scaled, its
+   * tets' negative eigenvalues treated as `project` says. */
+  const flesh_tet_kernel *elastic;
+  /* scale v.K v/2 with K the same matrix, negative eigenvalues clamped, and its derivatives by v. */
+  const flesh_tet_kernel *stiffness;
+  /* scale D(v), D the sum of volume * (shear dev E : dev E + bulk/2 (tr E)^2 + spin W : W), E and W
+   * symmetric and skew parts of F^T F', and its derivatives by v. */
+  const flesh_tet_kernel *viscous;
+} flesh_tet_kernels;
+
+extern const flesh_tet_kernels flesh_kernels_portable, flesh_kernels_avx2, flesh_kernels_avx512;
+
+#endif

@@ -1,0 +1,84 @@
+/* viscous_kernel.c: forces of linear tets against the rate of their strain, FLESH_LANES tets at a time.
+ *
+ * P = F S with S = 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G) and G = F^T F'. */
+#include "effect/tet_lanes.h"
+
+INLINE void frame_at(const tets *t, const double *x, flesh_real F[9])
+{
+  if (x) gradient_of(t, x, F);
+  else flesh_mat3_identity(F);
+}
+
+/* S for the rate G; returns D, the half of S : G. */
+INLINE flesh_real stress(const flesh_viscous *m, const flesh_real G[9], flesh_real S[9])
+{
+  flesh_real trace = flesh_mat3_trace(G), straight = flesh_all(0), sheared = flesh_all(0), turned = flesh_all(0);
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3;
+    flesh_real deviator = G[4 * i] - trace / 3;
+    flesh_real even = G[3 * i + j] + G[3 * j + i], odd = G[3 * i + j] - G[3 * j + i];
+    S[4 * i] = 2 * m->shear * deviator + m->bulk * trace;
+    S[3 * i + j] = m->shear * even + m->spin * odd;
+    S[3 * j + i] = m->shear * even - m->spin * odd;
+    straight += deviator * deviator;
+    sheared += even * even;
+    turned += odd * odd;
+  }
+  return m->shear * (straight + 0.5 * sheared) + 0.5 * m->spin * turned + 0.5 * m->bulk * trace * trace;
+}
+
+static COMPILED_ONCE int first_order(const flesh_batches *batches, int from, int until,
+                                     const flesh_tet_point *at, double *r, double *sums)
+{
+  flesh_real sum = flesh_all(0);
+  for (int k = from; k < until; k++) {
+    tets t;
+    flesh_real F[9], rate[9], G[9], S[9], f[4][3];
+    load_tets(batches, k, &t);
+    frame_at(&t, at->x, F);
+    gradient_of(&t, at->v, rate);
+    flesh_mat3_transposed_multiply(F, rate, G);
+    flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
+    if (sums) sum += scale * density;
+    if (!r) continue;
+    for (int i = 0; i < 3; i++) {
+      flesh_real P[3];
+      flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
+      for (int j = 0; j < 3; j++) P[j] *= scale;
+      force_row(&t, i, P, f);
+    }
+    scatter_forces(&t, f, r);
+  }
+  add_sums(sum, sum, sums);
+  return FLESH_OK;
+}
+
+/* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T
+ * + (bulk - 2/3 shear) p_a p_b^T. */
+static int second_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
+                        const int *slots, double *values)
+{
+  for (int k = from; k < until; k++) {
+    tets t;
+    flesh_real F[9], FF[9], p[3][3], pair[6][9];
+    load_tets(batches, k, &t);
+    frame_at(&t, at->x, F);
+    const flesh_viscous *m = &at->viscous[t.material];
+    flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);
+    flesh_real turned = scale * (m->shear - m->spin), trace = scale * (m->bulk - 2 * m->shear / 3);
+    flesh_mat3_multiply_transposed(F, F, FF);
+    for (int a = 0; a < 3; a++) flesh_mat3_times(F, t.g[a], p[a]);
+    for (int a = 0, n = 0; a < 3; a++)
+      for (int b = a; b < 3; b++, n++) {
+        flesh_real gg = same * flesh_vec3_dot(t.g[a], t.g[b]);
+        for (int i = 0; i < 3; i++)
+          for (int j = 0; j < 3; j++)
+            pair[n][3 * i + j] =
+                gg * FF[3 * i + j] + turned * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
+      }
+    scatter_blocks(&t, pair, slots, values);
+  }
+  return FLESH_OK;
+}
+
+const flesh_tet_kernel FLESH_OF_SET(flesh_viscous) = {first_order, second_order};
