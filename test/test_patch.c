@@ -29,6 +29,51 @@ static void throw_about(const test_body *b, double amplitude, double *x)
   free(thrown);
 }
 
+/* Elements of two materials, in two parts of every other one, are the whole together. */
+static void parts_add_up(void)
+{
+  flesh_mesh *mesh = test_box(3, 2, 2, 3, 2, 2);
+  const int tets = flesh_mesh_tet_count(mesh), n = 3 * flesh_mesh_node_count(mesh);
+  flesh_material materials[2];
+  int *material = malloc((size_t)tets * sizeof *material), *chosen = malloc((size_t)tets * sizeof *chosen);
+  int *nodes = malloc(4 * (size_t)tets * sizeof *nodes);
+  double *x = malloc(3 * (size_t)n * sizeof *x), *whole = x + n, *sum = x + 2 * n;
+  for (int k = 0; k < 2; k++)
+    CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1 + 10 * k, 0.3, &materials[k]));
+  for (int e = 0; e < tets; e++) material[e] = e % 3 == 0;
+  const flesh_body body = {.mesh = mesh, .materials = materials, .tet_material = material};
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_effect_elasticity(&body, &effect));
+  memcpy(x, flesh_mesh_positions(mesh), (size_t)n * sizeof *x);
+  memset(whole, 0, 2 * (size_t)n * sizeof *whole);
+  test_jitter(n, 0.3, 5, x);
+  const flesh_point point = {.x = x};
+  CHECK_OK(effect->operations->residual(effect, &point, whole));
+  const flesh_cells *cells = effect->operations->cells(effect);
+  for (int parity = 0; parity < 2; parity++) {
+    int count = 0;
+    for (int k = parity; k < tets; k += 2) {
+      memcpy(nodes + 4 * (size_t)count, cells->nodes + 4 * (size_t)k, 4 * sizeof *nodes);
+      chosen[count++] = k;
+    }
+    flesh_mesh *half = NULL;
+    flesh_effect *part = NULL;
+    CHECK_OK(flesh_mesh_create(n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &half));
+    CHECK_OK(effect->operations->part(effect, count, chosen, half, &part));
+    CHECK_OK(part->operations->residual(part, &point, sum));
+    flesh_effect_destroy(&part);
+    flesh_mesh_destroy(&half);
+  }
+  for (int d = 0; d < n; d++) sum[d] -= whole[d];
+  CHECK_BELOW(flesh_norm(n, sum), 1e-13 * flesh_norm(n, whole));
+  flesh_effect_destroy(&effect);
+  flesh_mesh_destroy(&mesh);
+  free(material);
+  free(chosen);
+  free(nodes);
+  free(x);
+}
+
 /* All that is quadratic stands beside the patch exactly: its solution is one of the whole there. */
 static void the_rest_of_the_body_is_there(void)
 {
@@ -152,6 +197,6 @@ static void a_gentle_step_has_no_patch(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(the_rest_of_the_body_is_there), TEST(a_tangle_is_cheap_and_ends_the_same),
-                   TEST(any_number_of_threads_gives_the_same_bits), TEST(a_gentle_step_has_no_patch));
+  return RUN_TESTS(argc, argv, TEST(parts_add_up), TEST(the_rest_of_the_body_is_there),
+                   TEST(a_tangle_is_cheap_and_ends_the_same), TEST(any_number_of_threads_gives_the_same_bits), TEST(a_gentle_step_has_no_patch));
 }
