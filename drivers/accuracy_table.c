@@ -6,6 +6,7 @@
 
 #include "accuracy.h"
 #include "io/file.h"
+#include "table.h"
 
 const char *flesh_accuracy_status_word(const flesh_accuracy_row *row)
 {
@@ -28,13 +29,6 @@ const char *flesh_accuracy_status_word(const flesh_accuracy_row *row)
   }
 }
 
-/* A CSV field: empty for what is not a number. */
-static void field(FILE *stream, double value)
-{
-  putc(',', stream);
-  if (!isnan(value)) flesh_number_print(stream, value);
-}
-
 static double over_tolerance(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   if (!*row->tolerance.text) return NAN;
@@ -47,33 +41,31 @@ static void write_row(FILE *stream, const flesh_accuracy_plan *plan, const flesh
   const flesh_accuracy_errors *e = &f->errors;
   fprintf(stream, "%s,%s", flesh_accuracy_methods[row->method].name, row->setting);
   const long counts[] = {f->steps, f->rejected, f->residuals, f->assemblies, f->newton, f->linear};
-  for (int c = 0; c < 6; c++) field(stream, row->done && !f->crashed_by ? (double)counts[c] : NAN);
-  field(stream, f->cpu_s);
-  field(stream, f->wall_s_median);
-  field(stream, f->wall_s_min);
-  field(stream, e->position_rms);
-  field(stream, e->position_max);
-  field(stream, e->tip);
-  field(stream, e->volume);
-  field(stream, e->energy);
+  for (int c = 0; c < 6; c++) flesh_table_field(stream, row->done && !f->crashed_by ? (double)counts[c] : NAN);
+  flesh_table_field(stream, f->cpu_s);
+  flesh_table_field(stream, f->wall_s_median);
+  flesh_table_field(stream, f->wall_s_min);
+  flesh_table_field(stream, e->position_rms);
+  flesh_table_field(stream, e->position_max);
+  flesh_table_field(stream, e->tip);
+  flesh_table_field(stream, e->volume);
+  flesh_table_field(stream, e->energy);
   fprintf(stream, ",%s", flesh_accuracy_status_word(row));
-  field(stream, over_tolerance(plan, row));
-  field(stream, e->position_rms / plan->reference.scale.motion);
+  flesh_table_field(stream, over_tolerance(plan, row));
+  flesh_table_field(stream, e->position_rms / plan->reference.scale.motion);
   fprintf(stream, ",%s", flesh_accuracy_group_names[row->group]);
-  field(stream, row->value);
-  field(stream, f->difference);
+  flesh_table_field(stream, row->value);
+  flesh_table_field(stream, f->difference);
   int work = row->group == FLESH_ACCURACY_WORK;
-  field(stream, work ? row->on_front[0] : NAN);
-  field(stream, work ? row->on_front[1] : NAN);
+  flesh_table_field(stream, work ? row->on_front[0] : NAN);
+  flesh_table_field(stream, work ? row->on_front[1] : NAN);
   putc('\n', stream);
 }
 
 static int write_orders(const flesh_accuracy_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/orders.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "orders.csv", &file);
   if (status) return status;
   fputs("method,against,points,order,order_standard_error,from,to\n", file.stream);
   for (int m = 0; m < plan->method_count; m++) {
@@ -82,10 +74,10 @@ static int write_orders(const flesh_accuracy_plan *plan)
     flesh_accuracy_fit_order(plan, plan->methods[m], &fit);
     fprintf(file.stream, "%s,%s,%d", method->name, method->adaptive ? "tolerance" : "step",
             fit.points);
-    field(file.stream, fit.slope);
-    field(file.stream, fit.slope_error);
-    field(file.stream, fit.points ? fit.low : NAN);
-    field(file.stream, fit.points ? fit.high : NAN);
+    flesh_table_field(file.stream, fit.slope);
+    flesh_table_field(file.stream, fit.slope_error);
+    flesh_table_field(file.stream, fit.points ? fit.low : NAN);
+    flesh_table_field(file.stream, fit.points ? fit.high : NAN);
     putc('\n', file.stream);
   }
   return flesh_file_commit(&file);
@@ -93,10 +85,8 @@ static int write_orders(const flesh_accuracy_plan *plan)
 
 int flesh_accuracy_write_csv(const flesh_accuracy_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/accuracy.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "accuracy.csv", &file);
   if (status) return status;
   fputs("method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton,"
         "linear_iterations,cpu_s,wall_s_median,wall_s_min,error_position_rms,error_position_max,"

@@ -176,7 +176,7 @@ static double distance(const flesh_accuracy_measure *measure, const double *a, c
  * below a tenth of the largest are no motion of their own. */
 static double find_period(const flesh_accuracy_track *track, int dof, double start_t, double start)
 {
-  double mean = start, reach = 0, first = NAN, last = NAN, side = 0, previous = start - mean;
+  double mean = start, reach = 0, first = NAN, last = NAN, side = 0, previous;
   int crossings = 0, times = track->times;
   for (int k = 0; k < times; k++)
     mean += track->x[(size_t)k * (size_t)track->unknowns + (size_t)dof];

@@ -5,6 +5,7 @@
 
 #include "accuracy.h"
 #include "io/file.h"
+#include "table.h"
 
 /* Writes to both streams. */
 #define SAY(...)                                                                                   \
@@ -250,10 +251,8 @@ static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
 int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan)
 {
   static const double shares[] = {0.1, 0.01, 0.001, 0.0001};
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "verdict.txt", &file);
   if (status) return status;
   FILE *stream = file.stream;
   say_reference(plan, stream);

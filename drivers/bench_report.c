@@ -10,6 +10,7 @@
 #include "io/file.h"
 #include "provenance.h"
 #include "result.h"
+#include "table.h"
 
 const char *const flesh_bench_level_names[FLESH_BENCH_LEVELS] = {"L2", "L3", "memory"};
 
@@ -140,19 +141,10 @@ void flesh_bench_print_end(const flesh_bench_plan *plan)
   printf("most memory resident at a time: %.0f MB\n", (double)peak_memory_kB() / 1e3 * 1.024);
 }
 
-/* A CSV field: empty for NaN. */
-static void field(FILE *stream, double value)
-{
-  putc(',', stream);
-  if (!isnan(value)) flesh_number_print(stream, value);
-}
-
 static int write_csv(const flesh_bench_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/bench.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "bench.csv", &file);
   if (status) return status;
   fputs(
       "group,name,energy,poisson,tets,nodes,threads,status,wall_s,cpu_s,scatter,repeats,ns_per_tet,"
@@ -162,21 +154,21 @@ static int write_csv(const flesh_bench_plan *plan)
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_bench_row *row = &plan->rows[k];
     fprintf(file.stream, "%s,%s,%s", row->group, row->name, flesh_energy_name(row->energy));
-    field(file.stream, row->poisson);
+    flesh_table_field(file.stream, row->poisson);
     fprintf(file.stream, ",%d,%d,%d,%s", row->tets, row->nodes, row->threads,
             flesh_status_name(row->status));
-    field(file.stream, row->time.wall_s);
-    field(file.stream, row->time.cpu_s);
-    field(file.stream, row->time.scatter);
+    flesh_table_field(file.stream, row->time.wall_s);
+    flesh_table_field(file.stream, row->time.cpu_s);
+    flesh_table_field(file.stream, row->time.scatter);
     fprintf(file.stream, ",%d", row->time.repeats);
-    field(file.stream, 1e9 * flesh_bench_seconds(row) / row->tets / (row->steps ? row->steps : 1));
-    field(file.stream, row->bytes);
-    field(file.stream, row->operations);
-    field(file.stream, row->floor_s);
+    flesh_table_field(file.stream, 1e9 * flesh_bench_seconds(row) / row->tets / (row->steps ? row->steps : 1));
+    flesh_table_field(file.stream, row->bytes);
+    flesh_table_field(file.stream, row->operations);
+    flesh_table_field(file.stream, row->floor_s);
     fprintf(file.stream, ",%s,%d,%d,%d,%d,%d,%d", is_kernel(row) ? flesh_bench_level_names[row->level] : "",
             row->steps, row->newton, row->linear, row->assemblies, row->projections,
             row->backtracks);
-    field(file.stream, is_kernel(row) ? NAN : row->answer);
+    flesh_table_field(file.stream, is_kernel(row) ? NAN : row->answer);
     putc('\n', file.stream);
   }
   return flesh_file_commit(&file);

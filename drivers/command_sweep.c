@@ -16,8 +16,8 @@
 static const char details[] =
     "Runs a scene again and again as SPEC, in YAML, tells, each case in a process of its own, and writes a row for\n"
     "each into DIR/sweep.db (SQLite, WAL). A case that fails, crashes or hangs is a row that says so. Killed at any\n"
-    "moment, the same command with --resume goes on: what was finished stays, what was in flight begins again. Several\n"
-    "processes may work on one database of one machine; of several machines each makes a shard, to be joined by merge:\n\n"
+    "moment, the same command with --resume goes on: what is finished stays, what was in flight begins again. Several\n"
+    "processes may share one database on one machine; of several machines each makes a shard, to be joined by merge:\n\n"
     "  flesh sweep export DB [--format csv|jsonl]     the results as a table\n"
     "  flesh sweep plot DB --x COLUMN --y COLUMN      any figure against any axis, also as a heat map\n"
     "  flesh sweep merge OUT.db IN.db...              joins shards\n\n"

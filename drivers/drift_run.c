@@ -205,6 +205,8 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
     f->status = status;
     f->exit_code = flesh_exit_code(status);
     snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+    flesh_scene_destroy(&scene);
+    close_watcher(&w);
     return;
   }
   const flesh_mesh *mesh = flesh_scene_mesh(scene);

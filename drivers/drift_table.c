@@ -5,6 +5,7 @@
 
 #include "drift.h"
 #include "io/file.h"
+#include "table.h"
 
 const char *flesh_drift_status_word(const flesh_drift_case *c)
 {
@@ -21,19 +22,10 @@ const char *flesh_drift_status_word(const flesh_drift_case *c)
   }
 }
 
-/* A CSV field: empty for NaN. */
-static void field(FILE *stream, double value)
-{
-  putc(',', stream);
-  if (!isnan(value)) flesh_number_print(stream, value);
-}
-
 static int write_csv(const flesh_drift_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/drift.csv", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "drift.csv", &file);
   if (status) return status;
   fputs("scene,energy,poisson,constants,tets,status,max_volume_drift,final_volume_drift,"
         "rest_volume_ratio,rest_volume_ratio_theory,min_J,max_inverted,newton_per_step,"
@@ -47,19 +39,19 @@ static int write_csv(const flesh_drift_plan *plan)
     flesh_number_print(file.stream, plan->poissons[c->poisson]);
     fprintf(file.stream, ",%s,%d,%s", flesh_constants_name(v->constants), f->tets,
             flesh_drift_status_word(c));
-    field(file.stream, f->max_volume_drift);
-    field(file.stream, f->final_volume_drift);
-    field(file.stream, f->rest_volume_ratio);
-    field(file.stream, f->rest_volume_ratio_theory);
-    field(file.stream, f->min_J);
+    flesh_table_field(file.stream, f->max_volume_drift);
+    flesh_table_field(file.stream, f->final_volume_drift);
+    flesh_table_field(file.stream, f->rest_volume_ratio);
+    flesh_table_field(file.stream, f->rest_volume_ratio_theory);
+    flesh_table_field(file.stream, f->min_J);
     fprintf(file.stream, ",%d", f->max_inverted);
-    field(file.stream, f->newton_per_step);
-    field(file.stream, f->linear_per_newton);
-    field(file.stream, f->wall_s);
-    field(file.stream, f->failed_at);
+    flesh_table_field(file.stream, f->newton_per_step);
+    flesh_table_field(file.stream, f->linear_per_newton);
+    flesh_table_field(file.stream, f->wall_s);
+    flesh_table_field(file.stream, f->failed_at);
     fprintf(file.stream, ",%s,", flesh_drift_solver_name(c->solver));
     if (f->first_inverted_step >= 0) fprintf(file.stream, "%d", f->first_inverted_step);
-    field(file.stream, f->distance_from_rest);
+    flesh_table_field(file.stream, f->distance_from_rest);
     putc('\n', file.stream);
   }
   return flesh_file_commit(&file);
@@ -204,10 +196,8 @@ static void say_mesh(const flesh_drift_plan *plan, FILE *stream)
 
 int flesh_drift_write_verdict(const flesh_drift_plan *plan)
 {
-  char path[1400];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
-  int status = flesh_file_open(path, &file);
+  int status = flesh_table_open(plan->out, "verdict.txt", &file);
   if (status) return status;
   FILE *stream = file.stream;
   for (int s = 0; s < plan->scene_count; s++) {

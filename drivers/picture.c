@@ -224,7 +224,8 @@ static int draw_panel(cairo_t *c, double x, double y, const flesh_picture_panel 
     cairo_surface_destroy(pixels);
     flesh_image_free(&image);
   }
-  if (panel->title) write_text(c, x + 0.5 * frame->view.width_px, y - (panel->subtitle && panel->x ? 26 : 9), 0.5, 14, 0.1,
+  if (panel->title)
+    write_text(c, x + 0.5 * frame->view.width_px, y - (panel->subtitle && panel->x ? 26 : 9), 0.5, 14, 0.1,
                panel->title);
   if (panel->subtitle)
     write_text(c, x + 0.5 * frame->view.width_px, panel->x ? y - 9 : y + 0.5 * frame->view.height_px,

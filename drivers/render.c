@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "math/mat3.h"
 
 /* A projected corner: pixels from the upper left, 1 over the depth (1 for parallel rays). */
 typedef struct projected {
@@ -31,20 +32,9 @@ typedef struct scene {
   buffer seen, lit;
 } scene;
 
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-  for (int d = 0; d < 3; d++)
-    c[d] = a[(d + 1) % 3] * b[(d + 2) % 3] - a[(d + 2) % 3] * b[(d + 1) % 3];
-}
-
 static void normalise(double a[3])
 {
-  double length = sqrt(dot(a, a));
+  double length = sqrt(flesh_vec3_dot(a, a));
   for (int d = 0; d < 3; d++) a[d] = length > 0 ? a[d] / length : 0;
 }
 
@@ -63,15 +53,15 @@ double flesh_srgb_encode(double linear)
 static projected project(const flesh_view *view, const double p[3])
 {
   double q[3] = {p[0] - view->target[0], p[1] - view->target[1], p[2] - view->target[2]};
-  double scale = view->height_px / view->height, away = -dot(q, view->back);
+  double scale = view->height_px / view->height, away = -flesh_vec3_dot(q, view->back);
   projected r = {.w = 1, .depth = away};
   if (view->distance > 0) {
     double z = view->distance + away;
     r.w = z > 1e-3 * view->distance ? view->distance / z : NAN; /* behind the eye: not drawn */
     r.depth = -r.w;
   }
-  r.x = 0.5 * view->width_px + scale * r.w * dot(q, view->right);
-  r.y = 0.5 * view->height_px - scale * r.w * dot(q, view->up);
+  r.x = 0.5 * view->width_px + scale * r.w * flesh_vec3_dot(q, view->right);
+  r.y = 0.5 * view->height_px - scale * r.w * flesh_vec3_dot(q, view->up);
   return r;
 }
 
@@ -140,7 +130,7 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
       const double *p = x + 3 * (size_t)s->corners[3 * t], *q = x + 3 * (size_t)s->corners[3 * t + 1];
       const double *r = x + 3 * (size_t)s->corners[3 * t + 2];
       double a[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]}, b[3] = {r[0] - p[0], r[1] - p[1], r[2] - p[2]};
-      cross(a, b, faces[kind][t]);
+      flesh_vec3_cross(a, b, faces[kind][t]);
     }
   for (size_t c = 0; c < corners && !failed; c++) start[s->corners[c] + 2]++;
   for (int v = 0; v < s->vertices && !failed; v++) start[v + 2] += start[v + 1];
@@ -151,7 +141,8 @@ static int make_normals(const flesh_render_surface *s, float (*normals)[3])
     normalise(mine);
     for (int k = start[s->corners[c]]; k < start[s->corners[c] + 1]; k++) {
       const double *other = faces[REST][around[k]];
-      if (around[k] != (int)(c / 3) && !(dot(mine, other) > SHARP * sqrt(dot(other, other)))) continue;
+      if (around[k] != (int)(c / 3) && !(flesh_vec3_dot(mine, other) > SHARP * sqrt(flesh_vec3_dot(other, other))))
+        continue;
       for (int d = 0; d < 3; d++) sum[d] += faces[X][around[k]][d];
     }
     normalise(sum);
@@ -177,9 +168,9 @@ static void place_sun(scene *s)
   flesh_view_fit fit;
   flesh_view_fit_begin(&camera, (int)size, (int)size, &fit);
   memcpy(fit.view.back, direction, sizeof direction);
-  cross(up, direction, fit.view.right);
+  flesh_vec3_cross(up, direction, fit.view.right);
   normalise(fit.view.right);
-  cross(direction, fit.view.right, fit.view.up);
+  flesh_vec3_cross(direction, fit.view.right, fit.view.up);
   for (int k = 0; k < s->count; k++)
     if (!s->surfaces[k].ground) flesh_view_fit_add(&fit, s->surfaces[k].vertices, s->surfaces[k].x);
   flesh_view_fit_end(&fit, &camera, sun);
@@ -264,12 +255,12 @@ static void shade(const scene *s, int number, double x, double y, double samples
   int inside = turned > 0; /* y points down */
   for (int d = 0; d < 3 && inside; d++) face[d] = -n[d];
   const double *sun = s->sun_view.back;
-  double light = dot(face, sun), facing = fmax(dot(face, eye), 0), shadow = 0;
+  double light = flesh_vec3_dot(face, sun), facing = fmax(flesh_vec3_dot(face, eye), 0), shadow = 0;
   if (light > 0) shadow = lit_part(s, p, light);
   for (int d = 0; d < 3; d++) half[d] = eye[d] + sun[d];
   normalise(half);
   double sky = 0.5 + 0.5 * face[2], rim = pow(1 - facing, 4);
-  double gloss = shadow * 0.10 * pow(fmax(dot(face, half), 0), 36);
+  double gloss = shadow * 0.10 * pow(fmax(flesh_vec3_dot(face, half), 0), 36);
   double diffuse = 0.20 + 0.18 * sky + 0.13 * facing + 0.70 * fmax(light, 0) * shadow;
   base_colour(f, triangle, b, rgb);
   for (int d = 0; d < 3; d++) {

@@ -28,10 +28,10 @@ static int open_frames(flesh_run_folder *run, const char *path)
   if (!status && !stat(file, &info)) status = flesh_pvd_read(file, &index);
   free(file);
   run->folder = folder;
-  run->count = index.count;
   run->times = index.times;
   run->files = calloc((size_t)index.count + 1, sizeof *run->files);
-  if (!status && !run->files) status = no_memory();
+  if (run->files) run->count = index.count;
+  else if (!status) status = no_memory();
   for (int k = 0; k < index.count && !status; k++)
     if (!(run->files[k] = strdup(index.names[k]))) status = no_memory();
   index.times = NULL; /* taken */

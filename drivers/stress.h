@@ -63,7 +63,7 @@ typedef struct flesh_stress_figures {
   int crashed_by;        /* signal that ended its process; 0: none */
   int tets, steps;
   long solves, retried, unconverged, at_rounding; /* retried: solves that failed and were halved */
-  long newton, linear, projections, backtracks;
+  long newton, linear, direct, projections, backtracks;
   long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   long rises; /* accepted iterates above their solve's first one, and steps above their start */
   long rises_checked; /* steps looked at: neither halved nor untangled */

@@ -86,7 +86,7 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
         "retried,unconverged,at_rounding,untanglings,untangled_nodes,potential_rises,potential_"
         "checked,worst_rise,finite,max_inverted,"
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
-        "smallest_eigenvalue,negative_eigenvalues,newton,linear,projections,backtracks,"
+        "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
         "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
@@ -113,8 +113,8 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
     fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_stress_end_name(f->end));
     field(stream, f->gradient);
     field(stream, f->smallest_eigenvalue);
-    fprintf(stream, ",%d,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
-            f->projections, f->backtracks);
+    fprintf(stream, ",%d,%ld,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
+            f->direct, f->projections, f->backtracks);
     field(stream, f->newton_ratio);
     field(stream, f->time_ratio);
     field(stream, f->wall_s);

@@ -125,6 +125,7 @@ int flesh_stress_watch_observe(void *data, const flesh_step_record *record)
     f->rises += stats->potential_rises; /* of iterates, in halved steps as well */
     f->newton += stats->newton;
     f->linear += stats->linear;
+    f->direct += stats->direct;
     f->projections += stats->projections;
     f->backtracks += stats->backtracks;
     check_potential(w, record);

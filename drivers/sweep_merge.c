@@ -35,7 +35,8 @@ static int number_of(flesh_sweep_store *store, const char *sql)
 
 /* Cases that were finished in both with other figures, times aside. */
 static const char different_sql[] =
-    "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.result IS NOT NULL AND b.result IS NOT NULL "
+    "SELECT count(*) FROM main.cases a JOIN part.cases b USING (id) WHERE a.result IS NOT NULL AND b.result IS "
+    "NOT NULL "
     "AND (a.status <> b.status OR "
     "json_remove(a.result, '$.figures.wall_s', '$.figures.cpu_s', '$.figures.peak_memory_kB', '$.inputs') <> "
     "json_remove(b.result, '$.figures.wall_s', '$.figures.cpu_s', '$.figures.peak_memory_kB', '$.inputs'))";
@@ -65,10 +66,11 @@ static int join(flesh_sweep_store *store, const char *path)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: is of another sweep than the first one given", path);
   int different = status ? 0 : number_of(store, different_sql);
   if (different)
-    fprintf(stderr,
-            "flesh sweep merge: %s: %d of its cases were done before with other figures (by another build or on another "
-            "machine?); those given first stay\n",
-            path, different);
+    fprintf(
+        stderr,
+        "flesh sweep merge: %s: %d of its cases were done before with other figures (by another build or on another "
+        "machine?); those given first stay\n",
+        path, different);
   if (!status) status = flesh_sweep_store_execute(store, join_sql);
   int detached = flesh_sweep_store_execute(store, "DETACH part");
   return status ? status : detached;
@@ -94,7 +96,8 @@ static int merge(const char *out, const char *temporary, int count, char **paths
     int whole = number_of(&store, "SELECT value FROM meta WHERE key = 'cases'");
     int done = number_of(&store, "SELECT count(*) FROM cases WHERE status <> 'planned'");
     printf("%s: %d of %d cases are done", out, done, whole);
-    printf(done < whole ? "; as sweep.db in a folder, `flesh sweep SPEC --out FOLDER --resume` does the others\n" : "\n");
+    printf(done < whole ? "; as sweep.db in a folder, `flesh sweep SPEC --out FOLDER --resume` does the others\n"
+                        : "\n");
   }
   flesh_sweep_store_close(&store);
   return status;

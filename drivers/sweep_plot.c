@@ -55,10 +55,11 @@ static int read_ticks(picture *p, const char *column, ticks *t)
     t->count = 1;
     return FLESH_OK;
   }
-  int status = prepare(p, &query, sqlite3_mprintf("SELECT DISTINCT (%s) FROM %s WHERE (%s) ORDER BY 1", column, p->table,
-                                                  p->where));
+  int status = prepare(
+      p, &query, sqlite3_mprintf("SELECT DISTINCT (%s) FROM %s WHERE (%s) ORDER BY 1", column, p->table, p->where));
   while (!status && sqlite3_step(query) == SQLITE_ROW) {
-    if (t->count == TICKS) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", column, TICKS);
+    if (t->count == TICKS)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d values; narrow it by --where", column, TICKS);
     else {
       t->words |= sqlite3_column_type(query, 0) == SQLITE_TEXT;
       t->value[t->count] = sqlite3_column_double(query, 0);
@@ -66,7 +67,8 @@ static int read_ticks(picture *p, const char *column, ticks *t)
     }
   }
   sqlite3_finalize(query);
-  if (!status && !t->count) status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case fits --where %s", p->store.path, p->where);
+  if (!status && !t->count)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: no case fits --where %s", p->store.path, p->where);
   return status;
 }
 
@@ -134,7 +136,8 @@ static int draw_lines(picture *p)
                                         "#56b4e9", "#e69f00", "#000000", "#999999"};
   ticks *series = malloc(2 * sizeof *series), *along = series + 1;
   flesh_file file = {0}, data = {0};
-  int spread = 0, hidden = 0, status = series ? read_ticks(p, p->by, series) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int spread = 0, hidden = 0,
+      status = series ? read_ticks(p, p->by, series) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = read_ticks(p, p->x, along);
   if (!status) status = flesh_plot_open(p->folder, p->name, ".dat", &data);
   if (!status) status = write_series(p, series, along, data.stream, &spread, &hidden);
@@ -143,13 +146,15 @@ static int draw_lines(picture *p)
   if (!status) {
     FILE *stream = file.stream;
     flesh_plot_begin(stream, p->name, 960, 600);
-    fputs("set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
-          "set key outside right top Left reverse noenhanced spacing 1.2\nset title noenhanced font ',13'\nset title ",
-          stream);
+    fputs(
+        "set border 3 lc rgb '#606060'\nset tics nomirror out textcolor rgb '#303030'\nset grid lc rgb '#e4e4e4' lw 1\n"
+        "set key outside right top Left reverse noenhanced spacing 1.2\nset title noenhanced font ',13'\nset title ",
+        stream);
     char title[400];
     if (p->title) snprintf(title, sizeof title, "%.390s", p->title);
-    else snprintf(title, sizeof title, "%.120s against %.120s%s%s%s", p->y, p->x, p->by ? ", by " : "", p->by ? p->by : "",
-                  spread ? " (mean; bars: least and largest)" : "");
+    else
+      snprintf(title, sizeof title, "%.120s against %.120s%s%s%s", p->y, p->x, p->by ? ", by " : "", p->by ? p->by : "",
+               spread ? " (mean; bars: least and largest)" : "");
     flesh_plot_quote(stream, title);
     putc('\n', stream);
     write_labels(stream, p);
@@ -166,7 +171,8 @@ static int draw_lines(picture *p)
       fputs(p->by ? "title " : "notitle", stream);
       if (p->by) flesh_plot_quote(stream, series->text[s]);
       if (spread)
-        fprintf(stream, ", \\\n     '%s.dat' index %d using 1:2:3:4 with yerrorbars pt 7 ps 0.7 lw 1 lc rgb '%s' notitle",
+        fprintf(stream,
+                ", \\\n     '%s.dat' index %d using 1:2:3:4 with yerrorbars pt 7 ps 0.7 lw 1 lc rgb '%s' notitle",
                 p->name, s, colour);
     }
     putc('\n', stream);
@@ -186,10 +192,11 @@ static int write_panel(picture *p, const ticks *series, int s, const ticks *x, c
   sqlite3_stmt *query = NULL;
   char *value = value_of(p, p->z);
   const char *why = strcmp(p->table, "results") ? "''" : "status";
-  int status = prepare(p, &query,
-                       sqlite3_mprintf("SELECT (%s), (%s), (%s), avg(v), count(v), max(%s) FROM (SELECT *, %s AS v FROM %s "
-                                       "WHERE (%s)) GROUP BY 1, 2, 3",
-                                       p->by ? p->by : "0", p->x, p->y, why, value, p->table, p->where));
+  int status =
+      prepare(p, &query,
+              sqlite3_mprintf("SELECT (%s), (%s), (%s), avg(v), count(v), max(%s) FROM (SELECT *, %s AS v FROM %s "
+                              "WHERE (%s)) GROUP BY 1, 2, 3",
+                              p->by ? p->by : "0", p->x, p->y, why, value, p->table, p->where));
   sqlite3_free(value);
   fprintf(stream, "$panel%d << end_of_data\n", s);
   while (!status && sqlite3_step(query) == SQLITE_ROW) {
@@ -240,11 +247,11 @@ static void write_frame(FILE *stream, const picture *p, const layout *l, const c
 {
   const double width = l->width, height = l->height, right = 1 - RIGHT / width, low = BOTTOM / height;
   const double high = 1 - (TOP + ABOVE) / height;
-  fprintf(stream, "set multiplot layout %d,%d margins %.5f,%.5f,%.5f,%.5f spacing %.5f,%.5f title ", l->rows, l->columns,
-          LEFT / width, right, low, high, BESIDE / width, ABOVE / height);
+  fprintf(stream, "set multiplot layout %d,%d margins %.5f,%.5f,%.5f,%.5f spacing %.5f,%.5f title ", l->rows,
+          l->columns, LEFT / width, right, low, high, BESIDE / width, ABOVE / height);
   flesh_plot_quote(stream, title);
-  fprintf(stream, " noenhanced font ',13'\nset colorbox user origin %.5f,%.5f size %.5f,%.5f\n", right + 20 / width, low,
-          16 / width, high - low);
+  fprintf(stream, " noenhanced font ',13'\nset colorbox user origin %.5f,%.5f size %.5f,%.5f\n", right + 20 / width,
+          low, 16 / width, high - low);
   /* What x and y are is told once for all panels. */
   fputs("set label 1 ", stream);
   flesh_plot_quote(stream, p->x);
@@ -276,8 +283,8 @@ static void write_panel_title(FILE *stream, const picture *p, const char *value)
   putc('\n', stream);
 }
 
-static void write_heat(picture *p, const ticks *series, const ticks *x, const ticks *y, const layout *l, double range[2],
-                       FILE *stream)
+static void write_heat(picture *p, const ticks *series, const ticks *x, const ticks *y, const layout *l,
+                       double range[2], FILE *stream)
 {
   int logarithmic = strchr(p->log, 'z') && range[0] > 0, panels = series->count;
   int cells = x->count * y->count <= 150; /* numbers are readable */
@@ -291,7 +298,8 @@ static void write_heat(picture *p, const ticks *series, const ticks *x, const ti
   fprintf(stream, "\nset xrange [-0.5:%g]\nset yrange [-0.5:%g]\n",
           x->count - 0.5, y->count - 0.5);
   /* Dark cells get light numbers. */
-  double dark = logarithmic ? exp(log(range[0]) + 0.6 * log(range[1] / range[0])) : range[0] + 0.6 * (range[1] - range[0]);
+  double dark =
+      logarithmic ? exp(log(range[0]) + 0.6 * log(range[1] / range[0])) : range[0] + 0.6 * (range[1] - range[0]);
   fprintf(stream, "dark = %.17g\nset title noenhanced\n", dark);
   char title[400];
   if (p->title) snprintf(title, sizeof title, "%.390s", p->title);
@@ -306,10 +314,11 @@ static void write_heat(picture *p, const ticks *series, const ticks *x, const ti
             "     $panel%d using 1:2:(0.49):(0.49):3 with boxxyerror lc palette",
             s, s);
     if (cells)
-      fprintf(stream,
-              ", \\\n     $panel%d using 1:2:(stringcolumn(4)):($3 > dark ? 0xffffff : 0x202020) with labels noenhanced "
-              "font ',9' tc rgb variable",
-              s);
+      fprintf(
+          stream,
+          ", \\\n     $panel%d using 1:2:(stringcolumn(4)):($3 > dark ? 0xffffff : 0x202020) with labels noenhanced "
+          "font ',9' tc rgb variable",
+          s);
     putc('\n', stream);
   }
   fputs("unset multiplot\n", stream);
@@ -325,8 +334,8 @@ static int draw_heat(picture *p)
   if (!status) status = read_ticks(p, p->x, x);
   if (!status) status = read_ticks(p, p->y, y);
   if (!status && series->count > PANELS)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where", p->by,
-                        series->count, PANELS);
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--by %s has %d values; there is room for %d maps; narrow it by --where",
+                        p->by, series->count, PANELS);
   if (!status) status = flesh_plot_open(p->folder, p->name, ".gp", &file);
   if (!status) {
     l = lay_out(series->count, x->count, y->count);
@@ -357,7 +366,8 @@ static int place(picture *p, const char *database, const char *out)
       return flesh_fail(FLESH_ERR_ARGUMENT, "--out is '%s'; it must be a file NAME.png", out);
     snprintf(p->name, sizeof p->name, "%.*s", (int)(dot - base), base);
   } else {
-    snprintf(p->name, sizeof p->name, "%.30s_%.30s%s%.30s", p->z ? p->z : p->y, p->x, p->z ? "_" : "", p->z ? p->y : "");
+    snprintf(p->name, sizeof p->name, "%.30s_%.30s%s%.30s", p->z ? p->z : p->y, p->x, p->z ? "_" : "",
+             p->z ? p->y : "");
     for (char *c = p->name; *c; c++)
       if (!isalnum((unsigned char)*c)) *c = '_';
   }

@@ -184,9 +184,9 @@ static const char *value_text(flesh_sweep *sweep, const char *key, const flesh_n
   flesh_text text = {0};
   const char *slash = strrchr(sweep->path, '/');
   if (node->kind == FLESH_NODE_SCALAR && is_path(key)) {
-    char *whole = *node->text == '/' || !slash
-                      ? flesh_arena_print(&sweep->arena, "%s", node->text)
-                      : flesh_arena_print(&sweep->arena, "%.*s/%s", (int)(slash - sweep->path), sweep->path, node->text);
+    char *whole = *node->text == '/' || !slash ? flesh_arena_print(&sweep->arena, "%s", node->text)
+                                               : flesh_arena_print(&sweep->arena, "%.*s/%s", (int)(slash - sweep->path),
+                                                                   sweep->path, node->text);
     if (!whole || !strcmp(key, "scene")) return whole;
     flesh_text_quote(&text, whole);
   } else print_flow(node, &text);

@@ -21,10 +21,10 @@ enum { PATIENCE_MS = 60000 };
 
 const char flesh_sweep_schema_text[] =
     "Tables of the database:\n"
-    "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (when repeats > 1),\n"
+    "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (of several),\n"
     "              status (planned, running, complete, failed, out of budget, crashed, refused,\n"
     "              interrupted), exit_code, message,\n"
-    "              seconds (of the whole case), started (UTC), worker, scene, overrides (what --set would have, JSON),\n"
+    "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
     "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256)\n"
     "  table_rows  of drift, accuracy and stress: case_id, number, data (a row of the command's CSV as JSON)\n"
     "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
@@ -253,10 +253,11 @@ static int enrol(flesh_sweep_store *store, int argc, char **argv)
   snprintf(lock, sizeof lock, ".sweep-%ld-%lld%09ld.lock", (long)getpid(), (long long)now.tv_sec, now.tv_nsec);
   int status = open_lock(store, lock);
   if (!status)
-    status = flesh_sweep_store_prepare(store,
-                                       "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (?, ?, ?, ?, "
-                                       "strftime('%Y-%m-%dT%H:%M:%fZ', 'now'), ?)",
-                                       &insert);
+    status =
+        flesh_sweep_store_prepare(store,
+                                  "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (?, ?, ?, ?, "
+                                  "strftime('%Y-%m-%dT%H:%M:%fZ', 'now'), ?)",
+                                  &insert);
   if (status) return status;
   json_t *program = flesh_provenance_program(argc, argv);
   char *text = json_dumps(program, JSON_COMPACT);
@@ -280,10 +281,11 @@ static int prepare_statements(flesh_sweep_store *store)
       "WHERE id = (SELECT id FROM cases WHERE status = 'planned' ORDER BY id LIMIT 1) RETURNING id",
       &store->claim);
   if (!status)
-    status = flesh_sweep_store_prepare(store,
-                                       "UPDATE cases SET status = ?, exit_code = ?, message = ?, seconds = ?, result = ? "
-                                       "WHERE id = ? AND worker = ?",
-                                       &store->finish);
+    status =
+        flesh_sweep_store_prepare(store,
+                                  "UPDATE cases SET status = ?, exit_code = ?, message = ?, seconds = ?, result = ? "
+                                  "WHERE id = ? AND worker = ?",
+                                  &store->finish);
   if (!status)
     status = flesh_sweep_store_prepare(store, "INSERT OR REPLACE INTO table_rows VALUES (?, ?, ?)", &store->row);
   return status;
@@ -461,7 +463,8 @@ static int recover(flesh_sweep_store *store, int *count, int *running)
   sqlite3_bind_text(query, 1, store->worker, -1, SQLITE_STATIC);
   int code;
   while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
-    const char *worker = (const char *)sqlite3_column_text(query, 0), *lock = (const char *)sqlite3_column_text(query, 1);
+    const char *worker = (const char *)sqlite3_column_text(query, 0),
+               *lock = (const char *)sqlite3_column_text(query, 1);
     int cases = sqlite3_column_int(query, 2);
     if (lock && lives(store, lock)) {
       *running += cases;
@@ -489,7 +492,8 @@ int flesh_sweep_store_count(flesh_sweep_store *store, const char *state)
 {
   sqlite3_stmt *query;
   int count = 0;
-  if (sqlite3_prepare_v2(store->database, "SELECT count(*) FROM cases WHERE ?1 IS NULL OR status = ?1", -1, &query, NULL))
+  if (sqlite3_prepare_v2(store->database, "SELECT count(*) FROM cases WHERE ?1 IS NULL OR status = ?1", -1, &query,
+                         NULL))
     return 0;
   sqlite3_bind_text(query, 1, state, -1, SQLITE_STATIC);
   if (sqlite3_step(query) == SQLITE_ROW) count = sqlite3_column_int(query, 0);

@@ -32,7 +32,8 @@ static json_t *figure_names(const flesh_sweep *sweep)
   const char *key, *inner;
   flesh_sweep_case c;
   if (flesh_sweep_case_make(sweep, 1, &c)) return names;
-  if (!flesh_scene_read(c.scene, c.count, c.overrides, &scene) && !flesh_figures_open(&empty, flesh_scene_system(scene)))
+  if (!flesh_scene_read(c.scene, c.count, c.overrides, &scene) &&
+      !flesh_figures_open(&empty, flesh_scene_system(scene)))
     figures = flesh_figures_json(&empty, flesh_scene_system(scene));
   json_object_foreach(figures, key, value) {
     json_t *below;
@@ -75,7 +76,8 @@ static int check_names(const flesh_sweep *sweep, const json_t *names)
       taken = !strcasecmp(sweep->columns[c].name, sweep->derived[d].name);
     for (int c = 0; !taken && c < d; c++) taken = !strcasecmp(sweep->derived[c].name, sweep->derived[d].name);
     if (taken)
-      return flesh_node_fail(sweep->derived[d].node, "name is %s; that column is there already", sweep->derived[d].name);
+      return flesh_node_fail(sweep->derived[d].node, "name is %s; that column is there already",
+                             sweep->derived[d].name);
   }
   return FLESH_OK;
 }
@@ -93,24 +95,26 @@ int flesh_sweep_tables_create(flesh_sweep_store *store, const flesh_sweep *sweep
   flesh_text sql = {0};
   json_t *names = sweep->command == FLESH_SWEEP_RUN ? figure_names(sweep) : json_array();
   int status = check_names(sweep, names);
-  flesh_text_print(&sql,
-                   "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);\n"
-                   "CREATE TABLE parameters (number INTEGER PRIMARY KEY, name TEXT, key TEXT);\n"
-                   "CREATE TABLE derived (number INTEGER PRIMARY KEY, name TEXT, expression TEXT);\n"
-                   "CREATE TABLE figures (number INTEGER PRIMARY KEY, path TEXT UNIQUE);\n"
-                   "CREATE TABLE workers (name TEXT PRIMARY KEY, host TEXT, pid INTEGER, lock TEXT, started TEXT, "
-                   "program TEXT);\n"
-                   "CREATE TABLE table_rows (case_id INTEGER, number INTEGER, data TEXT, PRIMARY KEY (case_id, number)) "
-                   "WITHOUT ROWID;\n"
-                   "CREATE TABLE cases (id INTEGER PRIMARY KEY");
+  flesh_text_print(
+      &sql, "CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT);\n"
+            "CREATE TABLE parameters (number INTEGER PRIMARY KEY, name TEXT, key TEXT);\n"
+            "CREATE TABLE derived (number INTEGER PRIMARY KEY, name TEXT, expression TEXT);\n"
+            "CREATE TABLE figures (number INTEGER PRIMARY KEY, path TEXT UNIQUE);\n"
+            "CREATE TABLE workers (name TEXT PRIMARY KEY, host TEXT, pid INTEGER, lock TEXT, started TEXT, "
+            "program TEXT);\n"
+            "CREATE TABLE table_rows (case_id INTEGER, number INTEGER, data TEXT, PRIMARY KEY (case_id, number)) "
+            "WITHOUT ROWID;\n"
+            "CREATE TABLE cases (id INTEGER PRIMARY KEY");
   for (int c = 0; c < sweep->column_count; c++)
     if (!flesh_sweep_is_scene(&sweep->columns[c])) flesh_text_print(&sql, ", \"%s\"", sweep->columns[c].name);
-  flesh_text_print(&sql,
-                   "%s, status TEXT NOT NULL, exit_code INTEGER, message TEXT, seconds REAL, started TEXT, worker TEXT, "
-                   "scene TEXT, overrides TEXT, result TEXT);\n"
-                   "CREATE INDEX cases_by_status ON cases (status, id);\n",
-                   sweep->repeats > 1 ? ", repeat INTEGER" : "");
-  if (!status) status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : flesh_sweep_store_execute(store, sql.data);
+  flesh_text_print(
+      &sql,
+      "%s, status TEXT NOT NULL, exit_code INTEGER, message TEXT, seconds REAL, started TEXT, worker TEXT, "
+      "scene TEXT, overrides TEXT, result TEXT);\n"
+      "CREATE INDEX cases_by_status ON cases (status, id);\n",
+      sweep->repeats > 1 ? ", repeat INTEGER" : "");
+  if (!status)
+    status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : flesh_sweep_store_execute(store, sql.data);
   free(sql.data);
   for (int c = 0; !status && c < sweep->column_count; c++)
     status = insert_named(store, "parameters", c, sweep->columns[c].name, sweep->columns[c].key);

@@ -117,8 +117,9 @@ static int replace_view(flesh_sweep_store *store, const char *name, const char *
 {
   sqlite3_stmt *query;
   char *sql = sqlite3_mprintf("CREATE VIEW %s AS %s", name, select);
-  int status = sql ? flesh_sweep_store_prepare(store, "SELECT 1 FROM sqlite_master WHERE name = ?1 AND sql = ?2", &query)
-                   : no_memory();
+  int status =
+      sql ? flesh_sweep_store_prepare(store, "SELECT 1 FROM sqlite_master WHERE name = ?1 AND sql = ?2", &query)
+          : no_memory();
   if (status) {
     sqlite3_free(sql);
     return status;
@@ -147,7 +148,8 @@ int flesh_sweep_views_write(flesh_sweep_store *store, int *bad)
     free(text.data);
     if (!status && !sql) status = no_memory();
     /* A column that cannot be derived leaves the others as they are. */
-    if (!status && view != run && (derived = derive(store, &sql, bad))) snprintf(words, sizeof words, "%s", flesh_error_text());
+    if (!status && view != run && (derived = derive(store, &sql, bad)))
+      snprintf(words, sizeof words, "%s", flesh_error_text());
     if (!status) status = replace_view(store, view ? "rows" : "results", sql);
     sqlite3_free(sql);
   }

@@ -2,13 +2,9 @@
 #include <math.h>
 
 #include "render.h"
+#include "math/mat3.h"
 
 static const double MARGIN = 1.06;
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_px,
                           flesh_view_fit *fit)
@@ -32,7 +28,8 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
 void flesh_view_fit_add(flesh_view_fit *fit, int count, const double *points)
 {
   for (const double *p = points; p < points + 3 * (size_t)count; p += 3) {
-    double c[3] = {dot(p, fit->view.right), dot(p, fit->view.up), dot(p, fit->view.back)};
+    double c[3] = {flesh_vec3_dot(p, fit->view.right), flesh_vec3_dot(p, fit->view.up),
+                   flesh_vec3_dot(p, fit->view.back)};
     if (!isfinite(c[0] + c[1] + c[2])) continue;
     for (int axis = 0; axis < 2; axis++) {
       fit->sides[2 * axis] = fmax(fit->sides[2 * axis], c[axis] + fit->slope[axis] * c[2]);
@@ -62,9 +59,9 @@ void flesh_view_fit_end(const flesh_view_fit *fit, const flesh_camera *camera, f
     c[k] = k < 2 && slope[1] > 0 ? 0.5 * (sides[2 * k] - sides[2 * k + 1])
                                  : 0.5 * (fit->low[k] + fit->high[k]);
   if (given) {
-    c[0] = dot(camera->target, view->right);
-    c[1] = dot(camera->target, view->up);
-    c[2] = dot(camera->target, view->back);
+    c[0] = flesh_vec3_dot(camera->target, view->right);
+    c[1] = flesh_vec3_dot(camera->target, view->up);
+    c[2] = flesh_vec3_dot(camera->target, view->back);
   }
   for (int k = 0; k < 2 && !empty; k++) {
     double one = sides[2 * k] - c[k], other = sides[2 * k + 1] + c[k];

@@ -18,6 +18,24 @@ typedef struct test_body {
   flesh_state state;
 } test_body;
 
+/* The defaults, but for the tolerance of Newton's iteration. */
+static inline flesh_solver_options test_options(double tolerance)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = tolerance;
+  return options;
+}
+
+/* Young's modulus 1e5 Pa; D with E's constants. Stops the program when it cannot be made. */
+static inline flesh_material test_material(flesh_energy energy, double poisson)
+{
+  flesh_material material;
+  flesh_constants constants = energy == FLESH_ENERGY_D ? FLESH_CONSTANTS_AS_E : FLESH_CONSTANTS_MATCHED;
+  if (flesh_material_from_young(energy, constants, 1e5, poisson, &material)) abort();
+  return material;
+}
+
 /* Takes the mesh; the material by value. Inertia and elasticity only; add the rest and finish. */
 static inline int test_body_create(flesh_mesh *mesh, flesh_material material, double density,
                                    flesh_mass mass, int inertia, test_body *b)

@@ -9,40 +9,11 @@ import glob
 import os
 import struct
 import sys
-import xml.etree.ElementTree as ElementTree
 
-try:
-    from vtkmodules.vtkIOGeometry import vtkOBJReader
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-except ImportError as error:
-    print(f"1..0 # SKIP VTK for Python is missing ({error}); Debian's package is python3-vtk9")
-    sys.exit(77)
+sys.dont_write_bytecode = True  # nothing beside the sources
+from vtk_tap import check, collection, finish, read, rows_of
 
-failures = 0
-number = 0
-
-
-def check(name, condition):
-    global failures, number
-    number += 1
-    failures += not condition
-    print(("ok" if condition else "not ok"), number, "-", name)
-
-
-def rows_of(array):
-    return [array.GetTuple(i) for i in range(array.GetNumberOfTuples())]
-
-
-def read_vtu(path):
-    reader = vtkXMLUnstructuredGridReader()
-    reader.SetFileName(path)
-    reader.Update()
-    return reader.GetOutput()
-
-
-def collection(path):
-    rows = ElementTree.parse(path).getroot().iter("DataSet")
-    return [(float(r.get("timestep")), os.path.join(os.path.dirname(path), r.get("file"))) for r in rows]
+from vtkmodules.vtkIOGeometry import vtkOBJReader
 
 
 def read_pc2(path):
@@ -69,7 +40,7 @@ skin, frames, binding_path = sys.argv[1:]
 binding = read_binding(binding_path)
 expected, velocities = [], []
 for _, path in collection(frames):
-    grid = read_vtu(path)
+    grid, _ = read(path)
     x, v = rows_of(grid.GetPoints().GetData()), rows_of(grid.GetPointData().GetArray("velocity"))
     nodes = [[grid.GetCell(t).GetPointId(k) for k in range(4)] for t, _ in binding]
     expected.append([tuple(sum(w * x[n][d] for w, n in zip(weights, tet)) for d in range(3))
@@ -99,12 +70,11 @@ for path, points in list(zip(objs, expected))[::5]:
 vtus = collection(os.path.join(skin, "skin.pvd"))
 check("the times of the frames", [t for t, _ in vtus] == [t for t, _ in collection(frames)])
 for (_, path), points, speed in list(zip(vtus, expected, velocities))[::5]:
-    grid = read_vtu(path)
+    grid, _ = read(path)
     name = os.path.basename(path)
     check(f"{name}: polygons", all(grid.GetCellType(c) in (5, 7) for c in range(grid.GetNumberOfCells())))
     check(f"{name} is where the tets put it",
           worst(rows_of(grid.GetPoints().GetData()), points) < 1e-14 * len(points) * size)
     check(f"{name} has the velocities",
           worst(rows_of(grid.GetPointData().GetArray("velocity")), speed) < 1e-12)
-print(f"1..{number}")
-sys.exit(failures > 0)
+finish()

@@ -9,48 +9,19 @@ import os
 import subprocess
 import sys
 import tempfile
-import xml.etree.ElementTree as ElementTree
 
-try:
-    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-except ImportError as error:
-    print(f"1..0 # SKIP VTK for Python is missing ({error}); Debian's package is python3-vtk9")
-    sys.exit(77)
-
-failures = 0
-number = 0
-
-
-def check(name, condition):
-    global failures, number
-    number += 1
-    failures += not condition
-    print(("ok" if condition else "not ok"), number, "-", name)
-
-
-def read(path):
-    errors = []
-    reader = vtkXMLUnstructuredGridReader()
-    reader.AddObserver("ErrorEvent", lambda *_: errors.append(path))
-    reader.SetFileName(path)
-    reader.Update()
-    return reader.GetOutput(), not errors
+sys.dont_write_bytecode = True  # nothing beside the sources
+from vtk_tap import check, collection, finish, read, rows_of
 
 
 def values(array):
     """Rows of a VTK array; plain values where it has one component."""
-    rows = [array.GetTuple(i) for i in range(array.GetNumberOfTuples())]
+    rows = rows_of(array)
     return [row[0] for row in rows] if array.GetNumberOfComponents() == 1 else rows
 
 
 def arrays(data):
     return {data.GetArrayName(a): values(data.GetArray(a)) for a in range(data.GetNumberOfArrays())}
-
-
-def collection(path):
-    """The (time, file) pairs of a .pvd."""
-    rows = ElementTree.parse(path).getroot().iter("DataSet")
-    return [(float(r.get("timestep")), os.path.join(os.path.dirname(path), r.get("file"))) for r in rows]
 
 
 def tets_of(grid, sizes=None):
@@ -110,5 +81,4 @@ else:
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([arguments[0], "--write", folder], check=True)
         check_sample(folder)
-print(f"1..{number}")
-sys.exit(failures > 0)
+finish()

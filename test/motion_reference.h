@@ -35,8 +35,8 @@ static int motion_derivative(double t, const double y[], double dydt[], void *da
   return GSL_SUCCESS;
 }
 
-/* Takes the state to `end` by Runge-Kutta-Prince-Dormand 8(9), anew at every event. Lumped masses only. The velocities of
- * constrained dofs are not changed. */
+/* Takes the state to `end` by Runge-Kutta-Prince-Dormand 8(9), anew at every event. Lumped masses only. The velocities
+ * of constrained dofs are not changed. */
 static inline void motion_reference_run(const test_body *body, double end, double tolerance, flesh_state *state)
 {
   int n = body->n;

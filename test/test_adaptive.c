@@ -39,7 +39,8 @@ static void oracle_errors(flesh_mass mass, double tolerance, int max_order, doub
   char line[256];
   make_oracle_bar(mass, &b);
   flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, tolerance, max_order);
-  FILE *file = fopen(mass ? "reference/oracle/grav_consistent_ref_states.txt" : "reference/oracle/grav_lumped_ref_states.txt", "r");
+  FILE *file = fopen(
+      mass ? "reference/oracle/grav_consistent_ref_states.txt" : "reference/oracle/grav_lumped_ref_states.txt", "r");
   CHECK(file != NULL);
   *stats = (flesh_solve_stats){0};
   error[0] = error[1] = 0;
@@ -96,7 +97,8 @@ static void tight_tolerances_reach_another_codes_motion(void)
     flesh_solve_stats stats;
     double error[2];
     oracle_errors((flesh_mass)mass, 1e-9, 5, error, &stats);
-    printf("# %s mass: %d steps, off by %.3g m, %.3g m/s\n", mass ? "consistent" : "lumped", stats.steps, error[0], error[1]);
+    printf("# %s mass: %d steps, off by %.3g m, %.3g m/s\n", mass ? "consistent" : "lumped", stats.steps, error[0],
+           error[1]);
     CHECK_BELOW(error[0], 3e-8);
     CHECK_BELOW(error[1], 1e-5);
   }
@@ -257,7 +259,8 @@ static void another_state_starts_anew(void)
     options.observe_data = &counts[k];
     CHECK_OK(flesh_integrator_set_adaptive(integrator, &options));
     flesh_solve_stats stats = {0};
-    for (int j = 0; j < (k ? 200 : 1); j++) CHECK_OK(flesh_integrator_step(integrator, &ends[k], k ? 0.005 : 1, &stats));
+    for (int j = 0; j < (k ? 200 : 1); j++)
+      CHECK_OK(flesh_integrator_step(integrator, &ends[k], k ? 0.005 : 1, &stats));
     CHECK(stats.steps == counts[k] && stats.order == 2 && stats.h_last > 0 && stats.residuals > stats.steps);
     flesh_integrator_destroy(&integrator);
   }

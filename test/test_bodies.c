@@ -65,8 +65,8 @@ static void run(outcome *o)
 {
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
-  CHECK_OK(flesh_integrator_create(flesh_scene_system(o->scene), FLESH_METHOD_BACKWARD_EULER, flesh_scene_solver(o->scene),
-                                   &integrator));
+  CHECK_OK(flesh_integrator_create(flesh_scene_system(o->scene), FLESH_METHOD_BACKWARD_EULER,
+                                   flesh_scene_solver(o->scene), &integrator));
   for (int k = 0; k < 12; k++) CHECK_OK(flesh_integrator_step(integrator, &o->state, 1. / 60, &stats));
   o->newton = (int)stats.newton;
   flesh_integrator_destroy(&integrator);
@@ -140,7 +140,8 @@ static void bad_bodies_are_refused(void)
           "body is 'b'; the scene has no body of that name");
   refused("body: {mesh: bar.node}\nbodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n", "have no material");
   flesh_scene *scene = NULL;
-  const char *path = write_text("bad.yaml", "body: {" BAR "}\nbodies: [{name: a, mesh: none.msh}]\neffects: [inertia]\n");
+  const char *path =
+      write_text("bad.yaml", "body: {" BAR "}\nbodies: [{name: a, mesh: none.msh}]\neffects: [inertia]\n");
   CHECK(flesh_scene_read(path, 0, NULL, &scene) == FLESH_ERR_FILE);
   CHECK(strstr(flesh_error_text(), "bad.yaml:2:26: bodies[0].mesh: "));
 }

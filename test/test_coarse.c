@@ -38,7 +38,8 @@ static void affine_displacements_are_found(void)
   test_body b;
   make(test_box(6, 3, 2, 3, 1.5, 1), 0.45, &b);
   const double *X = flesh_mesh_positions(b.mesh);
-  double *u = malloc((size_t)b.n * sizeof *u), *r = malloc((size_t)b.n * sizeof *r), *z = malloc((size_t)b.n * sizeof *z);
+  double *u = malloc((size_t)b.n * sizeof *u), *r = malloc((size_t)b.n * sizeof *r),
+         *z = malloc((size_t)b.n * sizeof *z);
   uint8_t *fixed = calloc((size_t)b.n, 1);
   for (int held = 0; held < 2; held++) {
     flesh_block_matrix *A = matrix_of(&b, 100, held ? fixed : NULL);

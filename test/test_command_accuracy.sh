@@ -39,7 +39,8 @@ sed 's|bar.msh|finer.msh|; /^start/d' bar.yaml >finer.yaml
 fixed=backward-euler,bdf2,midpoint,newmark,hht
 
 the_table_is_complete() {
-  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out all --finer finer.yaml --steps 1/25,1/50,1/100,1/200,1/400,1/800 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out all --finer finer.yaml \
+    --steps 1/25,1/50,1/100,1/200,1/400,1/800 \
     --reference-seconds 1 || return 1
   [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
   # Whole rows, all of them run, with costs; the errors of the methods' work are told or below the reference.
@@ -100,7 +101,8 @@ orders_are_those_of_the_methods() {
 }
 
 the_reference_is_known() {
-  has all/verdict.txt 'they differ by [0-9.e-]* m rms' && has all/accuracy.json '"uncertainty_position_rms": ' || return 1
+  has all/verdict.txt 'they differ by [0-9.e-]* m rms' && has all/accuracy.json '"uncertainty_position_rms": ' ||
+    return 1
   # No error below it is told.
   u=$(sed -n 's/.*"uncertainty_position_rms": \([0-9.e+-]*\),*/\1/p' all/accuracy.json)
   awk -F , -v u="$u" 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
@@ -118,12 +120,14 @@ a_poor_reference_tells_less() {
 
 # The errors are those of `flesh run`: the named command, compared with a much finer run.
 the_named_command_repeats_a_run() {
-  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out one --methods midpoint --steps 1/25,1/50,1/100 --reference-seconds 0.1 ||
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out one --methods midpoint --steps 1/25,1/50,1/100 \
+    --reference-seconds 0.1 ||
     return 1
   command=$(grep -m 1 -o 'flesh run .*time.method=midpoint.*' one/verdict.txt)
   [ -n "$command" ] || { cat all/verdict.txt; return 1; }
   sh -c "\"$flesh\" ${command#flesh } --out named --no-frames --quiet" || return 1
-  expect 0 "$flesh" run bar.yaml --set time.method=midpoint --set time.step=1/6400 --out fine --no-frames --quiet || return 1
+  expect 0 "$flesh" run bar.yaml --set time.method=midpoint --set time.step=1/6400 --out fine --no-frames --quiet ||
+    return 1
   setting=$(echo "$command" | sed 's/.*time.step=//')
   told=$(awk -F , -v s="step=$setting" '
     NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
@@ -149,7 +153,8 @@ tight_solves_change_less() {
 
 # Killed after its third row or so; what was done stays as it was.
 resuming_goes_on() {
-  set -- accuracy bar.yaml --quick --repeat 1 --out more --methods $fixed --steps 1/25,1/50,1/100,1/200,1/400,1/800,1/1600 \
+  set -- accuracy bar.yaml --quick --repeat 1 --out more --methods $fixed \
+    --steps 1/25,1/50,1/100,1/200,1/400,1/800,1/1600 \
     --reference-seconds 1
   "$flesh" "$@" >stdout.txt 2>stderr.txt &
   run=$!
@@ -160,7 +165,8 @@ resuming_goes_on() {
   kill -INT $run
   wait $run
   status=$?
-  [ $status -eq 130 ] && has stderr.txt 'interrupted after [0-9]* of' || { echo "ended with $status"; cat stdout.txt stderr.txt; return 1; }
+  [ $status -eq 130 ] && has stderr.txt 'interrupted after [0-9]* of' ||
+    { echo "ended with $status"; cat stdout.txt stderr.txt; return 1; }
   cp more/accuracy.json before.json
   cp more/reference.states before.states
   done=$(grep -c '"status_code"' before.json)
@@ -179,8 +185,10 @@ resuming_goes_on() {
 resuming_refuses_what_changed() {
   set -- --resume --quick --out more --methods $fixed --reference-seconds 1
   cp more/accuracy.json before.json
-  expect 2 "$flesh" accuracy bar.yaml "$@" --steps 1/25,1/50 --set body.density=900 && has stderr.txt 'of another scene' || return 1
-  expect 2 "$flesh" accuracy bar.yaml "$@" --steps 1/20,1/40 && has stderr.txt 'longest of --steps must be 0.04 s' || return 1
+  expect 2 "$flesh" accuracy bar.yaml "$@" --steps 1/25,1/50 --set body.density=900 &&
+    has stderr.txt 'of another scene' || return 1
+  expect 2 "$flesh" accuracy bar.yaml "$@" --steps 1/20,1/40 && has stderr.txt 'longest of --steps must be 0.04 s' ||
+    return 1
   cmp before.json more/accuracy.json
 }
 
@@ -199,7 +207,8 @@ a_spent_budget_is_a_row() {
 
 a_run_that_fails_is_a_row() {
   # From falling fast, single long steps of one iteration without halvings do not converge.
-  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out fails --methods backward-euler,bdf2,midpoint --steps 1/2,1/1000 \
+  expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out fails --methods backward-euler,bdf2,midpoint \
+    --steps 1/2,1/1000 \
     --reference-seconds 1 --set solver.max_newton=3 --set solver.max_halvings=0 || return 1
   column fails/accuracy.csv status backward-euler | grep -q '^failed$' &&
     column fails/accuracy.csv status backward-euler | grep -q '^complete$'
@@ -224,7 +233,8 @@ bad_usage_is_refused() {
 
 without_gnuplot_the_figures_stand() {
   mkdir -p bin
-  PATH=$work/bin expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out plain --methods midpoint --steps 1/25,1/50 \
+  PATH=$work/bin expect 0 "$flesh" accuracy bar.yaml --quick --repeat 1 --out plain --methods midpoint \
+    --steps 1/25,1/50 \
     --reference-seconds 0.1 || return 1
   has stderr.txt 'gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] && [ -s plain/accuracy.csv ]
 }

@@ -62,7 +62,8 @@ END
 
 # Of three sizes the two from 48 000 tets on give the exponent of the iterations, all three that of the printed "time ~".
 growth_is_fitted_from_where_it_says() {
-  expect 0 "$flesh" bench --cells 700,48x13x13,60000 --poisson 0.45 --cases swing --steps 1 --repeats 1 --out growth || return 1
+  expect 0 "$flesh" bench --cells 700,48x13x13,60000 --poisson 0.45 --cases swing --steps 1 --repeats 1 --out growth ||
+    return 1
   python3 - <<'END'
 import json, math, re
 rows = json.load(open('growth/bench.json'))['measurements']
@@ -92,7 +93,8 @@ pictures_are_drawn() {
 
 # Instructions agree to rounding, so that counters do and answers nearly.
 instructions_agree() {
-  expect 0 "$flesh" bench --cells 9x3x3 --poisson 0.45 --cases swing --steps 3 --repeats 1 --instructions portable --json \
+  expect 0 "$flesh" bench --cells 9x3x3 --poisson 0.45 --cases swing --steps 3 --repeats 1 --instructions portable \
+    --json \
     --out portable || return 1
   python3 - <<'END'
 import json

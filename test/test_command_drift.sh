@@ -86,9 +86,12 @@ END
 
 bad_lists_are_refused() {
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*\[0, 0.5)" &&
-    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X && has stderr.txt "--energies: energy is 'X'" &&
-    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B && has stderr.txt '--energies names B twice' &&
-    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,3/10 && has stderr.txt '--poisson has 0.3 twice' &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X &&
+      has stderr.txt "--energies: energy is 'X'" &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B &&
+      has stderr.txt '--energies names B twice' &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,3/10 &&
+      has stderr.txt '--poisson has 0.3 twice' &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --solvers fast && has stderr.txt 'guarded, plain' &&
     expect 2 "$flesh" drift && expect 3 "$flesh" drift no_such_scene.yaml &&
     has stderr.txt no_such_scene.yaml

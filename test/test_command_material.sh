@@ -19,7 +19,8 @@ the_table_has_the_closed_forms() {
   awk -F , "$close"' NR > 1 && $1 == "stretch" && $3 == "M" {
       n++; if (!close_to($9, $5 * $2) || !close_to($7, $5 / 2 * ($2^2 - 1)) || !close_to($10, $5)) exit 1 }
     NR > 1 && $1 == "flatten" && $3 == "D" {
-      n++; if (!close_to($9, $5 * $2 + $6 * ($2 - 1)) || !close_to($8, $5 / 2 * ($2^2 - 1) + $6 / 2 * ($2 - 1)^2)) exit 1 }
+      n++; if (!close_to($9, $5 * $2 + $6 * ($2 - 1)) ||
+        !close_to($8, $5 / 2 * ($2^2 - 1) + $6 / 2 * ($2 - 1)^2)) exit 1 }
     NR > 1 && $1 == "rotation" && $4 == "matched" { n++; if ($8^2 > 1e-10 || $9^2 > 1e-10) exit 1 }
     END { exit n != 301 * 8 }' $table || { echo 'not the closed forms'; return 1; }
   # The constants given are those of small strain: mu of S is 4/3 of it, lambda of E mu more.
@@ -49,7 +50,8 @@ forms_that_do_not_take_the_constants_are_left_out() {
   expect 0 "$flesh" material --out some --constants raw --mu 1e4 --lambda 2000 --energies E,S &&
     has stderr.txt 'E raw is left out: .*lambda > mu/3' && [ "$(cells some/material.csv 'energy == "E"')" -eq 0 ] &&
     [ "$(cells some/material.csv 'energy == "S"')" -eq 1505 ] || return 1
-  expect 2 "$flesh" material --out none --constants raw --mu 1e4 --lambda 1 --energies E && has stderr.txt 'lambda > mu/3' &&
+  expect 2 "$flesh" material --out none --constants raw --mu 1e4 --lambda 1 --energies E &&
+    has stderr.txt 'lambda > mu/3' &&
     [ ! -e none ]
 }
 

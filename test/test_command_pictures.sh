@@ -73,7 +73,8 @@ a_scene_is_drawn_at_its_start() {
 
 a_skin_is_drawn() {
   expect 0 "$flesh" run bar.yaml --out skinned --quiet --set output.skin.surface=skin.obj || return 1
-  expect 0 "$flesh" snap skinned --out f.png --no-skin && expect 0 "$flesh" snap soft --out g.png && cmp f.png g.png || return 1
+  expect 0 "$flesh" snap skinned --out f.png --no-skin && expect 0 "$flesh" snap soft --out g.png && cmp f.png g.png ||
+    return 1
   "$flesh" mesh box --cells 6,2,2 --size 3,1,1.5 --out thick.msh >/dev/null
   "$flesh" mesh surface thick.msh thick.ply >/dev/null
   expect 0 "$flesh" snap soft --out h.png --surface thick.ply && ! cmp -s f.png h.png
@@ -107,7 +108,8 @@ without_ffmpeg_the_pictures_stay() {
   expect 3 without_ffmpeg "$flesh" film soft --out none.mp4 --width 100 || return 1
   has stderr.txt 'ffmpeg is not installed (Debian package ffmpeg); the 7 pictures are in none_frames' || return 1
   [ "$(ls none_frames | wc -l)" -eq 7 ] && [ ! -e none.mp4 ] || return 1
-  expect 0 without_ffmpeg "$flesh" film soft --out pictures --width 100 && [ "$(ls pictures | wc -l)" -eq 7 ] || return 1
+  expect 0 without_ffmpeg "$flesh" film soft --out pictures --width 100 && [ "$(ls pictures | wc -l)" -eq 7 ] ||
+    return 1
   expect 0 "$flesh" film soft --out pictures --width 100 --every 3 && [ "$(ls pictures | wc -l)" -eq 3 ]
 }
 

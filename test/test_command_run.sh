@@ -86,7 +86,8 @@ a_restart_goes_on_where_it_was() {
   # The first iterates of a calm run come from the steps before, which a restart has forgotten.
   precise='solver.newton_tolerance=1e-11'
   expect 0 "$flesh" run bar.yaml --out whole --set $precise --no-frames || return 1
-  expect 0 "$flesh" run bar.yaml --out half --set $precise --set time.end=1/4 --save-state "it's half.txt" --no-frames || return 1
+  expect 0 "$flesh" run bar.yaml --out half --set $precise --set time.end=1/4 --save-state "it's half.txt" \
+    --no-frames || return 1
   has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
   expect 0 "$flesh" run bar.yaml --out rest --set $precise --start-state "it's half.txt" --no-frames || return 1
   [ "$(lines rest/history.csv)" -eq 17 ] || return 1
@@ -154,7 +155,8 @@ a_bad_place_is_refused_before_solving() {
 
 # interrupted SIGNAL CODE: a run that would take hours leaves valid files.
 interrupted() {
-  "$flesh" run bar.yaml --out "long$1" --set time.end=1e5 --set output.frame_interval=5 --max-seconds 600 >stdout.txt 2>stderr.txt &
+  "$flesh" run bar.yaml --out "long$1" --set time.end=1e5 --set output.frame_interval=5 \
+    --max-seconds 600 >stdout.txt 2>stderr.txt &
   run=$!
   wait_until "$run" [ -e "long$1/frames/frame_000005.vtu" ] || return 1
   kill "-$1" "$run"
@@ -242,7 +244,8 @@ a_state_without_an_energy_is_explained() {
   has stderr.txt 'residual: none' && has stderr.txt 'advice: this energy has no value where' &&
     has mirrored/result.json '"residual": null' || return 1
   expect 7 "$flesh" run bar.yaml --out vast --set 'start.velocity=[1e200, 0, 0]' || return 1
-  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' && has vast/result.json '"exit_code": 7'
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' &&
+    has vast/result.json '"exit_code": 7'
 }
 
 check_differentiates() {
@@ -256,8 +259,10 @@ check_differentiates() {
 odd_meshes_and_solves_are_named() {
   printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n5 5 5\ntets 1\n0 1 3 2\n' >odd.mesh
   expect 0 "$flesh" run bar.yaml --out odd --set body.mesh=odd.mesh --set time.end=1/60 --no-frames || return 1
-  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' || return 1
-  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames || return 1
+  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' ||
+    return 1
+  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames ||
+    return 1
   has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
 }
 
@@ -266,7 +271,8 @@ a_full_disk_leaves_only_whole_files() {
   (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
     has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1
   (ulimit -f 8 && expect 3 "$flesh" run bar.yaml --out full --set body.mesh=bar.msh) || return 1
-  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' || return 1
+  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' ||
+    return 1
   ! find . -name 'big*' -o -name '*.vtu' -path './full/*' -o -name '*.part-*' | grep .
 }
 

@@ -61,7 +61,8 @@ an_older_skin_is_removed() {
 }
 
 without_a_skin_nothing_is_said_of_it() {
-  ! grep -q skin ply/scene.yaml && [ "$(ls ply | sort | tr '\n' ' ')" = 'frames history.csv result.json scene.yaml state.txt ' ]
+  ! grep -q skin ply/scene.yaml &&
+    [ "$(ls ply | sort | tr '\n' ' ')" = 'frames history.csv result.json scene.yaml state.txt ' ]
 }
 
 an_interrupted_run_leaves_a_whole_cache() {

@@ -11,7 +11,8 @@ a_plan_is_told_and_nothing_is_done() {
     '  - sample: {count: 4, axes: [{key: body.material.poisson, from: 0.1, to: 0.5}, {key: body.density, values: [1, 2]}]}'
   expect 0 "$flesh" sweep spec.yaml --dry-run --out plan || return 1
   has stdout.txt '^48 cases of flesh run' && has stdout.txt 'young.*3 values: 10000, 100000, 1000000' &&
-    has stdout.txt 'with g .*: \[0, 0, -9.81\], \[0, 0, -1\]' && has stdout.txt '^axis poisson .*: 0.3[0-9]*, 0.4, 0.2, ' &&
+    has stdout.txt 'with g .*: \[0, 0, -9.81\], \[0, 0, -1\]' &&
+      has stdout.txt '^axis poisson .*: 0.3[0-9]*, 0.4, 0.2, ' &&
     has stdout.txt 'density.*: 2, 1, 2, 1$' && [ ! -e plan ] &&
     expect 0 "$flesh" sweep spec.yaml --dry-run --shard 48/48 && has stdout.txt '^1 cases'
 }
@@ -22,9 +23,11 @@ a_row_is_what_a_run_gives() {
     '  - {key: time.step, values: [1/60, 1/120]}' 'columns:' '  - {name: work, is: newton * tets}' \
     '  - {name: twice, is: 2 * work}'
   expect 0 "$flesh" sweep spec.yaml --out rows --jobs 2 && has stdout.txt '^4 cases: 4 complete' || return 1
-  [ "$(ask rows/sweep.db young,step,steps 'id = 2')" = 20000,0.008333333333333333,4 ] || { ask rows/sweep.db '*'; return 1; }
+  [ "$(ask rows/sweep.db young,step,steps 'id = 2')" = 20000,0.008333333333333333,4 ] ||
+    { ask rows/sweep.db '*'; return 1; }
   [ "$(ask rows/sweep.db 'twice - 2 * newton * tets' 'id = 2')" = 0 ] || return 1
-  expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run || return 1
+  expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run ||
+    return 1
   python3 - "$(ask rows/sweep.db energy_total,energy_drag,residual,newton 'id = 2')" <<'END'
 import json, sys
 figures = json.load(open("run/result.json"))["figures"]
@@ -57,22 +60,28 @@ bad_specs_are_refused() {
     has stderr.txt 'spec.yaml:2:45:' &&
     bad 'poisson is 0.6; it must be a number in \[0, 0.5)' 'axes: [{key: body.material.poisson, values: [0.1, 0.6]}]' &&
     has stderr.txt 'spec.yaml:2:51:' &&
-    bad 'step is -1' 'set: {time.step: -1}' && bad 'vales is unknown; did you mean values' 'axes: [{key: time.step, vales: 1}]' &&
-    bad 'either values or from and to' 'axes: [{key: time.step}]' && bad 'count is missing' 'axes: [{key: time.step, from: 1, to: 2}]' &&
+    bad 'step is -1' 'set: {time.step: -1}' &&
+      bad 'vales is unknown; did you mean values' 'axes: [{key: time.step, vales: 1}]' &&
+    bad 'either values or from and to' 'axes: [{key: time.step}]' &&
+      bad 'count is missing' 'axes: [{key: time.step, from: 1, to: 2}]' &&
     bad 'must be > 0 when spacing' 'axes: [{key: time.end, from: 0, to: 2, count: 3, spacing: logarithmic}]' &&
     bad 'zip\[0\] has 2' 'axes: [{zip: [{key: time.step, values: [1, 2]}, {key: time.end, values: [1]}]}]' &&
     bad 'varies on two axes' 'axes: [{key: time.step, values: [1]}, {key: time.step, values: [1]}]' &&
     bad 'named like one of the results' 'axes: [{key: time.step, name: newton, values: [1]}]' &&
-    bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' && bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
+    bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
+      bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
     bad 'niederreiter takes at most 12' 'axes: [{sample: {sequence: niederreiter, count: 2, axes: [{key: a, values: [1]}, {key: b, values: [1]}, {key: c, values: [1]}, {key: d, values: [1]}, {key: e, values: [1]}, {key: f, values: [1]}, {key: g, values: [1]}, {key: h, values: [1]}, {key: i, values: [1]}, {key: j, values: [1]}, {key: k, values: [1]}, {key: l, values: [1]}, {key: m, values: [1]}]}}]' &&
     bad 'more than 10000000 cases' 'axes: [{key: time.step, from: 1, to: 2, count: 9000000}, {key: time.end, values: [1, 2]}]' &&
-    expect 2 "$flesh" sweep spec.yaml --shard 3/2 && has stderr.txt 'i/n' && expect 3 "$flesh" sweep no_such_spec.yaml &&
-    { echo 'scene: no_such.yaml' >spec.yaml; expect 3 "$flesh" sweep spec.yaml; } && has stderr.txt 'spec.yaml:1:8: no_such.yaml'
+    expect 2 "$flesh" sweep spec.yaml --shard 3/2 && has stderr.txt 'i/n' &&
+      expect 3 "$flesh" sweep no_such_spec.yaml &&
+    { echo 'scene: no_such.yaml' >spec.yaml; expect 3 "$flesh" sweep spec.yaml; } &&
+      has stderr.txt 'spec.yaml:1:8: no_such.yaml'
 }
 
 an_older_sweep_is_not_overwritten() {
   spec 'axes: [{key: time.step, values: [1/60]}]'
-  expect 0 "$flesh" sweep spec.yaml --out older && expect 2 "$flesh" sweep spec.yaml --out older && has stderr.txt resume &&
+  expect 0 "$flesh" sweep spec.yaml --out older && expect 2 "$flesh" sweep spec.yaml --out older &&
+    has stderr.txt resume &&
     expect 0 "$flesh" sweep spec.yaml --out older --resume || return 1
   spec 'axes: [{key: time.step, values: [1/70]}]'
   expect 2 "$flesh" sweep spec.yaml --out older --resume && has stderr.txt 'of another sweep'
@@ -121,7 +130,8 @@ pictures_are_drawn() {
   expect 0 "$flesh" sweep plot whole/sweep.db --x density --y newton --by poisson --log x --out lines.png &&
     expect 0 "$flesh" sweep plot whole/sweep.db --x density --y poisson --z max_volume_drift --log z &&
     [ "$(wc -c <lines.png)" -gt 5000 ] && [ "$(wc -c <whole/max_volume_drift_density_poisson.png)" -gt 5000 ] &&
-    expect 2 "$flesh" sweep plot whole/sweep.db --x density && expect 2 "$flesh" sweep plot whole/sweep.db --x density --y nonsense &&
+    expect 2 "$flesh" sweep plot whole/sweep.db --x density &&
+      expect 2 "$flesh" sweep plot whole/sweep.db --x density --y nonsense &&
     has stderr.txt 'no such column'
 }
 
@@ -195,7 +205,8 @@ has_begun() { [ -f "$1" ] && [ -n "$(ask "$1" id 'started IS NOT NULL')" ]; }
 ten_thousand_cases_are_planned() {
   spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'
   expect 0 "$flesh" sweep spec.yaml --out many --shard 1/500 --quiet || return 1
-  [ "$(ask many/sweep.db 'count(*), min(id), max(id), sum(density)')" = 20,1,9501,20 ] || { ask many/sweep.db 'count(*), min(id), max(id), sum(density)'; return 1; }
+  [ "$(ask many/sweep.db 'count(*), min(id), max(id), sum(density)')" = 20,1,9501,20 ] ||
+    { ask many/sweep.db 'count(*), min(id), max(id), sum(density)'; return 1; }
 }
 
 the_shipped_sweeps_are_valid() {

@@ -4,13 +4,6 @@
 
 #include "motion_reference.h"
 
-static flesh_material soft(flesh_energy energy)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
-  return material;
-}
-
 static double energy_of(const test_body *b, const flesh_state *state)
 {
   double *zeros = calloc((size_t)b->n, sizeof *zeros), energies[8], sum = 0;
@@ -37,7 +30,8 @@ static double lowest_mode(const test_body *b, double *mode)
   const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(b->mesh), .v = zeros, .a = zeros};
   CHECK_OK(flesh_system_jacobian(b->system, &rest, &(flesh_shift){.x = 1}, K));
   double *H = test_dense(K);
-  gsl_matrix *A = gsl_matrix_alloc((size_t)free_count, (size_t)free_count), *vectors = gsl_matrix_alloc((size_t)free_count, (size_t)free_count);
+  gsl_matrix *A = gsl_matrix_alloc((size_t)free_count, (size_t)free_count),
+             *vectors = gsl_matrix_alloc((size_t)free_count, (size_t)free_count);
   gsl_vector *values = gsl_vector_alloc((size_t)free_count);
   gsl_eigen_symmv_workspace *work = gsl_eigen_symmv_alloc((size_t)free_count);
   for (int i = 0; i < free_count; i++)
@@ -74,7 +68,7 @@ typedef struct energy_record {
 static energy_record swing(flesh_energy energy, flesh_method method, double amplitude, int periods)
 {
   test_body b;
-  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), soft(energy), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_system_finish(b.system));
   double *mode = malloc((size_t)b.n * sizeof *mode), rest = energy_of(&b, &b.state);
@@ -97,8 +91,10 @@ static energy_record swing(flesh_energy energy, flesh_method method, double ampl
   record.last = e[samples - 1];
   double c0, c00, c01, c11, sum;
   gsl_fit_linear(t, 1, e, 1, (size_t)samples, &c0, &record.trend, &c00, &c01, &c11, &sum);
-  printf("# %s, %s, %d periods of %.3g s, %.3g J: energy off by %.3g to %.3g, %.3g at the end, trend %.3g; swings %.3g m at the end\n",
-         flesh_energy_name(energy), flesh_method_name(method), periods, period, start, record.lowest, record.highest, record.last, record.trend, tip);
+  printf("# %s, %s, %d periods of %.3g s, %.3g J: energy off by %.3g to %.3g, %.3g at the end, trend %.3g; swings %.3g "
+         "m at the end\n",
+         flesh_energy_name(energy), flesh_method_name(method), periods, period, start, record.lowest, record.highest,
+         record.last, record.trend, tip);
   flesh_integrator_destroy(&integrator);
   free(mode);
   free(t);
@@ -140,7 +136,8 @@ static void midpoint_keeps_both_momenta(void)
     for (int loose = 0; loose < 2; loose++) {
       test_body b;
       const double h = 1. / 60, nodes = 36;
-      CHECK_OK(test_body_create(test_box(3, 2, 2, 2, 1, 1), soft(FLESH_ENERGY_S), 1000, (flesh_mass)mass, 1, &b));
+      CHECK_OK(test_body_create(test_box(3, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, (flesh_mass)mass,
+                                1, &b));
       CHECK_OK(flesh_system_finish(b.system));
       for (int i = 0; i < b.n / 3; i++) {
         const double *X = b.state.x + 3 * i;
@@ -174,8 +171,9 @@ static void midpoint_keeps_both_momenta(void)
         memcpy(before, after, sizeof before);
       }
       for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], first[c], sum);
-      printf("# %s, tolerance %g: L was %.8g, %.8g, %.8g and is %.8g, %.8g, %.8g kg m^2/s\n", mass ? "consistent" : "lumped",
-             loose ? 1e-5 : 1e-10, first[3], first[4], first[5], after[3], after[4], after[5]);
+      printf("# %s, tolerance %g: L was %.8g, %.8g, %.8g and is %.8g, %.8g, %.8g kg m^2/s\n",
+             mass ? "consistent" : "lumped", loose ? 1e-5 : 1e-10, first[3], first[4], first[5], after[3], after[4],
+             after[5]);
       if (!loose)
         for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], first[c], 1e-7 * test_norm(3, first + c / 3 * 3));
       CHECK(turned > 0.05);
@@ -234,7 +232,8 @@ static void methods_converge_to_another_codes_motion(void)
         state_free(&state);
       }
       double order = fitted_order(RUNS, h, error);
-      printf("# %s, %s: order %.3f, errors %.3g to %.3g m\n", names[mass], flesh_method_name(method), order, error[0], error[RUNS - 1]);
+      printf("# %s, %s: order %.3f, errors %.3g to %.3g m\n", names[mass], flesh_method_name(method), order, error[0],
+             error[RUNS - 1]);
       CHECK_NEAR(order, flesh_method_order(method), 0.1);
     }
     double off = motion_distance(b.n, best.x, exact.x);
@@ -253,7 +252,7 @@ static void check_small(flesh_mesh *mesh, const char *name)
   enum { LEVELS = 4 };
   test_body b;
   const double end = 1;
-  CHECK_OK(test_body_create(mesh, soft(FLESH_ENERGY_S), 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_finish(b.system));
   for (int i = 0; i < b.n / 3; i++) {
     double *x = b.state.x + 3 * i;
@@ -276,8 +275,10 @@ static void check_small(flesh_mesh *mesh, const char *name)
         level[k].x[d] = (q * level[k].x[d] - level[k - 1].x[d]) / (q - 1);
         level[k].v[d] = (q * level[k].v[d] - level[k - 1].v[d]) / (q - 1);
       }
-  double off = motion_distance(b.n, level[LEVELS - 1].x, exact.x), speed = motion_distance(b.n, level[LEVELS - 1].v, exact.v);
-  printf("# %s: midpoint off by %.3g m, extrapolated by %.3g m and %.3g m/s; moved %.3g m\n", name, plain, off, speed, moved);
+  double off = motion_distance(b.n, level[LEVELS - 1].x, exact.x),
+         speed = motion_distance(b.n, level[LEVELS - 1].v, exact.v);
+  printf("# %s: midpoint off by %.3g m, extrapolated by %.3g m and %.3g m/s; moved %.3g m\n", name, plain, off, speed,
+         moved);
   CHECK_BELOW(off, 1e-9);
   CHECK_BELOW(speed, 2e-8);
   CHECK(plain > 1e-7 && moved > 0.05);

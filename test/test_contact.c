@@ -49,8 +49,10 @@ static void a_flat_mesh_is_a_plane(void)
       flesh_obstacle_barrier(plane, y, 0.1, &expected);
       flesh_obstacle_barrier(mesh, y, 0.1, &found);
       CHECK_NEAR(found.value, expected.value, 1e-12 * (1 + expected.value));
-      CHECK_NEAR(found.distance == INFINITY ? 1 : found.distance, expected.distance == INFINITY ? 1 : expected.distance, 1e-13);
-      for (int c = 0; c < 3; c++) CHECK_NEAR(found.gradient[c], expected.gradient[c], 1e-10 * (1 - expected.gradient[2]));
+      CHECK_NEAR(found.distance == INFINITY ? 1 : found.distance, expected.distance == INFINITY ? 1 : expected.distance,
+                 1e-13);
+      for (int c = 0; c < 3; c++)
+        CHECK_NEAR(found.gradient[c], expected.gradient[c], 1e-10 * (1 - expected.gradient[2]));
       for (int c = 0; c < 9; c++) CHECK_NEAR(found.hessian[c], expected.hessian[c], 1e-9 * (1 + expected.hessian[8]));
     }
     flesh_obstacle_destroy(&mesh);
@@ -161,7 +163,8 @@ static void meshes_have_no_cracks(void)
   flesh_mesh_destroy(&ball);
 }
 
-static void add_contact(test_body *b, flesh_obstacle **obstacle, double stiffness, double thickness, double friction, double slip_speed)
+static void add_contact(test_body *b, flesh_obstacle **obstacle, double stiffness, double thickness, double friction,
+                        double slip_speed)
 {
   flesh_contact_options options;
   flesh_effect *effect = NULL;
@@ -182,7 +185,8 @@ static void make_cube(int cells, double young, double poisson, int inertia, test
   CHECK_OK(test_body_create(test_box(cells, cells, cells, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, inertia, b));
 }
 
-static const flesh_keyframe turn[] = {{.t = 0}, {.t = 1, .translation = {0.02, 0.01, -0.03}, .rotation = {0.1, 0.2, -0.3}}};
+static const flesh_keyframe turn[] = {{.t = 0},
+                                      {.t = 1, .translation = {0.02, 0.01, -0.03}, .rotation = {0.1, 0.2, -0.3}}};
 
 /* Every shape, still and moving, with friction: potential, residual and Jacobian are derivatives of one another. */
 static void derivatives_of_every_shape(void)
@@ -194,7 +198,9 @@ static void derivatives_of_every_shape(void)
     switch (shape / 2) {
     case 0: CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.4}, (const double[]){0.1, 0, 1}, &obstacle)); break;
     case 1: CHECK_OK(flesh_obstacle_sphere((const double[]){0.4, 0.5, -1.3}, 0.8, &obstacle)); break;
-    case 2: CHECK_OK(flesh_obstacle_capsule((const double[]){0.2, 0.5, -1}, (const double[]){0.8, 0.4, -1}, 0.4, &obstacle)); break;
+    case 2:
+      CHECK_OK(flesh_obstacle_capsule((const double[]){0.2, 0.5, -1}, (const double[]){0.8, 0.4, -1}, 0.4, &obstacle));
+      break;
     case 3: {
       const double corners[] = {-3, -3, -0.5, 3.1, -3, -0.4, 0.2, 3, -0.45, 0.3, 0.2, -3};
       CHECK_OK(flesh_obstacle_mesh(4, corners, 4, (const int[]){0, 1, 2, 0, 1, 3, 1, 2, 3, 2, 0, 3}, &obstacle));
@@ -294,9 +300,11 @@ static void what_rests_presses_with_its_weight(void)
     /* What is left free is held, so that there is one equilibrium. */
     int nodes[64], count = 0;
     for (int i = 0; i < b.n / 3; i++)
-      if (fabs(flesh_mesh_positions(b.mesh)[3 * i] - 1. / 3) < 1e-9 && fabs(flesh_mesh_positions(b.mesh)[3 * i + 1] - 1. / 3) < 1e-9)
+      if (fabs(flesh_mesh_positions(b.mesh)[3 * i] - 1. / 3) < 1e-9 &&
+          fabs(flesh_mesh_positions(b.mesh)[3 * i + 1] - 1. / 3) < 1e-9)
         nodes[count++] = i;
-    CHECK_OK(flesh_system_add_pin(b.system, count, nodes, shape == 2 ? FLESH_AXIS_Y : FLESH_AXIS_X | FLESH_AXIS_Y, -INFINITY, INFINITY));
+    CHECK_OK(flesh_system_add_pin(b.system, count, nodes, shape == 2 ? FLESH_AXIS_Y : FLESH_AXIS_X | FLESH_AXIS_Y,
+                                  -INFINITY, INFINITY));
     CHECK_OK(flesh_system_finish(b.system));
     flesh_solver_options options;
     flesh_solver_options_default(&options);
@@ -312,8 +320,8 @@ static void what_rests_presses_with_its_weight(void)
     effect->operations->report(effect, &(flesh_point){.load = 1, .x = b.state.x}, values);
     CHECK_NEAR(values[2], 9810, shape == 0 ? 9810e-6 : 300);
     CHECK(values[0] > 0 && values[0] < 0.03 && values[1] > 0);
-    printf("# shape %d: force (%.3g, %.3g, %.9g) N, gap %.3g m, %g nodes, %d Newton steps\n", shape, force[0], force[1], force[2],
-           values[0], values[1], stats.newton);
+    printf("# shape %d: force (%.3g, %.3g, %.9g) N, gap %.3g m, %g nodes, %d Newton steps\n", shape, force[0], force[1],
+           force[2], values[0], values[1], stats.newton);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
@@ -393,7 +401,10 @@ static void bad_obstacles_are_refused(void)
   flesh_contact_options options;
   for (int k = 0; k < 4; k++) {
     flesh_contact_options_default(&options);
-    (k == 0 ? &options.stiffness : k == 1 ? &options.thickness : k == 2 ? &options.friction : &options.slip_speed)[0] = k == 2 ? -1 : 0;
+    (k == 0   ? &options.stiffness
+     : k == 1 ? &options.thickness
+     : k == 2 ? &options.friction
+              : &options.slip_speed)[0] = k == 2 ? -1 : 0;
     CHECK_OK(flesh_obstacle_sphere(zero, 1, &o));
     CHECK(flesh_effect_contact(&b.body, &options, &o, &effect) == FLESH_ERR_ARGUMENT && !o && !effect);
     CHECK_TEXT(flesh_error_text(), ((const char *[]){"stiffness", "thickness", "friction", "slip_speed"})[k]);
@@ -446,7 +457,9 @@ static void surfaces_for_pictures(void)
     }
     for (int t = 0; t < triangles; t++) {
       const double *a = X + 3 * corners[3 * t], *b = X + 3 * corners[3 * t + 1], *c = X + 3 * corners[3 * t + 2];
-      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
+      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                6;
     }
     const double pi = acos(-1), ball = 4 * pi / 3 / 8, rod = pi / 4 * sqrt(2);
     if (k == 1) CHECK_NEAR(volume, ball, 0.02 * ball);

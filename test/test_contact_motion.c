@@ -60,7 +60,8 @@ static flesh_obstacle *make_obstacle(int shape)
   flesh_obstacle *o = NULL;
   if (shape == PLANE) CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.3}, (const double[]){0, 0, 1}, &o));
   if (shape == SPHERE) CHECK_OK(flesh_obstacle_sphere((const double[]){0.4, 0.55, -1.1}, 0.8, &o));
-  if (shape == CAPSULE) CHECK_OK(flesh_obstacle_capsule((const double[]){-1, 0.4, -0.6}, (const double[]){2, 0.6, -0.6}, 0.3, &o));
+  if (shape == CAPSULE)
+    CHECK_OK(flesh_obstacle_capsule((const double[]){-1, 0.4, -0.6}, (const double[]){2, 0.6, -0.6}, 0.3, &o));
   if (shape == THIN_WALL) {
     const double X[] = {-4, -5, -0.3, 5, -4, -0.3, 4, 6, -0.3, -5, 5, -0.3};
     CHECK_OK(flesh_obstacle_mesh(4, X, 2, (const int[]){0, 1, 2, 0, 2, 3}, &o));
@@ -87,7 +88,8 @@ static int is_through(int shape, const double *x, int nodes)
     double d[3] = {p[0] - 0.4, p[1] - 0.55, p[2] + 1.1};
     if ((shape == PLANE || shape == THIN_WALL) && p[2] <= -0.3) return 1;
     double reach = shape == SPHERE ? 0.8 : 0.79; /* the triangles' ball is a little smaller */
-    if ((shape == SPHERE || shape == BALL_OF_TRIANGLES) && d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= reach * reach) return 1;
+    if ((shape == SPHERE || shape == BALL_OF_TRIANGLES) && d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= reach * reach)
+      return 1;
     if (shape == CAPSULE) {
       double s = fmin(fmax(((p[0] + 1) * 3 + (p[1] - 0.4) * 0.2) / 9.04, 0), 1);
       double e[3] = {p[0] + 1 - 3 * s, p[1] - 0.4 - 0.2 * s, p[2] + 0.6};
@@ -108,7 +110,8 @@ static int times_held(const flesh_mesh *mesh, const double *x, const double p[3]
       double e[3][3];
       for (int k = 0; k < 3; k++)
         for (int c = 0; c < 3; c++) e[k][c] = x[3 * tets[4 * t + (a + k + 1) % 4] + c] - p[c];
-      double volume = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) - e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
+      double volume = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
+                      e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
                       e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
       sides += (volume > 0 ? 1 : -1) * (a % 2 ? 1 : -1);
     }
@@ -206,7 +209,8 @@ static void nothing_passes_without_the_guard(void)
 static void what_moves_pushes(void)
 {
   static const flesh_keyframe keys[] = {{.t = 0}, {.t = 0.5, .translation = {0, 0, 3}}};
-  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_ADAPTIVE, FLESH_METHOD_STATIC};
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_ADAPTIVE,
+                                  FLESH_METHOD_STATIC};
   for (int k = 0; k < 8; k++) {
     scene s;
     int shape = k % 2 ? THIN_WALL : PLANE;
@@ -230,7 +234,8 @@ static void what_moves_pushes(void)
     }
     CHECK_OK(status);
     CHECK(!through);
-    printf("# method %d, %s: lowest corner at %.3g m at t = %.3g s\n", (int)method, names[shape], s.b.state.x[2], s.b.state.t);
+    printf("# method %d, %s: lowest corner at %.3g m at t = %.3g s\n", (int)method, names[shape], s.b.state.x[2],
+           s.b.state.t);
     finish(&s);
   }
 }
@@ -298,7 +303,8 @@ static void blocks_slip_at_mu(void)
     CHECK(way < 1e-3 * end / 2);
     const double steep = atan(1.01 * mu), expected = g * (sin(steep) - mu * cos(steep));
     slide(steep, mu, methods[k], h, end, &way, &acceleration);
-    printf("# method %d, tan = 1.01 mu: %.5g m/s^2, expected %.5g; %.3g m\n", (int)methods[k], acceleration, expected, way);
+    printf("# method %d, tan = 1.01 mu: %.5g m/s^2, expected %.5g; %.3g m\n", (int)methods[k], acceleration, expected,
+           way);
     CHECK_NEAR(acceleration, expected, 0.01 * g * mu);
     CHECK(way > 1e-3 * end / 2);
     const double far = atan(2 * mu), fast = g * (sin(far) - mu * cos(far));

@@ -83,7 +83,8 @@ effects:
   - contact: {plane: {point: [0, 0, -0.01]}, thickness: 0.02, friction: 0.5}
 time: {end: 1}
 END
-  expect 0 "$flesh" check touching.yaml && has stdout.txt 'contact .* pass' && ! grep -q 'contact .* 0.0e+00 .*0.0e+00 .* 0.0e+00 .*0.0e+00 .*0.0e+00 .*0.0e+00' stdout.txt
+  expect 0 "$flesh" check touching.yaml && has stdout.txt 'contact .* pass' &&
+    ! grep -q 'contact .* 0.0e+00 .*0.0e+00 .* 0.0e+00 .*0.0e+00 .*0.0e+00 .*0.0e+00' stdout.txt
 }
 
 run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \

@@ -50,16 +50,10 @@ void free(void *taken)
 enum { COUNTS_MEMORY = 0 };
 #endif
 
-static flesh_material soft(void)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
-  return material;
-}
-
 static void make(test_body *b)
 {
-  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(
+      test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
@@ -220,7 +214,8 @@ static void measure(int damped, int *blocks, size_t memory[2], int *effects, int
     CHECK_OK(flesh_effect_damping(&b.body, 1, 0.01, FLESH_STIFFNESS_REST, &effect));
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
     const flesh_keyframe key = {.translation = {2, 1, 1}};
-    CHECK_OK(flesh_effect_drag(&b.body, (double[]){1.9, 0.9, 0.9}, 10, &(flesh_motion){1, &key, {0}, 0}, 0, 1, &effect));
+    CHECK_OK(
+        flesh_effect_drag(&b.body, (double[]){1.9, 0.9, 0.9}, 10, &(flesh_motion){1, &key, {0}, 0}, 0, 1, &effect));
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
   }
   CHECK_OK(flesh_system_finish(b.system));
@@ -258,10 +253,13 @@ static void absent_effects_cost_nothing(void)
   flesh_effect_registry(&rows); /* all there could be */
   measure(0, &blocks[1], memory[1], &effects[1], &columns[1]);
   measure(1, &blocks[2], memory[2], &effects[2], &columns[2]);
-  printf("# %d of %d effects: %d blocks, %zu requests for %zu bytes, %d columns; with two more %d blocks, %zu for %zu bytes, %d columns\n",
-         effects[0], rows, blocks[0], memory[0][0], memory[0][1], columns[0], blocks[2], memory[2][0], memory[2][1], columns[2]);
+  printf("# %d of %d effects: %d blocks, %zu requests for %zu bytes, %d columns; with two more %d blocks, %zu for %zu "
+         "bytes, %d columns\n",
+         effects[0], rows, blocks[0], memory[0][0], memory[0][1], columns[0], blocks[2], memory[2][0], memory[2][1],
+         columns[2]);
   CHECK(rows > 10 && effects[0] == 3 && effects[2] == 5);
-  CHECK(blocks[0] == blocks[1] && memory[0][0] == memory[1][0] && memory[0][1] == memory[1][1] && columns[0] == columns[1]);
+  CHECK(blocks[0] == blocks[1] && memory[0][0] == memory[1][0] && memory[0][1] == memory[1][1] &&
+        columns[0] == columns[1]);
   CHECK(columns[0] == 4 && columns[2] == 5); /* with the total; damping has no energy */
   CHECK(blocks[2] == blocks[0] && (memory[2][0] > memory[0][0] || !COUNTS_MEMORY));
   /* The pattern is that of the tets and no more: one block per node and edge. */

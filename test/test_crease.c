@@ -1,5 +1,5 @@
-/* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not dear. There the body leaves a
- * saddle of the incremental potential, and each step of a projected Hessian goes but a little of the way. */
+/* test_crease.c: a step in which the pressed side of a clamped bar folds into a crease is not dear. There the body
+ * leaves a saddle of the incremental potential, and each step of a projected Hessian goes but a little of the way. */
 #include "swing.h"
 
 /* Short, under eight times gravity; it creases in the step from 0.2 s. */

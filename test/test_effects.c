@@ -5,8 +5,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/registry.h"
-#include "scene/keys.h"
+#include "effect_sample.h"
 #include "system/derivative_check.h"
 #include "test.h"
 
@@ -28,20 +27,6 @@ static void make_cube(int cells, flesh_energy energy, flesh_mass mass, test_body
   flesh_system_destroy(&b->system);
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
   for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++) b->density[e] = 900 + 10 * (e % 17);
-}
-
-/* Adds a row's sample to the body's system, read as a scene would read it. */
-static void add_sample(const flesh_effect_row *row, test_body *b)
-{
-  flesh_arena arena = {0};
-  flesh_node *root = NULL;
-  flesh_source source = {.name = row->name};
-  CHECK_OK(flesh_yaml_parse(&arena, row->sample, strlen(row->sample), &source, &root));
-  void *parameters = flesh_arena_take(&arena, row->parameters_size);
-  flesh_key_reader reader = {.arena = &arena};
-  CHECK_OK(flesh_keys_read(&reader, row->keys, root, root, row->name, parameters));
-  CHECK_OK(row->add(parameters, &b->body, b->system));
-  flesh_arena_free(&arena);
 }
 
 static double smallest_eigenvalue(int n, const double *matrix)
@@ -186,7 +171,7 @@ static void every_row_of_the_registry(void)
     for (int mass = 0; mass < 2; mass++) {
       test_body b;
       make_cube(2, FLESH_ENERGY_S, mass ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &b);
-      add_sample(&row[k], &b);
+      test_add_sample(&row[k], &b);
       CHECK_OK(flesh_system_finish(b.system));
       test_jitter(b.n, 0.15, 11 + (unsigned)k, b.state.x);
       for (int e = 0; e < flesh_system_effect_count(b.system); e++) {
@@ -215,7 +200,7 @@ static void all_rows_together(void)
   for (int mass = 0; mass < 2; mass++) {
     test_body b;
     make_cube(2, FLESH_ENERGY_E, mass ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &b);
-    for (int k = 0; k < rows; k++) add_sample(&row[k], &b);
+    for (int k = 0; k < rows; k++) test_add_sample(&row[k], &b);
     CHECK_OK(flesh_system_finish(b.system));
     test_jitter(b.n, 0.2, 77, b.state.x);
     for (int s = 0; s < SHIFTS; s++) check_every_entry(&b, &shifts[s], "all");
@@ -231,7 +216,7 @@ static void potentials_are_energies(void)
   for (int k = 0; k < rows; k++) {
     test_body b;
     make_cube(1, FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &b);
-    add_sample(&row[k], &b);
+    test_add_sample(&row[k], &b);
     CHECK_OK(flesh_system_finish(b.system));
     test_jitter(b.n, 0.1, 5, b.state.x);
     test_jitter(b.n, 3, 6, b.state.v);
@@ -315,7 +300,7 @@ static void evaluations_are_residual_and_potential(void)
       test_body b;
       make_cube(3, FLESH_ENERGY_S, s < 3 ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT, &b);
       for (int j = 0; j < rows; j++)
-        if (j == k || k == rows) add_sample(&row[j], &b);
+        if (j == k || k == rows) test_add_sample(&row[j], &b);
       CHECK_OK(flesh_system_finish(b.system));
       test_jitter(b.n, 0.05, 5, b.state.x);
       test_jitter(b.n, 3, 6, b.state.v);
@@ -592,7 +577,8 @@ static void masses_and_weights(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together),
-                   TEST(potentials_are_energies), TEST(evaluations_are_residual_and_potential), TEST(elasticity_is_the_material), TEST(materials_by_region),
-                   TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free), TEST(masses_and_weights));
+  return RUN_TESTS(argc, argv, TEST(every_row_of_the_registry), TEST(all_rows_together), TEST(potentials_are_energies),
+                   TEST(evaluations_are_residual_and_potential), TEST(elasticity_is_the_material),
+                   TEST(materials_by_region), TEST(undefined_states_are_statuses), TEST(elasticity_is_frame_free),
+                   TEST(masses_and_weights));
 }

@@ -3,23 +3,8 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/registry.h"
-#include "scene/keys.h"
+#include "effect_sample.h"
 #include "test.h"
-
-/* Adds a row's sample to the body's system, read as a scene would read it. */
-static void add_sample(const flesh_effect_row *row, test_body *b)
-{
-  flesh_arena arena = {0};
-  flesh_node *root = NULL;
-  flesh_source source = {.name = row->name};
-  CHECK_OK(flesh_yaml_parse(&arena, row->sample, strlen(row->sample), &source, &root));
-  void *parameters = flesh_arena_take(&arena, row->parameters_size);
-  flesh_key_reader reader = {.arena = &arena};
-  CHECK_OK(flesh_keys_read(&reader, row->keys, root, root, row->name, parameters));
-  CHECK_OK(row->add(parameters, &b->body, b->system));
-  flesh_arena_free(&arena);
-}
 
 static flesh_material soft(void)
 {
@@ -37,7 +22,7 @@ static void run(const flesh_effect_row *row, flesh_method method, double x[3])
   flesh_solver_options_default(&options);
   CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 1, 0, -9.81));
-  if (!row->once && strcmp(row->name, "gravity")) add_sample(row, &b);
+  if (!row->once && strcmp(row->name, "gravity")) test_add_sample(row, &b);
   CHECK_OK(flesh_system_finish(b.system));
   for (int d = 0; d < b.n; d++) /* it falls, and shears */
     b.state.v[d] = d % 3 == 2 ? -1 : 0.5 + 2 * flesh_mesh_positions(b.mesh)[3 * (d / 3) + 2];
@@ -84,7 +69,7 @@ static void every_effect_runs_in_statics(void)
     CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 0, &b));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_gravity(&b, 1, 0, -9.81));
-    if (!row[k].once && strcmp(row[k].name, "gravity")) add_sample(&row[k], &b);
+    if (!row[k].once && strcmp(row[k].name, "gravity")) test_add_sample(&row[k], &b);
     CHECK_OK(flesh_system_finish(b.system));
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));

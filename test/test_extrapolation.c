@@ -1,7 +1,8 @@
-/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas, none where nothing leads to
- * the state, and fewer iterations on a calm swing. */
+/* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas, none where nothing leads
+ * to the state, and fewer iterations on a calm swing. */
 #include "body.h"
 #include "integrator/extrapolation.h"
+#include "sundials/problem.h"
 #include "test.h"
 
 enum { N = 6 };
@@ -75,7 +76,44 @@ static void calm_swings_take_fewer_iterations(void)
   CHECK_NEAR(with, without, 1e-6);
 }
 
+/* Whether a preconditioner made at the first stage still serves at another one. */
+static int serves(flesh_problem *problem, const flesh_state *state, double h, double t, int goes_on)
+{
+  flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
+  CHECK_OK(flesh_problem_set_stage(problem, &stage));
+  CHECK_OK(flesh_problem_factor(problem));
+  problem->pace = 5;
+  problem->goes_on = goes_on;
+  stage.t = t;
+  stage.shift.a = 1 / (h * h);
+  CHECK_OK(flesh_problem_set_stage(problem, &stage));
+  CHECK(!problem->goes_on); /* it has to be said every time */
+  return problem->pace == 5;
+}
+
+static void a_preconditioner_serves_in_stages_that_go_on(void)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_problem *problem = NULL;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* let go at 0.5 s */
+  CHECK_OK(flesh_system_finish(b.system));
+  flesh_solver_options_default(&options);
+  CHECK_OK(flesh_problem_create(b.system, &options, &problem));
+  CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
+  CHECK(serves(problem, &b.state, 0.125, 0.1, 1));
+  CHECK(!serves(problem, &b.state, 0.125, 0.1, 0));
+  CHECK(!serves(problem, &b.state, 0.25, 0.1, 1)); /* another step */
+  CHECK(!serves(problem, &b.state, 0.125, 0.6, 1)); /* other constraints */
+  flesh_problem_destroy(&problem);
+  test_body_destroy(&b);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(calm_swings_take_fewer_iterations));
+  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(calm_swings_take_fewer_iterations),
+                   TEST(a_preconditioner_serves_in_stages_that_go_on));
 }

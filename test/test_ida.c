@@ -156,7 +156,8 @@ static void check_jacobian(flesh_mass mass)
   for (int d = 0; d < b.n; d++) N_VGetArrayPointer(right)[b.n + d] *= 1e4;
   CHECK(!SUNLinSolInitialize(sparse.solver) && !SUNLinSolSetup(sparse.solver, sparse.A));
   CHECK(!SUNLinSolSolve(sparse.solver, sparse.A, x, right, 0));
-  CHECK_OK(flesh_ida_jacobian(t, cj, condensed.y, condensed.yp, NULL, condensed.A, condensed.problem, NULL, NULL, NULL));
+  CHECK_OK(
+      flesh_ida_jacobian(t, cj, condensed.y, condensed.yp, NULL, condensed.A, condensed.problem, NULL, NULL, NULL));
   CHECK(!SUNLinSolInitialize(condensed.solver) && !SUNLinSolSetup(condensed.solver, condensed.A));
   CHECK(!SUNLinSolSolve(condensed.solver, condensed.A, z, right, 0));
   double off = test_distance(N, N_VGetArrayPointer(x), N_VGetArrayPointer(z));
@@ -312,7 +313,8 @@ static void scales_are_the_bodys_own(void)
     flesh_solver_options_default(&options);
     CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, k == 1 ? 4e5 : 1e5, 0.3, &material));
     double side = k == 2 ? 2 : 1;
-    CHECK_OK(test_body_create(test_box(30, 3, 3, side, 0.1 * side, 0.1 * side), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+    CHECK_OK(
+        test_body_create(test_box(30, 3, 3, side, 0.1 * side, 0.1 * side), material, 1000, FLESH_MASS_LUMPED, 1, &b));
     CHECK_OK(flesh_system_finish(b.system));
     CHECK_OK(flesh_ida_problem_create(b.system, &options, &problem));
     flesh_ida_scales(problem, &length[k], &velocity[k]);

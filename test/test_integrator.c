@@ -6,25 +6,10 @@
 #include "body.h"
 #include "test.h"
 
-static flesh_solver_options tight(double tolerance)
-{
-  flesh_solver_options options;
-  flesh_solver_options_default(&options);
-  options.newton_tolerance = tolerance;
-  return options;
-}
-
-static flesh_material matched(flesh_energy energy, double poisson)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
-  return material;
-}
-
 /* A bar from x = 0 to 2, clamped at x = 0, under gravity; not finished. */
 static void make_bar(flesh_energy energy, double poisson, flesh_mass mass, int inertia, test_body *b)
 {
-  CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), matched(energy, poisson), 1000, mass, inertia, b));
+  CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), test_material(energy, poisson), 1000, mass, inertia, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
@@ -52,7 +37,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
   double *first = NULL;
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) {
     test_body b;
-    flesh_solver_options options = tight(1e-11);
+    flesh_solver_options options = test_options(1e-11);
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(energy, 0.45, FLESH_MASS_LUMPED, 1, &b);
@@ -106,7 +91,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
   for (int e = 0; e < 2; e++)
     for (flesh_method method = 0; flesh_method_name(method); method++) {
       test_body b;
-      flesh_solver_options options = tight(1e-6);
+      flesh_solver_options options = test_options(1e-6);
       flesh_integrator *integrator = NULL;
       flesh_solve_stats stats = {0};
       make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, method != FLESH_METHOD_STATIC, &b);
@@ -146,7 +131,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
 static void non_finite_states_are_reported(void)
 {
   test_body b;
-  flesh_solver_options options = tight(1e-6);
+  flesh_solver_options options = test_options(1e-6);
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
   CHECK_OK(flesh_system_finish(b.system));
@@ -163,12 +148,12 @@ static void non_finite_states_are_reported(void)
   test_body_destroy(&b);
 }
 
-/* A step that fails is taken in halves, here because few Newton iterations are allowed. The state ends at exactly t + h,
- * and where the halves themselves succeed it is that of the two steps taken by hand, to the last bit. */
+/* A step that fails is taken in halves, here because few Newton iterations are allowed. The state ends at exactly t +
+ * h, and where the halves themselves succeed it is that of the two steps taken by hand, to the last bit. */
 static void failing_steps_are_halved(void)
 {
   test_body b, by_hand;
-  flesh_solver_options options = tight(1e-8);
+  flesh_solver_options options = test_options(1e-8);
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
   options.linear_tolerance = 1e-8;
@@ -247,9 +232,9 @@ static void handles_move_and_pins_release(void)
   const flesh_motion motion = {.count = 2, .keyframes = keys, .centre = {2, 0.5, 0}};
   for (int dynamic = 0; dynamic < 2; dynamic++) {
     test_body b;
-    flesh_solver_options options = tight(1e-8);
+    flesh_solver_options options = test_options(1e-8);
     flesh_integrator *integrator = NULL;
-    CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED,
+    CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED,
                               dynamic, &b));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, 1.5));
@@ -284,12 +269,12 @@ static void unused_nodes_stay(void)
     for (int k = 0; k < 4 * tets; k++) corners[k] = flesh_mesh_tets(grid)[k] + 1;
     CHECK_OK(flesh_mesh_create(nodes + 2, positions, tets, corners, NULL, &mesh));
     flesh_mesh_destroy(&grid);
-    CHECK_OK(test_body_create(mesh, matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, dynamic, &b));
+    CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, dynamic, &b));
     CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(flesh_system_finish(b.system));
     for (int linear = FLESH_LINEAR_PCG; linear <= FLESH_LINEAR_KLU; linear++) {
-      flesh_solver_options options = tight(1e-8);
+      flesh_solver_options options = test_options(1e-8);
       flesh_integrator *integrator = NULL;
       options.linear_solver = (flesh_linear_solver)linear;
       CHECK_OK(flesh_integrator_create(b.system, dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options,
@@ -331,7 +316,9 @@ static void threads_share_a_system_and_give_the_same_bits(void)
   job jobs[4];
   pthread_t threads[4];
   for (int k = 0; k < 4; k++) {
-    jobs[k] = (job){.system = b.system, .n = b.n, .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
+    jobs[k] = (job){.system = b.system,
+                    .n = b.n,
+                    .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
     memcpy(jobs[k].state.x, b.state.x, (size_t)b.n * sizeof(double));
     for (int d = 0; d < b.n; d++) jobs[k].state.v[d] = d % 3 == 1 ? (1 + k % 2) * b.state.x[d - 1] : 0;
   }
@@ -384,7 +371,7 @@ void *realloc(void *memory, size_t size)
 static void check_allocations(flesh_method method)
 {
   test_body b;
-  flesh_solver_options options = tight(1e-6);
+  flesh_solver_options options = test_options(1e-6);
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
   CHECK_OK(flesh_system_finish(b.system));
@@ -479,7 +466,7 @@ static void a_step_ends_when_it_is_told_to(void)
   for (int kind = 0; kind < 2; kind++) {
     test_body b;
     flesh_integrator *integrator = NULL;
-    flesh_solver_options options = tight(1e-8);
+    flesh_solver_options options = test_options(1e-8);
     flesh_solve_stats stats = {0}, again = {0};
     limit l = {0, -1};
     if (kind) options.linear_solver = FLESH_LINEAR_KLU;

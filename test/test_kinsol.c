@@ -215,7 +215,8 @@ static void with_sundials_klu(void)
     set_up s;
     make(defaults(), &s);
     common(&s);
-    SUNMatrix A = SUNSparseMatrix(s.b.n, s.b.n, flesh_problem_entries(s.problem), format ? CSR_MAT : CSC_MAT, s.context);
+    SUNMatrix A =
+        SUNSparseMatrix(s.b.n, s.b.n, flesh_problem_entries(s.problem), format ? CSR_MAT : CSC_MAT, s.context);
     SUNLinearSolver solver = SUNLinSol_KLU(s.u, A, s.context);
     CHECK(KINSetLinearSolver(s.kin, solver, A) == KIN_SUCCESS);
     CHECK(KINSetJacFn(s.kin, flesh_kinsol_jacobian) == KIN_SUCCESS);
@@ -290,7 +291,8 @@ static void jacobian_is_the_residuals(void)
   CHECK_OK(flesh_kinsol_jacobian(s.u, r, sparse, s.problem, NULL, NULL));
   CHECK_OK(flesh_kinsol_jacobian(s.u, r, block, s.problem, NULL, NULL));
   for (int64_t j = 0; j < n; j++)
-    for (sunindextype k = SUNSparseMatrix_IndexPointers(sparse)[j]; k < SUNSparseMatrix_IndexPointers(sparse)[j + 1]; k++)
+    for (sunindextype k = SUNSparseMatrix_IndexPointers(sparse)[j]; k < SUNSparseMatrix_IndexPointers(sparse)[j + 1];
+         k++)
       dense[SUNSparseMatrix_IndexValues(sparse)[k] * n + j] = SUNSparseMatrix_Data(sparse)[k];
   const double offsets[] = {-2, -1, 1, 2}, weights[] = {1. / 12, -2. / 3, 2. / 3, -1. / 12}, step = 2e-4;
   for (int d = 0; d < n; d++) {

@@ -9,16 +9,9 @@
 #include "effect/selection.h"
 #include "test.h"
 
-static flesh_material soft(double poisson)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
-  return material;
-}
-
 static void make(flesh_mesh *mesh, double poisson, int inertia, test_body *b)
 {
-  CHECK_OK(test_body_create(mesh, soft(poisson), 1000, FLESH_MASS_LUMPED, inertia, b));
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, poisson), 1000, FLESH_MASS_LUMPED, inertia, b));
 }
 
 static const flesh_selection nothing = {.box = {NAN}, .sphere = {.radius = NAN}};
@@ -249,7 +242,8 @@ static const double inner = 1, outer = 1.6;
  * order of their nodes, so that neighbours agree. */
 static flesh_mesh *eighth(int n, int layers)
 {
-  int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0, tets = 0;
+  int columns = (n + 1) * (n + 2) / 2, *number = malloc((size_t)((n + 1) * (n + 1)) * sizeof *number), count = 0,
+      tets = 0;
   double *X = malloc(sizeof(double) * 3 * (size_t)(columns * (layers + 1)));
   int *nodes = malloc(sizeof(int) * 12 * (size_t)(n * n * layers));
   for (int i = 0; i <= n; i++)
@@ -355,7 +349,7 @@ static double inflated(int n, double pressure)
 
 static void pressure_inflates_a_thick_sphere(void)
 {
-  const flesh_material material = soft(0.3);
+  const flesh_material material = test_material(FLESH_ENERGY_S, 0.3);
   sphere s = {.material = &material, .pressure = 1.2e4};
   double exact = root(miss, &s, 1.001, 2), error[3];
   for (int k = 0; k < 3; k++) error[k] = fabs(inflated(3 << k, s.pressure) - exact);

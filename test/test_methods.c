@@ -83,7 +83,8 @@ static void check_variable_steps(double ratio, int in_turn)
     free(part);
   }
   double order = fitted_order(RUNS, h, error);
-  printf("# bdf2, steps differ by up to %g: order %.3f, errors %.3g ... %.3g m\n", ratio, order, error[0], error[RUNS - 1]);
+  printf("# bdf2, steps differ by up to %g: order %.3f, errors %.3g ... %.3g m\n", ratio, order, error[0],
+         error[RUNS - 1]);
   CHECK_NEAR(order, 2, 0.1);
   state_free(&exact);
   test_body_destroy(&b);
@@ -259,7 +260,8 @@ static void halved_steps_stay_accurate(void)
       CHECK(halved ? stats.solves > 16 : stats.solves == 12);
       CHECK_NEAR(state.t, 0.6, 1e-14);
       error[halved] = motion_distance(b.n, state.x, exact.x);
-      printf("# %s: %d solves for 12 steps, error %.3g m\n", flesh_method_name(second_order[k]), stats.solves, error[halved]);
+      printf("# %s: %d solves for 12 steps, error %.3g m\n", flesh_method_name(second_order[k]), stats.solves,
+             error[halved]);
       flesh_integrator_destroy(&integrator);
       state_free(&state);
     }
@@ -269,7 +271,7 @@ static void halved_steps_stay_accurate(void)
   test_body_destroy(&b);
 }
 
-/* Under an energy that is undefined inside out no method may end a step there, though its stage lies within the step. */
+/* Under an energy that is undefined inside out no method may end a step there, though its stage lies within. */
 static void ends_of_steps_have_an_energy(void)
 {
   for (int k = 0; k < SECOND_ORDER; k++) {
@@ -310,7 +312,8 @@ static void make_oscillator(double w, test_body *b)
   CHECK_OK(flesh_system_create(mesh, &b->system));
   CHECK_OK(flesh_effect_inertia(&b->body, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_effect_drag(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still}, -INFINITY, INFINITY, &effect));
+  CHECK_OK(flesh_effect_drag(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
+                             -INFINITY, INFINITY, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finish(b->system));
 }
@@ -397,9 +400,10 @@ static void parameters_out_of_range_are_refused(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(orders_are_as_promised), TEST(bdf2_keeps_its_order_with_variable_steps), TEST(bdf2_starts_anew_where_steps_grow_fast),
-                   TEST(orders_survive_events_and_moving_constraints), TEST(constrained_dofs_follow_their_motion),
-                   TEST(restarts_go_on_as_if_nothing_had_been), TEST(another_state_starts_anew),
-                   TEST(halved_steps_stay_accurate), TEST(ends_of_steps_have_an_energy),
-                   TEST(hht_damps_fast_oscillations_most), TEST(parameters_out_of_range_are_refused));
+  return RUN_TESTS(argc, argv, TEST(orders_are_as_promised), TEST(bdf2_keeps_its_order_with_variable_steps),
+                   TEST(bdf2_starts_anew_where_steps_grow_fast), TEST(orders_survive_events_and_moving_constraints),
+                   TEST(constrained_dofs_follow_their_motion), TEST(restarts_go_on_as_if_nothing_had_been),
+                   TEST(another_state_starts_anew), TEST(halved_steps_stay_accurate),
+                   TEST(ends_of_steps_have_an_energy), TEST(hht_damps_fast_oscillations_most),
+                   TEST(parameters_out_of_range_are_refused));
 }

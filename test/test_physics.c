@@ -1,27 +1,11 @@
-/* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria with
- * closed forms, and energy that never rises over a backward-Euler step, from any start. */
+/* test_physics.c: what a body must do whatever the numbers: laws of momentum, free flight, rest volumes, equilibria
+ * with closed forms, and energy that never rises over a backward-Euler step, from any start. */
 #include <gsl/gsl_errno.h>
 #include <gsl/gsl_roots.h>
 #include <stdlib.h>
 
 #include "body.h"
 #include "test.h"
-
-static flesh_solver_options tight(double tolerance)
-{
-  flesh_solver_options options;
-  flesh_solver_options_default(&options);
-  options.newton_tolerance = tolerance;
-  return options;
-}
-
-static flesh_material matched(flesh_energy energy, double poisson)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(
-      energy, energy == FLESH_ENERGY_D ? FLESH_CONSTANTS_AS_E : FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
-  return material;
-}
 
 /* Steps; stops at the first failure. */
 static int run(test_body *b, flesh_method method, const flesh_solver_options *options, double h, int steps,
@@ -96,7 +80,7 @@ static void free_body_under_d_rests_at_its_volume(void)
       CHECK_NEAR(theory, s * s * s, 1e-12);
       for (int dynamic = 0; dynamic < 3; dynamic++) {
         test_body b;
-        flesh_solver_options options = tight(1e-10);
+        flesh_solver_options options = test_options(1e-10);
         flesh_solve_stats stats = {0};
         CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, dynamic, &b));
         CHECK_OK(flesh_system_finish(b.system));
@@ -113,7 +97,10 @@ static void free_body_under_d_rests_at_its_volume(void)
         if (dynamic == 2) CHECK_OK(run(&b, FLESH_METHOD_BACKWARD_EULER, &options, 1. / 30, 120, &stats));
         double volume = flesh_mesh_volume(b.mesh, b.state.x);
         printf("# nu %g %s, %s: V/V0 = %.10f, theory %.10f; %d Newton, %d PCG\n", poissons[k], raw ? "raw" : "as_e",
-               dynamic == 0 ? "static" : dynamic == 1 ? "h = 1" : "h = 1/30", volume, theory, stats.newton, stats.linear);
+               dynamic == 0   ? "static"
+               : dynamic == 1 ? "h = 1"
+                              : "h = 1/30",
+               volume, theory, stats.newton, stats.linear);
         check_scaled(&b, theory, 1e-8);
         CHECK_BELOW(test_norm(b.n, b.state.v), 1e-7);
         test_body_destroy(&b);
@@ -131,8 +118,8 @@ static void matched_bodies_keep_their_volume(void)
     for (int p = 0; p < 5; p++)
       for (int dynamic = 0; dynamic < 2; dynamic++) {
         test_body b;
-        flesh_solver_options options = tight(1e-6);
-        CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), matched(energies[k], poissons[p]), 1000,
+        flesh_solver_options options = test_options(1e-6);
+        CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(energies[k], poissons[p]), 1000,
                                   FLESH_MASS_CONSISTENT, dynamic, &b));
         CHECK_OK(flesh_system_finish(b.system));
         flesh_method method = dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC;
@@ -148,7 +135,7 @@ static void matched_bodies_keep_their_volume(void)
         CHECK_BELOW(test_norm(b.n, b.state.v), 1e-9);
         if (dynamic && poissons[p] > 0.2 && poissons[p] < 0.495) {
           test_jitter(b.n, 0.05, 3, b.state.x);
-          options = tight(1e-10);
+          options = test_options(1e-10);
           CHECK_OK(run(&b, method, &options, 1, 15, NULL));
           check_scaled(&b, 1, 1e-9);
         }
@@ -166,7 +153,7 @@ static void free_body_under_d_can_collapse(void)
       test_body b;
       flesh_material material;
       double theory;
-      flesh_solver_options options = tight(1e-6);
+      flesh_solver_options options = test_options(1e-6);
       if (raw) CHECK_OK(flesh_material_from_young(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, 1e5, 0.3, &material));
       else CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, 1e4, 2.1e4, &material));
       CHECK(flesh_material_rest_ratio(&material, &theory) == FLESH_UNDEFINED);
@@ -223,7 +210,7 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
 {
   test_body b;
   const double h = 1. / 60;
-  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), matched(energy, 0.45), 1000, mass, 1, &b));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(energy, 0.45), 1000, mass, 1, &b));
   CHECK_OK(flesh_system_finish(b.system));
   size_t bytes = (size_t)b.n * sizeof(double);
   double *x0 = malloc(bytes), *v0 = malloc(bytes), *a = malloc(bytes), *r = malloc(bytes), *p0 = malloc(bytes),
@@ -273,8 +260,8 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
     CHECK_BELOW(stats.residual_last, stats.residual_target + (stats.at_rounding ? 1 : 0));
     deformed = fmax(deformed, largest_strain(&b));
   }
-  printf("# %s, %s: edges strained by %.2g, L from %.3g to %.3g\n", flesh_energy_name(energy), mass ? "consistent" : "lumped",
-         deformed, test_norm(3, L_begin), test_norm(3, L_end));
+  printf("# %s, %s: edges strained by %.2g, L from %.3g to %.3g\n", flesh_energy_name(energy),
+         mass ? "consistent" : "lumped", deformed, test_norm(3, L_begin), test_norm(3, L_end));
   CHECK(deformed > 1); /* the laws were tried on something */
   CHECK(turned > 1e-5);
   flesh_integrator_destroy(&integrator);
@@ -289,13 +276,13 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
 
 static void momenta_follow_backward_euler(void)
 {
-  flesh_solver_options options = tight(1e-9);
+  flesh_solver_options options = test_options(1e-9);
   for (int mass = 0; mass < 2; mass++) {
     check_momenta(FLESH_ENERGY_S, (flesh_mass)mass, &options);
     check_momenta(FLESH_ENERGY_E, (flesh_mass)mass, &options);
     check_momenta(FLESH_ENERGY_B, (flesh_mass)mass, &options);
   }
-  options = tight(1e-4); /* the identities hold at any tolerance */
+  options = test_options(1e-4); /* the identities hold at any tolerance */
   check_momenta(FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &options);
   options.linear_solver = FLESH_LINEAR_KLU;
   check_momenta(FLESH_ENERGY_S, FLESH_MASS_LUMPED, &options);
@@ -306,8 +293,9 @@ static void free_flight_is_backward_eulers_parabola(void)
   const double h = 1. / 50, g[3] = {0.5, -1, -9.81};
   for (int mass = 0; mass < 2; mass++) {
     test_body b;
-    flesh_solver_options options = tight(1e-11);
-    CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), matched(FLESH_ENERGY_S, 0.45), 1000, (flesh_mass)mass, 1, &b));
+    flesh_solver_options options = test_options(1e-11);
+    CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, (flesh_mass)mass,
+                              1, &b));
     CHECK_OK(test_body_gravity(&b, g[0], g[1], g[2]));
     CHECK_OK(flesh_system_finish(b.system));
     test_jitter(b.n, 3, 1, b.state.v);
@@ -348,7 +336,7 @@ static double tension_across(double t, void *data)
 static void check_stretch(flesh_energy energy, double stretch, flesh_linear_solver linear)
 {
   test_body b;
-  flesh_material material = matched(energy, 0.4);
+  flesh_material material = test_material(energy, 0.4);
   flesh_keyframe key = {.translation = {2 * (stretch - 1), 0, 0}};
   flesh_motion pull = {.count = 1, .keyframes = &key};
   bar data = {&material, stretch, 0, 0};
@@ -357,7 +345,7 @@ static void check_stretch(flesh_energy energy, double stretch, flesh_linear_solv
   for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
   CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXIS_X, &pull, -INFINITY, INFINITY));
   CHECK_OK(flesh_system_finish(b.system));
-  flesh_solver_options options = tight(1e-12);
+  flesh_solver_options options = test_options(1e-12);
   options.linear_solver = linear;
   flesh_solve_stats stats = {0};
   CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, &stats));
@@ -388,8 +376,8 @@ static double hanging(double s, void *data)
   return P[8] - b->load;
 }
 
-/* One tet under its weight: its foot is held, its tip slides along z. The tip's share of the weight, rho g V/4, is borne
- * by V P_zz / height. */
+/* One tet under its weight: its foot is held, its tip slides along z. The tip's share of the weight, rho g V/4, is
+ * borne by V P_zz / height. */
 static void single_tet_under_gravity(void)
 {
   const flesh_energy energies[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_B, FLESH_ENERGY_D, FLESH_ENERGY_S};
@@ -397,7 +385,7 @@ static void single_tet_under_gravity(void)
     for (int up = -1; up <= 1; up += 2) {
       test_body b;
       flesh_mesh *mesh = NULL;
-      flesh_material material = matched(energies[e], 0.3);
+      flesh_material material = test_material(energies[e], 0.3);
       bar data = {&material, 1, 1, 1000 * up * 60 * 2. / 4};
       CHECK_OK(flesh_mesh_create(4, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.3, 2}, 1, (int[]){0, 1, 2, 3}, NULL,
                                  &mesh));
@@ -406,7 +394,7 @@ static void single_tet_under_gravity(void)
       CHECK_OK(flesh_system_add_pin(b.system, 3, (int[]){0, 1, 2}, FLESH_AXES_ALL, -INFINITY, INFINITY));
       CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXIS_X | FLESH_AXIS_Y, -INFINITY, INFINITY));
       CHECK_OK(flesh_system_finish(b.system));
-      flesh_solver_options options = tight(1e-12);
+      flesh_solver_options options = test_options(1e-12);
       CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, NULL));
       double s = root_of(hanging, &data, 0.3, 2);
       CHECK_NEAR(b.state.x[11], 2 * s, 1e-10);
@@ -449,7 +437,8 @@ static void check_descent(const test_body *b, const double *x0, const double *v0
   point.x = b->state.x;
   point.v = b->state.v;
   CHECK_OK(flesh_system_potential(b->system, &point, &shift, &after, &size[1]));
-  if (!(after <= before + 1e-12 * fmax(size[0], size[1]))) printf("# %s: potential from %.17g to %.17g\n", name, before, after);
+  if (!(after <= before + 1e-12 * fmax(size[0], size[1])))
+    printf("# %s: potential from %.17g to %.17g\n", name, before, after);
   CHECK(after <= before + 1e-12 * fmax(size[0], size[1]));
   free(v);
   free(a);
@@ -467,13 +456,13 @@ static void hard_starts_finish_and_descend(void)
         char name[64];
         snprintf(name, sizeof name, "%s, %s, nu %g%s", hard_names[kind], flesh_energy_name(energies[e]), poissons[p],
                  p == 3 ? ", KLU" : "");
-        CHECK_OK(test_body_create(test_box(8, 2, 2, 1, 0.25, 0.25), matched(energies[e], poissons[p]), 1000,
+        CHECK_OK(test_body_create(test_box(8, 2, 2, 1, 0.25, 0.25), test_material(energies[e], poissons[p]), 1000,
                                   FLESH_MASS_LUMPED, 1, &b));
         CHECK_OK(test_body_clamp(&b, 0));
         CHECK_OK(flesh_system_finish(b.system));
         make_hard(kind, &b);
         double *x0 = malloc((size_t)b.n * sizeof *x0), *v0 = malloc((size_t)b.n * sizeof *v0);
-        flesh_solver_options options = tight(1e-4);
+        flesh_solver_options options = test_options(1e-4);
         flesh_integrator *integrator = NULL;
         if (p == 3) options.linear_solver = FLESH_LINEAR_KLU;
         flesh_solve_stats stats = {0};
@@ -496,7 +485,8 @@ static void hard_starts_finish_and_descend(void)
           CHECK(one.potential_rises == 0);
         }
         flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
-        printf("# %-30s %4d Newton (at most %3d), %5d PCG, %4d projected, %4d backtracks, %d split; %d inverted, V/V0 %.4f\n",
+        printf("# %-30s %4d Newton (at most %3d), %5d PCG, %4d projected, %4d backtracks, %d split; %d inverted, V/V0 "
+               "%.4f\n",
                name, stats.newton, most, stats.linear, stats.projections, stats.backtracks, split, inverted,
                flesh_mesh_volume(b.mesh, b.state.x) / (1. / 16));
         CHECK(split <= 2);
@@ -521,7 +511,7 @@ static void newton_converges_quadratically(void)
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
     CHECK_OK(flesh_system_finish(b.system));
-    flesh_solver_options options = tight(1e-13);
+    flesh_solver_options options = test_options(1e-13);
     CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, NULL)); /* the solution */
     double *solution = malloc((size_t)b.n * sizeof *solution), history[8];
     memcpy(solution, b.state.x, (size_t)b.n * sizeof *solution);

@@ -55,7 +55,8 @@ static void near_hides_far(void)
     flesh_image image;
     flesh_view_fit_begin(&camera, 80, 80, &fit);
     flesh_view_fit_end(&fit, &camera, &view); /* along +y */
-    static const double far[9] = {-1.5, 1, -1.5, 1.5, 1, -1.5, 0, 1, 1.5}, near[9] = {-.4, -1, -.6, .4, -1, -.6, 0, -1, 0};
+    static const double far[9] = {-1.5, 1, -1.5, 1.5, 1, -1.5, 0, 1, 1.5},
+                        near[9] = {-.4, -1, -.6, .4, -1, -.6, 0, -1, 0};
     static const int corners[3] = {0, 1, 2};
     const flesh_render_surface surfaces[2] = {
         {.vertices = 3, .triangles = 1, .x = far, .corners = corners, .plain = {0.6f, 0, 0}},

@@ -336,7 +336,8 @@ static void cvode_agrees_with_ida(int way)
   CHECK_OK(flesh_integrator_step(integrator, &other, 0.5, NULL));
   const costs all = run_cvode(&o, way, 1e-7, 0.5, &o.b.state);
   double off = test_distance(o.b.n, o.b.state.x, other.x);
-  printf("# consistent, %s: %ld steps, %ld linear iterations, from IDA %.3g m\n", ways[way], all.steps, all.linear, off);
+  printf("# consistent, %s: %ld steps, %ld linear iterations, from IDA %.3g m\n", ways[way], all.steps, all.linear,
+         off);
   CHECK_BELOW(off, 1e-4);
   flesh_integrator_destroy(&integrator);
   state_free(&other);

@@ -213,6 +213,47 @@ static void check_direct(flesh_linear_solver kind, const flesh_block_matrix *A, 
   free(x);
 }
 
+/* KLU with pivots on the diagonal, in place of conjugate gradients that stall: entries over sixteen powers of ten. */
+static void symmetric_factors_tell_what_is_indefinite(void)
+{
+  test_body b;
+  make(test_box(3, 2, 2, 1.5, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+  flesh_block_matrix *A = bar_matrix(&b, 0.02, 0, 0);
+  flesh_direct *direct = NULL;
+  CHECK_OK(flesh_direct_create_symmetric(A, 1e3, &direct)); /* it takes more than 10^5 */
+  CHECK(direct == NULL);
+  CHECK_OK(flesh_direct_create_symmetric(A, 1e9, &direct));
+  check_direct(FLESH_LINEAR_KLU, A, direct, 1e-9);
+  const int node = A->rows / 2;
+  double *corner = A->values + 9 * (size_t)A->row_start[node];
+  for (int sign = 1; sign >= -1; sign -= 2) { /* one eigenvalue of the other sign, then none again */
+    corner[0] = -corner[0];
+    CHECK(flesh_direct_factor(direct, A) == (sign > 0 ? FLESH_NOT_POSITIVE : FLESH_OK));
+  }
+  /* One node 10^8 times stiffer, which the rows of its neighbours are scaled by: no less definite. */
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
+      for (int e = 0; e < 9; e++)
+        A->values[9 * (size_t)k + e] *= (i == node ? 1e4 : 1) * (A->column[k] == node ? 1e4 : 1);
+  flesh_direct_destroy(&direct); /* and with it pivots that were chosen before */
+  CHECK_OK(flesh_direct_create_symmetric(A, 1e9, &direct));
+  CHECK_OK(flesh_direct_factor(direct, A));
+  A->values[4] = -A->values[4];
+  CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
+  /* Eigenvalues 1 and -1, of which pivots off the diagonal would tell nothing. */
+  uint8_t *fixed = calloc((size_t)b.n, 1);
+  fixed[0] = fixed[1] = 1;
+  flesh_block_fix(A, fixed, 1);
+  CHECK_OK(flesh_direct_factor(direct, A));
+  A->values[0] = A->values[4] = 0;
+  A->values[1] = A->values[3] = 1;
+  CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
+  free(fixed);
+  flesh_direct_destroy(&direct);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
 static void direct_solvers_solve(void)
 {
   test_body b;
@@ -346,7 +387,8 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     make(mesh, FLESH_ENERGY_S, 0.4, &b);
     flesh_block_matrix *A = random_matrix(&b, 1.1);
     flesh_preconditioner_data *preconditioner = NULL;
-    CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(
+        flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
     CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
     double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
     for (int d = 0; d < b.n; d++) {
@@ -484,6 +526,7 @@ static void conjugate_gradients(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(block_inverses), TEST(scalar_view_is_the_matrix),
-                   TEST(direct_solvers_solve), TEST(preconditioners_are_definite),
+                   TEST(direct_solvers_solve), TEST(symmetric_factors_tell_what_is_indefinite),
+                   TEST(preconditioners_are_definite),
                    TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients));
 }

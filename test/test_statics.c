@@ -1,29 +1,14 @@
-/* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused with
- * the state untouched. */
+/* test_statics.c: equilibria under far handles, heavy loads and drags: reached, in increments where needed, or refused
+ * with the state untouched. */
 #include <stdlib.h>
 
 #include "body.h"
 #include "test.h"
 
-static flesh_solver_options tight(double tolerance)
-{
-  flesh_solver_options options;
-  flesh_solver_options_default(&options);
-  options.newton_tolerance = tolerance;
-  return options;
-}
-
-static flesh_material matched(flesh_energy energy, double poisson)
-{
-  flesh_material material;
-  CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
-  return material;
-}
-
 /* A bar from x = 0 to 2, clamped at x = 0, under gravity; not finished. */
 static void make_bar(flesh_energy energy, double poisson, test_body *b)
 {
-  CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), matched(energy, poisson), 1000, FLESH_MASS_LUMPED, 0, b));
+  CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), test_material(energy, poisson), 1000, FLESH_MASS_LUMPED, 0, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
 }
@@ -34,7 +19,7 @@ static void impossible_statics_leave_the_state(void)
   const flesh_keyframe through = {.translation = {-3, 0, 0}};
   const flesh_motion motion = {.count = 1, .keyframes = &through};
   test_body b;
-  flesh_solver_options options = tight(1e-6);
+  flesh_solver_options options = test_options(1e-6);
   options.max_newton = 20; /* with more the bar finds a way round */
   options.max_halvings = 4;
   flesh_integrator *integrator = NULL;
@@ -68,7 +53,7 @@ static void statics_reach_far_handles(void)
   for (int e = 0; e < 4; e++)
     for (int k = 0; k < 4; k++) {
       test_body b;
-      flesh_solver_options options = tight(1e-8);
+      flesh_solver_options options = test_options(1e-8);
       flesh_integrator *integrator = NULL;
       flesh_solve_stats stats = {0};
       flesh_motion motion = {.count = 1, .keyframes = &far[k], .centre = {2, 0.5, 0.5}};
@@ -111,7 +96,7 @@ static void hindered_statics_arrive(void)
   double *free_solution = NULL;
   for (int hindrance = 0; hindrance < 4; hindrance++) {
     test_body b;
-    flesh_solver_options options = tight(1e-11);
+    flesh_solver_options options = test_options(1e-11);
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(FLESH_ENERGY_S, 0.4, &b);
@@ -139,12 +124,13 @@ static void hindered_statics_arrive(void)
 static void drags_pull_and_let_go(void)
 {
   test_body b;
-  flesh_solver_options options = tight(1e-10);
+  flesh_solver_options options = test_options(1e-10);
   flesh_integrator *integrator = NULL;
   flesh_effect *effect = NULL;
   flesh_keyframe key = {.translation = {3, 1, 0.5}};
   flesh_motion target = {.count = 1, .keyframes = &key};
-  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), matched(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0,
+                            &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
   CHECK_OK(flesh_effect_drag(&b.body, (double[]){2, 0.5, 0.5}, 5e3, &target, 0, 1, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));

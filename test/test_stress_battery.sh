@@ -44,18 +44,17 @@ compressible_bodies_come_back() { every_case_comes_back 0,0.3 1; }
 bodies_of_0_45_come_back() { every_case_comes_back 0.45 1; }
 bodies_of_0_49_come_back() { every_case_comes_back 0.49 2; }
 
-# Closer to 1/2: back from everything but scramble and point, of which some may not. One case is known
-# to be given up, in order: E on a graded mesh, where PCG spends its 2000 iterations.
+# Closer to 1/2: back from everything but scramble and point, of which some may not. On graded meshes
+# conjugate gradients stall, and a direct factorisation goes on in their place.
 nearly_incompressible_bodies_come_back() {
   battery --energies S,E --poisson 0.499 --cases 'starts,obstacles,meshes,steps,tear,crash,spin_body,drag1e6' || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' &&
-    none "!($scrambled) && !($good) && !(v[\"case\"] v[\"energy\"] == \"graded_jitterE\" &&
-      v[\"outcome\"] == \"stopped\")"
+    none "!($scrambled) && !($good)"
 }
 the_closest_to_incompressible_stay_in_order() {
   battery --energies S,E --poisson 0.4999 \
-    --cases 'jitter*,plane*,line*,mirrored,invert_one,stretch?,stretch10,squash*,shrink0.6,twist1,slivers*,fan*,single*,crash*,scramble' || return 1
-  none "!($orderly)" && none "!($scrambled) && !($good)"
+    --cases 'jitter*,plane*,line*,mirrored,invert_one,stretch?,stretch10,squash*,shrink0.6,twist1,slivers*,graded_jitter,fan*,single*,crash*,scramble' || return 1
+  none "!($orderly)" && none "!($scrambled) && !($good)" && some 'v["case"] == "graded_jitter" && v["direct"] > 0'
 }
 
 # D: in order everywhere; at rest where it has a rest shape, from what is not to be recovered from

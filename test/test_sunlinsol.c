@@ -1,6 +1,6 @@
-/* test_sunlinsol.c: flesh's linear solvers as SUNLinearSolver objects behave as SUNDIALS' own tests ask of a solver: type,
- * initialisation, set-up, a solution that its matrix maps back to the right-hand side, the last flag, statistics, and
- * signs of failures that SUNDIALS understands. */
+/* test_sunlinsol.c: flesh's linear solvers as SUNLinearSolver objects behave as SUNDIALS' own tests ask of a solver:
+ * type, initialisation, set-up, a solution that its matrix maps back to the right-hand side, the last flag, statistics,
+ * and signs of failures that SUNDIALS understands. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #ifdef HAVE_SUNLINSOLSPGMR
@@ -101,7 +101,7 @@ static void types(void)
     for (int k = 0; k < SOLVERS; k++) {
       owned o;
       open_owned(kind, solvers[k], &o);
-      /* IDA would ask an iterative one for more than it needs; KINSOL's may come back with less than all of the step. */
+      /* IDA would ask an iterative one for more than it needs; KINSOL's may come back short of the whole step. */
       int direct = kind == OF_IDA || (kind == OF_RHS && solvers[k] != FLESH_LINEAR_PCG);
       CHECK(SUNLinSolGetType(o.S) == (direct ? SUNLINEARSOLVER_DIRECT : SUNLINEARSOLVER_MATRIX_ITERATIVE));
       close_owned(&o);

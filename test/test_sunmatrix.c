@@ -1,6 +1,6 @@
-/* test_sunmatrix.c: flesh's matrices as SUNMatrix objects behave as SUNDIALS' own tests ask of a matrix: identity of the
- * kind, clones, copies, zero, sums with matrices and the identity, products against entries, space; and refusal of what
- * does not fit, destruction that leaves the problem whole. */
+/* test_sunmatrix.c: flesh's matrices as SUNMatrix objects behave as SUNDIALS' own tests ask of a matrix: identity of
+ * the kind, clones, copies, zero, sums with matrices and the identity, products against entries, space; and refusal of
+ * what does not fit, destruction that leaves the problem whole. */
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
 #include <sunmatrix/sunmatrix_sparse.h>
@@ -39,7 +39,8 @@ static void open_pair(int kind, pair *p)
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   *p = (pair){0};
-  make_busy_bar(kind == of_ida_consistent || kind == of_rhs_consistent ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED, &p->b);
+  make_busy_bar(kind == of_ida_consistent || kind == of_rhs_consistent ? FLESH_MASS_CONSISTENT : FLESH_MASS_LUMPED,
+                &p->b);
   CHECK(!flesh_suncontext_create(&p->context));
   test_jitter(p->b.n, 0.05, 5, p->b.state.x);
   p->N = kind == of_kinsol ? p->b.n : 2 * p->b.n;

@@ -70,7 +70,8 @@ a_living_process_keeps_its_claim() {
   child "$one" >/dev/null || return 1
   expect 0 "$flesh" sweep long.yaml --out living --jobs 2 --resume || return 1
   wait "$one" && [ "$(ask living/sweep.db "worker LIKE '%:$one:%'" 'id = 1')" = 1 ] &&
-    [ "$(ask living/sweep.db "worker LIKE '%:$one:%'" 'id = 2')" = 0 ] || { ask living/sweep.db id,worker,status; return 1; }
+    [ "$(ask living/sweep.db "worker LIKE '%:$one:%'" 'id = 2')" = 0 ] ||
+      { ask living/sweep.db id,worker,status; return 1; }
 }
 
 second_runs() { [ "$(ask hung/sweep.db status 'id = 2')" = running ]; }

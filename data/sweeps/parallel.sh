@@ -12,6 +12,7 @@ out=$2
 shards=$3
 shift 3
 mkdir -p "$out"
-seq "$shards" | parallel "$@" -q "$flesh" sweep "$spec" --shard "{}/$shards" --out "$out/shard{}" --jobs 1 --resume --quiet
+seq "$shards" | parallel "$@" -q "$flesh" sweep "$spec" --shard "{}/$shards" --out "$out/shard{}" --jobs 1 --resume \
+  --quiet
 rm -f "$out/sweep.db"
 "$flesh" sweep merge "$out/sweep.db" "$out"/shard*/sweep.db

@@ -1,4 +1,4 @@
-/* bar.h: the body of the examples: a soft bar of 2 m x 0.5 m x 0.5 m along x, and what every program needs to make it. */
+/* bar.h: the body of the examples: a soft bar of 2 m x 0.5 m x 0.5 m along x, and what it takes to make it. */
 #ifndef FLESH_EXAMPLES_BAR_H
 #define FLESH_EXAMPLES_BAR_H
 

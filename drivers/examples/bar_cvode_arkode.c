@@ -1,8 +1,8 @@
 /* bar_cvode_arkode.c: one motion by CVODE (BDF), ARKODE (implicit and explicit Runge-Kutta) and IDA.
  *
  * A bar, held at one end, falls and swings under gravity: y' = f(t, y), y = (x, v), f = (v, -M^-1 r(t, x, v, 0)).
- * CVODE and ARKODE's implicit methods solve with flesh's df/dy and flesh's linear solver, which eliminates one half of y;
- * CVODE then again with GMRES and flesh's preconditioner. The reference is IDA's, of the integrator layer.
+ * CVODE and ARKODE's implicit methods solve with flesh's df/dy and flesh's linear solver, which eliminates one half of
+ * y; CVODE then again with GMRES and flesh's preconditioner. The reference is IDA's, of the integrator layer.
  *
  * Sample output:
  *   IDA, reference            tip at z = -1.0952 m

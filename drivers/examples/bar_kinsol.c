@@ -59,8 +59,9 @@ static void solve(const bar *b, SUNContext context, int by_klu)
 
   /* 5. The result. */
   const double *X = flesh_mesh_positions(b->mesh) + 3 * b->tip, *d = N_VGetArrayPointer(u) + 3 * b->tip;
-  printf("%s tip at (%.4f, %.4f, %.4f) m\n", by_klu ? "SUNSparseMatrix and KLU:      " : "flesh's matrix and solver:    ",
-         X[0] + d[0], X[1] + d[1], X[2] + d[2]);
+  printf("%s tip at (%.4f, %.4f, %.4f) m\n",
+         by_klu ? "SUNSparseMatrix and KLU:      " : "flesh's matrix and solver:    ", X[0] + d[0], X[1] + d[1],
+         X[2] + d[2]);
 
   KINFree(&kinsol);
   SUNLinSolFree(solver);

@@ -127,8 +127,9 @@ typedef struct flesh_effect_operations {
                   double *r, double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
   /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
-   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than this
-   * one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for it. */
+   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
+   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
+   * the effect. */
   int (*part)(const flesh_effect *effect, int count, const int *chosen, const flesh_mesh *mesh,
               flesh_effect **part);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if

@@ -11,10 +11,10 @@
 extern "C" {
 #endif
 
-/* {t, x, v}: owned by the caller, passed along. x, v [3*n]. */
+/* {t, x, v}: owned by the caller, passed along. */
 typedef struct flesh_state {
-  double t;
-  double *x, *v;
+  double t;      /* s */
+  double *x, *v; /* [3*n] m, m/s */
 } flesh_state;
 
 /* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
@@ -58,9 +58,9 @@ FLESH_API int flesh_method_options_check(const flesh_method_options *options);
 /* Everything known when a step could not be taken. */
 typedef struct flesh_failure {
   int status;   /* of the last attempt */
-  double t, h;  /* where it was tried last */
+  double t, h;  /* s; where it was tried last */
   int halvings; /* how deep */
-  double residual, target;
+  double residual, target; /* 2-norms over the free dofs, N */
   int worst_tet; /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
   int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */

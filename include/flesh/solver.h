@@ -56,7 +56,9 @@ typedef struct flesh_solver_options {
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
    * potential), else the solve ends there. */
   int max_newton;
-  int max_linear;          /* iterations per linear solve */
+  /* Iterations per linear solve. One that they do not end, and with it the rest of the nonlinear
+   * one, is left to a direct factorisation by KLU, as long as that takes no more arithmetic. */
+  int max_linear;
   int max_halvings;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
@@ -80,10 +82,10 @@ typedef struct flesh_solver_options {
    * along its directions of negative curvature (projection on demand, PCG only). A crease or a tet
    * that turns inside out then costs a tenth of the iterations. 0: never. */
   int follow_curvature;
-  /* 1: after a step that lowered the potential otherwise than foretold and left few nodes that carry
-   * the residual (a crease again), these and two rings of neighbours, at most a quarter of the body,
-   * are solved for alone, all others held; the whole goes on from there, if its potential has fallen.
-   * 0: never. With FLESH_GLOBALIZATION_ENERGY only. */
+  /* 1: after a step that lowered the potential otherwise than foretold and left few nodes that
+   * carry the residual (a crease again), these and two rings of neighbours, at most a quarter of
+   * the body, are solved for alone, all others held; the whole goes on from there if its potential
+   * has fallen. 0: never. With FLESH_GLOBALIZATION_ENERGY only. */
   int nonlinear_elimination;
 } flesh_solver_options;
 
@@ -101,8 +103,9 @@ FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
-  /* Solves for few nodes alone (nonlinear_elimination), and their Newton iterations: as such, and each
-   * counted as its elements' share of all, about what it costs beside one of `newton`. */
+  /* Solves for few nodes alone (nonlinear_elimination), and their Newton iterations: as such, and
+   * each counted as its elements' share of all (which cost about half as much again as a share of
+   * the whole's). */
   int patches, patch_newton;
   double patch_share;
   /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
@@ -112,6 +115,7 @@ typedef struct flesh_solve_stats {
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
+  int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
   /* Of the integrator: internal steps, those thrown away because they erred too much, and those

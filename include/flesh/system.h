@@ -23,11 +23,14 @@ FLESH_API int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 /* NULL-safe; destroys its effects; sets *system to NULL. */
 FLESH_API void flesh_system_destroy(flesh_system **system);
 
-/* Takes *effect (sets it to NULL), also when it fails. */
+/* Takes *effect (sets it to NULL), also when it fails: FLESH_ERR_ARGUMENT when the system is
+ * finished. */
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
 /* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until; of several pins
- * and handles that hold a component at a time, the one added last counts. Copies. */
+ * and handles that hold a component at a time, the one added last counts. Copies.
+ * FLESH_ERR_ARGUMENT for no node, no axis, a node out of range, or an end that is not after the
+ * begin. */
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                                    double from, double until);
 
@@ -64,6 +67,7 @@ FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *p
 /* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern. */
 FLESH_API int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                                     const flesh_shift *shift, flesh_block_matrix *K);
+/* phi = sum of the potentials, J, and in *magnitude that of the absolute values of their terms. */
 FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                                      const flesh_shift *shift, double *phi, double *magnitude);
 /* Residual and potential together, in one pass where an effect can: the same bits as by

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "math/mat3.h"
 
 /* Parts whose potentials are summed one by one, however many threads there are. */
@@ -184,7 +185,7 @@ static int take_nodes(flesh_tets *self, const flesh_body *body, const int *tet)
   flesh_cells given;
   int status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
-  int *nodes = malloc((size_t)given.count * 4 * sizeof *nodes);
+  int *nodes = flesh_large((size_t)given.count * 4 * sizeof *nodes);
   for (int k = 0; nodes && k < given.count; k++)
     memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
   self->cells = (flesh_cells){given.count, 4, nodes};
@@ -208,7 +209,7 @@ static double shape_of(const double *X, const int node[4], double gradient[9])
 static int take_shapes(flesh_tets *self, const flesh_body *body)
 {
   int lanes = self->kernels->lanes, count = self->batches.count;
-  double *shapes = aligned_alloc(64, ((size_t)count * 80 * (size_t)lanes + 127) / 64 * 64);
+  double *shapes = flesh_large((size_t)count * 80 * (size_t)lanes);
   if (!shapes) return no_memory(self->cells.count);
   self->batches.shapes = shapes;
   const double *X = flesh_mesh_positions(body->mesh);

@@ -193,7 +193,7 @@ static int start(flesh_adaptive *self, flesh_state *state, double ahead)
   if (IDAReInit(self->ida, state->t, self->y, self->yp))
     return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
   const double event = flesh_ida_event(self->problem);
-  /* Half the local error that the first step, of order 1, may make; where nothing moves yet, a tenth of what is asked. */
+  /* Half the local error that a first step of order 1 may make; where nothing moves yet, a tenth of what is asked. */
   double first = fmin(sqrt(local / curvature), 0.1 * (event - state->t));
   if (!(first < INFINITY)) first = 0.1 * ahead;
   first = fmax(first, 1e-9 * fmin(ahead, event - state->t));

@@ -269,7 +269,10 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
 /* A first iterate for a step of h to stage->t; NULL: none but the state itself. */
 static const double *make_guess(flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h)
 {
-  if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) return self->guess;
+  if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
+    flesh_nonlinear_go_on(self->nonlinear);
+    return self->guess;
+  }
   const int holds = flesh_system_holds(self->system, stage->t);
   if (holds && !self->held) return NULL;
   if (holds) flesh_system_fixed(self->system, stage->t, self->held);
@@ -388,7 +391,7 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
   return status;
 }
 
-/* Repeats a solve that has succeeded, each time with the lagged state that the last one led to, until none is needed. */
+/* Repeats a solve that has succeeded, with the lagged state that the last one led to, until none is needed. */
 static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   enum { REPETITIONS = 100 };

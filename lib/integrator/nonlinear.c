@@ -99,6 +99,8 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
   *nonlinear = NULL;
 }
 
+void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->goes_on = 1; }
+
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
 {
   return N_VGetArrayPointer(self->u);
@@ -167,6 +169,7 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
 {
   stats->newton += problem->stats.newton;
   stats->linear += problem->stats.linear;
+  stats->direct += problem->stats.direct;
   stats->assemblies += problem->stats.assemblies;
   stats->projections += problem->stats.projections;
   stats->residuals += problem->stats.residuals;

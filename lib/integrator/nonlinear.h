@@ -16,6 +16,8 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
  * residual. Adds to *stats. */
 int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *guess,
                           int extensions, flesh_solve_stats *stats);
+/* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
+void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
 /* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with

@@ -17,6 +17,7 @@
   X(patch_newton, "NLS iters in patches")                \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
+  X(direct, "LS by factorisation")                       \
   X(assemblies, "Jac fn evals")                          \
   X(projections, "Projected Jac fn evals")               \
   X(residuals, "Residual fn evals")                      \
@@ -58,7 +59,8 @@ static int print_csv(const flesh_solve_stats *stats, int header, FILE *file)
   }
 #undef NAME
   separator = "";
-#define VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
+#define VALUE(member, name)                                                                                            \
+  length = length < 0 ? length : fprintf(file, "%s%d", separator, stats->member), separator = ",";
 #define REAL_VALUE(member, name) length = length < 0 ? length : fprintf(file, "%s%.17g", separator, stats->member);
   STATISTICS(VALUE)
   REAL_STATISTICS(REAL_VALUE)

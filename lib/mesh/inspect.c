@@ -1,20 +1,9 @@
 /* inspect.c: counts, sizes and quality of a mesh. */
 #include "mesh/inspect.h"
+#include "math/mat3.h"
 
 #include <math.h>
 #include <stdlib.h>
-
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 /* Inradius r = 3V/(sum of areas); circumradius R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)|/(12 V)
  * for edges a, b, c from one node. */
@@ -25,18 +14,19 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   for (int i = 0; i < 3; i++)
     for (int d = 0; d < 3; d++)
       e[i][d] = mesh->positions[3 * (size_t)n[i + 1] + d] - mesh->positions[3 * (size_t)n[0] + d];
-  cross(e[1], e[2], bc);
-  cross(e[2], e[0], ca);
-  cross(e[0], e[1], ab);
-  double aa = dot(e[0], e[0]), bb = dot(e[1], e[1]), cc = dot(e[2], e[2]);
+  flesh_vec3_cross(e[1], e[2], bc);
+  flesh_vec3_cross(e[2], e[0], ca);
+  flesh_vec3_cross(e[0], e[1], ab);
+  double aa = flesh_vec3_dot(e[0], e[0]), bb = flesh_vec3_dot(e[1], e[1]), cc = flesh_vec3_dot(e[2], e[2]);
   for (int d = 0; d < 3; d++) {
     fourth[d] = bc[d] + ca[d] + ab[d];
     centre[d] = aa * bc[d] + bb * ca[d] + cc * ab[d];
   }
-  double areas =
-      (sqrt(dot(bc, bc)) + sqrt(dot(ca, ca)) + sqrt(dot(ab, ab)) + sqrt(dot(fourth, fourth))) / 2;
+  double areas = (sqrt(flesh_vec3_dot(bc, bc)) + sqrt(flesh_vec3_dot(ca, ca)) + sqrt(flesh_vec3_dot(ab, ab)) +
+                  sqrt(flesh_vec3_dot(fourth, fourth))) /
+                 2;
   double volume = mesh->volumes[tet];
-  return 108 * volume * (volume / areas) / sqrt(dot(centre, centre));
+  return 108 * volume * (volume / areas) / sqrt(flesh_vec3_dot(centre, centre));
 }
 
 static int compare_ints(const void *a, const void *b)
@@ -65,7 +55,7 @@ static double edge_length(const flesh_mesh *mesh, int node, int other)
   const double *from = mesh->positions + 3 * (size_t)node;
   const double *to = mesh->positions + 3 * (size_t)other;
   const double along[3] = {from[0] - to[0], from[1] - to[1], from[2] - to[2]};
-  return sqrt(dot(along, along));
+  return sqrt(flesh_vec3_dot(along, along));
 }
 
 double flesh_mesh_mean_edge(const flesh_mesh *mesh)

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "math/mat3.h"
 
 enum { LEAF_TETS = 4 };
 
@@ -119,18 +120,6 @@ void flesh_locator_destroy(flesh_locator **locator)
   *locator = NULL;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 /* Weights of the point in tet `t`. */
 static void weigh(const flesh_locator *l, int t, const double point[3], double w[4])
 {
@@ -139,10 +128,10 @@ static void weigh(const flesh_locator *l, int t, const double point[3], double w
   double e[3][3], inverse[3][3], p[3];
   for (int i = 0; i < 3; i++)
     for (int d = 0; d < 3; d++) e[i][d] = l->x[3 * (size_t)n[i + 1] + d] - o[d];
-  for (int i = 0; i < 3; i++) cross(e[(i + 1) % 3], e[(i + 2) % 3], inverse[i]);
-  double volume = dot(e[0], inverse[0]);
+  for (int i = 0; i < 3; i++) flesh_vec3_cross(e[(i + 1) % 3], e[(i + 2) % 3], inverse[i]);
+  double volume = flesh_vec3_dot(e[0], inverse[0]);
   for (int d = 0; d < 3; d++) p[d] = point[d] - o[d];
-  for (int i = 0; i < 3; i++) w[i + 1] = dot(p, inverse[i]) / volume;
+  for (int i = 0; i < 3; i++) w[i + 1] = flesh_vec3_dot(p, inverse[i]) / volume;
   w[0] = 1 - w[1] - w[2] - w[3];
 }
 
@@ -150,7 +139,7 @@ static void weigh(const flesh_locator *l, int t, const double point[3], double w
  * Ericson 2005, Real-Time Collision Detection, 5.1. */
 static double to_segment(const double p[3], const double a[3])
 {
-  double s = fmin(fmax(dot(p, a) / dot(a, a), 0), 1), sum = 0;
+  double s = fmin(fmax(flesh_vec3_dot(p, a) / flesh_vec3_dot(a, a), 0), 1), sum = 0;
   for (int d = 0; d < 3; d++) sum += (p[d] - s * a[d]) * (p[d] - s * a[d]);
   return sum;
 }
@@ -158,13 +147,13 @@ static double to_segment(const double p[3], const double a[3])
 static double to_triangle(const double p[3], const double a[3], const double b[3])
 {
   double normal[3], pb[3], ap[3];
-  cross(a, b, normal);
-  double area = dot(normal, normal);
-  cross(p, b, pb);
-  cross(a, p, ap);
-  double s = dot(pb, normal) / area, t = dot(ap, normal) / area;
+  flesh_vec3_cross(a, b, normal);
+  double area = flesh_vec3_dot(normal, normal);
+  flesh_vec3_cross(p, b, pb);
+  flesh_vec3_cross(a, p, ap);
+  double s = flesh_vec3_dot(pb, normal) / area, t = flesh_vec3_dot(ap, normal) / area;
   if (s >= 0 && t >= 0 && s + t <= 1) {
-    double height = dot(p, normal);
+    double height = flesh_vec3_dot(p, normal);
     return height * height / area;
   }
   double q[3], c[3];

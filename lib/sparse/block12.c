@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 
 enum { N = FLESH_BLOCK12, SIZE = FLESH_BLOCK12_SIZE };
 
@@ -65,7 +66,7 @@ static int make_columns(flesh_block12 *self, const int *starts, const int *neigh
     self->row = grown;
     blocks = columns_of_factor(self, starts, neighbours, order, mark, child, next, size);
   }
-  self->blocks = malloc(((size_t)blocks * SIZE + 1) * sizeof *self->blocks);
+  self->blocks = flesh_large(((size_t)blocks * SIZE + 1) * sizeof *self->blocks);
   return self->blocks ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
@@ -76,7 +77,7 @@ int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_
   self->place = malloc((rows + 1) * sizeof *self->place);
   self->start = malloc((rows + 1) * sizeof *self->start);
   self->find = malloc((rows + 1) * sizeof *self->find);
-  self->pivots = malloc((rows * SIZE + 1) * sizeof *self->pivots);
+  self->pivots = flesh_large((rows * SIZE + 1) * sizeof *self->pivots);
   self->inverse = malloc((rows * N + 1) * sizeof *self->inverse);
   self->x = malloc((rows * N + 1) * sizeof *self->x);
   int *room = malloc((4 * rows + 1) * sizeof *room);

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/block_matrix.h"
 #include "sparse/lanes.h"
 
@@ -105,7 +106,7 @@ static int make_targets(flesh_cholesky *self)
     pairs += (size_t)n * (size_t)(n - (n > 0)) / 2;
   }
   if (pairs > 0x7fffffff) return FLESH_ERR_MEMORY;
-  self->target = malloc((pairs + 1) * sizeof *self->target);
+  self->target = flesh_large((pairs + 1) * sizeof *self->target);
   if (!self->target) return FLESH_ERR_MEMORY;
   int count = 0;
   for (int p = 0; p < self->rows; p++) {
@@ -125,16 +126,16 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   int **by_row[] = {&self->start, &self->lower_start, &self->pairs};
   int failed = 0;
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
-    failed |= !(*integers[k] = malloc((blocks + 1) * sizeof(int)));
+    failed |= !(*integers[k] = flesh_large((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
     failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
-  failed |= !(self->diagonal = malloc((9 * rows + SLACK) * sizeof *self->diagonal));
-  failed |= !(self->work = aligned_alloc(16, (12 * blocks + SLACK) * sizeof(float)));
-  failed |= !(self->upper = calloc(9 * blocks + SLACK, sizeof(float)));
-  failed |= !(self->lower = calloc(9 * blocks + SLACK, sizeof(float)));
-  failed |= !(self->inverse = calloc(9 * rows + SLACK, sizeof(float)));
-  failed |= !(self->y = aligned_alloc(16, (4 * rows + SLACK) * sizeof(float)));
-  failed |= !(self->z = aligned_alloc(16, (4 * rows + SLACK) * sizeof(float)));
+  failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
+  failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
+  failed |= !(self->upper = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
+  failed |= !(self->lower = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
+  failed |= !(self->inverse = flesh_large_zeroed((9 * rows + SLACK) * sizeof(float)));
+  failed |= !(self->y = flesh_large((4 * rows + SLACK) * sizeof(float)));
+  failed |= !(self->z = flesh_large((4 * rows + SLACK) * sizeof(float)));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -142,7 +143,7 @@ static int allocate_spill(flesh_cholesky *self)
 {
   const size_t between = (size_t)(self->rows - self->halves.begin[2]);
   self->diagonal_spill = malloc((9 * between + 1) * sizeof *self->diagonal_spill);
-  self->spill = aligned_alloc(16, (12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
+  self->spill = flesh_large((12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
   return self->diagonal_spill && self->spill ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 

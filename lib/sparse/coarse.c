@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/block12.h"
 #include "sparse/lanes.h"
 
@@ -161,10 +162,10 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
   located *nodes = malloc((rows + 1) * sizeof *nodes);
   self->begin = calloc((size_t)self->boxes + 1, sizeof *self->begin);
   self->member = malloc((rows + 1) * sizeof *self->member);
-  self->weights = aligned_alloc(sizeof(flesh_double4), vector);
-  self->of_node = aligned_alloc(sizeof(flesh_double4), vector);
-  self->free = aligned_alloc(sizeof(flesh_double4), vector);
-  self->terms = malloc(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
+  self->weights = flesh_large(vector);
+  self->of_node = flesh_large(vector);
+  self->free = flesh_large(vector);
+  self->terms = flesh_large(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
   int failed = !box || !nodes || !self->begin || !self->member || !self->weights || !self->of_node || !self->free ||
                !self->terms;
   if (!failed) {

@@ -2,6 +2,7 @@
 #include "sparse/direct.h"
 
 #include <klu.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #ifdef FLESH_HAVE_CHOLMOD
@@ -13,6 +14,7 @@
 
 struct flesh_direct {
   flesh_linear_solver kind;
+  int symmetric; /* KLU's pivots are those of the diagonal */
   flesh_scalar_view view;
   double *values;
   klu_l_common klu;
@@ -36,8 +38,7 @@ static cholmod_sparse cholmod_view(flesh_direct *self)
 }
 #endif
 
-int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
-                        flesh_direct **direct)
+static int create(flesh_linear_solver kind, int symmetric, const flesh_block_matrix *A, flesh_direct **direct)
 {
   *direct = NULL;
 #ifndef FLESH_HAVE_CHOLMOD
@@ -50,7 +51,12 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
   flesh_direct *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
   self->kind = kind;
+  self->symmetric = symmetric;
   klu_l_defaults(&self->klu);
+  if (symmetric) {
+    self->klu.tol = 1e-300; /* of the largest entry, above which the diagonal one is the pivot */
+    self->klu.btf = 0;      /* which permutes rows and columns differently */
+  }
 #ifdef FLESH_HAVE_CHOLMOD
   cholmod_l_start(&self->cholmod);
   self->cholmod.print = 0;
@@ -80,6 +86,18 @@ int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
   return FLESH_OK;
 }
 
+int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct **direct)
+{
+  return create(kind, 0, A, direct);
+}
+
+int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct)
+{
+  int status = create(FLESH_LINEAR_KLU, 1, A, direct);
+  if (!status && !((*direct)->symbolic->est_flops <= most_flops)) flesh_direct_destroy(direct);
+  return status;
+}
+
 void flesh_direct_destroy(flesh_direct **direct)
 {
   if (!direct || !*direct) return;
@@ -96,22 +114,35 @@ void flesh_direct_destroy(flesh_direct **direct)
   *direct = NULL;
 }
 
+/* By Sylvester's law of inertia; KLU scales rows by positive numbers, which changes no sign. */
+static int has_positive_pivots(const flesh_direct *self)
+{
+  const double *pivots = self->numeric->Udiag;
+  int positive = self->klu.noffdiag <= 0;
+  for (int64_t k = 0; k < self->view.n; k++) positive &= pivots[k] > 0 && pivots[k] < INFINITY;
+  return positive;
+}
+
 static int factor_by_klu(flesh_direct *self)
 {
   /* Pivots of the last factorisation serve as long as they stay usable. */
   if (self->numeric &&
       klu_l_refactor(self->view.starts, self->view.indices, self->values, self->symbolic,
                      self->numeric, &self->klu) &&
-      klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)
-    return FLESH_OK;
+      (self->symmetric ||
+       (klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)))
+    return !self->symmetric || has_positive_pivots(self) ? FLESH_OK : FLESH_NOT_POSITIVE;
   if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
   self->numeric = klu_l_factor(self->view.starts, self->view.indices, self->values, self->symbolic,
                                &self->klu);
-  if (self->numeric) return FLESH_OK;
-  return self->klu.status == KLU_SINGULAR
-             ? FLESH_NOT_POSITIVE
-             : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns",
-                          (long long)self->view.n);
+  if (!self->numeric)
+    return self->klu.status == KLU_SINGULAR
+               ? FLESH_NOT_POSITIVE
+               : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns",
+                            (long long)self->view.n);
+  if (!self->symmetric || has_positive_pivots(self)) return FLESH_OK;
+  klu_l_free_numeric(&self->numeric, &self->klu); /* its pivots may not be on the diagonal */
+  return FLESH_NOT_POSITIVE;
 }
 
 int flesh_direct_factor(flesh_direct *self, const flesh_block_matrix *A)

@@ -14,6 +14,13 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 #define FLESH_LANES_DOUBLE(pointer) (*(const flesh_double4_loose *)(pointer))
 #define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
 
+/* Keeps lanes in their register: compilers load again what is used twice, and loads are what products are made of. */
+#if defined(__AVX__) /* one register holds four */
+#define FLESH_LANES_KEEP(lanes) __asm__("" : "+x"(lanes))
+#else
+#define FLESH_LANES_KEEP(lanes) ((void)0)
+#endif
+
 /* {sum of a's, of b's, of c's first three lanes, anything}; either type. */
 #define FLESH_LANES_SUMS(a, b, c)                                                                  \
   (__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 0, 1, 4, 4) +             \

@@ -7,16 +7,20 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/lanes.h"
 #include "sparse/product.h"
 
-enum { CHUNK = 1024 }; /* nodes of a task: what is summed up does not depend on the threads */
+enum {
+  CHUNK = 1024, /* nodes of a task: what is summed up does not depend on the threads */
+  PARTS = 4     /* of a sum, as additions wait for each other */
+};
 
 struct flesh_pcg_space {
   int rows, chunks;
   flesh_threads *threads;
   flesh_product product;
-  flesh_double4 *x, *r, *p, *z, *weights; /* [rows]; z is also A p */
+  flesh_double4 *x, *r, *p, *z, *weights; /* [rows] and up to a multiple of PARTS zeros; z is also A p */
   double *sums, *squares;                 /* [chunks] */
 };
 
@@ -28,14 +32,12 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, 
   self->rows = A->rows;
   self->chunks = (A->rows + CHUNK - 1) / CHUNK;
   self->threads = threads;
-  const size_t bytes = ((size_t)A->rows + 1) * sizeof *self->x;
+  const size_t bytes = ((size_t)A->rows + PARTS) * sizeof *self->x;
   flesh_double4 **vectors[] = {&self->x, &self->r, &self->p, &self->z, &self->weights};
   int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) {
-    *vectors[k] = aligned_alloc(sizeof **vectors[k], bytes);
-    if (*vectors[k]) memset(*vectors[k], 0, bytes);
-    else failed = 1;
+    failed |= !(*vectors[k] = flesh_large_zeroed(bytes));
   }
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows)
                       : FLESH_OK;
@@ -82,7 +84,7 @@ static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
   *end = *begin + CHUNK < self->rows ? *begin + CHUNK : self->rows;
 }
 
-static double sum_of(const flesh_double4 parts[4])
+static double sum_of(const flesh_double4 parts[PARTS])
 {
   flesh_double4 sum = (parts[0] + parts[1]) + (parts[2] + parts[3]);
   return (sum[0] + sum[1]) + sum[2];
@@ -101,6 +103,7 @@ static void load(void *data, int chunk)
     self->weights[i] = (flesh_double4){1, 1, 1, 0};
     for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * (size_t)i + c];
   }
+  for (int i = end; i % PARTS; i++) self->x[i] = self->r[i] = self->p[i] = self->z[i] = (flesh_double4){0};
 }
 
 static void store(void *data, int chunk)
@@ -117,16 +120,19 @@ static void descend(void *data, int chunk)
 {
   const work *w = data;
   const flesh_pcg_space *self = w->space;
-  flesh_double4 weighted[4] = {{0}}, plain[4] = {{0}};
+  const double alpha = w->alpha, downhill = w->downhill;
+  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}}, *x = self->x, *r = self->r;
+  const flesh_double4 *p = self->p, *z = self->z, *weights = self->weights;
   int begin, end;
   range(self, chunk, &begin, &end);
-  for (int i = begin; i < end; i++) {
-    self->x[i] += w->downhill * self->p[i];
-    flesh_double4 r = self->r[i] - w->alpha * self->z[i], s = r * self->weights[i];
-    self->r[i] = r;
-    plain[i % 4] += r * r;
-    weighted[i % 4] += s * s;
-  }
+  for (int i = begin; i < end; i += PARTS)
+    for (int l = 0; l < PARTS; l++) {
+      x[i + l] += downhill * p[i + l];
+      flesh_double4 now = r[i + l] - alpha * z[i + l], scaled = now * weights[i + l];
+      r[i + l] = now;
+      plain[l] += now * now;
+      weighted[l] += scaled * scaled;
+    }
   self->sums[chunk] = sum_of(weighted);
   self->squares[chunk] = sum_of(plain);
 }
@@ -135,10 +141,12 @@ static void dot(void *data, int chunk)
 {
   const work *w = data;
   const flesh_pcg_space *self = w->space;
-  flesh_double4 products[4] = {{0}};
+  flesh_double4 products[PARTS] = {{0}};
+  const flesh_double4 *r = self->r, *z = self->z;
   int begin, end;
   range(self, chunk, &begin, &end);
-  for (int i = begin; i < end; i++) products[i % 4] += self->r[i] * self->z[i];
+  for (int i = begin; i < end; i += PARTS)
+    for (int l = 0; l < PARTS; l++) products[l] += r[i + l] * z[i + l];
   self->sums[chunk] = sum_of(products);
 }
 

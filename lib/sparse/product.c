@@ -89,6 +89,9 @@ static double multiply_rows(const multiplication *m, int part, double *spill)
       row0 = FLESH_LANES_DOUBLE(block);
       row1 = FLESH_LANES_DOUBLE(block + 3);
       row2 = FLESH_LANES_DOUBLE(block + 6);
+      FLESH_LANES_KEEP(row0);
+      FLESH_LANES_KEEP(row1);
+      FLESH_LANES_KEEP(row2);
       sum0 += row0 * xj;
       sum1 += row1 * xj;
       sum2 += row2 * xj;
@@ -108,7 +111,7 @@ static void multiply_half(void *data, int half)
   const int *begin = product->begin;
   memset(product->spill[half], 0, (size_t)(begin[3] - begin[2]) * 4 * sizeof(double));
   for (int p = begin[half]; p < begin[half + 1]; p++)
-    memset(m->y + 4 * (size_t)product->rows[p], 0, 4 * sizeof(double));
+    *(flesh_double4 *)(m->y + 4 * (size_t)product->rows[p]) = (flesh_double4){0};
   m->curvature[half] = multiply_rows(m, half, product->spill[half]);
 }
 

@@ -161,7 +161,7 @@ int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, S
   return flesh_pair_matrix_create(problem, NULL, context, matrix);
 }
 
-/* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
+/* sqrt(sum (w x)^2 / N) in eight sums: the compiler may not reorder one, and one chain waits for every addition. */
 static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 {
   const sunindextype n = N_VGetLength(x_vector);

@@ -55,8 +55,9 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   if (!status && options->linear_solver != FLESH_LINEAR_PCG)
     status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
   else if (!status) {
-    status = flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
-                                         self->threads, &self->preconditioner);
+    status =
+        flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
+                                    self->threads, &self->preconditioner);
     if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
   }
   if (status) {

@@ -7,8 +7,9 @@
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
 
-/* Iterations that a preconditioner made for an earlier iterate may take before a new one is made. */
-enum { PATIENCE = 150 };
+/* What a new preconditioner costs, in iterations: as many may be lost to an old one before it is made. And how many
+ * iterations of one solve are given to an old one. */
+enum { NEW_ONE = 6, PATIENCE = 150 };
 
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
@@ -30,10 +31,11 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
   return 0;
 }
 
-/* A preconditioner made for an earlier iterate of the stage serves as long as it is nearly as good as it was. */
+/* A preconditioner made for an earlier iterate serves until the iterations lost to its age would have paid for a new
+ * one. */
 static int prepare(flesh_problem *problem)
 {
-  if (problem->preconditioner && problem->pace_new > 0 && problem->pace < 1.3 * problem->pace_new) return FLESH_OK;
+  if (problem->preconditioner && problem->pace > 0 && problem->lost < NEW_ONE) return FLESH_OK;
   return flesh_problem_factor(problem);
 }
 
@@ -75,9 +77,29 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
     return FLESH_OK;
   }
   if (result.iterations == 0) return status;
-  problem->pace = result.iterations / fmax(log10(result.first / result.residual), 0.1);
-  if (problem->pace_new == 0) problem->pace_new = problem->pace;
+  const double tenfolds = fmax(log10(result.first / result.residual), 0.1);
+  if (problem->pace == 0) problem->pace = result.iterations / tenfolds;
+  problem->lost = fmax(0, problem->lost + result.iterations - problem->pace * tenfolds);
   return status;
+}
+
+/* K p = b by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner has lost
+ * all accuracy. As long as that takes no more arithmetic than PCG has spent in vain. */
+static int rescue(solver *self, const double *b, double *p)
+{
+  flesh_problem *problem = self->problem;
+  if (!problem->rescue) {
+    /* A product and two triangular solves an iteration, with 18 operations a block. */
+    const double spent = 36. * problem->K->row_start[problem->K->rows] * 2 * problem->options.max_linear;
+    int status = flesh_direct_create_symmetric(problem->K, spent, &problem->rescue);
+    if (status) return status;
+  }
+  problem->stalled = problem->rescue ? 1 : -1;
+  if (!problem->rescue) return FLESH_NOT_CONVERGED;
+  int status = flesh_direct_factor(problem->rescue, problem->K);
+  if (status) return status;
+  problem->stats.direct++;
+  return flesh_direct_solve(problem->rescue, b, p);
 }
 
 /* K p = b by the method of the options; b is not touched. */
@@ -86,12 +108,15 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   flesh_problem *problem = self->problem;
   problem->beyond = 0;
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
-  const int limit = problem->options.max_linear, used = problem->pace_new > 0, before = self->report.iterations;
-  int status = conjugate_gradients(self, used && limit > PATIENCE ? PATIENCE : limit, b, tolerance, p);
-  if (status == FLESH_NOT_CONVERGED && used && limit > PATIENCE) {
+  if (problem->stalled > 0 && !problem->follow) return rescue(self, b, p);
+  const int limit = problem->options.max_linear, before = self->report.iterations;
+  const double patience = problem->pace > 0 ? fmax(PATIENCE, 4 * problem->pace) : limit;
+  int status = conjugate_gradients(self, patience < limit ? (int)patience : limit, b, tolerance, p);
+  if (status == FLESH_NOT_CONVERGED && patience < limit) {
     status = flesh_problem_factor(problem);
     if (!status) status = conjugate_gradients(self, limit, b, tolerance, p);
   }
+  if (status == FLESH_NOT_CONVERGED && problem->stalled >= 0) status = rescue(self, b, p);
   /* A truncated solve still descends. */
   return status == FLESH_NOT_CONVERGED && self->report.iterations > before ? FLESH_OK : status;
 }

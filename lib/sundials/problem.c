@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/block_matrix.h"
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
@@ -76,9 +77,9 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !self->held || !(self->work = malloc(4 * bytes + 1));
+  int failed = !self->fixed || !self->held || !(self->work = flesh_large(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-    failed |= !(*arrays[k] = calloc(1, bytes + 1));
+    failed |= !(*arrays[k] = flesh_large_zeroed(bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
@@ -123,10 +124,25 @@ void flesh_problem_destroy(flesh_problem **problem)
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
+  flesh_direct_destroy(&self->rescue);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
   free(self);
   *problem = NULL;
+}
+
+/* Works out which dofs are fixed. The preconditioner of a stage that goes on from the one before serves as long as step
+ * and constraints are the same: a body does not change much from step to step. */
+static void keep_preconditioner(flesh_problem *self)
+{
+  const flesh_shift *now = &self->stage.shift, *before = &self->factored;
+  uint8_t *fixed_before = (uint8_t *)self->work;
+  memcpy(fixed_before, self->fixed, (size_t)self->n);
+  flesh_system_fixed(self->system, self->stage.t, self->fixed);
+  if (!self->goes_on || now->x != before->x || now->v != before->v || now->a != before->a ||
+      memcmp(fixed_before, self->fixed, (size_t)self->n))
+    self->pace = 0;
+  self->goes_on = 0;
 }
 
 int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
@@ -135,10 +151,10 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
-  self->previous_norm = self->pace_new = 0;
-  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
+  self->previous_norm = 0;
+  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = self->stalled = 0;
   self->model_ratio = self->first_potential = NAN;
-  flesh_system_fixed(self->system, stage->t, self->fixed);
+  keep_preconditioner(self);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
   self->held_count = 0;
@@ -182,7 +198,8 @@ static flesh_point point_at(flesh_problem *self, const double *u)
     self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * held;
   }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads, .costs = self->costs};
+                       .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag, .threads = self->threads,
+                       .costs = self->costs};
 }
 
 int flesh_problem_reaches(flesh_problem *self, const double *u)
@@ -330,7 +347,8 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 
 int flesh_problem_factor(flesh_problem *self)
 {
-  self->pace_new = 0;
+  self->pace = self->lost = 0;
+  self->factored = self->stage.shift;
   return self->direct ? flesh_direct_factor(self->direct, self->K)
                       : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
@@ -390,5 +408,6 @@ size_t flesh_problem_memory(const flesh_problem *self)
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
+  if (self->rescue) bytes += flesh_direct_memory(self->rescue);
   return bytes;
 }

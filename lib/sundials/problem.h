@@ -25,6 +25,8 @@ struct flesh_problem {
   flesh_preconditioner_data *preconditioner;
   flesh_pcg_space *pcg;
   flesh_direct *direct;
+  flesh_direct *rescue;   /* of linear solves that PCG cannot end; NULL: none was needed, or it would be too dear */
+  int stalled;            /* PCG could not end one of the stage; -1: and nothing can be done about it */
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   double *work;           /* [4*n] of the linear solver */
@@ -47,8 +49,11 @@ struct flesh_problem {
   /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
    * is asked for. */
   int (*patch)(flesh_problem *problem, const double *u, const double *r, double *w);
-  /* PCG's iterations per tenfold reduction, with the preconditioner as it was when new and last; 0: not known. */
-  double pace_new, pace;
+  /* PCG's iterations per tenfold reduction with the preconditioner when it was new (0: not known), and how many more
+   * than that the solves since then have taken in all. */
+  double pace, lost;
+  flesh_shift factored; /* what the preconditioner was made for */
+  int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   int beyond;            /* PCG's last step went downhill along negative curvature */
   int follow;            /* negative curvature is to be followed, not projected away */

@@ -222,7 +222,8 @@ int flesh_rhs_make_condensed(flesh_rhs_problem *self)
 int flesh_rhs_factor(flesh_rhs_problem *self)
 {
   const flesh_rhs_condensed *c = &self->condensed;
-  return c->direct ? flesh_direct_factor(c->direct, c->A) : flesh_preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
+  return c->direct ? flesh_direct_factor(c->direct, c->A)
+                   : flesh_preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
 }
 
 int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,

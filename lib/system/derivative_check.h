@@ -1,4 +1,5 @@
-/* derivative_check.h: the shifts that flesh_effect_check_derivatives (flesh/effect.h) tries, for those who report on them. */
+/* derivative_check.h: the shifts that flesh_effect_check_derivatives (flesh/effect.h) tries, for those who report on
+ * them. */
 #ifndef FLESH_SYSTEM_DERIVATIVE_CHECK_H
 #define FLESH_SYSTEM_DERIVATIVE_CHECK_H
 

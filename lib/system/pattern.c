@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 
 static int compare_int(const void *a, const void *b)
 {
@@ -100,7 +101,7 @@ int flesh_pattern_find(const int *row_start, const int *columns, int row, int co
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
   int m = cells->nodes_per_cell, pairs = m * (m + 1) / 2;
-  *slots = malloc(((size_t)cells->count * pairs + 1) * sizeof **slots);
+  *slots = flesh_large(((size_t)cells->count * pairs + 1) * sizeof **slots);
   if (!*slots)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
   int *slot = *slots;

@@ -7,6 +7,7 @@
 #include <time.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "effect/effect.h"
 #include "effect/motion.h"
 #include "system/pattern.h"
@@ -450,7 +451,7 @@ int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **
   if (!system->finished)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is not finished; flesh_system_finish makes its pattern");
   *matrix = malloc(sizeof **matrix);
-  double *values = calloc((size_t)pattern->row_start[pattern->rows] * 9 + 1, sizeof *values);
+  double *values = flesh_large_zeroed(((size_t)pattern->row_start[pattern->rows] * 9 + 1) * sizeof *values);
   if (!*matrix || !values) {
     free(*matrix);
     free(values);

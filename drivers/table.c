@@ -1,0 +1,24 @@
+/* table.c: CSV tables and texts in a folder of results. */
+#include "table.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+int flesh_table_open(const char *folder, const char *name, flesh_file *file)
+{
+  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  if (!path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sprintf(path, "%s/%s", folder, name);
+  int status = flesh_file_open(path, file);
+  free(path);
+  return status;
+}
+
+void flesh_table_field(FILE *stream, double value)
+{
+  putc(',', stream);
+  if (!isnan(value)) flesh_number_print(stream, value);
+}

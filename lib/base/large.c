@@ -1,0 +1,28 @@
+/* large.c: large arrays begin at a large page, and the system is told that it may use such pages. */
+#define _DEFAULT_SOURCE /* madvise */
+#include "base/large.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+
+enum { LINE = 64, PAGE = 2 << 20 };
+
+void *flesh_large(size_t bytes)
+{
+  const size_t unit = bytes < PAGE ? LINE : PAGE;
+  if (bytes > (size_t)-1 - 2 * PAGE) return NULL;
+  /* The last page is large, too, where that wastes less than an eighth. */
+  const size_t up = (bytes + unit - 1) / unit * unit, whole = up - bytes <= bytes / 8 ? up : up - unit;
+  void *memory = aligned_alloc(unit, up > 0 ? up : LINE);
+#ifdef MADV_HUGEPAGE
+  if (memory && unit == PAGE) madvise(memory, whole, MADV_HUGEPAGE); /* a hint: refused, it costs nothing */
+#endif
+  return memory;
+}
+
+void *flesh_large_zeroed(size_t bytes)
+{
+  void *memory = flesh_large(bytes);
+  return memory ? memset(memory, 0, bytes) : NULL;
+}

@@ -1,0 +1,24 @@
+/* effect_sample.h: the effects that a scene can name, each with its sample of parameters. */
+#ifndef FLESH_TEST_EFFECT_SAMPLE_H
+#define FLESH_TEST_EFFECT_SAMPLE_H
+
+#include "body.h"
+#include "effect/registry.h"
+#include "scene/keys.h"
+#include "test.h"
+
+/* Adds a row's sample to the body's system, read as a scene would read it. */
+static inline void test_add_sample(const flesh_effect_row *row, test_body *b)
+{
+  flesh_arena arena = {0};
+  flesh_node *root = NULL;
+  flesh_source source = {.name = row->name};
+  CHECK_OK(flesh_yaml_parse(&arena, row->sample, strlen(row->sample), &source, &root));
+  void *parameters = flesh_arena_take(&arena, row->parameters_size);
+  flesh_key_reader reader = {.arena = &arena};
+  CHECK_OK(flesh_keys_read(&reader, row->keys, root, root, row->name, parameters));
+  CHECK_OK(row->add(parameters, &b->body, b->system));
+  flesh_arena_free(&arena);
+}
+
+#endif
