@@ -31,6 +31,7 @@ struct flesh_obstacle_tree {
   int *corners;         /* [3*triangles], in the tree's order */
   double *edge_weight;  /* [3*triangles] of the edge from corner k to k+1; 0: kept by another */
   double *vertex_weight; /* [3*triangles] likewise */
+  double *planes;        /* [4*triangles] unit normal, and its product with the plane's points */
   branch *tree;
 };
 
@@ -164,6 +165,22 @@ static int grow_tree(flesh_obstacle_tree *self)
              : flesh_fail(FLESH_ERR_MEMORY, "no memory for a tree of %d triangles", self->triangles);
 }
 
+static int make_planes(flesh_obstacle_tree *self)
+{
+  self->planes = malloc(4 * (size_t)self->triangles * sizeof *self->planes);
+  if (!self->planes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", self->triangles);
+  for (int t = 0; t < self->triangles; t++) {
+    const double *X = corner_of(self, t, 0), *Y = corner_of(self, t, 1), *Z = corner_of(self, t, 2);
+    double e[3], f[3], *n = self->planes + 4 * (size_t)t;
+    for (int c = 0; c < 3; c++) e[c] = Y[c] - X[c], f[c] = Z[c] - X[c];
+    flesh_vec3_cross(e, f, n);
+    const double length = sqrt(flesh_vec3_dot(n, n));
+    for (int c = 0; c < 3; c++) n[c] /= length;
+    n[3] = flesh_vec3_dot(n, X);
+  }
+  return FLESH_OK;
+}
+
 typedef struct side {
   int low, high, place; /* nodes ascending; 3*triangle + corner */
 } side;
@@ -228,6 +245,7 @@ int flesh_obstacle_tree_create(int nodes, const double *positions, int triangles
   if (!status) status = copy_nodes(self, nodes, positions, place);
   if (!status) status = copy_triangles(self, nodes, triangles, triangle_nodes, place);
   if (!status) status = grow_tree(self);
+  if (!status) status = make_planes(self);
   if (!status)
     status = flesh_surface_weights(self->nodes, self->triangles, self->corners, &self->edge_weight,
                                    &self->vertex_weight);
@@ -244,6 +262,7 @@ void flesh_obstacle_tree_destroy(flesh_obstacle_tree **tree)
   free((*tree)->corners);
   free((*tree)->edge_weight);
   free((*tree)->vertex_weight);
+  free((*tree)->planes);
   free((*tree)->tree);
   free(*tree);
   *tree = NULL;
@@ -269,13 +288,10 @@ static int is_far(const box *bounds, const double y[3], double w)
 }
 
 /* Whether the triangle's plane is at least w away from y. */
-static int plane_is_far(const double *const X[3], const double y[3], double w)
+static int plane_is_far(const flesh_obstacle_tree *self, int t, const double y[3], double w)
 {
-  double e[3], f[3], d[3], n[3];
-  for (int c = 0; c < 3; c++) e[c] = X[1][c] - X[0][c], f[c] = X[2][c] - X[0][c], d[c] = y[c] - X[0][c];
-  flesh_vec3_cross(e, f, n);
-  const double height = flesh_vec3_dot(d, n);
-  return height * height >= w * w * flesh_vec3_dot(n, n);
+  const double *n = self->planes + 4 * (size_t)t;
+  return fabs(flesh_vec3_dot(n, y) - n[3]) >= w;
 }
 
 /* Adds what lies at the foot with these weights of the corners: within the triangle, on an edge, or
@@ -302,9 +318,10 @@ static void add_at(const double *const X[3], int corners, const double *weights,
 static void add_triangle(const flesh_obstacle_tree *self, int t, const double y[3], double w,
                          flesh_barrier *barrier)
 {
+  if (plane_is_far(self, t, y, w)) return;
   const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
   double weights[3];
-  if (plane_is_far(X, y, w) || !(flesh_nearest_on_triangle(X, y, weights) < w * w)) return;
+  if (!(flesh_nearest_on_triangle(X, y, weights) < w * w)) return;
   add_at(X, 3, weights, y, w, 1, barrier);
   for (int k = 0; k < 3; k++) {
     const double *const ends[3] = {X[k], X[(k + 1) % 3], NULL};
@@ -329,16 +346,16 @@ void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *self, const double y
   }
 }
 
-/* Whether the part of the way before `share` meets the box. */
-static int meets(const box *bounds, const double y0[3], const double e[3], double share)
+/* Whether the part of the way before `share` meets the box; `inverse` is 1 over each component of the way. */
+static int meets(const box *bounds, const double y0[3], const double inverse[3], double share)
 {
   double enter = 0, leave = share;
   for (int c = 0; c < 3; c++) {
-    double near = (bounds->low[c] - y0[c]) / e[c], far = (bounds->high[c] - y0[c]) / e[c];
-    if (e[c] == 0) {
+    if (fabs(inverse[c]) == INFINITY) { /* none, or next to none */
       if (y0[c] < bounds->low[c] || y0[c] > bounds->high[c]) return 0;
       continue;
     }
+    double near = (bounds->low[c] - y0[c]) * inverse[c], far = (bounds->high[c] - y0[c]) * inverse[c];
     if ((near < far ? near : far) > enter) enter = near < far ? near : far;
     if ((near < far ? far : near) < leave) leave = near < far ? far : near;
   }
@@ -367,11 +384,12 @@ double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[
                                const double y1[3])
 {
   double share = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
+  const double inverse[3] = {1 / e[0], 1 / e[1], 1 / e[2]};
   int stack[DEPTH], height = 0;
   if (e[0] == 0 && e[1] == 0 && e[2] == 0) return 1;
   for (stack[height++] = 0; height > 0;) {
     const branch *b = &self->tree[stack[--height]];
-    if (!meets(&b->bounds, y0, e, share)) continue;
+    if (!meets(&b->bounds, y0, inverse, share)) continue;
     for (int t = b->first; t < b->first + b->count; t++) {
       const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
       share = fmin(share, way_to_triangle(X, y0, e));
@@ -388,5 +406,6 @@ size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)
   return sizeof *self + 3 * (size_t)self->nodes * sizeof *self->positions +
          3 * (size_t)self->triangles *
              (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
+         4 * (size_t)self->triangles * sizeof *self->planes +
          2 * (size_t)self->triangles * sizeof *self->tree;
 }
