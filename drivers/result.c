@@ -54,6 +54,8 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->assemblies += stats->assemblies;
   figures->projections += stats->projections;
   figures->backtracks += stats->backtracks;
+  figures->patches += stats->patches;
+  figures->patch_newton += stats->patch_newton;
   figures->solves += stats->solves;
   figures->at_rounding += stats->at_rounding;
   figures->unconverged += stats->unconverged;
@@ -257,6 +259,8 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "assemblies", figures->assemblies);
   set_integer(object, "projections", figures->projections);
   set_integer(object, "backtracks", figures->backtracks);
+  set_integer(object, "patches", figures->patches);
+  set_integer(object, "patch_newton", figures->patch_newton);
   set(object, "newton_per_step", newton / steps);
   set(object, "linear_per_newton", (double)figures->linear / newton);
   set(object, "residual", figures->residual);

@@ -22,6 +22,7 @@ case ${1:-} in
     exit 2
     ;;
 esac
+rm -rf "$out" # no figures of an earlier run
 mkdir -p "$out"
 # shellcheck disable=SC2086
 {

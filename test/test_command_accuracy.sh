@@ -151,6 +151,7 @@ tight_solves_change_less() {
     awk 'NR > 1 && !($1 < last) { exit 1 } { last = $1 } END { exit NR < 3 }'
 }
 
+three_rows() { [ "$(grep -c '"status_code"' more/accuracy.json)" -ge 3 ]; }
 # Killed after its third row or so; what was done stays as it was.
 resuming_goes_on() {
   set -- accuracy bar.yaml --quick --repeat 1 --out more --methods $fixed \
@@ -158,10 +159,7 @@ resuming_goes_on() {
     --reference-seconds 1
   "$flesh" "$@" >stdout.txt 2>stderr.txt &
   run=$!
-  for wait in $(seq 100); do
-    sleep 0.05
-    [ "$(grep -c '"status_code"' more/accuracy.json 2>/dev/null)" -ge 3 ] 2>/dev/null && break
-  done
+  wait_until "$run" three_rows || return 1
   kill -INT $run
   wait $run
   status=$?

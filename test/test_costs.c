@@ -162,7 +162,7 @@ static void tries_are_one_potential_each(void)
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
   flesh_solver_options_default(&options);
-  options.follow_curvature = options.untangle = 0;
+  options.follow_curvature = options.nonlinear_elimination = options.untangle = 0;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   test_jitter(b.n, 1, 3, b.state.x); /* many tets inverted */
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));

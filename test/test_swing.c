@@ -1,21 +1,36 @@
-/* test_swing.c: no step of the benchmark bar's swing costs more than ten times the median one. */
+/* test_swing.c: no step of the benchmark bar's swing costs more than a few times the median one. */
 #include "swing.h"
+
+static const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, 0.45, 1, 1, 1, 0};
 
 static void check(double poisson)
 {
-  const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, poisson, 1, 1, 0};
-  swing_cost cost = swing_run(&bar);
-  printf("# %d Newton and %d linear iterations, the dearest step %.1f times the median in Newton iterations, %.1f in "
-         "work\n",
-         cost.total_newton, cost.total_linear, cost.newton, cost.work);
-  CHECK_BELOW(cost.newton, 10);
-  CHECK_BELOW(cost.work, 12); /* 10.9, but 8.5 to 9.4 in time */
+  swing own = bar;
+  own.poisson = poisson;
+  swing_cost cost = swing_run(&own);
+  printf("# %d Newton and %d linear iterations, %d patches; the dearest step %.1f times the median in Newton iterations, "
+         "%.1f in work\n",
+         cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
+  CHECK_BELOW(cost.newton, 3.2); /* 2.3, and 2.0 at 0.49 */
+  CHECK_BELOW(cost.work, 5.5);   /* 4.8, and 2.6; in time 4.6 and 3.0 */
 }
 
 static void at_poisson_0_45(void) { check(0.45); }
 static void at_poisson_0_49(void) { check(0.49); }
 
+/* The bar's pressed side creases in the step from 0.6 s. */
+static void dear_where_few_nodes_are_not_solved_for_alone(void)
+{
+  swing off = bar;
+  off.eliminate = 0;
+  off.steps = 37;
+  off.enough = 22; /* of 30, where the median is 2 */
+  swing_cost cost = swing_run(&off);
+  CHECK(cost.newton >= 10 && cost.work >= 8 && cost.total_patches == 0);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(at_poisson_0_45), TEST(at_poisson_0_49));
+  return RUN_TESTS(argc, argv, TEST(at_poisson_0_45), TEST(at_poisson_0_49),
+                   TEST(dear_where_few_nodes_are_not_solved_for_alone));
 }

@@ -126,6 +126,12 @@ typedef struct flesh_effect_operations {
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
+  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
+   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
+   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
+   * the effect. */
+  int (*part)(const flesh_effect *effect, int count, const int *chosen, const flesh_mesh *mesh,
+              flesh_effect **part);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);

@@ -82,10 +82,16 @@ typedef struct flesh_solver_options {
    * along its directions of negative curvature (projection on demand, PCG only). A crease or a tet
    * that turns inside out then costs a tenth of the iterations. 0: never. */
   int follow_curvature;
+  /* 1: after a step that lowered the potential otherwise than foretold and left few nodes that
+   * carry the residual (a crease again), these and two rings of neighbours, at most a quarter of
+   * the body, are solved for alone, all others held; the whole goes on from there if its potential
+   * has fallen. 0: never. With FLESH_GLOBALIZATION_ENERGY only. */
+  int nonlinear_elimination;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
- * unconverged solves refused, untangling, 1 thread, negative curvature followed. */
+ * unconverged solves refused, untangling, 1 thread, negative curvature followed, nonlinear
+ * elimination. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */
@@ -97,6 +103,11 @@ FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
+  /* Solves for few nodes alone (nonlinear_elimination), and their Newton iterations: as such, and
+   * each counted as its elements' share of all (which cost about half as much again as a share of
+   * the whole's). */
+  int patches, patch_newton;
+  double patch_share;
   /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
    * more than 1e-12 of the sum of its terms' sizes: none, unless an effect's potential and residual
    * differ. */

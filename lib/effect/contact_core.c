@@ -240,7 +240,7 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
       double move = X1[k][c] - X0[k][c] - (p1[c] - p0[c]);
       square += move * move;
     }
-    approach = flesh_max(approach, square);
+    approach = flesh_max(square, approach);
   }
   approach = sqrt(approach);
   if (approach == 0 || is_far(X0, p0, radius + approach)) return 1;
@@ -261,17 +261,33 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
   return s;
 }
 
+/* How far a corner of the faces goes at most. */
+static double largest_move(const flesh_contact_core *core, const double *x0, const double *x1)
+{
+  double largest = 0;
+  for (int k = 0; k < 3 * core->faces.count; k++) {
+    const size_t i = 3 * (size_t)core->faces.nodes[k];
+    const double move[3] = {x1[i] - x0[i], x1[i + 1] - x0[i + 1], x1[i + 2] - x0[i + 2]};
+    largest = flesh_max(flesh_vec3_dot(move, move), largest);
+  }
+  return sqrt(largest);
+}
+
 double flesh_contact_core_way(const flesh_contact_core *core, const flesh_frame *from,
                               const double *x0, const flesh_frame *to, const double *x1)
 {
+  const double move = core->points ? largest_move(core, x0, x1) : 0;
   double way = 1;
   const double *X0[3], *X1[3];
   for (int point = 0; point < core->points; point++) {
     double p0[3], p1[3];
     flesh_frame_leave(from, core->centres + 3 * point, p0);
     flesh_frame_leave(to, core->centres + 3 * point, p1);
+    const double e[3] = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
+    const double reach = core->radius + move + sqrt(flesh_vec3_dot(e, e));
     for (int f = 0; f < core->faces.count; f++) {
       corners_of(core, f, x0, X0);
+      if (is_far(X0, p0, reach)) continue;
       corners_of(core, f, x1, X1);
       way = fmin(way, way_of_face(X0, X1, p0, p1, core->radius));
     }

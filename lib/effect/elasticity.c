@@ -61,6 +61,25 @@ static int elasticity_energy(const flesh_effect *effect, const flesh_point *poin
   return status;
 }
 
+static int elasticity_part(const flesh_effect *effect, int count, const int *chosen, const flesh_mesh *mesh,
+                           flesh_effect **part)
+{
+  const flesh_tets *tets = effect->data;
+  int *material = malloc(((size_t)count + 1) * sizeof *material);
+  if (!material) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a part of %d elements", count);
+  for (int k = 0, batch = 0; k < count; k++) {
+    while (tets->batches.first[batch + 1] <= chosen[k]) batch++;
+    material[k] = tets->batches.material[batch];
+  }
+  int status = flesh_effect_elasticity(&(flesh_body){.mesh = mesh,
+                                                     .materials = tets->batches.materials,
+                                                     .tet_material = material,
+                                                     .instructions = tets->instructions},
+                                       part);
+  free(material);
+  return status;
+}
+
 static flesh_instructions elasticity_instructions(const flesh_effect *effect)
 {
   return ((const flesh_tets *)effect->data)->instructions;
@@ -85,6 +104,7 @@ static const flesh_effect_operations elasticity_operations = {
     .potential = elasticity_potential,
     .evaluate = elasticity_evaluate,
     .energy = elasticity_energy,
+    .part = elasticity_part,
     .instructions = elasticity_instructions,
     .destroy = elasticity_destroy,
     .memory = elasticity_memory,

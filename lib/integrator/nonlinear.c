@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "integrator/patch.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
@@ -53,6 +54,7 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
   flesh_nonlinear *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
   int status = flesh_problem_create(system, options, &self->problem);
+  if (!status && options->nonlinear_elimination) self->problem->patch = flesh_patch_solve;
   if (!status && flesh_suncontext_create(&self->context))
     status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   if (!status) {
@@ -173,6 +175,9 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
   stats->residuals += problem->stats.residuals;
   stats->potentials += problem->stats.potentials;
   stats->backtracks += problem->stats.backtracks;
+  stats->patches += problem->stats.patches;
+  stats->patch_newton += problem->stats.patch_newton;
+  stats->patch_share += problem->stats.patch_share;
   stats->potential_rises += problem->stats.potential_rises;
 }
 

@@ -15,6 +15,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .filtering = FLESH_FILTERING_AUTO,
       .untangle = 1,
       .follow_curvature = 1,
+      .nonlinear_elimination = 1,
       .threads = 1,
       .globalization = FLESH_GLOBALIZATION_ENERGY,
   };

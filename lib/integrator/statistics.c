@@ -13,6 +13,8 @@
   X(solves, "NLS solves")                                \
   X(newton, "NLS iters")                                 \
   X(backtracks, "Backtracks")                            \
+  X(patches, "Patches")                                  \
+  X(patch_newton, "NLS iters in patches")                \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
   X(direct, "LS by factorisation")                       \
@@ -27,6 +29,7 @@
   X(order, "Last order")
 
 #define REAL_STATISTICS(X)                               \
+  X(patch_share, "Patch iters by size")                  \
   X(h_last, "Last step size")                            \
   X(residual_first, "First residual norm")               \
   X(residual_last, "Last residual norm")                 \

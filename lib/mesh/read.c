@@ -1,9 +1,7 @@
 /* read.c: flesh_mesh_read: loads a file and tells its format by its content. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "base/plain_locale.h"
 #include "mesh/formats.h"
 
 /* The first bytes of formats that are known but not read, and what to do about them. */
@@ -50,21 +48,12 @@ static int read_by_content(flesh_scanner *s, flesh_draft *draft)
 int flesh_mesh_read(const char *path, flesh_mesh **mesh)
 {
   *mesh = NULL;
-  flesh_plain_locale locale;
-  int status = flesh_plain_locale_begin(&locale);
-  if (status) return status;
-  char *data;
-  size_t size;
   flesh_scanner scanner;
   flesh_draft draft = {.path = path};
-  status = flesh_file_load(path, &data, &size);
-  if (!status) {
-    flesh_scan_begin(&scanner, path, data, size);
-    status = read_by_content(&scanner, &draft);
-  }
+  int status = flesh_scan_open(&scanner, path);
+  if (!status) status = read_by_content(&scanner, &draft);
   if (!status) status = flesh_draft_finish(&draft, mesh);
   flesh_draft_clear(&draft);
-  free(data);
-  flesh_plain_locale_end(&locale);
+  flesh_scan_close(&scanner);
   return status;
 }

@@ -40,10 +40,25 @@ int flesh_file_load(const char *path, char **data, size_t *size)
   return status;
 }
 
-void flesh_scan_begin(flesh_scanner *s, const char *path, const char *data, size_t size)
+int flesh_scan_open(flesh_scanner *s, const char *path)
 {
-  *s = (flesh_scanner){.path = path, .begin = data, .at = data, .end = data + size, .line = 1};
-  if (size >= 3 && !memcmp(data, "\xef\xbb\xbf", 3)) s->at += 3; /* UTF-8's mark */
+  size_t size;
+  *s = (flesh_scanner){.path = path, .line = 1};
+  int status = flesh_plain_locale_begin(&s->locale);
+  if (!status) status = flesh_file_load(path, &s->data, &size);
+  if (status) return status;
+  s->begin = s->at = s->data;
+  s->end = s->data + size;
+  if (size >= 3 && !memcmp(s->data, "\xef\xbb\xbf", 3)) s->at += 3; /* UTF-8's mark */
+  return FLESH_OK;
+}
+
+void flesh_scan_close(flesh_scanner *s)
+{
+  if (s->locale.plain) flesh_plain_locale_end(&s->locale);
+  free(s->data);
+  s->locale.plain = (locale_t)0;
+  s->data = NULL;
 }
 
 static int is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }

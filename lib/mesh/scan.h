@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/plain_locale.h"
+
 /* Reads a regular file whole into *data (new; one 0 byte beyond `size`). FLESH_ERR_FILE otherwise.
  */
 int flesh_file_load(const char *path, char **data, size_t *size);
@@ -17,9 +19,15 @@ typedef struct flesh_scanner {
   const char *item, *form;
   int64_t index;
   int free_rows; /* numbers may stand on later lines than the row's first */
+  char *data;    /* the text, owned */
+  flesh_plain_locale locale;
 } flesh_scanner;
 
-void flesh_scan_begin(flesh_scanner *s, const char *path, const char *data, size_t size);
+/* Loads the file and stands at its begin, in the "C" locale until it is closed. FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
+int flesh_scan_open(flesh_scanner *s, const char *path);
+/* Also after it could not be opened. */
+void flesh_scan_close(flesh_scanner *s);
 
 /* Goes to the next token, over blanks, line ends and '#' comments; returns 0 at the end. */
 int flesh_scan_next(flesh_scanner *s);

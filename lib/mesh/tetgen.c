@@ -153,18 +153,17 @@ int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft)
   if (!given_node && !ends_with(s->path, ".ele"))
     return flesh_scan_fail(s, "the file begins with a number, as TetGen's do, but is named neither "
                               ".node nor .ele");
-  size_t stem = strlen(s->path) - (given_node ? 5 : 4), size;
-  char *partner = malloc(stem + 6), *data = NULL;
+  size_t stem = strlen(s->path) - (given_node ? 5 : 4);
+  char *partner = malloc(stem + 6);
   if (!partner) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a path");
   memcpy(partner, s->path, stem);
   strcpy(partner + stem, given_node ? ".ele" : ".node");
-  int status = flesh_file_load(partner, &data, &size);
+  flesh_scanner other;
+  int status = flesh_scan_open(&other, partner);
   if (status) {
     flesh_fail_within(status, "%s holds only the %s; ", s->path, given_node ? "nodes" : "tets");
     goto done;
   }
-  flesh_scanner other;
-  flesh_scan_begin(&other, partner, data, size);
   status = read_nodes(given_node ? s : &other, draft);
   if (!status) status = read_tets(given_node ? &other : s, draft);
   if (given_node && !status) {
@@ -174,7 +173,7 @@ int flesh_tetgen_read(flesh_scanner *s, flesh_draft *draft)
     partner = NULL;
   }
 done:
+  flesh_scan_close(&other);
   free(partner);
-  free(data);
   return status;
 }

@@ -323,6 +323,12 @@ static const flesh_key solver_table[] = {
      .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), steps that "
             "prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
             "followed downhill along negative curvature"},
+    {.name = "nonlinear_elimination",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, nonlinear_elimination),
+     .default_value = "true",
+     .doc = "true: where a step went otherwise than foretold and left few nodes that carry the residual, "
+            "these and their neighbours are solved for alone before the next (globalization: energy)"},
     {.name = "untangle",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),

@@ -1,8 +1,6 @@
 /* state.c: states as text: a row of position and velocity per node. */
 #include <errno.h>
-#include <locale.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -60,25 +58,14 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
   if (!S_ISREG(info.st_mode))
     return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file; a state is rows of x y z vx vy vz",
                       path);
-  char *data;
-  size_t size;
-  int status = flesh_file_load(path, &data, &size);
-  if (status) return status;
   flesh_scanner scanner;
-  flesh_scan_begin(&scanner, path, data, size);
+  int status = flesh_scan_open(&scanner, path);
   scanner.item = "time";
   scanner.form = "# t seconds";
   scanner.index = -1;
-  /* The scanner's numbers follow the thread's locale. */
-  locale_t c_locale = newlocale(LC_ALL_MASK, "C", (locale_t)0), before = (locale_t)0;
-  if (c_locale) before = uselocale(c_locale);
-  status = read_time(&scanner, &state->t);
+  if (!status) status = read_time(&scanner, &state->t);
   if (!status) status = read_rows(&scanner, nodes, state);
-  if (c_locale) {
-    uselocale(before);
-    freelocale(c_locale);
-  }
-  free(data);
+  flesh_scan_close(&scanner);
   return status;
 }
 

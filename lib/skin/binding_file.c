@@ -129,20 +129,13 @@ int flesh_skin_read(const char *path, const flesh_mesh *mesh, const flesh_surfac
                     flesh_skin **skin)
 {
   *skin = NULL;
-  flesh_plain_locale locale;
-  int status = flesh_plain_locale_begin(&locale);
-  if (status) return status;
-  char *data;
-  size_t size;
   flesh_scanner scanner;
-  status = flesh_file_load(path, &data, &size);
+  int status = flesh_scan_open(&scanner, path);
   if (!status) status = flesh_skin_open(mesh, surface, skin);
   if (!status) {
-    flesh_scan_begin(&scanner, path, data, size);
     status = read_binding(&scanner, mesh, *skin);
     if (status) flesh_skin_destroy(skin);
   }
-  free(data);
-  flesh_plain_locale_end(&locale);
+  flesh_scan_close(&scanner);
   return status;
 }

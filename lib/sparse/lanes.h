@@ -15,7 +15,7 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 #define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
 
 /* Keeps lanes in their register: compilers load again what is used twice, and loads are what products are made of. */
-#if defined(__x86_64__)
+#if defined(__AVX__) /* one register holds four */
 #define FLESH_LANES_KEEP(lanes) __asm__("" : "+x"(lanes))
 #else
 #define FLESH_LANES_KEEP(lanes) ((void)0)

@@ -1,6 +1,7 @@
-/* guard.c: scales Newton steps so that the incremental potential falls, and watches how well the quadratic model
- * foretold it. */
+/* guard.c: scales Newton steps so that the incremental potential falls, watches how well the quadratic model foretold it,
+ * and has few nodes that stay behind solved for alone. */
 #include <math.h>
+#include <string.h>
 
 #include "effect/effect.h"
 #include "sundials/problem.h"
@@ -88,6 +89,21 @@ static double longest_scale(flesh_problem *self, const double *u, const double *
   return way < 1 ? flesh_way_kept * way : 1;
 }
 
+/* Adds to the accepted step p, which led to the potential `value`, what lowers that further at the few nodes that carry
+ * the residual there, if few do. */
+static void add_patch(flesh_problem *self, const double *u, double *p, double value)
+{
+  double *residual = self->residual.r, *longer = self->work + self->n, lower, ignored;
+  try_scale(self, u, 1, p);
+  if (flesh_problem_residual(self, self->step, residual) || !is_local(self->n, residual)) return;
+  if (self->patch(self, self->step, residual, longer)) return;
+  for (int d = 0; d < self->n; d++) longer[d] += p[d];
+  try_scale(self, u, 1, longer);
+  if (flesh_problem_way(self, u, self->step) < 1) return;
+  if (flesh_problem_evaluate(self, self->step, &lower, &ignored) || !(lower < value)) return;
+  memcpy(p, longer, (size_t)self->n * sizeof *p);
+}
+
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
   double slope = flesh_dot(self->n, r, p), start, magnitude;
@@ -131,6 +147,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
         for (int d = 0; d < self->n && scale != 1; d++) p[d] *= scale;
         self->stats.potential_rises += value > self->first_potential + 1e-12 * magnitude;
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);
+        const int went_astray = scale != full || self->projected || self->beyond ||
+                                (foretold > 10 * rounding && fabs(start - value - foretold) > 0.25 * foretold);
+        if (self->patch && went_astray) add_patch(self, u, p, value);
         return FLESH_OK;
       }
     }

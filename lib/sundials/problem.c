@@ -340,6 +340,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   flesh_block_fix(self->K, self->fixed, self->fixed_scale);
   if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
   self->projected = project;
+  self->filtered = shift.project;
   self->zeroed = 0;
   return FLESH_OK;
 }

@@ -45,6 +45,10 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
+  int filtered;          /* how its elements' negative eigenvalues are treated, a flesh_projected */
+  /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
+   * is asked for. */
+  int (*patch)(flesh_problem *problem, const double *u, const double *r, double *w);
   /* PCG's iterations per tenfold reduction with the preconditioner when it was new (0: not known), and how many more
    * than that the solves since then have taken in all. */
   double pace, lost;

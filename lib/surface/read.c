@@ -1,9 +1,7 @@
 /* read.c: flesh_surface_read: loads a file and tells its format by its content. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
-#include "base/plain_locale.h"
 #include "surface/surface.h"
 
 static int read_by_content(flesh_scanner *s, char *text, flesh_surface_draft *draft)
@@ -16,24 +14,15 @@ static int read_by_content(flesh_scanner *s, char *text, flesh_surface_draft *dr
 int flesh_surface_read(const char *path, flesh_surface **surface)
 {
   *surface = NULL;
-  flesh_plain_locale locale;
-  int status = flesh_plain_locale_begin(&locale);
-  if (status) return status;
-  char *data;
-  size_t size;
   flesh_scanner scanner;
   flesh_surface_draft draft = {0};
-  status = flesh_file_load(path, &data, &size);
-  if (!status) {
-    flesh_scan_begin(&scanner, path, data, size);
-    status = read_by_content(&scanner, data, &draft);
-  }
+  int status = flesh_scan_open(&scanner, path);
+  if (!status) status = read_by_content(&scanner, scanner.data, &draft);
   if (!status && !draft.faces)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no face in it", path);
   if (!status && (status = flesh_surface_draft_finish(&draft, surface)))
     status = flesh_fail_within(status, "%s: ", path);
   flesh_surface_draft_clear(&draft);
-  free(data);
-  flesh_plain_locale_end(&locale);
+  flesh_scan_close(&scanner);
   return status;
 }

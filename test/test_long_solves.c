@@ -1,0 +1,150 @@
+/* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps that are
+ * lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one, whose potential
+ * or way is the case's. */
+#include "body.h"
+#include "test.h"
+
+typedef struct spring {
+  int nodes, special;
+  double power;                      /* potential |d|^power / power of the special node's x, from d = 1 down */
+  double pace, wall;                 /* it goes no further at once than `pace` of what is left up to the wall */
+} spring;
+
+static double distance(const spring *s, const double *x) { return x[3 * s->special]; }
+
+static int spring_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const spring *s = effect->data;
+  const double d = distance(s, point->x);
+  r[3 * s->special] += copysign(pow(fabs(d), s->power - 1), d);
+  return FLESH_OK;
+}
+
+static int spring_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                           flesh_block_matrix *K, const int *slots)
+{
+  const spring *s = effect->data;
+  (void)slots;
+  for (int i = 0; i < s->nodes; i++)
+    for (int c = 0; c < 3; c++) {
+      const double d = distance(s, point->x), own = (s->power - 1) * pow(fabs(d), s->power - 2);
+      K->values[9 * (size_t)K->row_start[i] + 4 * c] += shift->x * (i == s->special && c == 0 ? own : 1);
+    }
+  return FLESH_OK;
+}
+
+static int spring_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                            double *magnitude)
+{
+  const spring *s = effect->data;
+  const double value = pow(fabs(distance(s, point->x)), s->power) / s->power / shift->x;
+  *phi += value;
+  *magnitude += value;
+  return FLESH_OK;
+}
+
+static double spring_way(const flesh_effect *effect, double t_from, const double *x_from, double t_to, const double *x_to)
+{
+  const spring *s = effect->data;
+  const double from = distance(s, x_from), way = fabs(distance(s, x_to) - from);
+  (void)t_from, (void)t_to;
+  const double most = s->pace * (from - s->wall);
+  return way > most ? most / way : 1;
+}
+
+static const flesh_effect_operations free_way = {.name = "spring",
+                                                 .residual = spring_residual,
+                                                 .jacobian = spring_jacobian,
+                                                 .potential = spring_potential};
+static const flesh_effect_operations barred = {.name = "spring",
+                                               .residual = spring_residual,
+                                               .jacobian = spring_jacobian,
+                                               .potential = spring_potential,
+                                               .way = spring_way};
+
+/* One step with the special node at 1. */
+static int solve(const flesh_effect_operations *operations, spring *s, const flesh_solver_options *options,
+                 flesh_solve_stats *stats, double *end)
+{
+  flesh_mesh *mesh = test_box(6, 4, 4, 6, 4, 4);
+  flesh_system *system = NULL;
+  flesh_effect *effect = NULL;
+  flesh_integrator *integrator = NULL;
+  s->nodes = flesh_mesh_node_count(mesh);
+  s->special = 1; /* of the mesh it has x = 1 */
+  flesh_state state = {.x = malloc(3 * (size_t)s->nodes * sizeof(double)), .v = calloc(3 * (size_t)s->nodes, sizeof(double))};
+  memcpy(state.x, flesh_mesh_positions(mesh), 3 * (size_t)s->nodes * sizeof *state.x);
+  CHECK_OK(flesh_system_create(mesh, &system));
+  CHECK_OK(flesh_effect_create(operations, s, &effect));
+  CHECK_OK(flesh_system_add_effect(system, &effect));
+  CHECK_OK(flesh_system_finish(system));
+  CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_BACKWARD_EULER, options, &integrator));
+  CHECK_NEAR(state.x[3 * s->special], 1, 0);
+  int status = flesh_integrator_step(integrator, &state, 1, stats);
+  *end = state.x[3 * s->special];
+  flesh_integrator_destroy(&integrator);
+  flesh_system_destroy(&system);
+  flesh_mesh_destroy(&mesh);
+  free(state.x);
+  free(state.v);
+  return status;
+}
+
+static flesh_solver_options options_with(int halvings)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.max_halvings = halvings;
+  return options;
+}
+
+/* Newton's iteration on d^4 leaves 2/3 of d at a time, so that r falls to 1e-6 of itself in 12. */
+static void steps_that_fall_short_are_lengthened(void)
+{
+  spring s = {.power = 4};
+  flesh_solver_options options = options_with(0);
+  flesh_solve_stats with = {0}, without = {0};
+  double end;
+  CHECK_OK(solve(&free_way, &s, &options, &with, &end));
+  CHECK_BELOW(fabs(end), 0.0101);
+  options.follow_curvature = 0;
+  CHECK_OK(solve(&free_way, &s, &options, &without, &end));
+  CHECK_BELOW(fabs(end), 0.0101);
+  printf("# %d and %d iterations\n", with.newton, without.newton);
+  CHECK(without.newton == 12 && with.newton <= 6);
+  CHECK(with.potential_rises == 0);
+}
+
+/* Half a thousandth of the way at a time: each batch gains, and the solve must not be given up after one. */
+static void what_gains_goes_on(void)
+{
+  spring s = {.power = 2, .pace = 0.002, .wall = -1e-3};
+  flesh_solver_options options = options_with(0);
+  flesh_solve_stats stats = {0};
+  double end;
+  options.newton_tolerance = 0.3;
+  CHECK_OK(solve(&barred, &s, &options, &stats, &end));
+  printf("# %d iterations\n", stats.newton);
+  CHECK(stats.solves == 1 && stats.convergence_failures == 0);
+  CHECK(stats.newton > 600 && stats.newton < 900); /* 0.9 of the pace is gone: ln 0.3 / ln(1 - 0.0018) = 668 */
+  CHECK_BELOW(fabs(end), 0.3);
+}
+
+/* Against a wall it gets nowhere: the third batch gains less than a tenth of it all. */
+static void what_gains_nothing_ends(void)
+{
+  spring s = {.power = 2, .pace = 0.01, .wall = 0.5};
+  flesh_solver_options options = options_with(0);
+  flesh_solve_stats stats = {0};
+  double end;
+  CHECK(solve(&barred, &s, &options, &stats, &end) == FLESH_ERR_SOLVE);
+  printf("# %d iterations\n", stats.newton);
+  CHECK(stats.newton == 600);
+  CHECK_NEAR(end, 1, 0); /* put back */
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(steps_that_fall_short_are_lengthened), TEST(what_gains_goes_on),
+                   TEST(what_gains_nothing_ends));
+}
