@@ -138,6 +138,11 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   if (!status) status = flesh_halves_create(b->A, &halves);
   if (!status) status = flesh_product_create(b->A, &halves, &b->product);
   flesh_halves_clear(&halves);
+  const size_t bytes = 4 * (size_t)b->product.nodes * sizeof *b->from;
+  if (!status && (!(b->from = aligned_alloc(32, bytes)) || !(b->to = aligned_alloc(32, bytes))))
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (size_t i = 0; !status && i < b->n / 3; i++)
+    for (size_t c = 0; c < 4; c++) b->from[4 * i + c] = c < 3 ? b->x[3 * i + c] : 0;
   free(mass);
   free(fixed);
   return status;
@@ -149,13 +154,9 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
   b->x = malloc(b->n * sizeof *b->x);
   b->r = calloc(b->n, sizeof *b->r);
   b->z = calloc(b->n, sizeof *b->z);
-  b->from = aligned_alloc(32, b->n / 3 * 4 * sizeof *b->from);
-  b->to = aligned_alloc(32, b->n / 3 * 4 * sizeof *b->to);
-  if (!b->x || !b->r || !b->z || !b->from || !b->to)
+  if (!b->x || !b->r || !b->z)
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   deform(bar->mesh, b->x);
-  for (size_t i = 0; i < b->n / 3; i++)
-    for (size_t c = 0; c < 4; c++) b->from[4 * i + c] = c < 3 ? b->x[3 * i + c] : 0;
   b->point =
       (flesh_point){.load = 1, .x = b->x, .v = b->x, .a = b->x, .x_lag = b->x, .v_lag = b->x};
   double *numbers[2] = {b->r, b->z};

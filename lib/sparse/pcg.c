@@ -32,19 +32,19 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, 
   self->rows = A->rows;
   self->chunks = (A->rows + CHUNK - 1) / CHUNK;
   self->threads = threads;
-  const size_t bytes = ((size_t)A->rows + PARTS) * sizeof *self->x;
+  flesh_halves halves = {0};
+  int status = flesh_halves_create(A, &halves);
+  if (!status) status = flesh_product_create(A, &halves, &self->product);
+  flesh_halves_clear(&halves);
+  /* The product has room of its own behind the padding. */
+  const size_t bytes = ((size_t)self->product.nodes + PARTS) * sizeof *self->x;
   flesh_double4 **vectors[] = {&self->x, &self->r, &self->p, &self->z, &self->weights};
   int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
-  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) {
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     failed |= !(*vectors[k] = flesh_large_zeroed(bytes));
-  }
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows)
-                      : FLESH_OK;
-  flesh_halves halves = {0};
-  if (!status) status = flesh_halves_create(A, &halves);
-  if (!status) status = flesh_product_create(A, &halves, &self->product);
-  flesh_halves_clear(&halves);
+  if (failed && !status)
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows);
   if (status) flesh_pcg_space_destroy(space);
   return status;
 }
@@ -66,7 +66,7 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
 
 size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
 {
-  return sizeof *self + (size_t)self->rows * 5 * sizeof *self->x +
+  return sizeof *self + (size_t)self->product.nodes * 5 * sizeof *self->x +
          2 * (size_t)self->chunks * sizeof *self->sums + flesh_product_memory(&self->product);
 }
 

@@ -7,10 +7,11 @@
 #include "sparse/halves.h"
 
 typedef struct flesh_product {
-  int *rows;         /* [begin[3]] as in halves, each part ascending */
+  int *rows;    /* [begin[3]] as in halves, each part ascending */
   int begin[4];
-  double *spill[2];  /* [4 * between] what each half adds to the nodes between */
-  int *between;      /* [rows] number among the nodes between, -1: in a half */
+  int blocks;
+  int *place;   /* [blocks] four times the place in x and y of each block's column */
+  int nodes;    /* that x and y have room for */
 } flesh_product;
 
 /* For matrices of A's pattern. `halves` may be forgotten. */
@@ -18,8 +19,9 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);
 
-/* y = A x, both [4*rows], the fourth lane of x finite and that of y anything; *curvature = x.A x. */
+/* y = A x, both [4*nodes], of which the first 4*rows are the vectors, the fourth lane of x finite and that of y anything,
+ * and the last belong to the product; *curvature = x.A x. */
 void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                            const double *x, double *y, double *curvature);
+                            double *x, double *y, double *curvature);
 
 #endif
