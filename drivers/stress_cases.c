@@ -130,8 +130,8 @@ const flesh_stress_case flesh_stress_case_table[] = {
   {.name = "squeeze", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
    .effects = "  - contact: {plane: {point: [0, 0, -0.01], normal: [0, 0, 1]}, friction: 0.3}\n"
               "  - contact: {plane: {point: [0, 0, 0.11], normal: [0, 0, -1]}, friction: 0.3,\n"
-              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.08]}, {time: 0.5}]}\n",
-   .doc = "pressed between two rough planes to two fifths of its height, and let go"},
+              "      motion: [{time: 0}, {time: 0.25, translation: [0, 0, -0.1]}, {time: 0.5}]}\n",
+   .doc = "pressed between two rough planes to a fifth of its height, and let go"},
   {.name = "gap", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
    .effects = "  - contact: {capsule: {from: [0.3, -1, 0.13], to: [0.3, 2, 0.13], radius: 0.05}}\n"
               "  - contact: {capsule: {from: [0.3, -1, -0.03], to: [0.3, 2, -0.03], radius: 0.05}}\n"

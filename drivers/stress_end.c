@@ -35,7 +35,12 @@ static int settle(const flesh_scene *scene, double t, double *x, double toleranc
   options.accept_unconverged = 1; /* what is reached is judged by its gradient */
   int status = v ? flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator)
                  : FLESH_ERR_MEMORY;
-  if (!status) status = flesh_integrator_step(integrator, &state, 0, NULL);
+  /* A tolerance relative to what stiff parts begin with says little of soft ones: again from there. */
+  for (int again = 0; again < 5 && !status; again++) {
+    flesh_solve_stats stats = {0};
+    status = flesh_integrator_step(integrator, &state, 0, &stats);
+    if (stats.at_rounding || !stats.newton) break;
+  }
   flesh_integrator_destroy(&integrator);
   free(v);
   return status;

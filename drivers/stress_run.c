@@ -77,6 +77,24 @@ static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, co
   return outcome.status;
 }
 
+/* The shape to come back to: by the phase that is to do so, from rest. NULL: none. */
+static int find_rest(const flesh_stress_plan *plan, const char *folder, flesh_mesh **rest)
+{
+  char file[1400];
+  flesh_scene *last = NULL;
+  const char **values = malloc(sizeof *values * ((size_t)plan->overrides->count + 1));
+  if (!values) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < plan->overrides->count; k++) values[k] = plan->overrides->values[k];
+  values[plan->overrides->count] = "start=null"; /* it is not there yet */
+  snprintf(file, sizeof file, "%s/release.yaml", folder);
+  if (access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
+  int status = flesh_scene_read(file, plan->overrides->count + 1, values, &last);
+  if (!status) flesh_stress_rest_shape(last, flesh_scene_times(last)->end, rest);
+  flesh_scene_destroy(&last);
+  free(values);
+  return status;
+}
+
 static int is_back(const flesh_stress_figures *f)
 {
   return f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE &&
@@ -102,6 +120,7 @@ void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run 
   int status = flesh_stress_write_scene(plan, run, path);
   snprintf(file, sizeof file, "%s/scene.yaml", path);
   if (!status) status = read_phase(plan, file, &scene);
+  if (!status) status = find_rest(plan, path, &rest);
   flesh_stress_watch watch = {.folder = path, .figures = f};
   if (!status) status = flesh_stress_watch_open(&watch, flesh_scene_mesh(scene));
   if (status) {
@@ -111,7 +130,6 @@ void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run 
   f->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
   f->finite = 1;
   double end = flesh_scene_times(scene)->end;
-  flesh_stress_rest_shape(scene, end, &rest);
   watch.rest = rest;
   watch.early = 0.1 * end;
   status = run_phase(plan, scene, path, "out", &watch);

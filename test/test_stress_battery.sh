@@ -60,7 +60,7 @@ the_closest_to_incompressible_stay_in_order() {
 # D: in order everywhere; at rest where it has a rest shape, from what is not to be recovered from
 # anywhere, as to its own shape.
 d_is_in_order() {
-  battery --energies D --poisson 0.3,0.45 --cases 'starts,meshes,obstacles,tear,spin_body,crash,drag1e6' || return 1
+  battery --energies D --poisson 0.3,0.45 --cases 'starts,meshes,obstacles,loads,materials' || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' &&
     none "v[\"poisson\"] > 0.4 && v[\"case\"] !~ /^(scramble|line|point)/ && !($good)"
 }

@@ -31,7 +31,7 @@ struct flesh_integrator {
   flesh_prescribed prescribed; /* order > 1 */
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
-  double *guess; /* [n] displacement over a step */
+  double *guess, *rigid; /* [n] displacements over a step */
   flesh_extrapolation extrapolation; /* backward Euler */
   flesh_rigid_parts parts;
   uint8_t *held; /* [n] constrained dofs, where there are several parts */
@@ -57,13 +57,14 @@ static int create_memory(flesh_integrator *self)
   failed |= !(memory->a0 = calloc(n, sizeof(double)));
   failed |= !(self->start = calloc(n, sizeof(double)));
   failed |= !(self->guess = calloc(n, sizeof(double)));
+  failed |= !(self->rigid = calloc(n, sizeof(double)));
   for (int k = 0; k < self->row->vectors; k++)
     failed |= !(memory->vectors[k] = calloc(n, sizeof(double)));
   if (second || flesh_system_follows(self->system)) {
     failed |= !(self->returned.x = calloc(n, sizeof(double)));
     failed |= !(self->returned.v = calloc(n, sizeof(double)));
   }
-  int status = flesh_rigid_parts_create(flesh_system_mesh(self->system), &self->parts);
+  int status = flesh_rigid_parts_create(self->system, &self->parts);
   if (status) return status;
   if (self->parts.count > 1) failed |= !(self->held = calloc(n, 1));
   self->costs.effects =
@@ -123,6 +124,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   free((*integrator)->held);
   free((*integrator)->start);
   free((*integrator)->guess);
+  free((*integrator)->rigid);
   free(*integrator);
   *integrator = NULL;
 }
@@ -149,10 +151,10 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
-  int vectors = 4 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
+  int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
                 (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
-         (size_t)integrator->n * (2 * sizeof(int) / 3 + (integrator->held ? 1 : 0)) +
+         (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) +
          (integrator->untangler ? flesh_untangler_memory(integrator->untangler) : 0) +
@@ -266,17 +268,21 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
          after->backtracks == before->backtracks;
 }
 
-/* A first iterate for a step of h to stage->t; NULL: none but the state itself. */
-static const double *make_guess(flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h)
+/* First iterates for a step of h to stage->t: straight on, and as rigid bodies where some are free. */
+static void make_guesses(flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h,
+                         const double *guesses[3])
 {
+  const int holds = flesh_system_holds(self->system, stage->t), nearest = self->row == &flesh_method_backward_euler;
+  int count = 0;
   if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
     flesh_nonlinear_go_on(self->nonlinear);
-    return self->guess;
+    guesses[count++] = self->guess;
   }
-  const int holds = flesh_system_holds(self->system, stage->t);
-  if (holds && !self->held) return NULL;
-  if (holds) flesh_system_fixed(self->system, stage->t, self->held);
-  return flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, self->guess) ? self->guess : NULL;
+  if (holds && self->held) flesh_system_fixed(self->system, stage->t, self->held);
+  if (!(holds && !self->held) &&
+      flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, nearest, self->rigid))
+    guesses[count++] = self->rigid;
+  guesses[count] = NULL;
 }
 
 /* One try of a step of h to t_end. */
@@ -297,7 +303,9 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
   }
   const flesh_solve_stats before_solve = *stats;
-  int status = flesh_nonlinear_solve(self->nonlinear, &stage, make_guess(self, state, &stage, h), 0, stats);
+  const double *guesses[3];
+  make_guesses(self, state, &stage, h, guesses);
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, t_end, stats);
   if (status) {
     record_failure(self, &stage, h, halvings, status, stats);

@@ -220,7 +220,7 @@ static int iterate(flesh_nonlinear *self, int strategy, int extensions)
   }
 }
 
-int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *guess,
+int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *const *guesses,
                           int extensions, flesh_solve_stats *stats)
 {
   flesh_problem *problem = self->problem;
@@ -231,7 +231,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_problem_start(problem, u);
   status = flesh_problem_clear(problem, u);
-  if (guess && !status) try_guess(problem, guess, u);
+  for (; guesses && *guesses && !status; guesses++) try_guess(problem, *guesses, u);
   /* What has no potential may have a residual all the same. */
   double phi, size;
   if (!status && problem->options.globalization == FLESH_GLOBALIZATION_ENERGY)
