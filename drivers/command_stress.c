@@ -117,8 +117,8 @@ static int take_solver(void *data, const char *item)
              ? FLESH_OK
              : flesh_fail(FLESH_ERR_ARGUMENT,
                           "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
-                          "always-projected, never-projected, clamped, absolute, no-untangling, or "
-                          "all of them: all",
+                          "always-projected, never-projected, clamped, absolute, trust-region, "
+                          "no-untangling, or all of them: all",
                           item);
 }
 
@@ -264,7 +264,7 @@ int flesh_command_stress(int argc, char **argv)
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "cases, groups or patterns (default: all)"},
       {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
-       "                         no-untangling or all (default: default)"},
+       "                         trust-region, no-untangling or all (default: default)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
        "how often the random cases run, each with other numbers (default 1)"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,

@@ -15,6 +15,7 @@ typedef enum flesh_stress_solver {
   FLESH_STRESS_NEVER_PROJECTED,  /* the defaults, but none */
   FLESH_STRESS_CLAMPED,          /* the defaults, but projected eigenvalues become zero */
   FLESH_STRESS_ABSOLUTE,         /* the defaults, but they become absolute values */
+  FLESH_STRESS_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
   FLESH_STRESS_NO_UNTANGLING,    /* the defaults, but calm tangles are left as they are */
   FLESH_STRESS_SOLVERS
 } flesh_stress_solver;

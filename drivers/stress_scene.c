@@ -55,6 +55,7 @@ static void write_solver(FILE *stream, const flesh_stress_run *run)
       [FLESH_STRESS_NEVER_PROJECTED] = "projection: never",
       [FLESH_STRESS_CLAMPED] = "filtering: clamp",
       [FLESH_STRESS_ABSOLUTE] = "filtering: absolute",
+      [FLESH_STRESS_TRUST_REGION] = "filtering: trust-region",
       [FLESH_STRESS_NO_UNTANGLING] = "untangle: false"};
   const char *tolerance = strcmp(run->row->group, "statics") ? NULL : "newton_tolerance: 1e-8";
   const char *key = keys[run->setting->solver];

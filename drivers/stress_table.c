@@ -18,6 +18,7 @@ const char *flesh_stress_solver_name(flesh_stress_solver solver)
       [FLESH_STRESS_NEVER_PROJECTED] = "never-projected",
       [FLESH_STRESS_CLAMPED] = "clamped",
       [FLESH_STRESS_ABSOLUTE] = "absolute",
+      [FLESH_STRESS_TRUST_REGION] = "trust-region",
       [FLESH_STRESS_NO_UNTANGLING] = "no-untangling"};
   return names[solver];
 }

@@ -78,7 +78,7 @@ undefined_forms_stop_in_order() {
 
 # Large changes of volume at nu = 0.495 to 1e-8, with hardly more iterations than the best filter.
 statics_reach_their_tolerance() {
-  battery --energies S --poisson 0.495 --cases statics --solvers default,clamped,absolute || return 1
+  battery --energies S --poisson 0.495 --cases statics --solvers default,clamped,absolute,trust-region || return 1
   none 'v["outcome"] != "recovered" || v["unconverged"] > 0 || v["at_rounding"] > 0' &&
     has out/cases/static_shear_S_0.495_default/scene.yaml 'newton_tolerance: 1e-8' &&
     awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) name[$c] = c; next }

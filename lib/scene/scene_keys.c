@@ -17,7 +17,7 @@ static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static const char *const masses[] = {"lumped", "consistent", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
 static const char *const projections[] = {"demand", "always", "never", NULL};
-static const char *const filterings[] = {"auto", "clamp", "absolute", NULL};
+static const char *const filterings[] = {"auto", "clamp", "absolute", "trust-region", NULL};
 static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
 
 const flesh_key flesh_material_table[] = {
@@ -306,8 +306,9 @@ static const flesh_key solver_table[] = {
      .offset = offsetof(flesh_solver_options, filtering),
      .choices = filterings,
      .default_value = "auto",
-     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute "
-            "values; auto: absolute, but in dynamics zero after a filtered step that went as foretold"},
+     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
+            "trust-region: zero after a filtered step that went as foretold, else absolute; auto: "
+            "trust-region in dynamics, absolute in statics"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),

@@ -30,7 +30,8 @@ static double curvature(flesh_problem *self, const double *u, const double *r, c
 static double model_ratio(flesh_problem *self, const double *u, const double *r, const double *p,
                           double slope, double actual)
 {
-  if (self->options.filtering != FLESH_FILTERING_AUTO || !self->projected) return NAN;
+  const flesh_filtering filtering = self->options.filtering;
+  if ((filtering != FLESH_FILTERING_AUTO && filtering != FLESH_FILTERING_TRUST_REGION) || !self->projected) return NAN;
   return actual / -(slope + curvature(self, u, r, p) / 2);
 }
 
@@ -127,9 +128,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
-      /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes may understate: once more. */
+      /* A rise that a shorter step leaves as it was is rounding, too: once more. */
       double rise = value - start;
-      if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
+      if (!accepted && rise > rounding && rise < 1e-12 * magnitude && last_rise > 0 && rise > last_rise / 2) {
         rounding = 4 * fmax(rise, last_rise);
         last_rise = 0;
         scale = full;

@@ -319,13 +319,12 @@ int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, do
  * statics its zeros cost up to a third more than absolute values throughout. */
 static int filter_of(const flesh_problem *self)
 {
-  switch (self->options.filtering) {
-  case FLESH_FILTERING_CLAMP: return FLESH_PROJECTED_CLAMP;
-  case FLESH_FILTERING_ABSOLUTE: return FLESH_PROJECTED_ABSOLUTE;
-  default:
-    return self->stage.shift.a != 0 && fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP
-                                                                          : FLESH_PROJECTED_ABSOLUTE;
-  }
+  flesh_filtering filtering = self->options.filtering;
+  if (filtering == FLESH_FILTERING_AUTO)
+    filtering = self->stage.shift.a != 0 ? FLESH_FILTERING_TRUST_REGION : FLESH_FILTERING_ABSOLUTE;
+  if (filtering == FLESH_FILTERING_TRUST_REGION)
+    return fabs(self->model_ratio - 1) < 0.01 ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
+  return filtering == FLESH_FILTERING_CLAMP ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
 }
 
 int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
