@@ -2,6 +2,7 @@
 #include "sparse/block12.h"
 
 #include <amd.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,7 +68,8 @@ static int make_columns(flesh_block12 *self, const int *starts, const int *neigh
     blocks = columns_of_factor(self, starts, neighbours, order, mark, child, next, size);
   }
   self->blocks = flesh_large(((size_t)blocks * SIZE + 1) * sizeof *self->blocks);
-  return self->blocks ? FLESH_OK : FLESH_ERR_MEMORY;
+  self->kept = flesh_large(((size_t)blocks * SIZE + 1) * sizeof *self->kept);
+  return self->blocks && self->kept ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_block12 *self)
@@ -96,6 +98,7 @@ void flesh_block12_clear(flesh_block12 *self)
   free(self->row);
   free(self->find);
   free(self->blocks);
+  free(self->kept);
   free(self->pivots);
   free(self->inverse);
   free(self->x);
@@ -105,7 +108,7 @@ void flesh_block12_clear(flesh_block12 *self)
 size_t flesh_block12_memory(const flesh_block12 *self)
 {
   const size_t rows = (size_t)self->n, blocks = (size_t)self->start[rows];
-  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) + blocks * (SIZE * sizeof(double) + sizeof(int));
+  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) + blocks * (SIZE * (sizeof(double) + sizeof(float)) + sizeof(int));
 }
 
 void flesh_block12_zero(flesh_block12 *self)
@@ -150,6 +153,26 @@ static void divide(double *restrict B, const double *restrict L, const double *i
   }
 }
 
+/* y -= B x. */
+static inline void subtract_product(double *restrict y, const float *restrict B, const double *restrict x)
+{
+  double sum[N];
+  memcpy(sum, y, sizeof sum);
+  for (int m = 0; m < N; m++)
+    for (int r = 0; r < N; r++) sum[r] -= B[N * m + r] * x[m];
+  memcpy(y, sum, sizeof sum);
+}
+
+/* x -= B^T y. */
+static inline void subtract_transposed(double *restrict x, const float *restrict B, const double *restrict y)
+{
+  for (int m = 0; m < N; m++) {
+    double sum = 0;
+    for (int r = 0; r < N; r++) sum += B[N * m + r] * y[r];
+    x[m] -= sum;
+  }
+}
+
 /* C -= P Q^T. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
@@ -181,7 +204,13 @@ int flesh_block12_factor(flesh_block12 *self)
         subtract(self->blocks + SIZE * (size_t)self->find[row[f]], self->blocks + SIZE * (size_t)f, Q);
     }
   }
-  return 1;
+  const size_t entries = (size_t)start[self->n] * SIZE;
+  double largest = 0;
+  for (size_t e = 0; e < entries; e++) {
+    self->kept[e] = (float)self->blocks[e];
+    largest = fmax(largest, fabs(self->blocks[e]));
+  }
+  return largest < FLT_MAX;
 }
 
 void flesh_block12_solve(flesh_block12 *self)
@@ -193,24 +222,14 @@ void flesh_block12_solve(flesh_block12 *self)
       x[m] *= inverse[m];
       for (int r = m + 1; r < N; r++) x[r] -= L[N * m + r] * x[m];
     }
-    for (int e = self->start[k]; e < self->start[k + 1]; e++) {
-      const double *B = self->blocks + SIZE * (size_t)e;
-      double *y = self->x + N * (size_t)self->row[e];
-      for (int m = 0; m < N; m++)
-        for (int r = 0; r < N; r++) y[r] -= B[N * m + r] * x[m];
-    }
+    for (int e = self->start[k]; e < self->start[k + 1]; e++)
+      subtract_product(self->x + N * (size_t)self->row[e], self->kept + SIZE * (size_t)e, x);
   }
   for (int k = self->n - 1; k >= 0; k--) {
     const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
     double *x = self->x + N * (size_t)k;
-    for (int e = self->start[k]; e < self->start[k + 1]; e++) {
-      const double *B = self->blocks + SIZE * (size_t)e, *y = self->x + N * (size_t)self->row[e];
-      for (int m = 0; m < N; m++) {
-        double sum = 0;
-        for (int r = 0; r < N; r++) sum += B[N * m + r] * y[r];
-        x[m] -= sum;
-      }
-    }
+    for (int e = self->start[k]; e < self->start[k + 1]; e++)
+      subtract_transposed(x, self->kept + SIZE * (size_t)e, self->x + N * (size_t)self->row[e]);
     for (int m = N - 1; m >= 0; m--) {
       for (int r = m + 1; r < N; r++) x[m] -= L[N * m + r] * x[r];
       x[m] *= inverse[m];

@@ -14,6 +14,7 @@ typedef struct flesh_block12 {
   int *find;      /* [n] where the rows of the column at hand are */
   double *blocks; /* [144*start[n]] column by column of each block: [m][r] is row r, column m */
   double *pivots; /* [144*n] the diagonal blocks, likewise */
+  float *kept;    /* [144*start[n]] the factor's blocks, rounded: solutions wait for them */
   double *inverse; /* [12*n] of the factor's diagonal, 0: a direction that is not there */
   double *x;      /* [12*n] in the order of elimination */
 } flesh_block12;
