@@ -56,7 +56,7 @@ static void affine_displacements_are_found(void)
       flesh_coarse_solve(coarse, 3, r);
       memset(z, 0, (size_t)b.n * sizeof *z);
       flesh_coarse_add(coarse, 3, z);
-      CHECK_BELOW(test_distance(b.n, z, u), 1e-10);
+      CHECK_BELOW(test_distance(b.n, z, u), 1e-6);
       flesh_coarse_destroy(&coarse);
       CHECK(coarse == NULL);
     }
@@ -82,8 +82,8 @@ static void boxes_may_be_single_nodes(void)
   for (int d = 0; d < 24; d++) r[d] = sin(1 + d);
   flesh_coarse_solve(coarse, 3, r);
   flesh_coarse_add(coarse, 3, z);
-  flesh_block_multiply(A, z, Az); /* the space is everything, so the inverse is exact */
-  CHECK_BELOW(test_distance(24, Az, r), 1e-9);
+  flesh_block_multiply(A, z, Az); /* the space is everything, so the inverse is exact to single precision */
+  CHECK_BELOW(test_distance(24, Az, r), 1e-4);
   for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
   CHECK(flesh_coarse_setup(coarse, A, NULL) == FLESH_NOT_POSITIVE);
   flesh_coarse_destroy(&coarse);

@@ -17,11 +17,15 @@
 #include "sparse/block_matrix.h"
 #include "sparse/lanes.h"
 
-enum { SLACK = 4 }; /* a block's last row is loaded with the number after it */
+enum {
+  SLACK = 4, /* a block's last row is loaded with the number after it */
+  AHEAD = 16 /* rows whose r and z, which are in another order, are fetched ahead */
+};
 
 struct flesh_cholesky {
   int rows;
   flesh_halves halves;
+  int *ahead; /* [-AHEAD..rows+AHEAD) their order, from one end to the other and beyond */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
   int *source;                     /* A's block of each, or ~ of its transpose's */
@@ -129,6 +133,9 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
     failed |= !(*integers[k] = flesh_large((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
     failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
+  int *ahead = malloc((rows + 2 * AHEAD) * sizeof *ahead);
+  failed |= !ahead;
+  self->ahead = ahead ? ahead + AHEAD : NULL;
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->upper = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
@@ -161,6 +168,8 @@ int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, fle
     *halves = (flesh_halves){0};
     for (int p = 0; p < A->rows; p++) place[self->halves.order[p]] = p;
     status = allocate(self, A);
+    for (int p = -AHEAD; !status && p < A->rows + AHEAD; p++)
+      self->ahead[p] = self->halves.order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1];
   }
   if (!status) status = make_pattern(self, A, place);
   if (!status) status = make_targets(self);
@@ -179,6 +188,7 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
                     self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
                     self->spill, self->upper, self->lower, self->inverse, self->y, self->z};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  if (self->ahead) free(self->ahead - AHEAD);
   flesh_halves_clear(&self->halves);
   free(self);
   *cholesky = NULL;
@@ -298,9 +308,10 @@ typedef struct substitution {
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->lower_start, *column = self->lower_column;
+  const int *start = self->lower_start, *column = self->lower_column, *ahead = self->ahead;
   for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
     const double *r = s->r + s->stride * (size_t)self->halves.order[p];
+    __builtin_prefetch(s->r + s->stride * (size_t)ahead[p + AHEAD]);
     const float *block = self->lower + 9 * (size_t)start[p];
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
@@ -322,8 +333,9 @@ static void forward(const substitution *s, int part)
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->start, *column = self->column;
+  const int *start = self->start, *column = self->column, *ahead = self->ahead;
   for (int p = self->halves.begin[part + 1] - 1; p >= self->halves.begin[part]; p--) {
+    __builtin_prefetch(s->z + s->stride * (size_t)ahead[p - AHEAD], 1);
     const float *block = self->upper + 9 * (size_t)start[p];
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
@@ -356,7 +368,7 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
                between = rows - (size_t)self->halves.begin[2];
-  return sizeof *self + rows * (4 * sizeof(int) + 9 * sizeof(double) + 17 * sizeof(float)) +
+  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 17 * sizeof(float)) +
          blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float);
 }

@@ -25,9 +25,9 @@ struct flesh_coarse {
   int rows, boxes, pairs;
   flesh_threads *threads;
   int *begin, *member;     /* [boxes+1], [rows] nodes of each box, boxes in the order of elimination */
-  flesh_double4 *weights;  /* [rows] by member */
-  flesh_double4 *of_node;  /* [rows] the same by node */
-  flesh_double4 *free;     /* [rows] by member: 1 or, for fixed dofs, 0 */
+  flesh_float4 *weights;   /* [rows] by member; numbers near the exact ones span as good a space */
+  flesh_float4 *of_node;   /* [rows] the same by node */
+  uint8_t *held;           /* [rows] by member: bits of the fixed components */
   term *terms;             /* [blocks] by pair, then by node */
   int *first;              /* [pairs+1] of each pair's terms */
   int *low, *high;         /* [pairs] its boxes in the order */
@@ -119,8 +119,9 @@ static void make_members(flesh_coarse *self, const double *X, const int *box)
     for (int m = self->begin[b]; m < self->begin[b + 1]; m++)
       for (int c = 0; c < 3; c++) size = fmax(size, fabs(X[3 * (size_t)self->member[m] + c] - centre[c]));
     for (int m = self->begin[b]; m < self->begin[b + 1]; m++) {
-      flesh_double4 w = {1, 0, 0, 0};
-      for (int c = 0; c < 3 && size > 0; c++) w[c + 1] = (X[3 * (size_t)self->member[m] + c] - centre[c]) / size;
+      flesh_float4 w = {1, 0, 0, 0};
+      for (int c = 0; c < 3 && size > 0; c++)
+        w[c + 1] = (float)((X[3 * (size_t)self->member[m] + c] - centre[c]) / size);
       self->weights[m] = self->of_node[self->member[m]] = w;
     }
   }
@@ -157,16 +158,16 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
 
 static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X)
 {
-  const size_t rows = (size_t)A->rows, vector = (rows + 1) * sizeof(flesh_double4);
+  const size_t rows = (size_t)A->rows, vector = (rows + 1) * sizeof(flesh_float4);
   int *box = malloc((rows + 1) * sizeof *box), *starts = NULL, *neighbours = NULL;
   located *nodes = malloc((rows + 1) * sizeof *nodes);
   self->begin = calloc((size_t)self->boxes + 1, sizeof *self->begin);
   self->member = malloc((rows + 1) * sizeof *self->member);
   self->weights = flesh_large(vector);
   self->of_node = flesh_large(vector);
-  self->free = flesh_large(vector);
+  self->held = malloc(rows + 1);
   self->terms = flesh_large(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
-  int failed = !box || !nodes || !self->begin || !self->member || !self->weights || !self->of_node || !self->free ||
+  int failed = !box || !nodes || !self->begin || !self->member || !self->weights || !self->of_node || !self->held ||
                !self->terms;
   if (!failed) {
     for (int i = 0; i < A->rows; i++) nodes[i].node = i;
@@ -204,7 +205,7 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 {
   if (!coarse || !*coarse) return;
   flesh_coarse *self = *coarse;
-  void *arrays[] = {self->begin, self->member, self->weights, self->of_node, self->free,
+  void *arrays[] = {self->begin, self->member, self->weights, self->of_node, self->held,
                     self->terms, self->first,  self->low,     self->high};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_block12_clear(&self->matrix);
@@ -222,7 +223,7 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
                             flesh_double4 T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const flesh_double4 w = self->of_node[t->other];
+  const flesh_double4 w = FLESH_LANES_WIDE(self->of_node[t->other]);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
@@ -242,7 +243,7 @@ static void assemble_pair(void *data, int pair)
   flesh_double4 sum[3][4][3] = {{{{0}}}};
   for (int k = self->first[pair]; k < end;) {
     const int node = self->terms[k].node;
-    const flesh_double4 w = self->of_node[node];
+    const flesh_double4 w = FLESH_LANES_WIDE(self->of_node[node]);
     flesh_double4 T[9] = {{0}};
     for (; k < end && self->terms[k].node == node; k++) add_term(self, s->A, &self->terms[k], T);
     for (int c = 0; c < 3; c++)
@@ -260,7 +261,7 @@ int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, const ui
   self->fixed = fixed;
   for (int m = 0; m < self->rows; m++) {
     const uint8_t *held = fixed ? fixed + 3 * (size_t)self->member[m] : NULL;
-    self->free[m] = held ? (flesh_double4){!held[0], !held[1], !held[2], 0} : (flesh_double4){1, 1, 1, 0};
+    self->held[m] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
   }
   flesh_block12_zero(&self->matrix);
   flesh_threads_run(self->threads, self->pairs, assemble_pair, &s);
@@ -275,17 +276,26 @@ typedef struct correction {
   double *z;
 } correction;
 
+/* Fixed components have no part in the coarse space; few nodes have any. */
+static inline flesh_double4 without(flesh_double4 x, int held)
+{
+  for (int c = 0; held && c < 3; c++)
+    if (held >> c & 1) x[c] = 0;
+  return x;
+}
+
 static void restrict_box(void *data, int box)
 {
   const correction *s = data;
   const flesh_coarse *self = s->coarse;
   flesh_double4 sum0 = {0}, sum1 = {0}, sum2 = {0};
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
-    const double *r = s->r + s->stride * (size_t)self->member[m];
-    const flesh_double4 w = self->weights[m], part = self->free[m];
-    sum0 += w * (part[0] * r[0]);
-    sum1 += w * (part[1] * r[1]);
-    sum2 += w * (part[2] * r[2]);
+    const double *from = s->r + s->stride * (size_t)self->member[m];
+    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]),
+                        r = without((flesh_double4){from[0], from[1], from[2], 0}, self->held[m]);
+    sum0 += w * r[0];
+    sum1 += w * r[1];
+    sum2 += w * r[2];
   }
   double *x = self->matrix.x + N * (size_t)box;
   memcpy(x, &sum0, sizeof sum0);
@@ -301,10 +311,10 @@ static void prolong_box(void *data, int box)
   flesh_double4 by_weight[4];
   for (int a = 0; a < 4; a++) by_weight[a] = (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
-    const flesh_double4 w = self->weights[m];
+    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]);
     double *z = s->z + s->stride * (size_t)self->member[m];
     flesh_double4 move = by_weight[0] * w[0] + by_weight[1] * w[1] + by_weight[2] * w[2] + by_weight[3] * w[3];
-    move *= self->free[m];
+    move = without(move, self->held[m]);
     for (int c = 0; c < 3; c++) z[c] += move[c];
   }
 }
@@ -325,6 +335,6 @@ void flesh_coarse_add(flesh_coarse *self, int stride, double *z)
 size_t flesh_coarse_memory(const flesh_coarse *self)
 {
   const size_t rows = (size_t)self->rows, terms = (size_t)self->first[self->pairs];
-  return sizeof *self + rows * (3 * sizeof(flesh_double4) + sizeof(int)) + terms * sizeof(term) +
+  return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + sizeof(int)) + terms * sizeof(term) +
          (size_t)self->pairs * 3 * sizeof(int) + flesh_block12_memory(&self->matrix);
 }

@@ -2,7 +2,8 @@
  *
  * The body's nodes are cut into boxes by their rest positions X, and the coarse space holds every displacement that is
  * affine in X within each box: translations, rotations from any deformed state, stretches. With P its basis, what is
- * added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method with a coarse space. */
+ * added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method with a coarse space. P and the factor of
+ * P^T A P are rounded to single precision, as they are read in every iteration; what is added stays symmetric. */
 #ifndef FLESH_SPARSE_COARSE_H
 #define FLESH_SPARSE_COARSE_H
 

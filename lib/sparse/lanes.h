@@ -21,6 +21,9 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 #define FLESH_LANES_KEEP(lanes) ((void)0)
 #endif
 
+/* Four lanes in double precision. */
+#define FLESH_LANES_WIDE(lanes) __builtin_convertvector(lanes, flesh_double4)
+
 /* {sum of a's, of b's, of c's first three lanes, anything}; either type. */
 #define FLESH_LANES_SUMS(a, b, c)                                                                  \
   (__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 4, 1, 5), c, 0, 1, 4, 4) +             \
