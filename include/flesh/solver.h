@@ -32,11 +32,12 @@ typedef enum flesh_projection {
 
 /* What projection makes of an element's negative eigenvalues. */
 typedef enum flesh_filtering {
-  FLESH_FILTERING_AUTO,        /* trust region in dynamics, absolute values in statics */
-  FLESH_FILTERING_CLAMP,       /* zero */
-  FLESH_FILTERING_ABSOLUTE,    /* absolute values */
-  FLESH_FILTERING_TRUST_REGION /* zero after a filtered step whose decrease the quadratic model foretold to a hundredth,
-                                  else absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering") */
+  FLESH_FILTERING_AUTO,     /* trust region in dynamics, absolute values in statics */
+  FLESH_FILTERING_CLAMP,    /* zero */
+  FLESH_FILTERING_ABSOLUTE, /* absolute values */
+  /* Zero after a filtered step whose decrease the quadratic model foretold to a hundredth, else
+   * absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
+  FLESH_FILTERING_TRUST_REGION
 } flesh_filtering;
 
 typedef enum flesh_globalization {
