@@ -183,13 +183,13 @@ static int draw_growth(const flesh_bench_plan *plan)
           "set xlabel 'tets'\nset format x '%%.0s %%c'\nset xrange [%g:%g]\n"
           "set key below vertical maxcols 1 maxrows %d\n"
           "set multiplot layout 1,2 margins 0.07,0.98,%.3f,%.3f spacing 0.09,0\n"
-          "set title 'Time of a step (exponents: from %d 000 tets)'\nset ylabel 'ms'\nplot ",
+          "set title 'Time of a step, ms (exponents: from %d 000 tets)'\nplot ",
           0.8 * smallest, 1.25 * largest, count, (100.0 + 17 * count) / height, 1 - 40.0 / height,
           FLESH_BENCH_TIME_FROM / 1000);
   write_curves(plan, cases, count, 2, stream);
   fprintf(stream,
           "set title 'Linear per Newton iteration (exponents: from %d 000 tets)'\n"
-          "set ylabel 'iterations'\nunset logscale y\nset yrange [0:*]\nplot ",
+          "unset logscale y\nset yrange [0:*]\nplot ",
           FLESH_BENCH_LINEAR_FROM / 1000);
   write_curves(plan, cases, count, 3, stream);
   fputs("unset multiplot\n", stream);
