@@ -62,9 +62,9 @@ size_t flesh_product_memory(const flesh_product *product)
   return (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof(int);
 }
 
-/* Blocks that are fetched ahead: beyond the caches that takes a quarter off a product, as rows are not all neighbours
- * in memory. */
-enum { AHEAD = 24 };
+/* Blocks that are fetched ahead, as rows are not all neighbours in memory: of a matrix beyond the caches (MANY blocks)
+ * more, since they take longer to come. */
+enum { AHEAD = 24, FAR_AHEAD = 80, MANY = 200000 };
 
 typedef struct multiplication {
   flesh_product *product;
@@ -79,6 +79,7 @@ static double multiply_rows(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
   const int *start = m->A->row_start, *place = product->place;
+  const int ahead = 9 * (product->blocks < MANY ? AHEAD : FAR_AHEAD);
   double *x = m->x, *y = m->y;
   flesh_double4 curvature = {0};
   for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
@@ -92,7 +93,7 @@ static double multiply_rows(const multiplication *m, int part)
     flesh_double4 diagonal = row0 * x0 + row1 * x1 + row2 * x2, sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[i] + 1; k < start[i + 1]; k++) {
       block += 9;
-      __builtin_prefetch(block + 9 * AHEAD);
+      __builtin_prefetch(block + ahead);
       const int j = place[k];
       const flesh_double4 xj = *(const flesh_double4 *)(x + j);
       flesh_double4 *yj = (flesh_double4 *)(y + j);
