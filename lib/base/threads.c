@@ -16,9 +16,10 @@
 
 #include "base/error.h"
 
-/* How often an idle thread looks for work before it sleeps, and how often a caller looks whether
- * the last tasks are done before it lets others run: some tens of microseconds. */
-enum { LOOKS = 4000 };
+/* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve does
+ * by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks are done
+ * before it lets others run, some tens of microseconds. */
+enum { IDLE_LOOKS = 32000, LOOKS = 4000 };
 
 /* Tasks left of one thread: generation << 32 | next << 16 | end, in one word so that a thread that
  * comes late from an earlier run takes none. */
@@ -78,7 +79,7 @@ static void work(flesh_threads *self, int number, uint32_t generation)
 /* The generation after `seen`, waiting for it if need be. */
 static uint32_t next_generation(flesh_threads *self, uint32_t seen)
 {
-  for (int look = 0; look < LOOKS; look++) {
+  for (int look = 0; look < IDLE_LOOKS; look++) {
     uint32_t now = atomic_load(&self->generation);
     if (now != seen || atomic_load(&self->ending)) return now;
     pause_briefly();

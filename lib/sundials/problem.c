@@ -173,13 +173,31 @@ void flesh_problem_start(const flesh_problem *self, double *u)
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->stats; }
 
-/* y = base + shift u; without a base, 0. */
-static void go(int n, const double *base, double shift, const double *u, double *y)
+/* y = base + shift u from begin to end; without a base, 0. */
+static void go(int begin, int end, const double *base, double shift, const double *u, double *y)
 {
   if (base)
-    for (int d = 0; d < n; d++) y[d] = base[d] + shift * u[d];
+    for (int d = begin; d < end; d++) y[d] = base[d] + shift * u[d];
   else
-    for (int d = 0; d < n; d++) y[d] = shift * u[d];
+    for (int d = begin; d < end; d++) y[d] = shift * u[d];
+}
+
+typedef struct departure {
+  flesh_problem *problem;
+  const double *u;
+} departure;
+
+enum { DOFS = 4096 }; /* of a task */
+
+static void go_part(void *data, int part)
+{
+  const departure *from = data;
+  flesh_problem *self = from->problem;
+  const flesh_stage *s = &self->stage;
+  const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
+  go(begin, end, s->x0, s->shift.x, from->u, self->x);
+  go(begin, end, s->v0, s->shift.v, from->u, self->v);
+  go(begin, end, s->a0, s->shift.a, from->u, self->a);
 }
 
 /* The point of u with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
@@ -187,9 +205,7 @@ static void go(int n, const double *base, double shift, const double *u, double 
 static flesh_point point_at(flesh_problem *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  go(self->n, s->x0, s->shift.x, u, self->x);
-  go(self->n, s->v0, s->shift.v, u, self->v);
-  go(self->n, s->a0, s->shift.a, u, self->a);
+  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, go_part, &(departure){self, u});
   for (int k = 0; k < self->held_count; k++) {
     const int d = self->held[k];
     const double held = self->u_fixed[d];
