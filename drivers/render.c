@@ -65,15 +65,47 @@ static projected project(const flesh_view *view, const double p[3])
   return r;
 }
 
+/* Twice a triangle's area in the picture, positive when it is seen from behind, as y points down. */
+static double area_of(const projected c[3])
+{
+  return (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x);
+}
+
 /* Barycentric weights of (x, y) in the picture of a triangle; 0 when it is seen edge on. */
 static int weights_at(const projected c[3], double x, double y, double b[3])
 {
-  double area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x);
+  const double area = area_of(c);
   if (!(fabs(area) > 1e-12)) return 0;
   b[1] = ((x - c[0].x) * (c[2].y - c[0].y) - (y - c[0].y) * (c[2].x - c[0].x)) / area;
   b[2] = ((c[1].x - c[0].x) * (y - c[0].y) - (c[1].y - c[0].y) * (x - c[0].x)) / area;
   b[0] = 1 - b[1] - b[2];
   return 1;
+}
+
+static void put(buffer *target, int x, int y, float depth, int number)
+{
+  if (x < 0 || y < 0 || x >= target->width || y >= target->height) return;
+  const size_t at = (size_t)y * (size_t)target->width + (size_t)x;
+  if (depth >= target->depth[at]) return;
+  target->depth[at] = depth;
+  target->triangle[at] = number;
+}
+
+/* A triangle that is but a line or a point, as those of collapsed bodies: its edges, three samples wide. */
+static void draw_edges(buffer *target, const projected c[3], int number)
+{
+  for (int k = 0; k < 3; k++) {
+    const projected *p = &c[k], *q = &c[(k + 1) % 3];
+    const double length = fmin(hypot(q->x - p->x, q->y - p->y), 4.0 * (target->width + target->height));
+    const int steps = 1 + (int)length;
+    for (int i = 0; i <= steps; i++) {
+      const double part = (double)i / steps, x = p->x + part * (q->x - p->x), y = p->y + part * (q->y - p->y);
+      if (!(fabs(x) < 1e9 && fabs(y) < 1e9)) continue;
+      for (int s = 0; s < 9; s++)
+        put(target, (int)floor(x) + s % 3 - 1, (int)floor(y) + s / 3 - 1,
+            (float)(p->depth + part * (q->depth - p->depth)), number);
+    }
+  }
 }
 
 static void fill(buffer *target, const projected c[3], int number)
@@ -85,6 +117,10 @@ static void fill(buffer *target, const projected c[3], int number)
     low[1] = fmin(low[1], c[k].y), high[1] = fmax(high[1], c[k].y);
   }
   if (high[0] < 0 || high[1] < 0 || low[0] > target->width || low[1] > target->height) return;
+  if (fabs(area_of(c)) <= 1e-3 * hypot(high[0] - low[0], high[1] - low[1])) {
+    draw_edges(target, c, number);
+    return;
+  }
   int x0 = (int)fmax(0, floor(low[0] - 0.5)), x1 = (int)fmin(target->width - 1, ceil(high[0]));
   int y0 = (int)fmax(0, floor(low[1] - 0.5)), y1 = (int)fmin(target->height - 1, ceil(high[1]));
   /* The weights are linear: their steps in x and y from two more points. */
@@ -96,11 +132,7 @@ static void fill(buffer *target, const projected c[3], int number)
       double i = x - x0, j = y - y0, w[3];
       for (int k = 0; k < 3; k++) w[k] = b[k] + i * (bx[k] - b[k]) + j * (by[k] - b[k]);
       if (w[0] < 0 || w[1] < 0 || w[2] < 0) continue;
-      float depth = (float)(w[0] * c[0].depth + w[1] * c[1].depth + w[2] * c[2].depth);
-      size_t at = (size_t)y * (size_t)target->width + (size_t)x;
-      if (depth >= target->depth[at]) continue;
-      target->depth[at] = depth;
-      target->triangle[at] = number;
+      put(target, x, y, (float)(w[0] * c[0].depth + w[1] * c[1].depth + w[2] * c[2].depth), number);
     }
 }
 
@@ -218,7 +250,7 @@ static void base_colour(const flesh_render_surface *f, int triangle, const doubl
 /* Distance of the sample from the nearest edge, in samples. */
 static double edge_distance(const projected c[3], const double b[3])
 {
-  double area = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x);
+  const double area = area_of(c);
   double least = INFINITY;
   for (int k = 0; k < 3; k++) {
     const projected *p = &c[(k + 1) % 3], *q = &c[(k + 2) % 3];
@@ -251,8 +283,7 @@ static void shade(const scene *s, int number, double x, double y, double samples
   }
   normalise(eye);
   /* Seen from behind when the triangle itself is: interpolated normals may turn early. */
-  double turned = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[1].y - c[0].y) * (c[2].x - c[0].x);
-  int inside = turned > 0; /* y points down */
+  int inside = area_of(c) > 0;
   for (int d = 0; d < 3 && inside; d++) face[d] = -n[d];
   const double *sun = s->sun_view.back;
   double light = flesh_vec3_dot(face, sun), facing = fmax(flesh_vec3_dot(face, eye), 0), shadow = 0;

@@ -74,6 +74,28 @@ static void near_hides_far(void)
   }
 }
 
+/* What has collapsed to a line or a point can be seen: about as long as it is, and thin. */
+static void lines_and_points_are_drawn(void)
+{
+  flesh_camera camera = {.azimuth = 90, .target = {0, 0, 0}, .height = 4};
+  flesh_view_fit fit;
+  flesh_view view;
+  flesh_view_fit_begin(&camera, 80, 80, &fit);
+  flesh_view_fit_end(&fit, &camera, &view);
+  static const double line[9] = {-1, 0, -1, 1, 0, 1, 0, 0, 0}, point[9] = {0};
+  static const int corners[3] = {0, 1, 2};
+  for (int k = 0; k < 2; k++) {
+    flesh_image image;
+    int drawn = 0;
+    const flesh_render_surface surface = {
+        .vertices = 3, .triangles = 1, .x = k ? point : line, .corners = corners, .plain = {0.5f, 0.1f, 0.1f}};
+    CHECK_OK(flesh_render(&view, 1, &surface, 3, &image));
+    for (int p = 0; p < 6400; p++) drawn += (image.pixels[p] >> 8 & 255) < 200;
+    CHECK(k ? drawn >= 1 && drawn <= 4 : drawn >= 40 && drawn <= 120); /* 40 pixels along either axis */
+    flesh_image_free(&image);
+  }
+}
+
 /* A small plate between the light and a large one darkens it. */
 static void shadows_fall(void)
 {
@@ -231,6 +253,6 @@ int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
   return RUN_TESTS(argc, argv, TEST(everything_is_in_the_picture_and_fills_it), TEST(near_hides_far),
-                   TEST(shadows_fall), TEST(the_inside_is_darker), TEST(values_are_those_of_the_motion),
-                   TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
+                   TEST(lines_and_points_are_drawn), TEST(shadows_fall), TEST(the_inside_is_darker),
+                   TEST(values_are_those_of_the_motion), TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
 }
