@@ -32,7 +32,7 @@ typedef enum flesh_projection {
 
 /* What projection makes of an element's negative eigenvalues. */
 typedef enum flesh_filtering {
-  FLESH_FILTERING_AUTO,     /* as trust region, but in statics foretold to a fifth */
+  FLESH_FILTERING_AUTO,     /* trust region in dynamics, absolute values in statics */
   FLESH_FILTERING_CLAMP,    /* zero */
   FLESH_FILTERING_ABSOLUTE, /* absolute values */
   /* Zero after a filtered step whose decrease the quadratic model foretold to a hundredth, else

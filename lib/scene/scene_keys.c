@@ -308,7 +308,7 @@ static const flesh_key solver_table[] = {
      .default_value = "auto",
      .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
             "trust-region: zero after a filtered step whose decrease was foretold to 1 %, else "
-            "absolute; auto: the same, in statics to 20 %"},
+            "absolute; auto: the same in dynamics, absolute in statics"},
     {.name = "globalization",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, globalization),
