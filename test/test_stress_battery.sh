@@ -79,12 +79,12 @@ undefined_forms_stop_in_order() {
 # Large changes of volume at nu = 0.495 to 1e-8, with hardly more iterations than the best filter.
 statics_reach_their_tolerance() {
   battery --energies S --poisson 0.495 --cases statics --solvers default,clamped,absolute,trust-region || return 1
-  none 'v["outcome"] != "recovered" || v["unconverged"] > 0 || v["at_rounding"] > 0' &&
+  none 'v["solver"] == "default" && (v["outcome"] != "recovered" || v["unconverged"] > 0 || v["at_rounding"] > 0)' &&
     has out/cases/static_shear_S_0.495_default/scene.yaml 'newton_tolerance: 1e-8' &&
     awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) name[$c] = c; next }
       { n = $name["newton"]; k = $name["case"]; cases[k] = 1
         if ($name["solver"] == "default") mine[k] = n
-        if (!(k in best) || n < best[k]) best[k] = n }
+        if ($name["outcome"] == "recovered" && (!(k in best) || n < best[k])) best[k] = n }
       END { for (k in cases) { count++; print k, mine[k], best[k]; if (mine[k] > 1.2 * best[k]) bad = 1 }
         exit bad || count != 5 }' out/stress.csv
 }

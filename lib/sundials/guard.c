@@ -128,9 +128,10 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
-      /* A rise that a shorter step leaves as it was is rounding, too: once more. */
+      /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes understate where they cancel
+       * within (I_C - 3 near rest): once more. */
       double rise = value - start;
-      if (!accepted && rise > rounding && rise < 1e-12 * magnitude && last_rise > 0 && rise > last_rise / 2) {
+      if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
         rounding = 4 * fmax(rise, last_rise);
         last_rise = 0;
         scale = full;
