@@ -44,11 +44,10 @@ static void parabolas_are_exact(void)
 static int iterations(int forgetful, double *end)
 {
   test_body b;
-  flesh_material material;
   flesh_solver_options options;
   flesh_solve_stats stats = {0};
   flesh_integrator *integrator = NULL;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  const flesh_material material = test_material(FLESH_ENERGY_S, 0.45);
   CHECK_OK(test_body_create(test_box(12, 4, 4, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 0, 0, -2));
   CHECK_OK(test_body_clamp(&b, 1e-9));
@@ -94,10 +93,9 @@ static int serves(flesh_problem *problem, const flesh_state *state, double h, do
 static void a_preconditioner_serves_in_stages_that_go_on(void)
 {
   test_body b;
-  flesh_material material;
   flesh_solver_options options;
   flesh_problem *problem = NULL;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  const flesh_material material = test_material(FLESH_ENERGY_S, 0.45);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* let go at 0.5 s */
   CHECK_OK(flesh_system_finish(b.system));
@@ -156,10 +154,9 @@ static void draw_rigidly(int n, const double *mass, const double *y, double *x)
 static void free_bodies_turn_on(void)
 {
   test_body b;
-  flesh_material material;
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
-  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.49, &material));
+  const flesh_material material = test_material(FLESH_ENERGY_S, 0.49);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 0.2, 0.1, 0.1), material, 1e-3, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_finish(b.system));
   flesh_solver_options_default(&options);
@@ -198,6 +195,6 @@ static void free_bodies_turn_on(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(calm_swings_take_fewer_iterations), TEST(free_bodies_turn_on),
-                   TEST(a_preconditioner_serves_in_stages_that_go_on));
+  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(calm_swings_take_fewer_iterations),
+                   TEST(free_bodies_turn_on), TEST(a_preconditioner_serves_in_stages_that_go_on));
 }

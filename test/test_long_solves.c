@@ -72,7 +72,8 @@ static int solve(const flesh_effect_operations *operations, spring *s, const fle
   flesh_integrator *integrator = NULL;
   s->nodes = flesh_mesh_node_count(mesh);
   s->special = 1; /* of the mesh it has x = 1 */
-  flesh_state state = {.x = malloc(3 * (size_t)s->nodes * sizeof(double)), .v = calloc(3 * (size_t)s->nodes, sizeof(double))};
+  flesh_state state = {.x = malloc(3 * (size_t)s->nodes * sizeof(double)),
+                       .v = calloc(3 * (size_t)s->nodes, sizeof(double))};
   memcpy(state.x, flesh_mesh_positions(mesh), 3 * (size_t)s->nodes * sizeof *state.x);
   CHECK_OK(flesh_system_create(mesh, &system));
   CHECK_OK(flesh_effect_create(operations, s, &effect));

@@ -161,7 +161,8 @@ static void patches_that_raise_the_potential_are_refused(void)
   make_block(FLESH_MASS_LUMPED, &b);
   CHECK_OK(flesh_system_finish(b.system));
   CHECK_OK(flesh_problem_create(b.system, &options, &problem));
-  double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(3 * (size_t)b.n * sizeof *r), *p = r + b.n, *alone = r + 2 * b.n;
+  double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(3 * (size_t)b.n * sizeof *r);
+  double *p = r + b.n, *alone = r + 2 * b.n;
   const flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 60, .a = 3600}, .x0 = b.state.x};
   throw_about(&b, 0.002, u);
   for (int k = 0; k < 2; k++) {

@@ -122,7 +122,8 @@ static void turn_nearest(int count, const int *nodes, const double *mass, const 
   else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
 
-static void guess_part(int count, const int *nodes, const double *mass, const flesh_state *state, double h, int nearest, double *u)
+static void guess_part(int count, const int *nodes, const double *mass, const flesh_state *state, double h,
+                       int nearest, double *u)
 {
   double centre[3] = {0}, mean[3] = {0}, total = 0, turn[9];
   for (int k = 0; k < count; k++) {

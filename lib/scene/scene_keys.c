@@ -271,7 +271,8 @@ static const flesh_key solver_table[] = {
      .offset = offsetof(flesh_solver_options, max_linear),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "2000",
-     .doc = "iterations per linear solve; one that they do not end is left to a direct factorisation, unless that costs more"},
+     .doc = "iterations per linear solve; one that they do not end is left to a direct factorisation, "
+            "unless that costs more"},
     {.name = "max_halvings",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, max_halvings),

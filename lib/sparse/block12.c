@@ -108,7 +108,8 @@ void flesh_block12_clear(flesh_block12 *self)
 size_t flesh_block12_memory(const flesh_block12 *self)
 {
   const size_t rows = (size_t)self->n, blocks = (size_t)self->start[rows];
-  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) + blocks * (SIZE * (sizeof(double) + sizeof(float)) + sizeof(int));
+  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) +
+         blocks * (SIZE * (sizeof(double) + sizeof(float)) + sizeof(int));
 }
 
 void flesh_block12_zero(flesh_block12 *self)

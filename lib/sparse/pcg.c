@@ -12,8 +12,8 @@
 #include "sparse/product.h"
 
 enum {
-  CHUNK = 1024, /* nodes of a task: what is summed up does not depend on the threads */
-  PARTS = 4     /* of a sum, as additions wait for each other */
+  CHUNK = 1024,                 /* nodes of a task: what is summed up does not depend on the threads */
+  PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
 };
 
 struct flesh_pcg_space {

@@ -17,8 +17,12 @@ static int compare_int(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* Where the twins of the nodes between begin in x and y, which are summed up four nodes at a time. */
-static int first_twin(const flesh_product *product) { return (product->begin[3] + 3) / 4 * 4; }
+/* Where the twins of the nodes between begin in x and y: behind the padding. */
+static int first_twin(const flesh_product *product)
+{
+  const int padding = FLESH_PRODUCT_PADDING;
+  return (product->begin[3] + padding - 1) / padding * padding;
+}
 
 int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_product *product)
 {
@@ -40,7 +44,8 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
     qsort(product->rows + product->begin[part],
           (size_t)(product->begin[part + 1] - product->begin[part]), sizeof *product->rows, compare_int);
   for (int i = 0; i < A->rows; i++) twin[i] = i;
-  for (int p = product->begin[2]; p < A->rows; p++) twin[product->rows[p]] = first_twin(product) + p - product->begin[2];
+  for (int p = product->begin[2]; p < A->rows; p++)
+    twin[product->rows[p]] = first_twin(product) + p - product->begin[2];
   for (int p = 0; p < A->rows; p++) {
     const int second = p >= product->begin[1] && p < product->begin[2], i = product->rows[p];
     for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)

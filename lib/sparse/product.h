@@ -6,6 +6,9 @@
 
 #include "sparse/halves.h"
 
+/* Nodes that vectors are padded to a multiple of, so that they can be summed up as many at a time. */
+enum { FLESH_PRODUCT_PADDING = 4 };
+
 typedef struct flesh_product {
   int *rows;    /* [begin[3]] as in halves, each part ascending */
   int begin[4];
@@ -19,7 +22,7 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);
 
-/* y = A x, both [4*nodes], of which the first 4*rows are the vectors, the fourth lane of x finite and that of y anything,
+/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of y anything,
  * and the last belong to the product; *curvature = x.A x. */
 void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                             double *x, double *y, double *curvature);

@@ -152,7 +152,8 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
   self->previous_norm = 0;
-  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = self->stalled = 0;
+  self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
+  if (self->stalled > 0) self->stalled = 0; /* what is too dear stays so */
   self->model_ratio = self->first_potential = NAN;
   keep_preconditioner(self);
   memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);

@@ -26,7 +26,7 @@ struct flesh_problem {
   flesh_pcg_space *pcg;
   flesh_direct *direct;
   flesh_direct *rescue;   /* of linear solves that PCG cannot end; NULL: none was needed, or it would be too dear */
-  int stalled;            /* PCG could not end one of the stage; -1: and nothing can be done about it */
+  int stalled;            /* PCG could not end one of the stage; -1: of any, and a factorisation is too dear */
   flesh_threads *threads;
   flesh_scalar_view view; /* made when a sparse SUNMatrix is first filled */
   double *work;           /* [4*n] of the linear solver */
