@@ -1,5 +1,5 @@
 /* test_elasticity.c: the batched kernels (elasticity's, damping's, viscosity's, mass's), with every set of
- * instructions that this machine has, against one tet at a time through flesh/material.h; pieces, colours and
+ * instructions that this machine has, against one tet at a time through flesh/material.h; pieces, rounds and
  * threads. */
 #include <stdlib.h>
 
@@ -387,7 +387,7 @@ static void bad_states_are_told_apart(void)
       }
 }
 
-static void pieces_of_a_colour_share_no_node(void)
+static void pieces_of_a_round_share_no_node(void)
 {
   flesh_mesh *mesh;
   flesh_tet_order order;
@@ -396,12 +396,12 @@ static void pieces_of_a_colour_share_no_node(void)
   int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
   int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
   char *seen = calloc((size_t)tets, 1);
-  CHECK(order.pieces > 20 && order.colours > 1 && order.colours < 30);
-  CHECK(order.colour_first[order.colours] == order.pieces);
+  CHECK(order.pieces > 20 && order.rounds > 1 && order.rounds < 30);
+  CHECK(order.round_first[order.rounds] == order.pieces);
   CHECK(order.piece_first[order.pieces] == tets);
-  for (int c = 0; c < order.colours; c++) {
+  for (int c = 0; c < order.rounds; c++) {
     for (int i = 0; i < nodes; i++) owner[i] = -1;
-    for (int p = order.colour_first[c]; p < order.colour_first[c + 1]; p++)
+    for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
       for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
         twice += seen[order.tet[k]]++;
         for (int a = 0; a < 4; a++) {
@@ -518,7 +518,7 @@ static void instructions_by_name(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(extreme_sizes),
-                   TEST(bad_states_are_told_apart), TEST(pieces_of_a_colour_share_no_node),
+                   TEST(bad_states_are_told_apart), TEST(pieces_of_a_round_share_no_node),
                    TEST(threads_give_the_same_bits), TEST(places_are_kept_once),
                    TEST(instructions_by_name));
 }

@@ -185,6 +185,7 @@ static int elastic_second_order(const flesh_batches *batches, int from, int unti
   for (int k = from; k < until; k++) {
     batch b;
     flesh_real pair[6][9];
+    expect_blocks(batches, k, slots, values);
     int status = load(batches, k, at->x, 0, &b);
     if (status) return status;
     if (at->project) {

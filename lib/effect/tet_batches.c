@@ -22,7 +22,7 @@ typedef struct job {
   const int *slots;
   double *result; /* residual, or values of the matrix */
   double sums[PARTS][2];
-  int colour, first_piece;
+  int round, first_piece;
   _Atomic int status; /* the largest */
 } job;
 
@@ -46,30 +46,30 @@ static void second_order_of_piece(void *data, int task)
   note_status(j, j->kernel->second_order(&j->self->batches, batch[0], batch[1], j->at, j->slots, j->result));
 }
 
-/* A colour's pieces are dealt out in shares to the parts, from a part of its own on, so that few
- * pieces of many colours go to many parts. */
-static int shares_of_colour(const flesh_tet_order *order, int colour)
+/* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
+ * pieces of many rounds go to many parts. */
+static int shares_of_round(const flesh_tet_order *order, int round)
 {
-  int pieces = order->colour_first[colour + 1] - order->colour_first[colour];
+  int pieces = order->round_first[round + 1] - order->round_first[round];
   return pieces < PARTS ? pieces : PARTS;
 }
 
-static void batches_of_share(const flesh_tets *self, int colour, int share, int *from, int *until)
+static void batches_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
 {
-  int first = self->order.colour_first[colour], shares = shares_of_colour(&self->order, colour);
-  int64_t pieces = self->order.colour_first[colour + 1] - first;
+  int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
+  int64_t pieces = self->order.round_first[round + 1] - first;
   *from = self->piece_batch[first + pieces * share / shares];
   *until = self->piece_batch[first + pieces * (share + 1) / shares];
 }
 
-/* The same sums in the same order as by both_of_share, colour after colour. */
+/* The same sums in the same order as by both_of_share, round after round. */
 static void sums_of_part(void *data, int task)
 {
   job *j = data;
   const flesh_tet_order *order = &j->self->order;
-  for (int c = 0, from, until; c < order->colours; c++) {
-    int share = (task - order->colour_first[c] % PARTS + PARTS) % PARTS;
-    if (share >= shares_of_colour(order, c)) continue;
+  for (int c = 0, from, until; c < order->rounds; c++) {
+    int share = (task - order->round_first[c] % PARTS + PARTS) % PARTS;
+    if (share >= shares_of_round(order, c)) continue;
     batches_of_share(j->self, c, share, &from, &until);
     note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, NULL, j->sums[task]));
   }
@@ -78,18 +78,18 @@ static void sums_of_part(void *data, int task)
 static void both_of_share(void *data, int task)
 {
   job *j = data;
-  double *sums = j->sums[(j->self->order.colour_first[j->colour] + task) % PARTS];
+  double *sums = j->sums[(j->self->order.round_first[j->round] + task) % PARTS];
   int from, until;
-  batches_of_share(j->self, j->colour, task, &from, &until);
+  batches_of_share(j->self, j->round, task, &from, &until);
   note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, sums));
 }
 
 static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
 {
   const flesh_tet_order *order = &j->self->order;
-  for (int c = 0; c < order->colours && !j->status; c++) {
-    j->first_piece = order->colour_first[c];
-    flesh_threads_run(threads, order->colour_first[c + 1] - j->first_piece, task, j);
+  for (int c = 0; c < order->rounds && !j->status; c++) {
+    j->first_piece = order->round_first[c];
+    flesh_threads_run(threads, order->round_first[c + 1] - j->first_piece, task, j);
   }
   return j->status;
 }
@@ -100,8 +100,8 @@ int flesh_tets_first_order(const flesh_tets *self, const flesh_tet_kernel *kerne
   job j = {.self = self, .kernel = kernel, .at = at, .result = r};
   if (!sums) return run_pieces(&j, threads, first_order_of_piece);
   if (!r) flesh_threads_run(threads, PARTS, sums_of_part, &j);
-  for (; r && j.colour < self->order.colours && !j.status; j.colour++)
-    flesh_threads_run(threads, shares_of_colour(&self->order, j.colour), both_of_share, &j);
+  for (; r && j.round < self->order.rounds && !j.status; j.round++)
+    flesh_threads_run(threads, shares_of_round(&self->order, j.round), both_of_share, &j);
   sums[0] = sums[1] = 0;
   for (int p = 0; p < PARTS; p++)
     for (int k = 0; k < 2; k++) sums[k] += j.sums[p][k];
@@ -283,5 +283,5 @@ size_t flesh_tets_memory(const flesh_tets *self)
   return tets * 4 * sizeof(int) + batches * 2 * sizeof(int) +
          (self->batches.shapes ? batches * 80 * (size_t)self->kernels->lanes : 0) +
          (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
-         (2 * (size_t)self->order.pieces + (size_t)self->order.colours) * sizeof(int);
+         (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
 }

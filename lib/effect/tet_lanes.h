@@ -110,6 +110,17 @@ static inline void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
     }
 }
 
+/* Where a matrix is beyond the caches (MANY batches), the blocks of the batch this far ahead are asked for. */
+enum { BLOCKS_AHEAD = 6, MANY = 12000 };
+
+INLINE void expect_blocks(const flesh_batches *batches, int index, const int *slots, const double *values)
+{
+  if (batches->count < MANY || index + BLOCKS_AHEAD >= batches->count) return;
+  const int *first = batches->first + index + BLOCKS_AHEAD;
+  const int *slot = slots + 10 * (size_t)first[0], *end = slots + 10 * (size_t)first[1];
+  for (; slot < end; slot++) __builtin_prefetch(values + 9 * (size_t)*slot + 4, 1);
+}
+
 /* Adds every lane's block to its place; slots are 10 apart from tet to tet. */
 static inline void add_block(const flesh_real block[9], const int *slot, int used, double *values)
 {

@@ -1,5 +1,6 @@
 /* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into pieces that are
- * coloured greedily. */
+ * coloured greedily. The curve's regions are worked through one by one, each colour by colour, so that what a
+ * region's colours share is still near when the next one comes. */
 #include "effect/tet_order.h"
 
 #include <math.h>
@@ -13,10 +14,18 @@
  * out. */
 enum { PIECE = 256, MOST_PIECES = 60000 };
 
+/* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
+enum { REGION = 64 };
+
 typedef struct place {
   uint64_t code;
   int tet, group;
 } place;
+
+/* When a piece is worked through. */
+typedef struct turn {
+  int region, colour, piece;
+} turn;
 
 static int by_code(const void *a, const void *b)
 {
@@ -66,42 +75,47 @@ static void find_places(const flesh_mesh *mesh, const int *group, place *places)
 /* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
  * mask holds have one piece each. */
 static int colour_pieces(const flesh_mesh *mesh, const place *places, const flesh_tet_order *cut,
-                         int *colour)
+                         turn *turns)
 {
   const int *nodes = flesh_mesh_tets(mesh);
   uint64_t *met = calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
-  if (!met) return -1;
-  int colours = 0, extra = 64;
-  for (int p = 0; p < cut->pieces; p++) {
+  if (!met) return FLESH_ERR_MEMORY;
+  for (int p = 0, extra = 64; p < cut->pieces; p++) {
     uint64_t taken = 0;
     int c = 0, from = 4 * cut->piece_first[p], until = 4 * cut->piece_first[p + 1];
     for (int k = from; k < until; k++) taken |= met[nodes[4 * (size_t)places[k / 4].tet + k % 4]];
     while (c < 64 && taken >> c & 1) c++;
-    colour[p] = c < 64 ? c : extra++;
+    turns[p] = (turn){p / REGION, c < 64 ? c : extra++, p};
     for (int k = from; k < until && c < 64; k++)
       met[nodes[4 * (size_t)places[k / 4].tet + k % 4]] |= (uint64_t)1 << c;
-    if (colour[p] >= colours) colours = colour[p] + 1;
   }
   free(met);
-  return colours;
+  return FLESH_OK;
 }
 
-/* Writes the order from the pieces as cut and their colours. */
-static void arrange(const place *places, const flesh_tet_order *cut, const int *colour,
-                    flesh_tet_order *order)
+static int by_turn(const void *a, const void *b)
 {
-  int piece = 0, tet = 0;
-  for (int c = 0; c < order->colours; c++) {
-    order->colour_first[c] = piece;
-    for (int p = 0; p < cut->pieces; p++) {
-      if (colour[p] != c) continue;
-      order->piece_first[piece++] = tet;
-      for (int k = cut->piece_first[p]; k < cut->piece_first[p + 1]; k++)
-        order->tet[tet++] = places[k].tet;
-    }
+  const turn *p = a, *q = b;
+  if (p->region != q->region) return p->region < q->region ? -1 : 1;
+  if (p->colour != q->colour) return p->colour < q->colour ? -1 : 1;
+  return p->piece - q->piece;
+}
+
+/* Writes the order from the pieces as cut and their turns: a round for every colour of every region. */
+static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
+{
+  qsort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
+  order->rounds = 0;
+  for (int p = 0, tet = 0; p < cut->pieces; p++) {
+    const turn *now = &turns[p];
+    if (p == 0 || now->region != now[-1].region || now->colour != now[-1].colour)
+      order->round_first[order->rounds++] = p;
+    order->piece_first[p] = tet;
+    for (int k = cut->piece_first[now->piece]; k < cut->piece_first[now->piece + 1]; k++)
+      order->tet[tet++] = places[k].tet;
   }
-  order->colour_first[order->colours] = piece;
-  order->piece_first[piece] = tet;
+  order->round_first[order->rounds] = cut->pieces;
+  order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
 }
 
 int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
@@ -111,28 +125,26 @@ int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_o
   place *places = malloc(((size_t)tets + 1) * sizeof *places);
   flesh_tet_order cut = {.pieces = pieces,
                          .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
-  int *colour = malloc(((size_t)pieces + 1) * sizeof *colour);
+  turn *turns = malloc(((size_t)pieces + 1) * sizeof *turns);
   *order = (flesh_tet_order){
       .tet = malloc(((size_t)tets + 1) * sizeof *order->tet),
       .pieces = pieces,
       .piece_first = malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
+      .round_first = malloc(((size_t)pieces + 1) * sizeof *order->round_first),
   };
-  int ok = places && cut.piece_first && colour && order->tet && order->piece_first;
+  int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
   if (ok) {
     find_places(mesh, group, places);
     for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
     for (int p = 0; p < pieces; p++)
       qsort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
             sizeof *places, by_group);
-    order->colours = colour_pieces(mesh, places, &cut, colour);
-    ok = order->colours >= 0;
+    ok = colour_pieces(mesh, places, &cut, turns) == FLESH_OK;
+    if (ok) arrange(places, &cut, turns, order);
   }
-  if (ok) order->colour_first = malloc(((size_t)order->colours + 1) * sizeof(int));
-  ok = ok && order->colour_first;
-  if (ok) arrange(places, &cut, colour, order);
   free(places);
   free(cut.piece_first);
-  free(colour);
+  free(turns);
   if (ok) return FLESH_OK;
   flesh_tet_order_clear(order);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d tets", tets);
@@ -142,6 +154,6 @@ void flesh_tet_order_clear(flesh_tet_order *order)
 {
   free(order->tet);
   free(order->piece_first);
-  free(order->colour_first);
+  free(order->round_first);
   *order = (flesh_tet_order){0};
 }

@@ -62,6 +62,7 @@ static int second_order(const flesh_batches *batches, int from, int until, const
     tets t;
     flesh_real F[9], FF[9], p[3][3], pair[6][9];
     load_tets(batches, k, &t);
+    expect_blocks(batches, k, slots, values);
     frame_at(&t, at->x, F);
     const flesh_viscous *m = &at->viscous[t.material];
     flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);

@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/large.h"
+#include "sparse/lanes.h"
 
 enum { N = FLESH_BLOCK12, SIZE = FLESH_BLOCK12_SIZE };
 
@@ -154,24 +155,35 @@ static void divide(double *restrict B, const double *restrict L, const double *i
   }
 }
 
-/* y -= B x. */
-static inline void subtract_product(double *restrict y, const float *restrict B, const double *restrict x)
+/* A column's or a row's twelve numbers, or those of an unknown. */
+typedef struct twelve {
+  flesh_double4 part[N / 4];
+} twelve;
+
+static inline twelve load12(const double *x)
 {
-  double sum[N];
-  memcpy(sum, y, sizeof sum);
-  for (int m = 0; m < N; m++)
-    for (int r = 0; r < N; r++) sum[r] -= B[N * m + r] * x[m];
-  memcpy(y, sum, sizeof sum);
+  return (twelve){{FLESH_LANES_DOUBLE(x), FLESH_LANES_DOUBLE(x + 4), FLESH_LANES_DOUBLE(x + 8)}};
 }
 
-/* x -= B^T y. */
-static inline void subtract_transposed(double *restrict x, const float *restrict B, const double *restrict y)
+static inline flesh_double4 wide4(const float *b) { return FLESH_LANES_WIDE(FLESH_LANES_FLOAT(b)); }
+
+/* y -= B x. */
+static inline void subtract_product(double *restrict y, const float *restrict B, const double x[N])
 {
-  for (int m = 0; m < N; m++) {
-    double sum = 0;
-    for (int r = 0; r < N; r++) sum += B[N * m + r] * y[r];
-    x[m] -= sum;
-  }
+  twelve sum = load12(y);
+#pragma GCC unroll 12
+  for (int m = 0; m < N; m++)
+    for (int p = 0; p < N / 4; p++) sum.part[p] -= wide4(B + N * m + 4 * p) * x[m];
+  memcpy(y, &sum, sizeof sum);
+}
+
+/* sums[m] += B^T y by lanes. */
+static inline void add_transposed(flesh_double4 sums[N], const float *restrict B, const double *restrict y)
+{
+  const twelve from = load12(y);
+#pragma GCC unroll 12
+  for (int m = 0; m < N; m++)
+    for (int p = 0; p < N / 4; p++) sums[m] += wide4(B + N * m + 4 * p) * from.part[p];
 }
 
 /* C -= P Q^T. */
@@ -218,20 +230,24 @@ void flesh_block12_solve(flesh_block12 *self)
 {
   for (int k = 0; k < self->n; k++) {
     const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
-    double *x = self->x + N * (size_t)k;
+    double *x = self->x + N * (size_t)k, solved[N];
+    memcpy(solved, x, sizeof solved);
     for (int m = 0; m < N; m++) {
-      x[m] *= inverse[m];
-      for (int r = m + 1; r < N; r++) x[r] -= L[N * m + r] * x[m];
+      solved[m] *= inverse[m];
+      for (int r = m + 1; r < N; r++) solved[r] -= L[N * m + r] * solved[m];
     }
+    memcpy(x, solved, sizeof solved);
     for (int e = self->start[k]; e < self->start[k + 1]; e++)
-      subtract_product(self->x + N * (size_t)self->row[e], self->kept + SIZE * (size_t)e, x);
+      subtract_product(self->x + N * (size_t)self->row[e], self->kept + SIZE * (size_t)e, solved);
   }
   for (int k = self->n - 1; k >= 0; k--) {
     const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
     double *x = self->x + N * (size_t)k;
+    flesh_double4 sums[N] = {{0}};
     for (int e = self->start[k]; e < self->start[k + 1]; e++)
-      subtract_transposed(x, self->kept + SIZE * (size_t)e, self->x + N * (size_t)self->row[e]);
+      add_transposed(sums, self->kept + SIZE * (size_t)e, self->x + N * (size_t)self->row[e]);
     for (int m = N - 1; m >= 0; m--) {
+      x[m] -= (sums[m][0] + sums[m][1]) + (sums[m][2] + sums[m][3]);
       for (int r = m + 1; r < N; r++) x[m] -= L[N * m + r] * x[r];
       x[m] *= inverse[m];
     }

@@ -19,7 +19,10 @@
 
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
-  AHEAD = 16 /* rows whose r and z, which are in another order, are fetched ahead */
+  AHEAD = 16, /* rows whose r and z, which are in another order, are fetched ahead */
+  /* Factors beyond the caches (MANY blocks) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
+   * rows, a row is about LINES. */
+  MANY = 200000, FAR = 112, LINES = 4
 };
 
 struct flesh_cholesky {
@@ -304,15 +307,21 @@ typedef struct substitution {
   double *z;
 } substitution;
 
+static inline void expect(const float *row)
+{
+  for (int line = 0; line < LINES; line++) __builtin_prefetch(row + 16 * line);
+}
+
 /* y = (I + U^T)^-1 r and z = D^-1 y on the rows of a part. */
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->lower_start, *column = self->lower_column, *ahead = self->ahead;
+  const int *start = self->lower_start, *column = self->lower_column, *ahead = self->ahead, far = start[self->rows] > MANY;
   for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
     const double *r = s->r + s->stride * (size_t)self->halves.order[p];
     __builtin_prefetch(s->r + s->stride * (size_t)ahead[p + AHEAD]);
     const float *block = self->lower + 9 * (size_t)start[p];
+    if (far) expect(block + 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
       flesh_float4 y = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
@@ -333,10 +342,11 @@ static void forward(const substitution *s, int part)
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->start, *column = self->column, *ahead = self->ahead;
+  const int *start = self->start, *column = self->column, *ahead = self->ahead, far = start[self->rows] > MANY;
   for (int p = self->halves.begin[part + 1] - 1; p >= self->halves.begin[part]; p--) {
     __builtin_prefetch(s->z + s->stride * (size_t)ahead[p - AHEAD], 1);
     const float *block = self->upper + 9 * (size_t)start[p];
+    if (far) expect(block - 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
       flesh_float4 z = *(const flesh_float4 *)(self->z + 4 * (size_t)column[k]);

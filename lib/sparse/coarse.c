@@ -13,7 +13,10 @@
 #include "sparse/block12.h"
 #include "sparse/lanes.h"
 
-enum { N = FLESH_BLOCK12 };
+enum {
+  N = FLESH_BLOCK12,
+  AHEAD = 16 /* members whose r and z are fetched ahead, as boxes are not contiguous in memory */
+};
 
 /* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. */
 typedef struct term {
@@ -162,7 +165,7 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
   int *box = malloc((rows + 1) * sizeof *box), *starts = NULL, *neighbours = NULL;
   located *nodes = malloc((rows + 1) * sizeof *nodes);
   self->begin = calloc((size_t)self->boxes + 1, sizeof *self->begin);
-  self->member = malloc((rows + 1) * sizeof *self->member);
+  self->member = calloc(rows + AHEAD, sizeof *self->member);
   self->weights = flesh_large(vector);
   self->of_node = flesh_large(vector);
   self->held = malloc(rows + 1);
@@ -291,6 +294,7 @@ static void restrict_box(void *data, int box)
   flesh_double4 sum0 = {0}, sum1 = {0}, sum2 = {0};
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
     const double *from = s->r + s->stride * (size_t)self->member[m];
+    __builtin_prefetch(s->r + s->stride * (size_t)self->member[m + AHEAD]);
     const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]),
                         r = without((flesh_double4){from[0], from[1], from[2], 0}, self->held[m]);
     sum0 += w * r[0];
@@ -313,6 +317,7 @@ static void prolong_box(void *data, int box)
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
     const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]);
     double *z = s->z + s->stride * (size_t)self->member[m];
+    __builtin_prefetch(s->z + s->stride * (size_t)self->member[m + AHEAD], 1);
     flesh_double4 move = by_weight[0] * w[0] + by_weight[1] * w[1] + by_weight[2] * w[2] + by_weight[3] * w[3];
     move = without(move, self->held[m]);
     for (int c = 0; c < 3; c++) z[c] += move[c];

@@ -67,9 +67,8 @@ size_t flesh_product_memory(const flesh_product *product)
   return (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof(int);
 }
 
-/* Blocks that are fetched ahead, as rows are not all neighbours in memory: of a matrix beyond the caches (MANY blocks)
- * more, since they take longer to come. */
-enum { AHEAD = 24, FAR_AHEAD = 80, MANY = 200000 };
+/* Rows that are fetched ahead: a part's are in runs, and not all neighbours in memory. */
+enum { AHEAD = 16 };
 
 typedef struct multiplication {
   flesh_product *product;
@@ -84,11 +83,12 @@ static double multiply_rows(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
   const int *start = m->A->row_start, *place = product->place;
-  const int ahead = 9 * (product->blocks < MANY ? AHEAD : FAR_AHEAD);
+  const int end = product->begin[part + 1];
   double *x = m->x, *y = m->y;
   flesh_double4 curvature = {0};
-  for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
-    const int i = product->rows[p];
+  for (int p = product->begin[part]; p < end; p++) {
+    const int i = product->rows[p], soon = product->rows[p + AHEAD < end ? p + AHEAD : end - 1];
+    const ptrdiff_t ahead = 9 * ((ptrdiff_t)start[soon] - start[i]);
     const double *block = m->A->values + 9 * (size_t)start[i];
     const flesh_double4 xi = *at(x, i);
     const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
