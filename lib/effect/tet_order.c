@@ -15,7 +15,7 @@
 enum { PIECE = 256, MOST_PIECES = 60000 };
 
 /* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
-enum { REGION = 64 };
+enum { REGION = 256 };
 
 typedef struct place {
   uint64_t code;

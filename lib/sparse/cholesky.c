@@ -19,7 +19,7 @@
 
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
-  AHEAD = 16, /* rows whose r and z, which are in another order, are fetched ahead */
+  AHEAD = 16, /* rows whose r and z, which are stored in another order, are fetched ahead */
   /* Factors beyond the caches (MANY blocks) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
   MANY = 200000, FAR = 112, LINES = 4
@@ -27,8 +27,9 @@ enum {
 
 struct flesh_cholesky {
   int rows;
-  flesh_halves halves;
-  int *ahead; /* [-AHEAD..rows+AHEAD) their order, from one end to the other and beyond */
+  int begin[4]; /* of the halves and the rows between */
+  int *order;   /* [rows] nodes in the order of elimination */
+  int *place;   /* [-AHEAD..rows+AHEAD) where vectors store them, from one end to the other and beyond */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
   int *source;                     /* A's block of each, or ~ of its transpose's */
@@ -46,7 +47,7 @@ struct flesh_cholesky {
 
 static int between_blocks(const flesh_cholesky *self)
 {
-  return self->start[self->rows] - self->start[self->halves.begin[2]];
+  return self->start[self->rows] - self->start[self->begin[2]];
 }
 
 static int compare_long(const void *a, const void *b)
@@ -136,9 +137,10 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
     failed |= !(*integers[k] = flesh_large((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
     failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
-  int *ahead = malloc((rows + 2 * AHEAD) * sizeof *ahead);
-  failed |= !ahead;
-  self->ahead = ahead ? ahead + AHEAD : NULL;
+  failed |= !(self->order = malloc((rows + 1) * sizeof *self->order));
+  int *place = malloc((rows + 2 * AHEAD) * sizeof *place);
+  failed |= !place;
+  self->place = place ? place + AHEAD : NULL;
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->upper = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
@@ -151,13 +153,13 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 
 static int allocate_spill(flesh_cholesky *self)
 {
-  const size_t between = (size_t)(self->rows - self->halves.begin[2]);
+  const size_t between = (size_t)(self->rows - self->begin[2]);
   self->diagonal_spill = malloc((9 * between + 1) * sizeof *self->diagonal_spill);
   self->spill = flesh_large((12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
   return self->diagonal_spill && self->spill ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, flesh_threads *threads,
+int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_threads *threads,
                           flesh_cholesky **cholesky)
 {
   flesh_cholesky *self = calloc(1, sizeof *self);
@@ -167,12 +169,15 @@ int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, fle
   if (!status) {
     self->rows = A->rows;
     self->threads = threads;
-    self->halves = *halves;
-    *halves = (flesh_halves){0};
-    for (int p = 0; p < A->rows; p++) place[self->halves.order[p]] = p;
+    memcpy(self->begin, halves->begin, sizeof self->begin);
     status = allocate(self, A);
-    for (int p = -AHEAD; !status && p < A->rows + AHEAD; p++)
-      self->ahead[p] = self->halves.order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1];
+  }
+  if (!status) {
+    memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
+    for (int p = 0; p < A->rows; p++) place[halves->stored[p]] = p;
+    for (int p = -AHEAD; p < A->rows + AHEAD; p++)
+      self->place[p] = place[self->order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1]];
+    for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
   if (!status) status = make_pattern(self, A, place);
   if (!status) status = make_targets(self);
@@ -191,8 +196,8 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
                     self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
                     self->spill, self->upper, self->lower, self->inverse, self->y, self->z};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
-  if (self->ahead) free(self->ahead - AHEAD);
-  flesh_halves_clear(&self->halves);
+  if (self->place) free(self->place - AHEAD);
+  free(self->order);
   free(self);
   *cholesky = NULL;
 }
@@ -208,8 +213,8 @@ typedef struct factorisation {
 static void load_rows(const factorisation *f, int part)
 {
   flesh_cholesky *self = f->cholesky;
-  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
-    const double *block = f->A->values + 9 * (size_t)f->A->row_start[self->halves.order[p]];
+  for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
+    const double *block = f->A->values + 9 * (size_t)f->A->row_start[self->order[p]];
     double *diagonal = self->diagonal + 9 * (size_t)p;
     for (int e = 0; e < 9; e++) diagonal[e] = f->scale * block[e];
     for (int c = 0; c < 3; c++) diagonal[4 * c] += f->shift * fabs(diagonal[4 * c]);
@@ -240,9 +245,9 @@ static int invert_pivot(flesh_cholesky *self, int p)
 /* Rows of a part, one by one: scale, then subtract from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
-  const int *start = self->start, *column = self->column, first_between = self->halves.begin[2];
+  const int *start = self->start, *column = self->column, first_between = self->begin[2];
   const int first_spilt = start[first_between];
-  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
+  for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
     if (!invert_pivot(self, p)) return 0;
     const float *v = self->inverse + 9 * (size_t)p;
     const int *target = self->target + self->pairs[p];
@@ -287,8 +292,8 @@ static void factor_half(void *data, int half)
 int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, double scale, double shift)
 {
   factorisation f = {self, A, scale, shift, {0}};
-  const size_t between = (size_t)(self->rows - self->halves.begin[2]), blocks = (size_t)between_blocks(self),
-               first = (size_t)self->halves.begin[2], first_block = (size_t)self->start[first];
+  const size_t between = (size_t)(self->rows - self->begin[2]), blocks = (size_t)between_blocks(self),
+               first = (size_t)self->begin[2], first_block = (size_t)self->start[first];
   flesh_threads_run(self->threads, 3, load_part, &f);
   memset(self->diagonal_spill, 0, 9 * between * sizeof *self->diagonal_spill);
   memset(self->spill, 0, 12 * blocks * sizeof *self->spill);
@@ -301,7 +306,8 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
 
 typedef struct substitution {
   flesh_cholesky *cholesky;
-  int stride;
+  flesh_coarse *coarse;
+  int boxes; /* its */
   double scale, back;
   const double *r;
   double *z;
@@ -316,10 +322,10 @@ static inline void expect(const float *row)
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->lower_start, *column = self->lower_column, *ahead = self->ahead, far = start[self->rows] > MANY;
-  for (int p = self->halves.begin[part]; p < self->halves.begin[part + 1]; p++) {
-    const double *r = s->r + s->stride * (size_t)self->halves.order[p];
-    __builtin_prefetch(s->r + s->stride * (size_t)ahead[p + AHEAD]);
+  const int *start = self->lower_start, *column = self->lower_column, *place = self->place, far = start[self->rows] > MANY;
+  for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
+    const double *r = s->r + 4 * (size_t)place[p];
+    __builtin_prefetch(s->r + 4 * (size_t)place[p + AHEAD]);
     const float *block = self->lower + 9 * (size_t)start[p];
     if (far) expect(block + 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
@@ -342,9 +348,9 @@ static void forward(const substitution *s, int part)
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->start, *column = self->column, *ahead = self->ahead, far = start[self->rows] > MANY;
-  for (int p = self->halves.begin[part + 1] - 1; p >= self->halves.begin[part]; p--) {
-    __builtin_prefetch(s->z + s->stride * (size_t)ahead[p - AHEAD], 1);
+  const int *start = self->start, *column = self->column, *place = self->place, far = start[self->rows] > MANY;
+  for (int p = self->begin[part + 1] - 1; p >= self->begin[part]; p--) {
+    __builtin_prefetch(s->z + 4 * (size_t)place[p - AHEAD], 1);
     const float *block = self->upper + 9 * (size_t)start[p];
     if (far) expect(block - 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
@@ -356,20 +362,28 @@ static void backward(const substitution *s, int part)
     }
     flesh_float4 z = *(flesh_float4 *)(self->z + 4 * (size_t)p) - FLESH_LANES_SUMS(sum0, sum1, sum2);
     *(flesh_float4 *)(self->z + 4 * (size_t)p) = z;
-    double *out = s->z + s->stride * (size_t)self->halves.order[p];
-    for (int c = 0; c < 3; c++) out[c] = s->back * z[c];
+    *(flesh_double4 *)(s->z + 4 * (size_t)place[p]) = s->back * FLESH_LANES_WIDE(z);
   }
 }
 
-static void forward_half(void *data, int half) { forward(data, half); }
+/* Half by half, and between them the coarse level's boxes, which one of the threads may take over from the other. */
+static void forward_task(void *data, int task)
+{
+  const substitution *s = data;
+  if (task == 0) forward(s, 0);
+  else if (task <= s->boxes) flesh_coarse_restrict(s->coarse, task - 1, s->r);
+  else forward(s, 1);
+}
+
 static void backward_half(void *data, int half) { backward(data, half); }
 
-void flesh_cholesky_solve(flesh_cholesky *self, int stride, double scale, double back, const double *r,
+void flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, double back, const double *r,
                           double *z)
 {
-  substitution s = {self, stride, scale, back, r, z};
-  flesh_threads_run(self->threads, 2, forward_half, &s);
+  substitution s = {self, coarse, coarse ? flesh_coarse_boxes(coarse) : 0, scale, back, r, z};
+  flesh_threads_run(self->threads, s.boxes + 2, forward_task, &s);
   forward(&s, 2);
+  if (coarse) flesh_coarse_solve(coarse);
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
 }
@@ -377,7 +391,7 @@ void flesh_cholesky_solve(flesh_cholesky *self, int stride, double scale, double
 size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
-               between = rows - (size_t)self->halves.begin[2];
+               between = rows - (size_t)self->begin[2];
   return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 17 * sizeof(float)) +
          blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float);

@@ -4,13 +4,14 @@
 
 #include <stddef.h>
 
+#include "sparse/coarse.h"
 #include "sparse/halves.h"
 
 typedef struct flesh_cholesky flesh_cholesky;
 
-/* Symbolic set-up for the pattern of A, all memory included. Takes the halves; `threads` (may be
+/* Symbolic set-up for the pattern of A, all memory included. `halves` may then be forgotten; `threads` (may be
  * NULL) is borrowed. Returns new. */
-int flesh_cholesky_create(const flesh_block_matrix *A, flesh_halves *halves, flesh_threads *threads,
+int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_threads *threads,
                           flesh_cholesky **cholesky);
 void flesh_cholesky_destroy(flesh_cholesky **cholesky);
 
@@ -19,10 +20,10 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky);
 int flesh_cholesky_factor(flesh_cholesky *cholesky, const flesh_block_matrix *A, double scale,
                           double shift);
 
-/* z = back * (what was factored)^-1 (scale * r), where scale * r must suit single precision; node
- * i's three numbers are at stride * i. z may be r. */
-void flesh_cholesky_solve(flesh_cholesky *cholesky, int stride, double scale, double back,
-                          const double *r, double *z);
+/* z = back * (what was factored)^-1 (scale * r), where scale * r must suit single precision: vectors of four lanes a
+ * node as the halves store them, the fourth of z anything. The coarse level (NULL: none) solves for r, too. */
+void flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, double scale, double back, const double *r,
+                          double *z);
 
 size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
 

@@ -15,10 +15,11 @@
 
 enum {
   N = FLESH_BLOCK12,
-  AHEAD = 16 /* members whose r and z are fetched ahead, as boxes are not contiguous in memory */
+  AHEAD = 16 /* members whose r is fetched ahead, as boxes are not contiguous in memory */
 };
 
-/* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. */
+/* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. Nodes go by where vectors store
+ * them, here and below. */
 typedef struct term {
   int pair, node, other;
   int block; /* ~: of the transpose */
@@ -27,15 +28,17 @@ typedef struct term {
 struct flesh_coarse {
   int rows, boxes, pairs;
   flesh_threads *threads;
-  int *begin, *member;     /* [boxes+1], [rows] nodes of each box, boxes in the order of elimination */
-  flesh_float4 *weights;   /* [rows] by member; numbers near the exact ones span as good a space */
-  flesh_float4 *of_node;   /* [rows] the same by node */
-  uint8_t *held;           /* [rows] by member: bits of the fixed components */
+  int *stored;             /* [rows] the mesh's number of each node */
+  int *box;                /* [rows] of each node, boxes in the order of elimination */
+  int *begin, *member;     /* [boxes+1], [rows] nodes of each box */
+  flesh_float4 *weights;   /* [rows] by node; numbers near the exact ones span as good a space */
+  flesh_float4 *of_member; /* [rows] the same by member */
+  uint8_t *held;           /* [rows] bits of the fixed components */
+  flesh_double4 *moves;    /* [4*boxes] displacement by weight, from the last solve */
   term *terms;             /* [blocks] by pair, then by node */
   int *first;              /* [pairs+1] of each pair's terms */
   int *low, *high;         /* [pairs] its boxes in the order */
   flesh_block12 matrix;
-  const uint8_t *fixed; /* while the matrix is made */
 };
 
 typedef struct located {
@@ -107,8 +110,9 @@ static int make_graph(const flesh_coarse *self, const flesh_block_matrix *A, con
   return *neighbours ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-static void make_members(flesh_coarse *self, const double *X, const int *box)
+static void make_members(flesh_coarse *self, const double *X)
 {
+  const int *box = self->box;
   for (int i = 0; i < self->rows; i++) self->begin[box[i] + 1]++;
   for (int b = 0; b < self->boxes; b++) self->begin[b + 1] += self->begin[b];
   for (int i = 0; i < self->rows; i++) self->member[self->begin[box[i]]++] = i;
@@ -118,29 +122,30 @@ static void make_members(flesh_coarse *self, const double *X, const int *box)
     double centre[3] = {0}, size = 0;
     int count = self->begin[b + 1] - self->begin[b];
     for (int m = self->begin[b]; m < self->begin[b + 1]; m++)
-      for (int c = 0; c < 3; c++) centre[c] += X[3 * (size_t)self->member[m] + c] / count;
+      for (int c = 0; c < 3; c++) centre[c] += X[3 * (size_t)self->stored[self->member[m]] + c] / count;
     for (int m = self->begin[b]; m < self->begin[b + 1]; m++)
-      for (int c = 0; c < 3; c++) size = fmax(size, fabs(X[3 * (size_t)self->member[m] + c] - centre[c]));
+      for (int c = 0; c < 3; c++) size = fmax(size, fabs(X[3 * (size_t)self->stored[self->member[m]] + c] - centre[c]));
     for (int m = self->begin[b]; m < self->begin[b + 1]; m++) {
       flesh_float4 w = {1, 0, 0, 0};
       for (int c = 0; c < 3 && size > 0; c++)
-        w[c + 1] = (float)((X[3 * (size_t)self->member[m] + c] - centre[c]) / size);
-      self->weights[m] = self->of_node[self->member[m]] = w;
+        w[c + 1] = (float)((X[3 * (size_t)self->stored[self->member[m]] + c] - centre[c]) / size);
+      self->of_member[m] = self->weights[self->member[m]] = w;
     }
   }
 }
 
 /* Blocks sorted by the pair of boxes that they couple. */
-static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *box)
+static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *place)
 {
+  const int *box = self->box;
   const int blocks = A->row_start[A->rows];
   if ((long long)self->boxes * self->boxes > 0x7fffffff) return FLESH_ERR_MEMORY;
   for (int i = 0, count = 0; i < A->rows; i++)
     for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
-      int j = A->column[k], swap = box[i] > box[j];
-      int low = swap ? box[j] : box[i], high = swap ? box[i] : box[j];
+      int p = place[i], q = place[A->column[k]], swap = box[p] > box[q];
+      int low = swap ? box[q] : box[p], high = swap ? box[p] : box[q];
       self->terms[count++] =
-          (term){low * self->boxes + high, swap ? j : i, swap ? i : j, swap ? ~k : k};
+          (term){low * self->boxes + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
     }
   qsort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
   for (int k = 0; k < blocks; k++)
@@ -159,19 +164,22 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   return FLESH_OK;
 }
 
-static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X)
+static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, const int *stored)
 {
   const size_t rows = (size_t)A->rows, vector = (rows + 1) * sizeof(flesh_float4);
   int *box = malloc((rows + 1) * sizeof *box), *starts = NULL, *neighbours = NULL;
   located *nodes = malloc((rows + 1) * sizeof *nodes);
+  self->stored = malloc((rows + 1) * sizeof *self->stored);
+  self->box = flesh_large((rows + 1) * sizeof *self->box);
   self->begin = calloc((size_t)self->boxes + 1, sizeof *self->begin);
   self->member = calloc(rows + AHEAD, sizeof *self->member);
   self->weights = flesh_large(vector);
-  self->of_node = flesh_large(vector);
+  self->of_member = flesh_large(vector);
   self->held = malloc(rows + 1);
+  self->moves = flesh_large(4 * (size_t)self->boxes * sizeof *self->moves);
   self->terms = flesh_large(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
-  int failed = !box || !nodes || !self->begin || !self->member || !self->weights || !self->of_node || !self->held ||
-               !self->terms;
+  int failed = !box || !nodes || !self->stored || !self->box || !self->begin || !self->member || !self->weights || !self->of_member || !self->held ||
+               !self->moves || !self->terms;
   if (!failed) {
     for (int i = 0; i < A->rows; i++) nodes[i].node = i;
     bisect(X, nodes, A->rows, self->boxes, 0, box);
@@ -179,9 +187,12 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
              flesh_block12_create(self->boxes, starts, neighbours, &self->matrix);
   }
   if (!failed) {
-    for (int i = 0; i < A->rows; i++) box[i] = self->matrix.place[box[i]];
-    make_members(self, X, box);
-    failed = make_terms(self, A, box) != FLESH_OK;
+    memcpy(self->stored, stored, rows * sizeof *stored);
+    for (int p = 0; p < A->rows; p++) self->box[p] = self->matrix.place[box[stored[p]]];
+    make_members(self, X);
+    int *place = box; /* the boxes by the mesh's numbers are not needed any more */
+    for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
+    failed = make_terms(self, A, place) != FLESH_OK;
   }
   free(box);
   free(nodes);
@@ -190,8 +201,8 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
   return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
 }
 
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, flesh_threads *threads,
-                        flesh_coarse **coarse)
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, const flesh_halves *halves,
+                        flesh_threads *threads, flesh_coarse **coarse)
 {
   flesh_coarse *self = calloc(1, sizeof *self);
   *coarse = self;
@@ -199,7 +210,7 @@ int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, in
   self->rows = A->rows;
   self->boxes = boxes;
   self->threads = threads;
-  int status = build(self, A, positions);
+  int status = build(self, A, positions, halves->stored);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }
@@ -208,8 +219,8 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 {
   if (!coarse || !*coarse) return;
   flesh_coarse *self = *coarse;
-  void *arrays[] = {self->begin, self->member, self->weights, self->of_node, self->held,
-                    self->terms, self->first,  self->low,     self->high};
+  void *arrays[] = {self->stored, self->box,   self->begin, self->member, self->weights, self->of_member, self->held,
+                    self->moves, self->terms, self->first,  self->low,     self->high};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_block12_clear(&self->matrix);
   free(self);
@@ -226,13 +237,13 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
                             flesh_double4 T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const flesh_double4 w = FLESH_LANES_WIDE(self->of_node[t->other]);
+  const flesh_double4 w = FLESH_LANES_WIDE(self->weights[t->other]);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
+  const int held = self->held[t->node];
   if (t->node == t->other) /* half, as the transpose is added in the end; fixed dofs have no part in it */
-    for (int e = 0; e < 9; e++)
-      a[e] *= self->fixed && (self->fixed[3 * t->node + e / 3] || self->fixed[3 * t->node + e % 3]) ? 0 : 0.5;
+    for (int e = 0; e < 9; e++) a[e] *= held >> e / 3 & 1 || held >> e % 3 & 1 ? 0 : 0.5;
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
@@ -246,7 +257,7 @@ static void assemble_pair(void *data, int pair)
   flesh_double4 sum[3][4][3] = {{{{0}}}};
   for (int k = self->first[pair]; k < end;) {
     const int node = self->terms[k].node;
-    const flesh_double4 w = FLESH_LANES_WIDE(self->of_node[node]);
+    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[node]);
     flesh_double4 T[9] = {{0}};
     for (; k < end && self->terms[k].node == node; k++) add_term(self, s->A, &self->terms[k], T);
     for (int c = 0; c < 3; c++)
@@ -261,23 +272,14 @@ static void assemble_pair(void *data, int pair)
 int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, const uint8_t *fixed)
 {
   assembly s = {self, A};
-  self->fixed = fixed;
-  for (int m = 0; m < self->rows; m++) {
-    const uint8_t *held = fixed ? fixed + 3 * (size_t)self->member[m] : NULL;
-    self->held[m] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
+  for (int p = 0; p < self->rows; p++) {
+    const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
+    self->held[p] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
   }
   flesh_block12_zero(&self->matrix);
   flesh_threads_run(self->threads, self->pairs, assemble_pair, &s);
-  self->fixed = NULL;
   return flesh_block12_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
-
-typedef struct correction {
-  flesh_coarse *coarse;
-  int stride;
-  const double *r;
-  double *z;
-} correction;
 
 /* Fixed components have no part in the coarse space; few nodes have any. */
 static inline flesh_double4 without(flesh_double4 x, int held)
@@ -287,19 +289,19 @@ static inline flesh_double4 without(flesh_double4 x, int held)
   return x;
 }
 
-static void restrict_box(void *data, int box)
+int flesh_coarse_boxes(const flesh_coarse *self) { return self->boxes; }
+
+void flesh_coarse_restrict(flesh_coarse *self, int box, const double *r)
 {
-  const correction *s = data;
-  const flesh_coarse *self = s->coarse;
   flesh_double4 sum0 = {0}, sum1 = {0}, sum2 = {0};
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
-    const double *from = s->r + s->stride * (size_t)self->member[m];
-    __builtin_prefetch(s->r + s->stride * (size_t)self->member[m + AHEAD]);
-    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]),
-                        r = without((flesh_double4){from[0], from[1], from[2], 0}, self->held[m]);
-    sum0 += w * r[0];
-    sum1 += w * r[1];
-    sum2 += w * r[2];
+    const size_t node = (size_t)self->member[m];
+    __builtin_prefetch(r + 4 * (size_t)self->member[m + AHEAD]);
+    const flesh_double4 w = FLESH_LANES_WIDE(self->of_member[m]),
+                        own = without(*(const flesh_double4 *)(r + 4 * node), self->held[node]);
+    sum0 += w * own[0];
+    sum1 += w * own[1];
+    sum2 += w * own[2];
   }
   double *x = self->matrix.x + N * (size_t)box;
   memcpy(x, &sum0, sizeof sum0);
@@ -307,39 +309,27 @@ static void restrict_box(void *data, int box)
   memcpy(x + 8, &sum2, sizeof sum2);
 }
 
-static void prolong_box(void *data, int box)
+void flesh_coarse_solve(flesh_coarse *self)
 {
-  const correction *s = data;
-  const flesh_coarse *self = s->coarse;
-  const double *x = self->matrix.x + N * (size_t)box;
-  flesh_double4 by_weight[4];
-  for (int a = 0; a < 4; a++) by_weight[a] = (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
-  for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
-    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[m]);
-    double *z = s->z + s->stride * (size_t)self->member[m];
-    __builtin_prefetch(s->z + s->stride * (size_t)self->member[m + AHEAD], 1);
-    flesh_double4 move = by_weight[0] * w[0] + by_weight[1] * w[1] + by_weight[2] * w[2] + by_weight[3] * w[3];
-    move = without(move, self->held[m]);
-    for (int c = 0; c < 3; c++) z[c] += move[c];
-  }
-}
-
-void flesh_coarse_solve(flesh_coarse *self, int stride, const double *r)
-{
-  correction s = {self, stride, r, NULL};
-  flesh_threads_run(self->threads, self->boxes, restrict_box, &s);
   flesh_block12_solve(&self->matrix);
+  const double *x = self->matrix.x;
+  for (int b = 0; b < self->boxes; b++, x += N)
+    for (int a = 0; a < 4; a++) self->moves[4 * (size_t)b + (size_t)a] = (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
 }
 
-void flesh_coarse_add(flesh_coarse *self, int stride, double *z)
+void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double *z)
 {
-  correction s = {self, stride, NULL, z};
-  flesh_threads_run(self->threads, self->boxes, prolong_box, &s);
+  for (size_t p = (size_t)begin; p < (size_t)end; p++) {
+    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[p]), *moves = self->moves + 4 * (size_t)self->box[p];
+    *(flesh_double4 *)(z + 4 * p) +=
+        without(moves[0] * w[0] + moves[1] * w[1] + moves[2] * w[2] + moves[3] * w[3], self->held[p]);
+  }
 }
 
 size_t flesh_coarse_memory(const flesh_coarse *self)
 {
   const size_t rows = (size_t)self->rows, terms = (size_t)self->first[self->pairs];
-  return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + sizeof(int)) + terms * sizeof(term) +
+  return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + 3 * sizeof(int)) + terms * sizeof(term) +
+         (size_t)self->boxes * 16 * sizeof(double) +
          (size_t)self->pairs * 3 * sizeof(int) + flesh_block12_memory(&self->matrix);
 }

@@ -10,23 +10,26 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "flesh/effect.h"
+#include "sparse/halves.h"
 
 typedef struct flesh_coarse flesh_coarse;
 
-/* For matrices of A's pattern; `positions` [3*rows] at rest, `threads` (may be NULL) is borrowed. Returns new. */
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, flesh_threads *threads,
-                        flesh_coarse **coarse);
+/* For matrices of A's pattern; `positions` [3*rows] at rest, `halves` may then be forgotten, `threads` (may be NULL) is
+ * borrowed. Returns new. */
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, const flesh_halves *halves,
+                        flesh_threads *threads, flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);
 
 /* Factors P^T A P, P zero at the fixed dofs [3*rows] (NULL: none), whose rows in A are diagonal. FLESH_NOT_POSITIVE
  * when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, const uint8_t *fixed);
 
-/* (P^T A P)^-1 P^T r, kept inside; node i's three numbers are at stride * i. */
-void flesh_coarse_solve(flesh_coarse *coarse, int stride, const double *r);
-/* z += P times what the last solve found. */
-void flesh_coarse_add(flesh_coarse *coarse, int stride, double *z);
+/* What is added for a residual r, in three steps: P^T r, box by box in any order; the solve, which is kept inside; and
+ * z += P times that for begin <= p < end. Vectors of four lanes a node as the halves store them. */
+int flesh_coarse_boxes(const flesh_coarse *coarse);
+void flesh_coarse_restrict(flesh_coarse *coarse, int box, const double *r);
+void flesh_coarse_solve(flesh_coarse *coarse);
+void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, double *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);
 

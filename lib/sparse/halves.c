@@ -124,13 +124,19 @@ static void split(const graph *g, const int *line, const int *place, flesh_halve
   }
 }
 
+static int compare_int(const void *a, const void *b)
+{
+  int x = *(const int *)a, y = *(const int *)b;
+  return (x > y) - (x < y);
+}
+
 int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
 {
   const size_t rows = (size_t)A->rows;
   graph g;
-  *halves = (flesh_halves){.order = malloc((rows + 1) * sizeof *halves->order)};
+  *halves = (flesh_halves){.order = malloc((rows + 1) * sizeof(int)), .stored = malloc((rows + 1) * sizeof(int))};
   int *room = malloc(5 * (rows + 1) * sizeof *room);
-  if (!graph_create(A, &g) || !halves->order || !room) {
+  if (!graph_create(A, &g) || !halves->order || !halves->stored || !room) {
     graph_clear(&g);
     free(room);
     flesh_halves_clear(halves);
@@ -141,9 +147,13 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
   for (int p = 0; p < A->rows; p++) place[line[p]] = p;
   split(&g, line, place, halves);
   for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
-  for (int part = 0; part < 3; part++)
+  memcpy(halves->stored, halves->order, rows * sizeof *halves->stored);
+  for (int part = 0; part < 3; part++) {
+    const size_t nodes = (size_t)(halves->begin[part + 1] - halves->begin[part]);
+    qsort(halves->stored + halves->begin[part], nodes, sizeof *halves->stored, compare_int);
     sort_by_chains(&g, halves->order, halves->begin[part], halves->begin[part + 1], place, length,
                    length + rows + 1, length + 2 * (rows + 1));
+  }
   graph_clear(&g);
   free(room);
   return FLESH_OK;
@@ -152,5 +162,6 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
 void flesh_halves_clear(flesh_halves *halves)
 {
   free(halves->order);
+  free(halves->stored);
   *halves = (flesh_halves){0};
 }

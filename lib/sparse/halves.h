@@ -10,6 +10,7 @@ typedef struct flesh_halves {
    * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. */
   int *order;
   int begin[4];
+  int *stored; /* [rows] the same with each part ascending: the order in which vectors of four lanes a node are kept */
 } flesh_halves;
 
 /* Depends on the pattern alone. One half is empty where too many nodes would lie between. */

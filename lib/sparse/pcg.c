@@ -12,7 +12,7 @@
 #include "sparse/product.h"
 
 enum {
-  CHUNK = 1024,                 /* nodes of a task: what is summed up does not depend on the threads */
+  CHUNK = 512,                  /* nodes of a task: what is summed up does not depend on the threads */
   PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
 };
 
@@ -97,11 +97,12 @@ static void load(void *data, int chunk)
   int begin, end;
   range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
-    const double *b = w->b + 3 * (size_t)i;
+    const size_t node = (size_t)self->product.rows[i];
+    const double *b = w->b + 3 * node;
     self->x[i] = self->p[i] = self->z[i] = (flesh_double4){0};
     self->r[i] = (flesh_double4){b[0], b[1], b[2], 0};
     self->weights[i] = (flesh_double4){1, 1, 1, 0};
-    for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * (size_t)i + c];
+    for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * node + (size_t)c];
   }
   for (int i = end; i % PARTS; i++) self->x[i] = self->r[i] = self->p[i] = self->z[i] = (flesh_double4){0};
 }
@@ -112,7 +113,7 @@ static void store(void *data, int chunk)
   int begin, end;
   range(w->space, chunk, &begin, &end);
   for (int i = begin; i < end; i++)
-    for (int c = 0; c < 3; c++) w->x[3 * (size_t)i + c] = w->space->x[i][c];
+    for (int c = 0; c < 3; c++) w->x[3 * (size_t)w->space->product.rows[i] + (size_t)c] = w->space->x[i][c];
 }
 
 /* x += downhill p and r -= alpha A p; the weighted square of r and its own. */
@@ -137,35 +138,11 @@ static void descend(void *data, int chunk)
   self->squares[chunk] = sum_of(plain);
 }
 
-static void dot(void *data, int chunk)
-{
-  const work *w = data;
-  const flesh_pcg_space *self = w->space;
-  flesh_double4 products[PARTS] = {{0}};
-  const flesh_double4 *r = self->r, *z = self->z;
-  int begin, end;
-  range(self, chunk, &begin, &end);
-  for (int i = begin; i < end; i += PARTS)
-    for (int l = 0; l < PARTS; l++) products[l] += r[i + l] * z[i + l];
-  self->sums[chunk] = sum_of(products);
-}
-
-/* p = z + beta p. */
-static void turn(void *data, int chunk)
-{
-  const work *w = data;
-  const flesh_pcg_space *self = w->space;
-  int begin, end;
-  range(self, chunk, &begin, &end);
-  if (w->beta == 0) memcpy(self->p + begin, self->z + begin, (size_t)(end - begin) * sizeof *self->p);
-  else
-    for (int i = begin; i < end; i++) self->p[i] = self->z[i] + w->beta * self->p[i];
-}
-
-static double run(const flesh_pcg_space *self, flesh_task *task, work *w)
+/* Takes the step; returns the weighted square of the residual after it. */
+static double run_descent(const flesh_pcg_space *self, work *w)
 {
   double sum = 0;
-  flesh_threads_run(self->threads, self->chunks, task, w);
+  flesh_threads_run(self->threads, self->chunks, descend, w);
   for (int k = 0; k < self->chunks; k++) sum += self->sums[k];
   return sum;
 }
@@ -177,19 +154,18 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_pre
   enum { ASK_EVERY = 16 };
   double rz_before = 0, pMp = 0;
   int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
-  result->first = result->residual = sqrt(run(self, descend, w)); /* alpha is 0 */
+  result->first = result->residual = sqrt(run_descent(self, w)); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < last) {
     double square = 0, curvature;
     if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
     for (int k = 0; k < self->chunks; k++) square += self->squares[k];
-    flesh_preconditioner_apply_lanes(preconditioner, sqrt(square), (double *)self->r, (double *)self->z);
-    double rz = run(self, dot, w);
+    const double rz = flesh_preconditioner_apply_lanes(preconditioner, sqrt(square), (double *)self->r,
+                                                       (double *)self->z);
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
-    flesh_threads_run(self->threads, self->chunks, turn, w);
-    flesh_product_multiply(&self->product, A, self->threads, (double *)self->p, (double *)self->z, &curvature);
+    flesh_product_turn(&self->product, A, self->threads, w->beta, (double *)self->p, (double *)self->z, &curvature);
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
     if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
@@ -200,7 +176,7 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_pre
     w->alpha = rz / curvature;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
     result->iterations++;
-    result->residual = sqrt(run(self, descend, w));
+    result->residual = sqrt(run_descent(self, w));
     if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
     rz_before = rz;
   }

@@ -6,9 +6,11 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "sparse/block_matrix.h"
 #include "sparse/cholesky.h"
 #include "sparse/coarse.h"
+#include "sparse/lanes.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
@@ -20,7 +22,13 @@ struct flesh_preconditioner_data {
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
+  flesh_threads *threads;
+  double *products; /* [chunks] of r and z */
+  int *stored;      /* [rows] the mesh's numbers of the nodes as vectors store them */
+  double *r, *z;    /* [4*rows] where vectors come in the mesh's order */
 };
+
+enum { CHUNK = 512 }; /* nodes of a task: what is summed up does not depend on the threads */
 
 /* Nodes of a box of the coarse level. Fewer give fewer iterations, but the coarse factor's cost rises faster than the
  * number of boxes. */
@@ -54,19 +62,24 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
   self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
   self->rows = A->rows;
-  if (kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
-  int status = FLESH_OK;
-  self->inverse = malloc(((size_t)A->rows * 9 + 1) * sizeof *self->inverse);
-  if (!self->inverse)
-    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
-  if (!status && kind != FLESH_PRECONDITIONER_JACOBI) {
-    flesh_halves halves;
-    status = flesh_halves_create(A, &halves);
-    if (!status) status = flesh_cholesky_create(A, &halves, threads, &self->cholesky);
-    flesh_halves_clear(&halves);
-  }
+  self->threads = threads;
+  const size_t rows = (size_t)A->rows;
+  int *stored = self->stored = malloc((rows + 1) * sizeof *stored);
+  self->products = malloc((rows / CHUNK + 1) * sizeof *self->products);
+  self->r = flesh_large_zeroed((4 * rows + 1) * sizeof *self->r);
+  self->z = flesh_large((4 * rows + 1) * sizeof *self->z);
+  int failed = !stored || !self->products || !self->r || !self->z;
+  if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
+  int status =
+      failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
+  flesh_halves halves = {0};
+  if (!status) status = flesh_halves_create(A, &halves);
+  if (!status) memcpy(stored, halves.stored, rows * sizeof *stored);
+  if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
+    status = flesh_cholesky_create(A, &halves, threads, &self->cholesky);
   if (!status && kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows >= FEWEST_BOXES)
-    status = flesh_coarse_create(A, positions, boxes_for(A->rows), threads, &self->coarse);
+    status = flesh_coarse_create(A, positions, boxes_for(A->rows), &halves, threads, &self->coarse);
+  flesh_halves_clear(&halves);
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
 }
@@ -75,6 +88,10 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   free((*preconditioner)->inverse);
+  free((*preconditioner)->products);
+  free((*preconditioner)->stored);
+  free((*preconditioner)->r);
+  free((*preconditioner)->z);
   flesh_cholesky_destroy(&(*preconditioner)->cholesky);
   flesh_coarse_destroy(&(*preconditioner)->coarse);
   free(*preconditioner);
@@ -123,6 +140,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
     if (shift > 1e6) {
       /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
       self->shift = 0;
+      self->two_levels = 0;
       set_jacobi(self, A);
       return FLESH_OK;
     }
@@ -131,48 +149,65 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   return FLESH_OK;
 }
 
-static void apply_level(flesh_preconditioner_data *self, int stride, double norm, const double *r, double *z)
+/* By the diagonal blocks alone, or not at all. */
+static void apply_blocks(const flesh_preconditioner_data *self, const double *r, double *z)
 {
-  const size_t step = (size_t)stride;
-  if (self->kind == FLESH_PRECONDITIONER_NONE) {
-    if (z != r) memcpy(z, r, (size_t)self->rows * step * sizeof *z);
-    return;
-  }
-  if (!self->by_diagonal) {
-    double scale = power_to_one(norm);
-    flesh_cholesky_solve(self->cholesky, stride, scale, self->scale / scale, r, z);
-    return;
-  }
-  for (int k = 0; k < self->rows; k++) {
-    const double *b = self->inverse + 9 * (size_t)k, *from = r + step * (size_t)k;
-    double *to = z + step * (size_t)k, x0 = from[0], x1 = from[1], x2 = from[2];
-    for (int c = 0; c < 3; c++) to[c] = b[3 * c] * x0 + b[3 * c + 1] * x1 + b[3 * c + 2] * x2;
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    const double *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->stored[p];
+    const double *x = r + 4 * p;
+    for (int c = 0; c < 3; c++)
+      z[4 * p + (size_t)c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
   }
 }
 
-static void apply(flesh_preconditioner_data *self, int stride, double norm, const double *r, double *z)
+typedef struct finish {
+  flesh_preconditioner_data *self;
+  const double *r;
+  double *z;
+} finish;
+
+static void finish_chunk(void *data, int chunk)
 {
-  if (self->two_levels) flesh_coarse_solve(self->coarse, stride, r); /* before z, which may be r */
-  apply_level(self, stride, norm, r, z);
-  if (self->two_levels) flesh_coarse_add(self->coarse, stride, z);
+  const finish *f = data;
+  const int begin = chunk * CHUNK, rest = f->self->rows - begin, end = rest < CHUNK ? begin + rest : begin + CHUNK;
+  if (f->self->two_levels) flesh_coarse_add(f->self->coarse, begin, end, f->z);
+  const flesh_double4 *r = (const flesh_double4 *)f->r, *z = (const flesh_double4 *)f->z;
+  flesh_double4 products[4] = {{0}}; /* additions wait for each other */
+  for (int i = begin; i < end; i++) products[i % 4] += r[i] * z[i];
+  const flesh_double4 sum = (products[0] + products[1]) + (products[2] + products[3]);
+  f->self->products[chunk] = (sum[0] + sum[1]) + sum[2];
+}
+
+double flesh_preconditioner_apply_lanes(flesh_preconditioner_data *self, double norm, const double *r, double *z)
+{
+  const int chunks = (self->rows + CHUNK - 1) / CHUNK;
+  const double scale = power_to_one(norm);
+  double product = 0;
+  if (self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE) apply_blocks(self, r, z);
+  else
+    flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, scale, self->scale / scale, r, z);
+  flesh_threads_run(self->threads, chunks, finish_chunk, &(finish){self, r, z});
+  for (int k = 0; k < chunks; k++) product += self->products[k];
+  return product;
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
 {
   double square = 0;
-  for (int d = 0; d < 3 * self->rows; d++) square += r[d] * r[d];
-  apply(self, 3, sqrt(square), r, z);
-}
-
-void flesh_preconditioner_apply_lanes(flesh_preconditioner_data *self, double norm, const double *r,
-                                      double *z)
-{
-  apply(self, 4, norm, r, z);
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) {
+      const double value = r[3 * (size_t)self->stored[p] + c];
+      self->r[4 * p + c] = value;
+      square += value * value;
+    }
+  flesh_preconditioner_apply_lanes(self, sqrt(square), self->r, self->z);
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    memcpy(z + 3 * (size_t)self->stored[p], self->z + 4 * p, 3 * sizeof *z);
 }
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
 {
-  size_t bytes = sizeof *self;
+  size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(double) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
   return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0);

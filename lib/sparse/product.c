@@ -11,12 +11,6 @@
 #include "base/large.h"
 #include "sparse/lanes.h"
 
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
-
 /* Where the twins of the nodes between begin in x and y: behind the padding. */
 static int first_twin(const flesh_product *product)
 {
@@ -33,25 +27,21 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
   product->nodes = first_twin(product) + product->begin[3] - product->begin[2];
   product->rows = malloc((rows + 1) * sizeof *product->rows);
   product->place = flesh_large((blocks + 1) * sizeof *product->place);
-  int *twin = malloc((rows + 1) * sizeof *twin);
-  if (!product->rows || !product->place || !twin || product->nodes > INT_MAX / 4) {
-    free(twin);
+  int *place = malloc((rows + 1) * sizeof *place);
+  if (!product->rows || !product->place || !place || product->nodes > INT_MAX / 4) {
+    free(place);
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
   }
-  memcpy(product->rows, halves->order, rows * sizeof *product->rows);
-  for (int part = 0; part < 3; part++)
-    qsort(product->rows + product->begin[part],
-          (size_t)(product->begin[part + 1] - product->begin[part]), sizeof *product->rows, compare_int);
-  for (int i = 0; i < A->rows; i++) twin[i] = i;
-  for (int p = product->begin[2]; p < A->rows; p++)
-    twin[product->rows[p]] = first_twin(product) + p - product->begin[2];
-  for (int p = 0; p < A->rows; p++) {
-    const int second = p >= product->begin[1] && p < product->begin[2], i = product->rows[p];
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
-      product->place[k] = 4 * (second ? twin[A->column[k]] : A->column[k]);
+  memcpy(product->rows, halves->stored, rows * sizeof *product->rows);
+  for (int part = 0; part < 3; part++) {
+    for (int p = 0; p < A->rows; p++)
+      place[product->rows[p]] = part == 1 && p >= product->begin[2] ? first_twin(product) + p - product->begin[2] : p;
+    for (int p = product->begin[part]; p < product->begin[part + 1]; p++)
+      for (int k = A->row_start[product->rows[p]]; k < A->row_start[product->rows[p] + 1]; k++)
+        product->place[k] = 4 * place[A->column[k]];
   }
-  free(twin);
+  free(place);
   return FLESH_OK;
 }
 
@@ -74,6 +64,8 @@ typedef struct multiplication {
   flesh_product *product;
   const flesh_block_matrix *A;
   double *x, *y, curvature[3];
+  int turns; /* x = y + beta x comes first */
+  double beta;
 } multiplication;
 
 static flesh_double4 *at(double *vector, int place) { return (flesh_double4 *)(vector + 4 * (size_t)place); }
@@ -90,7 +82,7 @@ static double multiply_rows(const multiplication *m, int part)
     const int i = product->rows[p], soon = product->rows[p + AHEAD < end ? p + AHEAD : end - 1];
     const ptrdiff_t ahead = 9 * ((ptrdiff_t)start[soon] - start[i]);
     const double *block = m->A->values + 9 * (size_t)start[i];
-    const flesh_double4 xi = *at(x, i);
+    const flesh_double4 xi = *at(x, p);
     const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
     flesh_double4 row0 = FLESH_LANES_DOUBLE(block), row1 = FLESH_LANES_DOUBLE(block + 3),
                   row2 = {block[6], block[7], block[8], 0};
@@ -114,31 +106,51 @@ static double multiply_rows(const multiplication *m, int part)
       *yj += row0 * x0 + row1 * x1 + row2 * x2;
     }
     const flesh_double4 upper = FLESH_LANES_SUMS(sum0, sum1, sum2);
-    *at(y, i) += diagonal + upper;
+    *at(y, p) += diagonal + upper;
     curvature += xi * (diagonal + upper + upper);
   }
   return (curvature[0] + curvature[1]) + curvature[2];
+}
+
+/* x of a node before its row is multiplied, and y = 0. */
+static inline void make_ready(const multiplication *m, int p)
+{
+  if (m->turns) *at(m->x, p) = *at(m->y, p) + m->beta * *at(m->x, p);
+  *at(m->y, p) = (flesh_double4){0};
 }
 
 static void multiply_half(void *data, int half)
 {
   multiplication *m = data;
   const int *begin = m->product->begin;
-  for (int p = begin[half]; p < begin[half + 1]; p++) *at(m->y, m->product->rows[p]) = (flesh_double4){0};
+  for (int p = begin[half]; p < begin[half + 1]; p++) make_ready(m, p);
   m->curvature[half] = multiply_rows(m, half);
+}
+
+static double multiply(multiplication *m, flesh_threads *threads)
+{
+  const flesh_product *product = m->product;
+  const int first = product->begin[2], between = product->begin[3] - first, twin = first_twin(product);
+  for (int b = 0; b < between; b++) {
+    make_ready(m, first + b);
+    *at(m->x, twin + b) = *at(m->x, first + b);
+    *at(m->y, twin + b) = (flesh_double4){0};
+  }
+  flesh_threads_run(threads, 2, multiply_half, m);
+  for (int b = 0; b < between; b++) *at(m->y, first + b) += *at(m->y, twin + b);
+  m->curvature[2] = multiply_rows(m, 2);
+  return m->curvature[0] + m->curvature[1] + m->curvature[2];
 }
 
 void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                             double *x, double *y, double *curvature)
 {
-  multiplication m = {product, A, x, y, {0}};
-  const int first = product->begin[2], between = product->begin[3] - first, twin = first_twin(product);
-  for (int b = 0; b < between; b++) {
-    *at(x, twin + b) = *at(x, product->rows[first + b]);
-    *at(y, twin + b) = *at(y, product->rows[first + b]) = (flesh_double4){0};
-  }
-  flesh_threads_run(threads, 2, multiply_half, &m);
-  for (int b = 0; b < between; b++) *at(y, product->rows[first + b]) += *at(y, twin + b);
-  m.curvature[2] = multiply_rows(&m, 2);
-  *curvature = m.curvature[0] + m.curvature[1] + m.curvature[2];
+  *curvature = multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y}, threads);
+}
+
+void flesh_product_turn(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, double beta,
+                        double *p, double *z, double *curvature)
+{
+  multiplication m = {.product = product, .A = A, .x = p, .y = z, .turns = 1, .beta = beta};
+  *curvature = multiply(&m, threads);
 }

@@ -1,4 +1,4 @@
-/* product.h: the product y = A x by threads, on vectors of four lanes per node. */
+/* product.h: the product y = A x by threads, on vectors of four lanes per node in the order in which halves store them. */
 #ifndef FLESH_SPARSE_PRODUCT_H
 #define FLESH_SPARSE_PRODUCT_H
 
@@ -10,7 +10,7 @@
 enum { FLESH_PRODUCT_PADDING = 4 };
 
 typedef struct flesh_product {
-  int *rows;    /* [begin[3]] as in halves, each part ascending */
+  int *rows;    /* [begin[3]] the halves' stored: x and y hold node rows[p] at p */
   int begin[4];
   int blocks;
   int *place;   /* [blocks] four times the place in x and y of each block's column */
@@ -22,9 +22,13 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);
 
-/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of y anything,
- * and the last belong to the product; *curvature = x.A x. */
+/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of
+ * y anything, and the last belong to the product; *curvature = x.A x. */
 void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                             double *x, double *y, double *curvature);
+
+/* A step of conjugate gradients: p = z + beta p, then z = A p; *curvature = p.A p. As above, p and z being x and y. */
+void flesh_product_turn(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, double beta,
+                        double *p, double *z, double *curvature);
 
 #endif
