@@ -172,9 +172,14 @@ static void finish_chunk(void *data, int chunk)
   const int begin = chunk * CHUNK, rest = f->self->rows - begin, end = rest < CHUNK ? begin + rest : begin + CHUNK;
   if (f->self->two_levels) flesh_coarse_add(f->self->coarse, begin, end, f->z);
   const flesh_double4 *r = (const flesh_double4 *)f->r, *z = (const flesh_double4 *)f->z;
-  flesh_double4 products[4] = {{0}}; /* additions wait for each other */
-  for (int i = begin; i < end; i++) products[i % 4] += r[i] * z[i];
-  const flesh_double4 sum = (products[0] + products[1]) + (products[2] + products[3]);
+  flesh_double4 even = {0}, odd = {0}; /* additions wait for each other */
+  int p = begin;
+  for (; p + 1 < end; p += 2) {
+    even += r[p] * z[p];
+    odd += r[p + 1] * z[p + 1];
+  }
+  if (p < end) even += r[p] * z[p];
+  const flesh_double4 sum = even + odd;
   f->self->products[chunk] = (sum[0] + sum[1]) + sum[2];
 }
 
