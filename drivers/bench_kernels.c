@@ -130,7 +130,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     const double *X = flesh_mesh_positions(bar->mesh);
     for (int i = 0; i < nodes; i++)
       if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
-    flesh_block_fix(b->A, fixed, 1);
+    flesh_block_fix(b->A, fixed, 1, NULL);
     status = flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, b->A, NULL, b->point.threads,
                                          &b->preconditioner);
   }

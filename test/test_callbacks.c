@@ -103,7 +103,12 @@ static void quick_operations_are_the_same(void)
     N_VLinearSum(3, v[quick][2], 1, v[quick][3], v[quick][2]);
     N_VProd(v[quick][2], v[quick][0], v[quick][3]);
     N_VScale(-0.3, v[quick][3], v[quick][3]);
+    N_VAbs(v[quick][1], v[quick][1]); /* of sin(1 + 2 d), never 0 */
+    N_VInv(v[quick][1], v[quick][0]);
+    N_VDiv(v[quick][0], v[quick][1], v[quick][1]);
   }
+  for (int k = 0; k < 2; k++)
+    CHECK(!memcmp(N_VGetArrayPointer(v[0][k]), N_VGetArrayPointer(v[1][k]), LENGTH * sizeof(double)));
   CHECK(v[1][3]->ops->nvdotprod != v[0][3]->ops->nvdotprod);
   CHECK_BELOW(test_distance(LENGTH, N_VGetArrayPointer(v[0][3]), N_VGetArrayPointer(v[1][3])), 1e-14);
   CHECK(test_norm(LENGTH, N_VGetArrayPointer(v[1][3])) > 1);

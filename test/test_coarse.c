@@ -18,7 +18,7 @@ static flesh_block_matrix *matrix_of(test_body *b, double inertia, uint8_t *fixe
   CHECK_OK(flesh_system_matrix_create(b->system, &A));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, 1}, A));
   for (int d = 0; fixed && d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;
-  if (fixed) flesh_block_fix(A, fixed, 1e4);
+  if (fixed) flesh_block_fix(A, fixed, 1e4, NULL);
   free(x);
   return A;
 }

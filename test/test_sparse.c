@@ -62,7 +62,7 @@ static flesh_block_matrix *bar_matrix(const test_body *b, double jitter, double 
   CHECK_OK(flesh_system_matrix_create(b->system, &A));
   CHECK_OK(flesh_system_jacobian(b->system, &point, &(flesh_shift){1, 0, inertia, project}, A));
   for (int d = 0; d < b->n; d++) fixed[d] = flesh_mesh_positions(b->mesh)[d - d % 3] == 0;
-  flesh_block_fix(A, fixed, 1e4);
+  flesh_block_fix(A, fixed, 1e4, NULL);
   free(fixed);
   free(x);
   return A;
@@ -108,7 +108,7 @@ static void products_and_constraints(void)
   uint8_t fixed[3 * 18];
   CHECK(b.n == sizeof fixed);
   for (int d = 0; d < b.n; d++) fixed[d] = d % 5 == 0 || (d >= 12 && d < 15);
-  flesh_block_fix(A, fixed, 42);
+  flesh_block_fix(A, fixed, 42, NULL);
   double *after = test_dense(A);
   int wrong = 0;
   for (int i = 0; i < b.n; i++)
@@ -243,7 +243,7 @@ static void symmetric_factors_tell_what_is_indefinite(void)
   /* Eigenvalues 1 and -1, of which pivots off the diagonal would tell nothing. */
   uint8_t *fixed = calloc((size_t)b.n, 1);
   fixed[0] = fixed[1] = 1;
-  flesh_block_fix(A, fixed, 1);
+  flesh_block_fix(A, fixed, 1, NULL);
   CHECK_OK(flesh_direct_factor(direct, A));
   A->values[0] = A->values[4] = 0;
   A->values[1] = A->values[3] = 1;

@@ -23,13 +23,16 @@ static int gravity_potential(const flesh_effect *effect, const flesh_point *poin
 {
   if (shift->x == 0) return FLESH_OK;
   const gravity *self = effect->data;
-  double value = 0, size = 0;
-  for (int d = 0; d < 3 * self->nodes; d++) {
-    double term = self->force[d] * point->x[d];
-    value -= term;
-    size += fabs(term);
-  }
-  *phi += point->load * value / shift->x;
+  enum { SUMS = 8 }; /* additions wait for each other */
+  double values[SUMS] = {0}, sizes[SUMS] = {0}, value = 0, size = 0;
+  for (int begin = 0, end = 3 * self->nodes; begin < end; begin += SUMS)
+    for (int l = 0; l < SUMS && begin + l < end; l++) {
+      double term = self->force[begin + l] * point->x[begin + l];
+      values[l] += term;
+      sizes[l] += fabs(term);
+    }
+  for (int l = 0; l < SUMS; l++) value += values[l], size += sizes[l];
+  *phi -= point->load * value / shift->x;
   *magnitude += point->load * size / shift->x;
   return FLESH_OK;
 }

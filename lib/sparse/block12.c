@@ -221,7 +221,8 @@ int flesh_block12_factor(flesh_block12 *self)
   double largest = 0;
   for (size_t e = 0; e < entries; e++) {
     self->kept[e] = (float)self->blocks[e];
-    largest = fmax(largest, fabs(self->blocks[e]));
+    const double size = fabs(self->blocks[e]);
+    if (!(size <= largest)) largest = size; /* NaN stays */
   }
   return largest < FLT_MAX;
 }

@@ -31,21 +31,37 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
   }
 }
 
-void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal)
+typedef struct fixing {
+  flesh_block_matrix *A;
+  const uint8_t *fixed;
+  double diagonal;
+} fixing;
+
+enum { FIXED_ROWS = 512 }; /* of a task */
+
+static void fix_rows(void *data, int task)
 {
-  for (int i = 0; i < A->rows; i++) {
-    const uint8_t *row = fixed + 3 * i;
+  const fixing *f = data;
+  const flesh_block_matrix *A = f->A;
+  const int begin = FIXED_ROWS * task, end = A->rows - begin < FIXED_ROWS ? A->rows : begin + FIXED_ROWS;
+  for (int i = begin; i < end; i++) {
+    const uint8_t *row = f->fixed + 3 * (size_t)i;
     int any_row = row[0] | row[1] | row[2];
     for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
-      const uint8_t *col = fixed + 3 * (size_t)A->column[k];
+      const uint8_t *col = f->fixed + 3 * (size_t)A->column[k];
       if (!any_row && !(col[0] | col[1] | col[2])) continue;
       double *b = A->values + 9 * (size_t)k;
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
-          if (row[r] || col[c]) b[3 * r + c] = k == A->row_start[i] && r == c ? diagonal : 0;
+          if (row[r] || col[c]) b[3 * r + c] = k == A->row_start[i] && r == c ? f->diagonal : 0;
         }
     }
   }
+}
+
+void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads)
+{
+  flesh_threads_run(threads, (A->rows + FIXED_ROWS - 1) / FIXED_ROWS, fix_rows, &(fixing){A, fixed, diagonal});
 }
 
 void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B)

@@ -11,7 +11,7 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
 
 /* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the
  * identity. */
-void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal);
+void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads);
 
 /* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */
 void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B);

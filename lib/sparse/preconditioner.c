@@ -123,7 +123,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
     for (int c = 0; c < 3; c++) {
       double size = fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]);
       if (!(size < INFINITY)) return FLESH_NONFINITE;
-      largest = fmax(largest, size);
+      if (size > largest) largest = size;
     }
   self->by_diagonal = 0;
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) {

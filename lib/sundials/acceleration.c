@@ -28,7 +28,7 @@ static int solve_mass(flesh_problem *self, const double *right, double *y)
     memset(y, 0, (size_t)self->n * sizeof *y);
     return FLESH_OK;
   }
-  flesh_block_fix(self->K, self->fixed, self->fixed_scale);
+  flesh_block_fix(self->K, self->fixed, self->fixed_scale, self->threads);
   int status = flesh_problem_factor(self);
   if (status) return status;
   if (self->direct) return flesh_direct_solve(self->direct, right, y);

@@ -182,8 +182,9 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
   shift.x = 0, shift.v = 1, shift.a = cj;
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
   if (status) return status;
-  flesh_block_fix(self->K, self->fixed, content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(self->K) : 0);
-  flesh_block_fix(self->D, self->fixed, 0);
+  const double diagonal = content == FLESH_IDA_CONDENSED ? flesh_block_mean_diagonal(self->K) : 0;
+  flesh_block_fix(self->K, self->fixed, diagonal, self->threads);
+  flesh_block_fix(self->D, self->fixed, 0, self->threads);
   self->D_is_diagonal = flesh_block_is_diagonal(self->D);
   self->content = content;
   return FLESH_OK;
@@ -194,7 +195,7 @@ void flesh_ida_separate(flesh_ida_problem *self)
   if (self->content == FLESH_IDA_CONDENSED) {
     for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
       self->K->values[k] -= self->cj * self->D->values[k];
-    flesh_block_fix(self->K, self->fixed, 0);
+    flesh_block_fix(self->K, self->fixed, 0, self->threads);
   } else if (self->content != FLESH_IDA_APART) {
     flesh_block_combine(0, self->K, NULL);
     flesh_block_combine(0, self->D, NULL);
@@ -211,7 +212,7 @@ int flesh_ida_condense(flesh_ida_problem *self)
   self->cj = -self->from_x / self->from_v;
   for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
     self->K->values[k] += self->cj * self->D->values[k];
-  flesh_block_fix(self->K, self->fixed, flesh_block_mean_diagonal(self->K));
+  flesh_block_fix(self->K, self->fixed, flesh_block_mean_diagonal(self->K), self->threads);
   self->content = FLESH_IDA_CONDENSED;
   return FLESH_OK;
 }

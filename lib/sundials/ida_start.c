@@ -149,7 +149,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   memcpy(self->K->values, self->D->values, (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double));
   double mass = 0;
   for (int i = 0; i < self->K->rows; i++) mass += self->K->values[9 * (size_t)self->K->row_start[i]];
-  flesh_block_fix(self->K, self->fixed, mass / self->K->rows);
+  flesh_block_fix(self->K, self->fixed, mass / self->K->rows, self->threads);
   self->content = FLESH_IDA_NOTHING;
   status = flesh_ida_factor(self);
   if (!status) self->content = FLESH_IDA_MASS;

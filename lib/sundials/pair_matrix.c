@@ -82,7 +82,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   if (A->ida)
     for (int i = 0; i < A->D->rows; i++)
       for (int k = 0; k < 3; k++) A->D->values[9 * (size_t)A->D->row_start[i] + 4 * k] += 1;
-  flesh_block_fix(A->D, fixed_of(A), 0);
+  flesh_block_fix(A->D, fixed_of(A), 0, NULL);
   A->from_x = c * A->from_x + 1;
   A->from_v *= c;
   A->held = c * A->held + 1;

@@ -354,7 +354,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   self->stats.projections += project;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (status) return status;
-  flesh_block_fix(self->K, self->fixed, self->fixed_scale);
+  flesh_block_fix(self->K, self->fixed, self->fixed_scale, self->threads);
   if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
   self->projected = project;
   self->filtered = shift.project;

@@ -145,7 +145,7 @@ static int assemble_damping(flesh_rhs_problem *self, const flesh_point *point, f
 {
   int status = flesh_system_jacobian(self->motion->system, point, &(flesh_shift){.v = 1}, C);
   if (status) return status;
-  flesh_block_fix(C, self->motion->fixed, 0);
+  flesh_block_fix(C, self->motion->fixed, 0, NULL);
   *damped = 0;
   for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && !*damped; k++) *damped = C->values[k] != 0;
   return FLESH_OK;
@@ -160,7 +160,7 @@ int flesh_rhs_assemble(flesh_rhs_problem *self, double t, const double *y, int p
   motion->stats.projections += project;
   int status = flesh_system_jacobian(motion->system, &point, &(flesh_shift){.x = 1, .project = project}, K);
   if (status) return status;
-  flesh_block_fix(K, motion->fixed, 0);
+  flesh_block_fix(K, motion->fixed, 0, NULL);
   return assemble_damping(self, &point, C, damped);
 }
 
@@ -247,7 +247,7 @@ int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy
   status = flesh_system_jacobian(motion->system, &point, &shift, c->A);
   if (!status) status = assemble_damping(self, &point, c->C, &c->damped);
   if (status) return status;
-  flesh_block_fix(c->A, motion->fixed, flesh_block_mean_diagonal(c->A));
+  flesh_block_fix(c->A, motion->fixed, flesh_block_mean_diagonal(c->A), NULL);
   c->gamma = gamma;
   *jcur = 1;
   return flesh_rhs_factor(self);

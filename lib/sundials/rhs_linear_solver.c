@@ -53,7 +53,7 @@ static int condense(solver *self, const flesh_pair_matrix *A)
   flesh_block_matrix *condensed = problem->condensed.A;
   for (size_t k = 0; k < 9 * (size_t)condensed->row_start[condensed->rows]; k++)
     condensed->values[k] = A->from_x * A->D->values[k] - A->from_v * A->K->values[k];
-  flesh_block_fix(condensed, motion->fixed, flesh_block_mean_diagonal(condensed));
+  flesh_block_fix(condensed, motion->fixed, flesh_block_mean_diagonal(condensed), NULL);
   for (int d = 0; d < problem->n; d++) self->other[d] = 1;
   flesh_block_multiply(motion->D, self->other, self->mass);
   return flesh_rhs_factor(problem);

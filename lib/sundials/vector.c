@@ -77,6 +77,30 @@ static void scale(sunrealtype c, N_Vector x, N_Vector z)
   for (sunindextype k = 0; k < n; k++) r[k] = c * p[k];
 }
 
+static void quotient(N_Vector x, N_Vector y, N_Vector z)
+{
+  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(y);
+  double *r = N_VGetArrayPointer(z);
+  const sunindextype n = N_VGetLength(z);
+  for (sunindextype k = 0; k < n; k++) r[k] = p[k] / q[k];
+}
+
+static void inverse(N_Vector x, N_Vector z)
+{
+  const double *p = N_VGetArrayPointer(x);
+  double *r = N_VGetArrayPointer(z);
+  const sunindextype n = N_VGetLength(z);
+  for (sunindextype k = 0; k < n; k++) r[k] = 1 / p[k];
+}
+
+static void absolute(N_Vector x, N_Vector z)
+{
+  const double *p = N_VGetArrayPointer(x);
+  double *r = N_VGetArrayPointer(z);
+  const sunindextype n = N_VGetLength(z);
+  for (sunindextype k = 0; k < n; k++) r[k] = fabs(p[k]);
+}
+
 /* Eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
 static double fold(const double s[8])
 {
@@ -111,6 +135,9 @@ void flesh_vector_quicken(N_Vector v)
 {
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvprod = product;
+  v->ops->nvdiv = quotient;
+  v->ops->nvinv = inverse;
+  v->ops->nvabs = absolute;
   v->ops->nvscale = scale;
   v->ops->nvdotprod = dot;
   v->ops->nvwl2norm = weighted_two_norm;
