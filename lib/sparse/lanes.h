@@ -15,7 +15,9 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 #define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
 
 /* Keeps lanes in their register: compilers load again what is used twice, and loads are what products are made of. */
-#if defined(__AVX__) /* one register holds four */
+#if defined(__AVX512VL__) /* one register holds four */
+#define FLESH_LANES_KEEP(lanes) __asm__("" : "+v"(lanes))
+#elif defined(__AVX__)
 #define FLESH_LANES_KEEP(lanes) __asm__("" : "+x"(lanes))
 #else
 #define FLESH_LANES_KEEP(lanes) ((void)0)
