@@ -30,7 +30,8 @@
 extern const flesh_tet_kernel FLESH_OF_SET(flesh_elastic), FLESH_OF_SET(flesh_stiffness),
     FLESH_OF_SET(flesh_viscous);
 
-/* Shapes are asked for this many batches before they are needed. */
+/* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data out
+ * of the caches. */
 #define AHEAD 4
 
 /* A batch's tets. */
@@ -46,7 +47,7 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
       (const flesh_real_at *)(batches->shapes + (size_t)index * 10 * FLESH_LANES);
   if (index + AHEAD < batches->count)
     for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* a line of 64 bytes each */
-      __builtin_prefetch(batches->shapes + (size_t)(index + AHEAD) * 10 * FLESH_LANES + k);
+      __builtin_prefetch(batches->shapes + (size_t)(index + AHEAD) * 10 * FLESH_LANES + k, 0, 0);
   t->material = batches->material[index];
   t->first = batches->first[index];
   t->used = batches->first[index + 1] - t->first;

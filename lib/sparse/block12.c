@@ -186,15 +186,20 @@ static inline void add_transposed(flesh_double4 sums[N], const float *restrict B
     for (int p = 0; p < N / 4; p++) sums[m] += wide4(B + N * m + 4 * p) * from.part[p];
 }
 
-/* C -= P Q^T. */
+/* C -= P Q^T, several columns at a time: P's are loaded once for them. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
-  for (int s = 0; s < N; s++) {
-    double sum[N];
-    memcpy(sum, C + N * s, sizeof sum);
-    for (int m = 0; m < N; m++)
-      for (int r = 0; r < N; r++) sum[r] -= Q[N * m + s] * P[N * m + r];
-    memcpy(C + N * s, sum, sizeof sum);
+  enum { TOGETHER = 4 };
+  for (int s = 0; s < N; s += TOGETHER) {
+    twelve sums[TOGETHER];
+    for (int t = 0; t < TOGETHER; t++) sums[t] = load12(C + N * (s + t));
+    for (int m = 0; m < N; m++) {
+      const twelve column = load12(P + N * m);
+#pragma GCC unroll 4
+      for (int t = 0; t < TOGETHER; t++)
+        for (int p = 0; p < N / 4; p++) sums[t].part[p] -= column.part[p] * Q[N * m + s + t];
+    }
+    memcpy(C + N * s, sums, sizeof sums);
   }
 }
 

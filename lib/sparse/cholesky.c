@@ -315,7 +315,7 @@ typedef struct substitution {
 
 static inline void expect(const float *row)
 {
-  for (int line = 0; line < LINES; line++) __builtin_prefetch(row + 16 * line);
+  for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(row + 16 * line);
 }
 
 /* y = (I + U^T)^-1 r and z = D^-1 y on the rows of a part. */

@@ -23,6 +23,10 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 #define FLESH_LANES_KEEP(lanes) ((void)0)
 #endif
 
+/* Asks for a line of what is read once in a pass: it is not to push what is used again, vectors above all, out of the
+ * caches. */
+#define FLESH_EXPECT_ONCE(pointer) __builtin_prefetch(pointer, 0, 0)
+
 /* Four lanes in double precision. */
 #define FLESH_LANES_WIDE(lanes) __builtin_convertvector(lanes, flesh_double4)
 

@@ -90,7 +90,7 @@ static double multiply_rows(const multiplication *m, int part)
     flesh_double4 diagonal = row0 * x0 + row1 * x1 + row2 * x2, sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[i] + 1; k < start[i + 1]; k++) {
       block += 9;
-      __builtin_prefetch(block + ahead);
+      FLESH_EXPECT_ONCE(block + ahead);
       const int j = place[k];
       const flesh_double4 xj = *(const flesh_double4 *)(x + j);
       flesh_double4 *yj = (flesh_double4 *)(y + j);
