@@ -15,7 +15,7 @@
 
 enum {
   N = FLESH_BLOCK12,
-  AHEAD = 16 /* members whose r is fetched ahead, as boxes are not contiguous in memory */
+  AHEAD = 64 /* members whose r is fetched ahead, as boxes are not contiguous in memory */
 };
 
 /* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. Nodes go by where vectors store
