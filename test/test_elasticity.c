@@ -387,19 +387,20 @@ static void bad_states_are_told_apart(void)
       }
 }
 
-static void pieces_of_a_round_share_no_node(void)
+static void check_order(const int cells[3], int fewest_pieces)
 {
   flesh_mesh *mesh;
   flesh_tet_order order;
-  CHECK_OK(flesh_mesh_box((int[]){13, 12, 11}, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
+  CHECK_OK(flesh_mesh_box(cells, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
   CHECK_OK(flesh_tet_order_create(mesh, NULL, &order));
   int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
   int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
   char *seen = calloc((size_t)tets, 1);
-  CHECK(order.pieces > 20 && order.rounds > 1 && order.rounds < 30);
+  CHECK(order.pieces > fewest_pieces && order.rounds > 1 && order.rounds < 30 * (1 + order.pieces / 256));
   CHECK(order.round_first[order.rounds] == order.pieces);
   CHECK(order.piece_first[order.pieces] == tets);
   for (int c = 0; c < order.rounds; c++) {
+    CHECK(order.round_first[c] < order.round_first[c + 1]);
     for (int i = 0; i < nodes; i++) owner[i] = -1;
     for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
       for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
@@ -416,6 +417,13 @@ static void pieces_of_a_round_share_no_node(void)
   free(seen);
   flesh_tet_order_clear(&order);
   flesh_mesh_destroy(&mesh);
+}
+
+/* In one region, and in several. */
+static void pieces_of_a_round_share_no_node(void)
+{
+  check_order((int[]){13, 12, 11}, 20);
+  check_order((int[]){30, 25, 20}, 300);
 }
 
 /* A body of many pieces, and of many parts of nodes. */

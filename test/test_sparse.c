@@ -8,6 +8,7 @@
 #include "sparse/block_matrix.h"
 #include "sparse/direct.h"
 #include "sparse/pcg.h"
+#include "sparse/product.h"
 #include "sparse/scalar_view.h"
 #include "system/pattern.h"
 #include "test.h"
@@ -130,6 +131,65 @@ static void products_and_constraints(void)
   free(z);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
+}
+
+/* Products by halves, on vectors of four lanes in their order, and the step of conjugate gradients, against the plain
+ * product: bodies with two halves and such that are too small for them; the same bits for any number of threads. */
+static void products_by_halves(void)
+{
+  static const int cells[][3] = {{1, 1, 1}, {12, 2, 3}, {5, 4, 4}};
+  for (int size = 0; size < 3; size++) {
+    test_body b;
+    make(test_box(cells[size][0], cells[size][1], cells[size][2], 1, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+    flesh_block_matrix *A = random_matrix(&b, 0);
+    flesh_halves halves;
+    flesh_product product;
+    CHECK_OK(flesh_halves_create(A, &halves));
+    CHECK_OK(flesh_product_create(A, &halves, &product));
+    CHECK(size != 1 || (halves.begin[1] > 0 && halves.begin[2] > halves.begin[1] && halves.begin[3] > halves.begin[2]));
+    for (int part = 0; part < 3; part++)
+      for (int p = halves.begin[part] + 1; p < halves.begin[part + 1]; p++)
+        CHECK(halves.stored[p - 1] < halves.stored[p]);
+    const size_t numbers = 4 * (size_t)product.nodes, bytes = numbers * sizeof(double);
+    double *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y);
+    double *lanes = aligned_alloc(32, bytes), *out = aligned_alloc(32, bytes), *first = malloc(bytes);
+    randomise(b.n, x);
+    flesh_block_multiply(A, x, y);
+    for (int threads = 1; threads < 4; threads++) {
+      flesh_threads *pool = NULL;
+      double curvature[2] = {NAN, NAN};
+      CHECK_OK(flesh_threads_create(threads, &pool));
+      memset(lanes, 0, bytes);
+      for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * halves.stored[p], 3 * sizeof *x);
+      flesh_product_multiply(&product, A, pool, lanes, out, &curvature[0]);
+      if (threads == 1) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
+      for (int p = 0; p < A->rows; p++) {
+        CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * halves.stored[p]), 1e-13);
+        CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
+      }
+      double expected = 0;
+      for (int d = 0; d < b.n; d++) expected += x[d] * y[d];
+      CHECK_NEAR(curvature[0], expected, 1e-10);
+      /* With p = z = x / 2 and beta = 1, p becomes x. */
+      for (int d = 0; d < 4 * A->rows; d++) out[d] = lanes[d] = lanes[d] / 2;
+      flesh_product_turn(&product, A, pool, 1, lanes, out, &curvature[1]);
+      for (int p = 0; p < A->rows; p++) {
+        CHECK(!memcmp(lanes + 4 * p, x + 3 * halves.stored[p], 3 * sizeof *x));
+        CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
+      }
+      CHECK(curvature[1] == curvature[0]);
+      flesh_threads_destroy(&pool);
+    }
+    free(x);
+    free(y);
+    free(lanes);
+    free(out);
+    free(first);
+    flesh_product_clear(&product);
+    flesh_halves_clear(&halves);
+    flesh_block_matrix_destroy(&A);
+    test_body_destroy(&b);
+  }
 }
 
 static void block_inverses(void)
@@ -525,7 +585,8 @@ static void conjugate_gradients(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(block_inverses), TEST(scalar_view_is_the_matrix),
+  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(products_by_halves), TEST(block_inverses),
+                   TEST(scalar_view_is_the_matrix),
                    TEST(direct_solvers_solve), TEST(symmetric_factors_tell_what_is_indefinite),
                    TEST(preconditioners_are_definite),
                    TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients));
