@@ -56,6 +56,7 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
   figures->backtracks += stats->backtracks;
   figures->patches += stats->patches;
   figures->patch_newton += stats->patch_newton;
+  figures->detours += stats->detours;
   figures->solves += stats->solves;
   figures->at_rounding += stats->at_rounding;
   figures->unconverged += stats->unconverged;
@@ -261,6 +262,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "backtracks", figures->backtracks);
   set_integer(object, "patches", figures->patches);
   set_integer(object, "patch_newton", figures->patch_newton);
+  set_integer(object, "detours", figures->detours);
   set(object, "newton_per_step", newton / steps);
   set(object, "linear_per_newton", (double)figures->linear / newton);
   set(object, "residual", figures->residual);

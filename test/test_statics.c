@@ -156,8 +156,40 @@ static void drags_pull_and_let_go(void)
   test_body_destroy(&b);
 }
 
+/* A block that starts deformed by z += shear x, x *= stretch, and comes back to rest, to 1e-8; its Newton iterations. */
+static int comes_back(flesh_energy energy, int cells, double stretch, double shear)
+{
+  test_body b;
+  flesh_solver_options options = test_options(1e-8);
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(test_body_create(test_box(2 * cells, cells, cells, 0.2, 0.1, 0.1), test_material(energy, 0.495), 1000,
+                            FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_system_finish(b.system));
+  for (int d = 0; d < b.n; d += 3) b.state.x[d + 2] += shear * b.state.x[d], b.state.x[d] *= stretch;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+  printf("# %s, %d cells, stretched to %g, sheared by %g: %d Newton, %d linear iterations, %d backtracks\n",
+         flesh_energy_name(energy), cells, stretch, shear, stats.newton, stats.linear, stats.backtracks);
+  CHECK_BELOW(test_distance(b.n, b.state.x, flesh_mesh_positions(b.mesh)), 1e-5);
+  CHECK(stats.potential_rises == 0 && stats.at_rounding == 0);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return stats.newton;
+}
+
+/* Steps that were cut too much are lengthened again, and the last is solved exactly enough to be the last. */
+static void far_starts_take_few_iterations(void)
+{
+  CHECK_BELOW(comes_back(FLESH_ENERGY_S, 6, 4, 0), 14.5);
+  CHECK_BELOW(comes_back(FLESH_ENERGY_E, 6, 4, 0), 14.5);
+  CHECK_BELOW(comes_back(FLESH_ENERGY_E, 16, 1, 2), 4.5);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(statics_reach_far_handles), TEST(hindered_statics_arrive),
-                   TEST(impossible_statics_leave_the_state), TEST(drags_pull_and_let_go));
+                   TEST(impossible_statics_leave_the_state), TEST(drags_pull_and_let_go),
+                   TEST(far_starts_take_few_iterations));
 }

@@ -45,10 +45,9 @@ bodies_of_0_45_come_back() { every_case_comes_back 0.45 1; }
 bodies_of_0_49_come_back() { every_case_comes_back 0.49 2; }
 
 # Closer to 1/2: back from everything but scramble and point, of which some may not. On graded meshes
-# conjugate gradients stall, and a direct factorisation goes on in their place. halves1e6_pull is left out:
-# it takes tens of thousands of Newton iterations to turn its stiff half.
+# conjugate gradients stall, and a direct factorisation goes on in their place.
 nearly_incompressible_bodies_come_back() {
-  battery --energies S,E --poisson 0.499 --cases 'starts,loads,obstacles,meshes,steps,checker1e6,halves1e6,density*' || return 1
+  battery --energies S,E --poisson 0.499 --cases 'starts,loads,obstacles,meshes,steps,materials' || return 1
   none "!($orderly)" && none 'v["unconverged"] > 0' &&
     none "!($scrambled) && !($good)"
 }
@@ -78,15 +77,15 @@ undefined_forms_stop_in_order() {
 
 # Large changes of volume at nu = 0.495 to 1e-8, with hardly more iterations than the best filter.
 statics_reach_their_tolerance() {
-  battery --energies S --poisson 0.495 --cases statics --solvers default,clamped,absolute,trust-region || return 1
+  battery --energies S,E --poisson 0.495 --cases statics --solvers default,clamped,absolute,trust-region || return 1
   none 'v["solver"] == "default" && (v["outcome"] != "recovered" || v["unconverged"] > 0 || v["at_rounding"] > 0)' &&
     has out/cases/static_shear_S_0.495_default/scene.yaml 'newton_tolerance: 1e-8' &&
     awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) name[$c] = c; next }
-      { n = $name["newton"]; k = $name["case"]; cases[k] = 1
+      { n = $name["newton"]; k = $name["case"] " " $name["energy"]; cases[k] = 1
         if ($name["solver"] == "default") mine[k] = n
         if ($name["outcome"] == "recovered" && (!(k in best) || n < best[k])) best[k] = n }
       END { for (k in cases) { count++; print k, mine[k], best[k]; if (mine[k] > 1.2 * best[k]) bad = 1 }
-        exit bad || count != 5 }' out/stress.csv
+        exit bad || count != 10 }' out/stress.csv
 }
 
 # What each promise rests on, taken away.

@@ -76,8 +76,8 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* 1: a step that lowers the potential more than the quadratic model foretold, while few nodes
-   * carry the residual, is lengthened; after a projected one PCG follows the true Hessian downhill
+  /* 1: a step that lowers the potential more than the quadratic model foretold is lengthened, if few
+   * nodes carry the residual, if it had been cut, or after ten such projected ones; after a projected one PCG follows the true Hessian downhill
    * along its directions of negative curvature (projection on demand, PCG only). A crease or a tet
    * that turns inside out then costs a tenth of the iterations. 0: never. */
   int follow_curvature;
@@ -86,11 +86,16 @@ typedef struct flesh_solver_options {
    * the body, are solved for alone, all others held; the whole goes on from there if its potential
    * has fallen. 0: never. With FLESH_GLOBALIZATION_ENERGY only. */
   int nonlinear_elimination;
+  /* 1: where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and
+   * one or two Newton steps (counted as such) back from there; taken if the potential ends lower
+   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). 0: never. With
+   * FLESH_GLOBALIZATION_ENERGY only. */
+  int watchdog;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
  * unconverged solves refused, untangling, 1 thread, negative curvature followed, nonlinear
- * elimination. */
+ * elimination, watchdog. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */
@@ -107,6 +112,7 @@ typedef struct flesh_solve_stats {
    * the whole's). */
   int patches, patch_newton;
   double patch_share;
+  int detours; /* steps beyond what cut them that were taken (watchdog) */
   /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
    * more than 1e-12 of the sum of its terms' sizes: none, unless an effect's potential and residual
    * differ. */

@@ -178,6 +178,7 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
   stats->patches += problem->stats.patches;
   stats->patch_newton += problem->stats.patch_newton;
   stats->patch_share += problem->stats.patch_share;
+  stats->detours += problem->stats.detours;
   stats->potential_rises += problem->stats.potential_rises;
 }
 

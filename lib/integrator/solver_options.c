@@ -16,6 +16,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .untangle = 1,
       .follow_curvature = 1,
       .nonlinear_elimination = 1,
+      .watchdog = 1,
       .threads = 1,
       .globalization = FLESH_GLOBALIZATION_ENERGY,
   };

@@ -15,6 +15,7 @@
   X(backtracks, "Backtracks")                            \
   X(patches, "Patches")                                  \
   X(patch_newton, "NLS iters in patches")                \
+  X(detours, "Detours")                                  \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
   X(direct, "LS by factorisation")                       \

@@ -322,8 +322,8 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, follow_curvature),
      .default_value = "true",
-     .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), steps that "
-            "prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
+     .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), or after a cut, or "
+            "time and again, steps that prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
             "followed downhill along negative curvature"},
     {.name = "nonlinear_elimination",
      .type = FLESH_KEY_BOOLEAN,
@@ -331,6 +331,12 @@ static const flesh_key solver_table[] = {
      .default_value = "true",
      .doc = "true: where a step went otherwise than foretold and left few nodes that carry the residual, "
             "these and their neighbours are solved for alone before the next (globalization: energy)"},
+    {.name = "watchdog",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, watchdog),
+     .default_value = "true",
+     .doc = "true: where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and "
+            "Newton steps back from there; taken if that ends lower (globalization: energy)"},
     {.name = "untangle",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, untangle),

@@ -9,6 +9,9 @@
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;
 
+/* As many filtered steps in a row fall short before one is lengthened wherever the residual is. */
+enum { CREEPING = 10 };
+
 /* The trial u + scale p, rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
  * one that is accepted then holds for KINSOL's next iterate. */
 static void try_scale(flesh_problem *self, const double *u, double scale, const double *p)
@@ -35,17 +38,17 @@ static double model_ratio(flesh_problem *self, const double *u, const double *r,
   return actual / -(slope + curvature(self, u, r, p) / 2);
 }
 
-/* Lengthens a step that has been accepted as long as that lowers the potential `value` further. */
+/* Lengthens a step that has been accepted as long as that lowers the potential `value` further. The scale `too_long` has
+ * been refused; INFINITY: none. */
 static void lengthen(flesh_problem *self, const double *u, const double *p, double start, double slope,
-                     double *scale, double *value)
+                     double too_long, double *scale, double *value)
 {
-  double too_long = INFINITY;
   for (int tries = 0; tries < 20; tries++) {
     /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a
      * potential that bends less than the matrix says (x^4) goes on falling beyond it. */
     double bend = (*value - start) / (*scale * *scale) - slope / *scale, further, ignored;
     double longer = bend > 0 ? fmin(-slope / (2 * bend), 4 * *scale) : 4 * *scale;
-    if (tries == 0) longer = fmax(longer, 2 * *scale);
+    if (tries == 0 && too_long == INFINITY) longer = fmax(longer, 2 * *scale);
     if (longer >= too_long) longer = sqrt(*scale * too_long);
     if (longer < 1.4 * *scale) return;
     try_scale(self, u, longer, p);
@@ -91,18 +94,19 @@ static double longest_scale(flesh_problem *self, const double *u, const double *
 }
 
 /* Adds to the accepted step p, which led to the potential `value`, what lowers that further at the few nodes that carry
- * the residual there, if few do. */
-static void add_patch(flesh_problem *self, const double *u, double *p, double value)
+ * the residual there, if few do. Whether it has. */
+static int add_patch(flesh_problem *self, const double *u, double *p, double value)
 {
   double *residual = self->residual.r, *longer = self->work + self->n, lower, ignored;
   try_scale(self, u, 1, p);
-  if (flesh_problem_residual(self, self->step, residual) || !is_local(self->n, residual)) return;
-  if (self->patch(self, self->step, residual, longer)) return;
+  if (flesh_problem_residual(self, self->step, residual) || !is_local(self->n, residual)) return 0;
+  if (self->patch(self, self->step, residual, longer)) return 0;
   for (int d = 0; d < self->n; d++) longer[d] += p[d];
   try_scale(self, u, 1, longer);
-  if (flesh_problem_way(self, u, self->step) < 1) return;
-  if (flesh_problem_evaluate(self, self->step, &lower, &ignored) || !(lower < value)) return;
+  if (flesh_problem_way(self, u, self->step) < 1) return 0;
+  if (flesh_problem_evaluate(self, self->step, &lower, &ignored) || !(lower < value)) return 0;
   memcpy(p, longer, (size_t)self->n * sizeof *p);
+  return 1;
 }
 
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
@@ -111,7 +115,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
-  double rounding = 1e-13 * magnitude, last_rise = 0;
+  double rounding = 1e-13 * magnitude, last_rise = 0, refused = INFINITY;
   if (isnan(self->first_potential)) self->first_potential = start;
   const double full = longest_scale(self, u, p);
   for (double scale = full; scale > 1e-14;) {
@@ -141,9 +145,12 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (accepted) {
         /* By the quadratic model, at its minimum. */
         double foretold = -scale * slope / 2;
-        int fell_short = self->options.follow_curvature && foretold > 10 * rounding &&
-                         start - value > 1.2 * foretold && is_local(self->n, r);
-        if (fell_short) lengthen(self, u, p, start, slope, &scale, &value);
+        const int too_short = self->options.follow_curvature && foretold > 10 * rounding &&
+                              start - value > 1.2 * foretold;
+        const int fell_short = too_short && is_local(self->n, r);
+        self->creeping = too_short && self->projected && scale == full ? self->creeping + 1 : 0;
+        if (fell_short || self->creeping > CREEPING) lengthen(self, u, p, start, slope, INFINITY, &scale, &value);
+        else if (too_short && scale < full) lengthen(self, u, p, start, slope, refused, &scale, &value);
         self->follow = choose_follow(self, fell_short, scale);
         self->shortened = scale < full;
         for (int d = 0; d < self->n && scale != 1; d++) p[d] *= scale;
@@ -151,11 +158,13 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
         self->model_ratio = model_ratio(self, u, r, p, scale * slope, start - value);
         const int went_astray = scale != full || self->projected || self->beyond ||
                                 (foretold > 10 * rounding && fabs(start - value - foretold) > 0.25 * foretold);
-        if (self->patch && went_astray) add_patch(self, u, p, value);
+        const int patched = self->patch && went_astray && add_patch(self, u, p, value);
+        self->cut = patched || scale > full ? 1 : scale / full;
         return FLESH_OK;
       }
     }
     self->stats.backtracks++;
+    refused = scale;
     /* The minimum of the parabola through what is known, kept within a tenth and a half. */
     double parabola = status ? 0.5 : -slope * scale / (2 * (value - start - scale * slope));
     scale *= fmin(fmax(parabola, 0.1), 0.5);

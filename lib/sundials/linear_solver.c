@@ -147,12 +147,85 @@ static int at_rounding(flesh_problem *problem, double norm)
 }
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
- * the last step is not spoiled by it; never below what the nonlinear target asks for. */
-static double forcing(const flesh_problem *problem, double norm, double before, double tolerance)
+ * the last step is not spoiled by it; never below what the nonlinear target asks for, and down to that where the target
+ * is near. What only comes back from a larger residual does not converge. */
+static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
+  const double before = problem->smallest_norm, rate = norm / before;
+  if (!(before > 0) || norm < before) problem->smallest_norm = norm;
   if (!(before > 0) || problem->target == 0) return tolerance;
-  const double rate = norm / before;
-  return fmin(tolerance, fmax(0.9 * rate * rate * norm, 0.5 * problem->target));
+  const double foreseen = 0.9 * rate * rate * norm;
+  return fmin(tolerance, foreseen < 10 * problem->target ? 0.5 * problem->target : foreseen);
+}
+
+/* The Newton step q from u, where the residual is -b of the given norm, unguarded. */
+static int newton_step(solver *self, const double *u, const double *b, double norm, double *q)
+{
+  flesh_problem *problem = self->problem;
+  const int follow = problem->follow;
+  int status, project = problem->options.projection == FLESH_PROJECTION_ALWAYS;
+  problem->follow = 0;
+  do {
+    status = flesh_problem_assemble(problem, u, project);
+    if (!status) status = flesh_problem_factor(problem);
+    if (!status) status = solve_linear(self, b, problem->options.linear_tolerance * norm, q);
+  } while (status == FLESH_NOT_POSITIVE && problem->options.projection == FLESH_PROJECTION_DEMAND && !project++);
+  problem->follow = follow;
+  problem->stats.newton += !status;
+  return status;
+}
+
+/* The watchdog technique (Chamberlain, Powell, Lemarechal & Pedersen 1982). What is stiff turns along arcs: a straight
+ * step strains it, and is cut to almost nothing by the potential, again and again. Then a multiple of the step p that
+ * has been cut to the share `cut` is taken although the potential rises. There the residual is that of what is
+ * strained, and one or two Newton steps take it back; where they end below the cut step, p is all of this. */
+static void go_beyond(solver *self, double *p)
+{
+  enum { LEGS = 2, LONGEST_PAUSE = 8 };
+  static const double worth = 0.3, first = 8, wall = 10, order = 6;
+  flesh_problem *problem = self->problem;
+  const int n = problem->n;
+  double *from = problem->work + 2 * (size_t)n, *to = from + n, *b = problem->work + n, *q = problem->step;
+  const double cut = problem->cut, length = flesh_norm(n, p) / cut;
+  double start, reached, value = INFINITY, norm, magnitude;
+  if (!(cut < worth) || problem->beyond || !problem->options.watchdog || ++problem->cuts < 2) return;
+  if (problem->pause > 0) {
+    problem->pause--;
+    return;
+  }
+  memcpy(from, problem->u_matrix, (size_t)n * sizeof *from);
+  for (int d = 0; d < n; d++) to[d] = from[d] + p[d];
+  if (flesh_problem_potential(problem, from, &start, &magnitude) ||
+      flesh_problem_potential(problem, to, &reached, &magnitude))
+    return;
+  const double s = fmin(1, problem->stride > 0 ? fmax(problem->stride / length, 2 * cut) : first * cut);
+  for (int d = 0; d < n; d++) to[d] = from[d] + s / cut * p[d];
+  /* Otherwise it is nothing stiff that has cut the step. */
+  if (flesh_problem_residual(problem, to, b) || flesh_norm(n, b) < wall * flesh_norm(n, problem->gradient)) return;
+  const double falls = -s / cut * flesh_dot(n, problem->gradient, p);
+  double before = INFINITY;
+  for (int leg = 0; leg < LEGS && !(value < reached); leg++) {
+    value = INFINITY;
+    if (flesh_problem_residual(problem, to, b) || !((norm = flesh_norm(n, b)) < before)) break;
+    for (int d = 0; d < n; d++) b[d] = -b[d];
+    if (newton_step(self, to, b, norm, q)) break;
+    before = norm;
+    for (int d = 0; d < n; d++) to[d] += q[d];
+    if (flesh_problem_potential(problem, to, &value, &magnitude)) value = INFINITY;
+  }
+  const int lower = value < reached && flesh_problem_way(problem, from, to) == 1;
+  /* What remains of the strain grows by some sixth power of the way, what is gained by the first: the best way for the
+   * next. */
+  const double excess = fmax(value - (start - falls * (1 - s / 2)), 1e-6 * falls);
+  problem->stride = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
+  if (lower) {
+    for (int d = 0; d < n; d++) p[d] = to[d] - from[d];
+    problem->next_pause = 1;
+    problem->stats.detours++;
+  } else {
+    problem->pause = problem->next_pause;
+    if (problem->next_pause < LONGEST_PAUSE) problem->next_pause *= 2;
+  }
 }
 
 static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, sunrealtype tolerance)
@@ -166,7 +239,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   self->report.iterations = 0;
   if (asked_to_stop(problem)) return self->report.last_flag = problem->stopped;
   const double norm = flesh_norm(problem->n, right);
-  tolerance = forcing(problem, norm, problem->previous_norm, tolerance);
+  tolerance = forcing(problem, norm, tolerance);
   if (at_rounding(problem, norm)) {
     problem->at_rounding = 1;
     memset(p, 0, (size_t)problem->n * sizeof *p);
@@ -182,6 +255,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
     if (!status) status = guarded_step(self, right, tolerance, gradient, p);
   }
   problem->stats.newton += !status;
+  if (!status && problem->options.globalization == FLESH_GLOBALIZATION_ENERGY) go_beyond(self, p);
   return self->report.last_flag = status;
 }
 

@@ -151,8 +151,10 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->rest;
   self->residual.known = self->potential.known = 0;
-  self->previous_norm = 0;
+  self->previous_norm = self->smallest_norm = self->stride = 0;
   self->at_rounding = self->refused = self->stopped = self->follow = self->shortened = 0;
+  self->creeping = self->cuts = self->pause = 0;
+  self->next_pause = 1;
   if (self->stalled > 0) self->stalled = 0; /* what is too dear stays so */
   self->model_ratio = self->first_potential = NAN;
   keep_preconditioner(self);

@@ -61,9 +61,16 @@ struct flesh_problem {
   void *stop_data;
   int stopped;           /* what it answered; FLESH_OK: go on */
   int shortened;         /* the last guarded step of the stage was not its first try */
+  int creeping;          /* how many of the last guarded steps in a row were filtered, whole and too short */
+  double cut;            /* the last guarded step's share of its first try; 1: it was not cut */
+  /* Of steps beyond what cuts them: cuts of the stage, cuts to let pass before the next try and after the next that
+   * fails, and how long a step beyond may be (2-norm; 0: not known). */
+  int cuts, pause, next_pause;
+  double stride;
   double model_ratio;    /* actual over foretold decrease of the last guarded step; NaN: not known */
   double target;         /* of the nonlinear solve, N; 0: not known */
   double previous_norm;  /* of the residual at the linear solve before this one of the same stage; 0 at first */
+  double smallest_norm;  /* of the residuals at the linear solves of the stage; 0 at first */
   double first_potential; /* of the stage's first guarded iterate; NaN before */
   int refused;           /* status of the last residual that had no value in this stage; 0: none */
   int at_rounding;       /* the last solve stopped because its residual is at rounding */
