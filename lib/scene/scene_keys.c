@@ -322,9 +322,9 @@ static const flesh_key solver_table[] = {
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, follow_curvature),
      .default_value = "true",
-     .doc = "true: where few nodes carry the residual (a crease, a tet that turns inside out), or after a cut, or "
-            "time and again, steps that prove too short are lengthened and, with pcg and projection on demand, the true Hessian is "
-            "followed downhill along negative curvature"},
+     .doc = "true: steps that prove too short are lengthened where few nodes carry the residual (a crease, a "
+            "tet that turns inside out), after a cut, or time and again; and where few do, with pcg and "
+            "projection on demand, the true Hessian is followed downhill along negative curvature"},
     {.name = "nonlinear_elimination",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, nonlinear_elimination),
