@@ -103,7 +103,7 @@ static void hindered_statics_arrive(void)
     CHECK_OK(flesh_system_finish(b.system));
     if (hindrance == 1) options.max_newton = 8;
     if (hindrance == 2) options.max_linear = 12;
-    if (hindrance == 3) options.max_newton = 10, options.max_halvings = 0; /* too few for the whole load */
+    if (hindrance == 3) options.max_newton = 9, options.max_halvings = 0; /* too few for the whole load */
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
     printf("# %d solves, %d Newton, %d linear iterations\n", stats.solves, stats.newton, stats.linear);

@@ -76,11 +76,11 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* 1: a step that lowers the potential more than the quadratic model foretold is lengthened, if few
-   * nodes carry the residual, if it had been cut, or after ten such projected ones; where few nodes
-   * carry it, PCG follows the true Hessian after a projected one downhill along its directions of
-   * negative curvature (projection on demand, PCG only). A crease or a tet that turns inside out
-   * then costs a tenth of the iterations. 0: never. */
+  /* 1: a step that lowers the potential more than the quadratic model foretold is lengthened where
+   * few nodes carry the residual, after a cut, or after sixteen projected ones like it; where few
+   * nodes carry it, PCG then follows the true Hessian downhill along its directions of negative
+   * curvature (projection on demand, PCG only). A crease or a tet that turns inside out costs a
+   * tenth of the iterations then. 0: never. */
   int follow_curvature;
   /* 1: after a step that lowered the potential otherwise than foretold and left few nodes that
    * carry the residual (a crease again), these and two rings of neighbours, at most a quarter of

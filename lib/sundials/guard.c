@@ -9,8 +9,8 @@
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;
 
-/* As many filtered steps in a row fall short before one is lengthened wherever the residual is. */
-enum { CREEPING = 10 };
+/* So many filtered steps in a row fall short before one is lengthened wherever the residual is. */
+enum { CREEPING = 16 };
 
 /* The trial u + scale p, rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
  * one that is accepted then holds for KINSOL's next iterate. */
