@@ -223,13 +223,12 @@ int flesh_block12_factor(flesh_block12 *self)
     }
   }
   const size_t entries = (size_t)start[self->n] * SIZE;
-  double largest = 0;
+  int fits = 1;
   for (size_t e = 0; e < entries; e++) {
     self->kept[e] = (float)self->blocks[e];
-    const double size = fabs(self->blocks[e]);
-    if (!(size <= largest)) largest = size; /* NaN stays */
+    fits &= fabs(self->blocks[e]) < FLT_MAX;
   }
-  return largest < FLT_MAX;
+  return fits;
 }
 
 void flesh_block12_solve(flesh_block12 *self)

@@ -322,7 +322,8 @@ static inline void expect(const float *row)
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->lower_start, *column = self->lower_column, *place = self->place, far = start[self->rows] > MANY;
+  const int *start = self->lower_start, *column = self->lower_column, *place = self->place;
+  const int far = start[self->rows] > MANY;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
     const double *r = s->r + 4 * (size_t)place[p];
     __builtin_prefetch(s->r + 4 * (size_t)place[p + AHEAD]);
@@ -348,7 +349,8 @@ static void forward(const substitution *s, int part)
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->start, *column = self->column, *place = self->place, far = start[self->rows] > MANY;
+  const int *start = self->start, *column = self->column, *place = self->place;
+  const int far = start[self->rows] > MANY;
   for (int p = self->begin[part + 1] - 1; p >= self->begin[part]; p--) {
     __builtin_prefetch(s->z + 4 * (size_t)place[p - AHEAD], 1);
     const float *block = self->upper + 9 * (size_t)start[p];

@@ -178,8 +178,8 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
   self->held = malloc(rows + 1);
   self->moves = flesh_large(4 * (size_t)self->boxes * sizeof *self->moves);
   self->terms = flesh_large(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
-  int failed = !box || !nodes || !self->stored || !self->box || !self->begin || !self->member || !self->weights || !self->of_member || !self->held ||
-               !self->moves || !self->terms;
+  int failed = !box || !nodes || !self->stored || !self->box || !self->begin || !self->member || !self->weights ||
+               !self->of_member || !self->held || !self->moves || !self->terms;
   if (!failed) {
     for (int i = 0; i < A->rows; i++) nodes[i].node = i;
     bisect(X, nodes, A->rows, self->boxes, 0, box);

@@ -1,4 +1,5 @@
-/* product.h: the product y = A x by threads, on vectors of four lanes per node in the order in which halves store them. */
+/* product.h: the product y = A x by threads, on vectors of four lanes per node in the order in which halves store
+ * them. */
 #ifndef FLESH_SPARSE_PRODUCT_H
 #define FLESH_SPARSE_PRODUCT_H
 
