@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "bench.h"
 #include "sparse/block_matrix.h"
 #include "sparse/preconditioner.h"
@@ -139,7 +140,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
   if (!status) status = flesh_product_create(b->A, &halves, &b->product);
   flesh_halves_clear(&halves);
   const size_t bytes = 4 * (size_t)b->product.nodes * sizeof *b->from;
-  if (!status && (!(b->from = aligned_alloc(32, bytes)) || !(b->to = aligned_alloc(32, bytes))))
+  if (!status && (!(b->from = flesh_large_zeroed(bytes)) || !(b->to = flesh_large_zeroed(bytes))))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (size_t i = 0; !status && i < b->n / 3; i++)
     for (size_t c = 0; c < 4; c++) b->from[4 * i + c] = c < 3 ? b->x[3 * i + c] : 0;
