@@ -30,8 +30,8 @@
 extern const flesh_tet_kernel FLESH_OF_SET(flesh_elastic), FLESH_OF_SET(flesh_stiffness),
     FLESH_OF_SET(flesh_viscous);
 
-/* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data out
- * of the caches. */
+/* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
+ * out of the caches. */
 #define AHEAD 4
 
 /* A batch's tets. */

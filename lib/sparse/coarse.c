@@ -18,8 +18,8 @@ enum {
   AHEAD = 64 /* members whose r is fetched ahead, as boxes are not contiguous in memory */
 };
 
-/* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. Nodes go by where vectors store
- * them, here and below. */
+/* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. Nodes go by where vectors
+ * store them, here and below. */
 typedef struct term {
   int pair, node, other;
   int block; /* ~: of the transpose */

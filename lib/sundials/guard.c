@@ -38,8 +38,8 @@ static double model_ratio(flesh_problem *self, const double *u, const double *r,
   return actual / -(slope + curvature(self, u, r, p) / 2);
 }
 
-/* Lengthens a step that has been accepted as long as that lowers the potential `value` further. The scale `too_long` has
- * been refused; INFINITY: none. */
+/* Lengthens a step that has been accepted as long as that lowers the potential `value` further. The scale `too_long`
+ * has been refused; INFINITY: none. */
 static void lengthen(flesh_problem *self, const double *u, const double *p, double start, double slope,
                      double too_long, double *scale, double *value)
 {

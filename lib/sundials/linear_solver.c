@@ -182,6 +182,8 @@ static int newton_step(solver *self, const double *u, const double *b, double no
 static void go_beyond(solver *self, double *p)
 {
   enum { LEGS = 2, LONGEST_PAUSE = 8 };
+  /* A step cut to less is worth it; the first goes so many times as far; the residual there at least so many times as
+   * large tells that something stiff is strained; what remains of the strain grows by this power of the way. */
   static const double worth = 0.3, first = 8, wall = 10, order = 6;
   flesh_problem *problem = self->problem;
   const int n = problem->n;
@@ -214,8 +216,7 @@ static void go_beyond(solver *self, double *p)
     if (flesh_problem_potential(problem, to, &value, &magnitude)) value = INFINITY;
   }
   const int lower = value < reached && flesh_problem_way(problem, from, to) == 1;
-  /* What remains of the strain grows by some sixth power of the way, what is gained by the first: the best way for the
-   * next. */
+  /* What is gained grows by the first power: the best way for the next. */
   const double excess = fmax(value - (start - falls * (1 - s / 2)), 1e-6 * falls);
   problem->stride = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   if (lower) {
