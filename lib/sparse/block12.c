@@ -81,10 +81,10 @@ int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_
   self->start = malloc((rows + 1) * sizeof *self->start);
   self->find = malloc((rows + 1) * sizeof *self->find);
   self->pivots = flesh_large((rows * SIZE + 1) * sizeof *self->pivots);
-  self->inverse = malloc((rows * N + 1) * sizeof *self->inverse);
-  self->x = malloc((rows * N + 1) * sizeof *self->x);
+  self->inverses = flesh_large((rows * SIZE + 1) * sizeof *self->inverses);
+  self->x = flesh_large((rows * N + 1) * sizeof *self->x);
   int *room = malloc((4 * rows + 1) * sizeof *room);
-  int failed = !self->place || !self->start || !self->find || !self->pivots || !self->inverse || !self->x || !room;
+  int failed = !self->place || !self->start || !self->find || !self->pivots || !self->inverses || !self->x || !room;
   if (!failed) failed = make_columns(self, starts, neighbours, room) != FLESH_OK;
   free(room);
   if (!failed) return FLESH_OK;
@@ -101,7 +101,7 @@ void flesh_block12_clear(flesh_block12 *self)
   free(self->blocks);
   free(self->kept);
   free(self->pivots);
-  free(self->inverse);
+  free(self->inverses);
   free(self->x);
   *self = (flesh_block12){0};
 }
@@ -109,7 +109,7 @@ void flesh_block12_clear(flesh_block12 *self)
 size_t flesh_block12_memory(const flesh_block12 *self)
 {
   const size_t rows = (size_t)self->n, blocks = (size_t)self->start[rows];
-  return rows * ((SIZE + 2 * N) * sizeof(double) + 3 * sizeof(int)) +
+  return rows * (SIZE * (sizeof(double) + sizeof(float)) + N * sizeof(float) + 3 * sizeof(int)) +
          blocks * (SIZE * (sizeof(double) + sizeof(float)) + sizeof(int));
 }
 
@@ -127,9 +127,9 @@ double *flesh_block12_at(flesh_block12 *self, int low, int high)
   return self->blocks + SIZE * (size_t)(found - self->row);
 }
 
-/* L of a diagonal block, L[m][r] its row r, column m; 0 when it is indefinite. What is left of a direction's stiffness
- * `whole` is taken for nothing below a billionth of it. */
-static int factor_pivot(double *L, double *inverse, const double *whole)
+/* L of a diagonal block, L[m][r] its row r, column m, and 1 / L[m][m]; 0 when it is indefinite. What is left of a
+ * direction's stiffness `whole` is taken for nothing below a billionth of it, and its inverse is then 0. */
+static int factor_pivot(double *L, double inverse[N], const double whole[N])
 {
   for (int m = 0; m < N; m++) {
     double d = L[N * m + m];
@@ -145,6 +145,25 @@ static int factor_pivot(double *L, double *inverse, const double *whole)
   return 1;
 }
 
+/* X = L^-1, likewise; 0 when it is too large for single precision. */
+static int invert_pivot(const double *L, const double inverse[N], float *X)
+{
+  int fits = 1;
+  for (int m = 0; m < N; m++) {
+    double column[N] = {0};
+    column[m] = 1;
+    for (int s = m; s < N; s++) {
+      column[s] *= inverse[s];
+      for (int r = s + 1; r < N; r++) column[r] -= L[N * s + r] * column[s];
+    }
+    for (int r = 0; r < N; r++) {
+      X[N * m + r] = (float)column[r];
+      fits &= fabs(column[r]) < FLT_MAX;
+    }
+  }
+  return fits;
+}
+
 /* B L^-T. */
 static void divide(double *restrict B, const double *restrict L, const double *inverse)
 {
@@ -155,7 +174,6 @@ static void divide(double *restrict B, const double *restrict L, const double *i
   }
 }
 
-/* A column's or a row's twelve numbers, or those of an unknown. */
 typedef struct twelve {
   flesh_double4 part[N / 4];
 } twelve;
@@ -163,27 +181,6 @@ typedef struct twelve {
 static inline twelve load12(const double *x)
 {
   return (twelve){{FLESH_LANES_DOUBLE(x), FLESH_LANES_DOUBLE(x + 4), FLESH_LANES_DOUBLE(x + 8)}};
-}
-
-static inline flesh_double4 wide4(const float *b) { return FLESH_LANES_WIDE(FLESH_LANES_FLOAT(b)); }
-
-/* y -= B x. */
-static inline void subtract_product(double *restrict y, const float *restrict B, const double x[N])
-{
-  twelve sum = load12(y);
-#pragma GCC unroll 12
-  for (int m = 0; m < N; m++)
-    for (int p = 0; p < N / 4; p++) sum.part[p] -= wide4(B + N * m + 4 * p) * x[m];
-  memcpy(y, &sum, sizeof sum);
-}
-
-/* sums[m] += B^T y by lanes. */
-static inline void add_transposed(flesh_double4 sums[N], const float *restrict B, const double *restrict y)
-{
-  const twelve from = load12(y);
-#pragma GCC unroll 12
-  for (int m = 0; m < N; m++)
-    for (int p = 0; p < N / 4; p++) sums[m] += wide4(B + N * m + 4 * p) * from.part[p];
 }
 
 /* C -= P Q^T, several columns at a time: P's are loaded once for them. */
@@ -206,12 +203,14 @@ static void subtract(double *restrict C, const double *restrict P, const double 
 int flesh_block12_factor(flesh_block12 *self)
 {
   const int *start = self->start, *row = self->row;
-  double *whole = self->x; /* free until the first solve */
-  for (int k = 0; k < self->n; k++)
-    for (int m = 0; m < N; m++) whole[N * k + m] = self->pivots[SIZE * (size_t)k + (N + 1) * (size_t)m];
+  int fits = 1;
+  for (int k = 0; k < self->n; k++) /* x is free until the first solve */
+    for (int m = 0; m < N; m++) self->x[N * k + m] = (float)self->pivots[SIZE * (size_t)k + (N + 1) * (size_t)m];
   for (int k = 0; k < self->n; k++) {
-    double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
-    if (!factor_pivot(L, inverse, whole + N * (size_t)k)) return 0;
+    double *L = self->pivots + SIZE * (size_t)k, inverse[N], whole[N];
+    for (int m = 0; m < N; m++) whole[m] = self->x[N * k + m];
+    if (!factor_pivot(L, inverse, whole)) return 0;
+    fits &= invert_pivot(L, inverse, self->inverses + SIZE * (size_t)k);
     for (int e = start[k]; e < start[k + 1]; e++) divide(self->blocks + SIZE * (size_t)e, L, inverse);
     for (int e = start[k]; e < start[k + 1]; e++) {
       const double *Q = self->blocks + SIZE * (size_t)e;
@@ -223,7 +222,6 @@ int flesh_block12_factor(flesh_block12 *self)
     }
   }
   const size_t entries = (size_t)start[self->n] * SIZE;
-  int fits = 1;
   for (size_t e = 0; e < entries; e++) {
     self->kept[e] = (float)self->blocks[e];
     fits &= fabs(self->blocks[e]) < FLT_MAX;
@@ -231,30 +229,69 @@ int flesh_block12_factor(flesh_block12 *self)
   return fits;
 }
 
+/* A column's twelve numbers, or those of an unknown, in single precision. */
+typedef struct twelve_floats {
+  flesh_float4 part[N / 4];
+} twelve_floats;
+
+static inline twelve_floats load12_floats(const float *x)
+{
+  return (twelve_floats){{FLESH_LANES_FLOAT(x), FLESH_LANES_FLOAT(x + 4), FLESH_LANES_FLOAT(x + 8)}};
+}
+
+/* sum + B x. */
+static inline twelve_floats add_product(twelve_floats sum, const float *B, const float x[N])
+{
+#pragma GCC unroll 12
+  for (int m = 0; m < N; m++)
+    for (int p = 0; p < N / 4; p++) sum.part[p] += FLESH_LANES_FLOAT(B + N * m + 4 * p) * x[m];
+  return sum;
+}
+
+/* sums[m] += B^T y by lanes. */
+static inline void add_transposed(flesh_float4 sums[N], const float *B, twelve_floats y)
+{
+#pragma GCC unroll 12
+  for (int m = 0; m < N; m++)
+    for (int p = 0; p < N / 4; p++) sums[m] += FLESH_LANES_FLOAT(B + N * m + 4 * p) * y.part[p];
+}
+
+/* What add_transposed left in lanes. */
+static inline twelve_floats gathered(const flesh_float4 sums[N])
+{
+  twelve_floats all;
+  for (int p = 0; p < N / 4; p++) {
+    const flesh_float4 *s = sums + 4 * p, a = __builtin_shufflevector(s[0], s[1], 0, 4, 1, 5),
+                       b = __builtin_shufflevector(s[0], s[1], 2, 6, 3, 7),
+                       c = __builtin_shufflevector(s[2], s[3], 0, 4, 1, 5),
+                       d = __builtin_shufflevector(s[2], s[3], 2, 6, 3, 7), ab = a + b, cd = c + d;
+    all.part[p] = __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+  }
+  return all;
+}
+
 void flesh_block12_solve(flesh_block12 *self)
 {
   for (int k = 0; k < self->n; k++) {
-    const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
-    double *x = self->x + N * (size_t)k, solved[N];
-    memcpy(solved, x, sizeof solved);
-    for (int m = 0; m < N; m++) {
-      solved[m] *= inverse[m];
-      for (int r = m + 1; r < N; r++) solved[r] -= L[N * m + r] * solved[m];
+    float *x = self->x + N * (size_t)k, less[N];
+    const twelve_floats solved = add_product((twelve_floats){0}, self->inverses + SIZE * (size_t)k, x);
+    memcpy(x, &solved, sizeof solved);
+    for (int m = 0; m < N; m++) less[m] = -x[m];
+    for (int e = self->start[k]; e < self->start[k + 1]; e++) {
+      float *y = self->x + N * (size_t)self->row[e];
+      const twelve_floats sum = add_product(load12_floats(y), self->kept + SIZE * (size_t)e, less);
+      memcpy(y, &sum, sizeof sum);
     }
-    memcpy(x, solved, sizeof solved);
-    for (int e = self->start[k]; e < self->start[k + 1]; e++)
-      subtract_product(self->x + N * (size_t)self->row[e], self->kept + SIZE * (size_t)e, solved);
   }
   for (int k = self->n - 1; k >= 0; k--) {
-    const double *L = self->pivots + SIZE * (size_t)k, *inverse = self->inverse + N * (size_t)k;
-    double *x = self->x + N * (size_t)k;
-    flesh_double4 sums[N] = {{0}};
+    float *x = self->x + N * (size_t)k;
+    flesh_float4 sums[N] = {{0}}, products[N] = {{0}};
     for (int e = self->start[k]; e < self->start[k + 1]; e++)
-      add_transposed(sums, self->kept + SIZE * (size_t)e, self->x + N * (size_t)self->row[e]);
-    for (int m = N - 1; m >= 0; m--) {
-      x[m] -= (sums[m][0] + sums[m][1]) + (sums[m][2] + sums[m][3]);
-      for (int r = m + 1; r < N; r++) x[m] -= L[N * m + r] * x[r];
-      x[m] *= inverse[m];
-    }
+      add_transposed(sums, self->kept + SIZE * (size_t)e, load12_floats(self->x + N * (size_t)self->row[e]));
+    twelve_floats rest = load12_floats(x), sum = gathered(sums);
+    for (int p = 0; p < N / 4; p++) rest.part[p] -= sum.part[p];
+    add_transposed(products, self->inverses + SIZE * (size_t)k, rest);
+    rest = gathered(products);
+    memcpy(x, &rest, sizeof rest);
   }
 }

@@ -15,8 +15,8 @@ typedef struct flesh_block12 {
   double *blocks; /* [144*start[n]] column by column of each block: [m][r] is row r, column m */
   double *pivots; /* [144*n] the diagonal blocks, likewise */
   float *kept;    /* [144*start[n]] the factor's blocks, rounded: solutions wait for them */
-  double *inverse; /* [12*n] of the factor's diagonal, 0: a direction that is not there */
-  double *x;      /* [12*n] in the order of elimination */
+  float *inverses; /* [144*n] of the factor's diagonal blocks, likewise; 0 in directions that are not there */
+  float *x;       /* [12*n] in the order of elimination */
 } flesh_block12;
 
 /* For the pattern of neighbours[starts[i]] ... of each row i, symmetric, without i itself. */

@@ -373,7 +373,7 @@ static void forward_task(void *data, int task)
 {
   const substitution *s = data;
   if (task == 0) forward(s, 0);
-  else if (task <= s->boxes) flesh_coarse_restrict(s->coarse, task - 1, s->r);
+  else if (task <= s->boxes) flesh_coarse_restrict(s->coarse, task - 1, s->scale, s->r);
   else forward(s, 1);
 }
 
@@ -385,7 +385,7 @@ void flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double sca
   substitution s = {self, coarse, coarse ? flesh_coarse_boxes(coarse) : 0, scale, back, r, z};
   flesh_threads_run(self->threads, s.boxes + 2, forward_task, &s);
   forward(&s, 2);
-  if (coarse) flesh_coarse_solve(coarse);
+  if (coarse) flesh_coarse_solve(coarse, back);
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
 }

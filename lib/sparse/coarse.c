@@ -230,6 +230,7 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 typedef struct assembly {
   flesh_coarse *coarse;
   const flesh_block_matrix *A;
+  double scale;
 } assembly;
 
 /* T[3 c + d] += A[c][d] w_other. */
@@ -262,16 +263,16 @@ static void assemble_pair(void *data, int pair)
     for (; k < end && self->terms[k].node == node; k++) add_term(self, s->A, &self->terms[k], T);
     for (int c = 0; c < 3; c++)
       for (int a = 0; a < 4; a++)
-        for (int d = 0; d < 3; d++) sum[c][a][d] += w[a] * T[3 * c + d];
+        for (int d = 0; d < 3; d++) sum[c][a][d] += s->scale * w[a] * T[3 * c + d];
   }
   memcpy(block, sum, sizeof sum);
   for (int m = 0; m < N && low == high; m++)
     for (int r = 0; r <= m; r++) block[N * m + r] = block[N * r + m] = block[N * m + r] + block[N * r + m];
 }
 
-int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, const uint8_t *fixed)
+int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
 {
-  assembly s = {self, A};
+  assembly s = {self, A, scale};
   for (int p = 0; p < self->rows; p++) {
     const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
     self->held[p] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
@@ -291,7 +292,7 @@ static inline flesh_double4 without(flesh_double4 x, int held)
 
 int flesh_coarse_boxes(const flesh_coarse *self) { return self->boxes; }
 
-void flesh_coarse_restrict(flesh_coarse *self, int box, const double *r)
+void flesh_coarse_restrict(flesh_coarse *self, int box, double scale, const double *r)
 {
   flesh_double4 sum0 = {0}, sum1 = {0}, sum2 = {0};
   for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
@@ -303,18 +304,18 @@ void flesh_coarse_restrict(flesh_coarse *self, int box, const double *r)
     sum1 += w * own[1];
     sum2 += w * own[2];
   }
-  double *x = self->matrix.x + N * (size_t)box;
-  memcpy(x, &sum0, sizeof sum0);
-  memcpy(x + 4, &sum1, sizeof sum1);
-  memcpy(x + 8, &sum2, sizeof sum2);
+  const flesh_float4 sums[] = {FLESH_LANES_NARROW(scale * sum0), FLESH_LANES_NARROW(scale * sum1),
+                               FLESH_LANES_NARROW(scale * sum2)};
+  memcpy(self->matrix.x + N * (size_t)box, sums, sizeof sums);
 }
 
-void flesh_coarse_solve(flesh_coarse *self)
+void flesh_coarse_solve(flesh_coarse *self, double back)
 {
   flesh_block12_solve(&self->matrix);
-  const double *x = self->matrix.x;
+  const float *x = self->matrix.x;
   for (int b = 0; b < self->boxes; b++, x += N)
-    for (int a = 0; a < 4; a++) self->moves[4 * (size_t)b + (size_t)a] = (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
+    for (int a = 0; a < 4; a++)
+      self->moves[4 * (size_t)b + (size_t)a] = back * (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
 }
 
 void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double *z)

@@ -3,7 +3,7 @@
  * The body's nodes are cut into boxes by their rest positions X, and the coarse space holds every displacement that is
  * affine in X within each box: translations, rotations from any deformed state, stretches. With P its basis, what is
  * added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method with a coarse space. P and the factor of
- * P^T A P are rounded to single precision, as they are read in every iteration; what is added stays symmetric. */
+ * P^T A P are rounded to single precision, as they are read in every iteration, and so is what is solved for. */
 #ifndef FLESH_SPARSE_COARSE_H
 #define FLESH_SPARSE_COARSE_H
 
@@ -20,15 +20,16 @@ int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, in
                         flesh_threads *threads, flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);
 
-/* Factors P^T A P, P zero at the fixed dofs [3*rows] (NULL: none), whose rows in A are diagonal. FLESH_NOT_POSITIVE
- * when it is indefinite, as A then is. */
-int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, const uint8_t *fixed);
+/* Factors scale P^T A P, P zero at the fixed dofs [3*rows] (NULL: none), whose rows in A are diagonal; `scale` takes
+ * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
+int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
-/* What is added for a residual r, in three steps: P^T r, box by box in any order; the solve, which is kept inside; and
- * z += P times that for begin <= p < end. Vectors of four lanes a node as the halves store them. */
+/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, box by box in any order;
+ * the solve, which is kept inside, `back` the scale of the matrix over that of r; and z += P times that for
+ * begin <= p < end. Vectors of four lanes a node as the halves store them. */
 int flesh_coarse_boxes(const flesh_coarse *coarse);
-void flesh_coarse_restrict(flesh_coarse *coarse, int box, const double *r);
-void flesh_coarse_solve(flesh_coarse *coarse);
+void flesh_coarse_restrict(flesh_coarse *coarse, int box, double scale, const double *r);
+void flesh_coarse_solve(flesh_coarse *coarse, double back);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, double *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);

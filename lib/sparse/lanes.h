@@ -29,6 +29,8 @@ typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may
 
 /* Four lanes in double precision. */
 #define FLESH_LANES_WIDE(lanes) __builtin_convertvector(lanes, flesh_double4)
+/* Four lanes in single precision. */
+#define FLESH_LANES_NARROW(lanes) __builtin_convertvector(lanes, flesh_float4)
 
 /* {sum of a's, of b's, of c's first three lanes, anything}; either type. */
 #define FLESH_LANES_SUMS(a, b, c)                                                                  \

@@ -130,8 +130,8 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
     set_jacobi(self, A);
     return FLESH_OK;
   }
-  self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, fixed);
   self->scale = power_to_one(largest);
+  self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
   /* What was needed last is needed again, or nearly so: try a quarter of it, then four times as
    * much. */
   double shift = self->shift > 1e-3 ? self->shift / 4 : 0;
