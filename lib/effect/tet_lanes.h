@@ -111,15 +111,20 @@ static inline void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
     }
 }
 
-/* Where a matrix is beyond the caches (MANY batches), the blocks of the batch this far ahead are asked for. */
-enum { BLOCKS_AHEAD = 6, MANY = 12000 };
+/* Where a matrix is beyond the caches (that of MANY tets), the blocks of the tets this far ahead are asked for: both
+ * lines that each may lie in. */
+enum { TETS_AHEAD = 32, MANY = 130000 };
 
 INLINE void expect_blocks(const flesh_batches *batches, int index, const int *slots, const double *values)
 {
-  if (batches->count < MANY || index + BLOCKS_AHEAD >= batches->count) return;
-  const int *first = batches->first + index + BLOCKS_AHEAD;
-  const int *slot = slots + 10 * (size_t)first[0], *end = slots + 10 * (size_t)first[1];
-  for (; slot < end; slot++) __builtin_prefetch(values + 9 * (size_t)*slot + 4, 1);
+  const int ahead = index + TETS_AHEAD / FLESH_LANES;
+  if (batches->first[batches->count] < MANY || ahead >= batches->count) return;
+  const int *slot = slots + 10 * (size_t)batches->first[ahead], *end = slots + 10 * (size_t)batches->first[ahead + 1];
+  for (; slot < end; slot++) {
+    const double *block = values + 9 * (size_t)*slot;
+    __builtin_prefetch(block, 1);
+    __builtin_prefetch(block + 8, 1);
+  }
 }
 
 /* Adds every lane's block to its place; slots are 10 apart from tet to tet. */
