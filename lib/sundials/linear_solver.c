@@ -11,6 +11,10 @@
  * iterations of one solve are given to an old one. */
 enum { NEW_ONE = 6, PATIENCE = 150 };
 
+/* The first tenfolds are the fastest, the more so the newer a preconditioner: solves by more than these are compared
+ * with their like. */
+static const double DEEP = 3;
+
 typedef struct solver {
   flesh_linear_solver_report report; /* first */
   flesh_problem *problem;
@@ -35,7 +39,8 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
  * one. */
 static int prepare(flesh_problem *problem)
 {
-  if (problem->preconditioner && problem->pace > 0 && problem->lost < NEW_ONE) return FLESH_OK;
+  if (problem->preconditioner && problem->paces[0] + problem->paces[1] > 0 && problem->lost < NEW_ONE)
+    return FLESH_OK;
   return flesh_problem_factor(problem);
 }
 
@@ -78,8 +83,9 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
   }
   if (result.iterations == 0) return status;
   const double tenfolds = fmax(log10(result.first / result.residual), 0.1);
-  if (problem->pace == 0) problem->pace = result.iterations / tenfolds;
-  problem->lost = fmax(0, problem->lost + result.iterations - problem->pace * tenfolds);
+  double *pace = &problem->paces[tenfolds > DEEP];
+  if (*pace == 0) *pace = result.iterations / tenfolds;
+  problem->lost = fmax(0, problem->lost + result.iterations - *pace * tenfolds);
   return status;
 }
 
@@ -110,7 +116,7 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
   if (problem->stalled > 0 && !problem->follow) return rescue(self, b, p);
   const int limit = problem->options.max_linear, before = self->report.iterations;
-  const double patience = problem->pace > 0 ? fmax(PATIENCE, 4 * problem->pace) : limit;
+  const double pace = fmax(problem->paces[0], problem->paces[1]), patience = pace > 0 ? fmax(PATIENCE, 4 * pace) : limit;
   int status = conjugate_gradients(self, patience < limit ? (int)patience : limit, b, tolerance, p);
   if (status == FLESH_NOT_CONVERGED && patience < limit) {
     status = flesh_problem_factor(problem);

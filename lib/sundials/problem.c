@@ -141,7 +141,7 @@ static void keep_preconditioner(flesh_problem *self)
   flesh_system_fixed(self->system, self->stage.t, self->fixed);
   if (!self->goes_on || now->x != before->x || now->v != before->v || now->a != before->a ||
       memcmp(fixed_before, self->fixed, (size_t)self->n))
-    self->pace = 0;
+    self->paces[0] = self->paces[1] = 0;
   self->goes_on = 0;
 }
 
@@ -366,7 +366,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 
 int flesh_problem_factor(flesh_problem *self)
 {
-  self->pace = self->lost = 0;
+  self->paces[0] = self->paces[1] = self->lost = 0;
   self->factored = self->stage.shift;
   return self->direct ? flesh_direct_factor(self->direct, self->K)
                       : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);

@@ -51,7 +51,7 @@ struct flesh_problem {
   int (*patch)(flesh_problem *problem, const double *u, const double *r, double *w);
   /* PCG's iterations per tenfold reduction with the preconditioner when it was new (0: not known), and how many more
    * than that the solves since then have taken in all. */
-  double pace, lost;
+  double paces[2], lost;
   flesh_shift factored; /* what the preconditioner was made for */
   int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
