@@ -81,13 +81,13 @@ static int serves(flesh_problem *problem, const flesh_state *state, double h, do
   flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
   CHECK_OK(flesh_problem_set_stage(problem, &stage));
   CHECK_OK(flesh_problem_factor(problem));
-  problem->pace = 5;
+  problem->paces[0] = 5;
   problem->goes_on = goes_on;
   stage.t = t;
   stage.shift.a = 1 / (h * h);
   CHECK_OK(flesh_problem_set_stage(problem, &stage));
   CHECK(!problem->goes_on); /* it has to be said every time */
-  return problem->pace == 5;
+  return problem->paces[0] == 5;
 }
 
 static void a_preconditioner_serves_in_stages_that_go_on(void)

@@ -72,8 +72,8 @@ size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
 
 typedef struct work {
   flesh_pcg_space *space;
-  const double *b, *weights;
-  double *x;
+  const double *b, *weights; /* NULL: all are `common` */
+  double *x, common;
   double alpha, beta;
   double downhill; /* how far x goes along p: alpha, but after negative curvature */
 } work;
@@ -101,7 +101,6 @@ static void load(void *data, int chunk)
     const double *b = w->b + 3 * node;
     self->x[i] = self->p[i] = self->z[i] = (flesh_double4){0};
     self->r[i] = (flesh_double4){b[0], b[1], b[2], 0};
-    self->weights[i] = (flesh_double4){1, 1, 1, 0};
     for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * node + (size_t)c];
   }
   for (int i = end; i % PARTS; i++) self->x[i] = self->r[i] = self->p[i] = self->z[i] = (flesh_double4){0};
@@ -116,26 +115,33 @@ static void store(void *data, int chunk)
     for (int c = 0; c < 3; c++) w->x[3 * (size_t)w->space->product.rows[i] + (size_t)c] = w->space->x[i][c];
 }
 
-/* x += downhill p and r -= alpha A p; the weighted square of r and its own. */
+/* x += downhill p and r -= alpha A p; the square of r and the weighted one. */
+static inline void descend_nodes(const work *w, int begin, int end, const flesh_double4 *weights, double *square,
+                                 double *weighted_square)
+{
+  const flesh_pcg_space *self = w->space;
+  const double alpha = w->alpha, downhill = w->downhill;
+  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}}, *x = self->x, *r = self->r;
+  const flesh_double4 *p = self->p, *z = self->z;
+  for (int i = begin; i < end; i += PARTS)
+    for (int l = 0; l < PARTS; l++) {
+      x[i + l] += downhill * p[i + l];
+      flesh_double4 now = r[i + l] - alpha * z[i + l];
+      r[i + l] = now;
+      plain[l] += now * now;
+      if (weights) weighted[l] += now * weights[i + l] * (now * weights[i + l]);
+    }
+  *square = sum_of(plain);
+  *weighted_square = weights ? sum_of(weighted) : w->common * w->common * *square;
+}
+
 static void descend(void *data, int chunk)
 {
   const work *w = data;
   const flesh_pcg_space *self = w->space;
-  const double alpha = w->alpha, downhill = w->downhill;
-  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}}, *x = self->x, *r = self->r;
-  const flesh_double4 *p = self->p, *z = self->z, *weights = self->weights;
   int begin, end;
   range(self, chunk, &begin, &end);
-  for (int i = begin; i < end; i += PARTS)
-    for (int l = 0; l < PARTS; l++) {
-      x[i + l] += downhill * p[i + l];
-      flesh_double4 now = r[i + l] - alpha * z[i + l], scaled = now * weights[i + l];
-      r[i + l] = now;
-      plain[l] += now * now;
-      weighted[l] += scaled * scaled;
-    }
-  self->sums[chunk] = sum_of(weighted);
-  self->squares[chunk] = sum_of(plain);
+  descend_nodes(w, begin, end, w->weights ? self->weights : NULL, &self->squares[chunk], &self->sums[chunk]);
 }
 
 /* Takes the step; returns the weighted square of the residual after it. */
@@ -191,11 +197,20 @@ int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_precondi
                           result);
 }
 
+/* What n numbers all are; 0: they differ. */
+static double common_to(int n, const double *numbers)
+{
+  int same = 0;
+  while (same < n && numbers[same] == numbers[0]) same++;
+  return n > 0 && same == n ? numbers[0] : 0;
+}
+
 int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
                      const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
                      const double *b, double *x, flesh_pcg_result *result)
 {
-  work w = {.space = self, .b = b, .weights = weights, .x = x};
+  const double common = weights ? common_to(3 * self->rows, weights) : 1;
+  work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x};
   *result = (flesh_pcg_result){0};
   flesh_threads_run(self->threads, self->chunks, load, &w);
   int status = iterate(self, A, preconditioner, guide, tolerance, max_iterations, &w, result);

@@ -49,8 +49,8 @@ struct flesh_problem {
   /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
    * is asked for. */
   int (*patch)(flesh_problem *problem, const double *u, const double *r, double *w);
-  /* PCG's iterations per tenfold reduction with the preconditioner when it was new (0: not known), and how many more
-   * than that the solves since then have taken in all. */
+  /* PCG's iterations per tenfold reduction with the preconditioner when it was new, of solves by few tenfolds and by
+   * many (0: not known), and how many more than that the solves since then have taken in all. */
   double paces[2], lost;
   flesh_shift factored; /* what the preconditioner was made for */
   int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
