@@ -187,7 +187,7 @@ static int write_matrix(const char *folder, const flesh_block_matrix *K)
   fprintf(file.stream, "%%%%MatrixMarket matrix coordinate real symmetric\n%d %d %ld\n",
           3 * K->rows, 3 * K->rows, entries);
   for (int i = 0; i < K->rows; i++)
-    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
       for (int a = 0; a < 3; a++)
         for (int b = k == K->row_start[i] ? a : 0; b < 3; b++)
           fprintf(file.stream, "%d %d %.17g\n", 3 * K->column[k] + b + 1, 3 * i + a + 1,

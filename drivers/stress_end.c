@@ -124,7 +124,7 @@ static int spectrum(const flesh_system *system, const flesh_point *point, const 
   if (!status) status = flesh_system_jacobian(system, point, &shift, K);
   for (int d = 0, next = 0; d < unknowns && !status; d++) number[d] = fixed[d] ? -1 : next++;
   for (int i = 0; !status && i < K->rows; i++)
-    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
       for (int e = 0; e < 9; e++) {
         int row = number[3 * i + e / 3], column = number[3 * K->column[k] + e % 3];
         if (row < 0 || column < 0) continue;

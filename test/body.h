@@ -129,7 +129,7 @@ static inline double *test_dense(const flesh_block_matrix *K)
   int n = 3 * K->rows;
   double *H = calloc((size_t)n * n, sizeof *H);
   for (int i = 0; i < K->rows; i++)
-    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
       for (int p = 0; p < 9; p++) {
         int row = 3 * i + p / 3, column = 3 * K->column[k] + p % 3;
         H[row * n + column] = K->values[9 * k + p];

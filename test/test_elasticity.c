@@ -266,7 +266,7 @@ static double matrix_error(const problem *p, const flesh_block_matrix *A)
   double worst = 0;
   size_t n = (size_t)p->n, found = 0, expected = 0;
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++, found += 9)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++, found += 9)
       for (int c = 0; c < 9; c++) {
         size_t row = (size_t)(3 * i + c / 3), column = (size_t)(3 * A->column[k] + c % 3);
         worst = fmax(worst, fabs(A->values[9 * (size_t)k + c] - p->K[row * n + column]));

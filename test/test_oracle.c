@@ -176,7 +176,7 @@ static void check_element_quantities(const char *mesh, const char *positions, co
   CHECK_OK(flesh_system_matrix_create(b.system, &K));
   CHECK_OK(flesh_system_jacobian(b.system, &point, &(flesh_shift){.x = 1}, K));
   for (int i = 0; i < K->rows; i++)
-    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
       for (int p = 0; p < 9; p++) {
         int row = 3 * i + p / 3, column = 3 * K->column[k] + p % 3;
         H[row * n + column] = H[column * n + row] = K->values[9 * k + p];

@@ -31,7 +31,7 @@ static flesh_block_matrix *random_matrix(const test_body *b, double dominance)
     double *block = A->values + 9 * (size_t)A->row_start[i];
     for (int r = 0; r < 3; r++)
       for (int c = 0; c < r; c++) block[3 * r + c] = block[3 * c + r];
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       for (int p = 0; p < 9; p++) {
         sums[3 * i + p / 3] += fabs(A->values[9 * (size_t)k + p]);
         sums[3 * A->column[k] + p % 3] += fabs(A->values[9 * (size_t)k + p]);
@@ -120,9 +120,9 @@ static void products_and_constraints(void)
   CHECK(wrong == 0);
   for (int i = 0; i < A->rows; i++)
     for (int j = i; j < A->rows; j++) {
-      int k = flesh_pattern_find(A->row_start, A->column, i, j), there = 0;
-      for (int l = A->row_start[i]; l < A->row_start[i + 1]; l++) there |= A->column[l] == j;
-      CHECK(there ? k >= A->row_start[i] && k < A->row_start[i + 1] && A->column[k] == j : k == -1);
+      int k = flesh_pattern_find(A->column, A->row_start[i], A->row_end[i], j), there = 0;
+      for (int l = A->row_start[i]; l < A->row_end[i]; l++) there |= A->column[l] == j;
+      CHECK(there ? k >= A->row_start[i] && k < A->row_end[i] && A->column[k] == j : k == -1);
     }
   free(dense);
   free(after);
@@ -147,9 +147,8 @@ static void products_by_halves(void)
     CHECK_OK(flesh_halves_create(A, &halves));
     CHECK_OK(flesh_product_create(A, &halves, &product));
     CHECK(size != 1 || (halves.begin[1] > 0 && halves.begin[2] > halves.begin[1] && halves.begin[3] > halves.begin[2]));
-    for (int part = 0; part < 3; part++)
-      for (int p = halves.begin[part] + 1; p < halves.begin[part + 1]; p++)
-        CHECK(halves.stored[p - 1] < halves.stored[p]);
+    for (int p = 0; p < A->rows; p++) /* rows follow one another as vectors do */
+      CHECK(A->row_start[halves.stored[p]] == (p > 0 ? A->row_end[halves.stored[p - 1]] : 0));
     const size_t numbers = 4 * (size_t)product.nodes, bytes = numbers * sizeof(double);
     double *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y);
     double *lanes = aligned_alloc(32, bytes), *out = aligned_alloc(32, bytes), *first = malloc(bytes);
@@ -292,21 +291,22 @@ static void symmetric_factors_tell_what_is_indefinite(void)
   }
   /* One node 10^8 times stiffer, which the rows of its neighbours are scaled by: no less definite. */
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       for (int e = 0; e < 9; e++)
         A->values[9 * (size_t)k + e] *= (i == node ? 1e4 : 1) * (A->column[k] == node ? 1e4 : 1);
   flesh_direct_destroy(&direct); /* and with it pivots that were chosen before */
   CHECK_OK(flesh_direct_create_symmetric(A, 1e9, &direct));
   CHECK_OK(flesh_direct_factor(direct, A));
-  A->values[4] = -A->values[4];
+  corner = A->values + 9 * (size_t)A->row_start[0];
+  corner[4] = -corner[4];
   CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
   /* Eigenvalues 1 and -1, of which pivots off the diagonal would tell nothing. */
   uint8_t *fixed = calloc((size_t)b.n, 1);
   fixed[0] = fixed[1] = 1;
   flesh_block_fix(A, fixed, 1, NULL);
   CHECK_OK(flesh_direct_factor(direct, A));
-  A->values[0] = A->values[4] = 0;
-  A->values[1] = A->values[3] = 1;
+  corner[0] = corner[4] = 0;
+  corner[1] = corner[3] = 1;
   CHECK(flesh_direct_factor(direct, A) == FLESH_NOT_POSITIVE);
   free(fixed);
   flesh_direct_destroy(&direct);
@@ -458,7 +458,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
       for (int e = 0; e < b.n; e++) {
         int i = e / 3 < d / 3 ? e / 3 : d / 3, j = e / 3 < d / 3 ? d / 3 : e / 3;
         double off = fabs(column[e] - dense[e * b.n + d]);
-        if (flesh_pattern_find(A->row_start, A->column, i, j) >= 0) worst = fmax(worst, off);
+        if (flesh_pattern_find(A->column, A->row_start[i], A->row_end[i], j) >= 0) worst = fmax(worst, off);
         else outside = fmax(outside, off);
       }
       free(unit);

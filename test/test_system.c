@@ -71,7 +71,7 @@ static void check_pattern(const test_body *b, const flesh_cells *extra)
   int nodes = b->n / 3;
   flesh_block_matrix *K = NULL;
   CHECK_OK(flesh_system_matrix_create(b->system, &K));
-  CHECK(K->rows == nodes && K->row_start[0] == 0);
+  CHECK(K->rows == nodes);
   char *wanted = calloc((size_t)nodes * nodes, 1);
   for (int i = 0; i < nodes; i++) wanted[i * nodes + i] = 1;
   for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++)
@@ -82,7 +82,7 @@ static void check_pattern(const test_body *b, const flesh_cells *extra)
   for (int i = 0; i < nodes; i++) {
     bad += K->column[K->row_start[i]] != i;
     for (int j = i; j < nodes; j++) expected += wanted[i * nodes + j];
-    for (int k = K->row_start[i]; k < K->row_start[i + 1]; k++) {
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++) {
       bad += K->column[k] < i || K->column[k] >= nodes || !wanted[i * nodes + K->column[k]];
       bad += k > K->row_start[i] && K->column[k] <= K->column[k - 1];
     }

@@ -88,10 +88,12 @@ typedef struct flesh_cells {
 } flesh_cells;
 
 /* Symmetric matrix of 3x3 blocks, upper triangle by rows: row i holds the blocks (i, column[k]) for
- * row_start[i] <= k < row_start[i+1], columns ascending, the diagonal block first. */
+ * row_start[i] <= k < row_end[i], columns ascending, the diagonal block first. Rows lie in memory
+ * in an order of their own: neighbours near each other, however the nodes are numbered. */
 typedef struct flesh_block_matrix {
   int rows;             /* nodes */
-  const int *row_start; /* [rows+1] */
+  const int *row_start; /* [rows+1], the last the number of all blocks */
+  const int *row_end;   /* [rows] */
   const int *column;    /* [row_start[rows]] */
   double *values;       /* [9 * row_start[rows]], each block row-major */
 } flesh_block_matrix;

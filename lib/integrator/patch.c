@@ -213,7 +213,7 @@ static int list_pairs(const patch *self, int *pair)
   int pairs = 0;
   for (int i = 0; i < self->nodes; i++) {
     const int row = self->global[i];
-    for (int k = K->row_start[row] + 1; self->state[row] == FREE && k < K->row_start[row + 1]; k++) {
+    for (int k = K->row_start[row] + 1; self->state[row] == FREE && k < K->row_end[row]; k++) {
       if (self->state[K->column[k]] != FREE) continue;
       if (pair) pair[2 * pairs] = i, pair[2 * pairs + 1] = self->local[K->column[k]];
       pairs++;
@@ -290,6 +290,11 @@ static void place(patch *self, const double *u)
     }
 }
 
+static int find_block(const flesh_block_matrix *K, int row, int column)
+{
+  return flesh_pattern_find(K->column, K->row_start[row], K->row_end[row], column);
+}
+
 /* The whole's residual at u and its K, less the elements': K with the same filter and at the same place. */
 static int fill_background(patch *self, const double *u, const double *r, flesh_block_matrix *K, double *work)
 {
@@ -306,8 +311,7 @@ static int fill_background(patch *self, const double *u, const double *r, flesh_
   for (int k = 0, i, j; k < others->nodes + others->pairs && !status; k++) {
     ends(others, k, &i, &j);
     if (self->state[self->global[i]] == HELD) continue;
-    const int from = flesh_pattern_find(whole->K->row_start, whole->K->column, self->global[i], self->global[j]);
-    const int own = flesh_pattern_find(K->row_start, K->column, i, j);
+    const int from = find_block(whole->K, self->global[i], self->global[j]), own = find_block(K, i, j);
     for (int c = 0; c < 9; c++)
       others->K[9 * (size_t)k + c] = whole->K->values[9 * (size_t)from + c] - K->values[9 * (size_t)own + c];
   }

@@ -6,7 +6,7 @@
 
 void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y)
 {
-  const int *start = A->row_start, *column = A->column;
+  const int *start = A->row_start, *end = A->row_end, *column = A->column;
   memset(y, 0, (size_t)A->rows * 3 * sizeof *y);
   for (int i = 0; i < A->rows; i++) {
     const double *b = A->values + 9 * (size_t)start[i];
@@ -14,7 +14,7 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
     double y0 = b[0] * x0 + b[1] * x1 + b[2] * x2;
     double y1 = b[3] * x0 + b[4] * x1 + b[5] * x2;
     double y2 = b[6] * x0 + b[7] * x1 + b[8] * x2;
-    for (int k = start[i] + 1; k < start[i + 1]; k++) {
+    for (int k = start[i] + 1; k < end[i]; k++) {
       b += 9;
       const double *xj = x + 3 * (size_t)column[k];
       double *yj = y + 3 * (size_t)column[k];
@@ -47,7 +47,7 @@ static void fix_rows(void *data, int task)
   for (int i = begin; i < end; i++) {
     const uint8_t *row = f->fixed + 3 * (size_t)i;
     int any_row = row[0] | row[1] | row[2];
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       const uint8_t *col = f->fixed + 3 * (size_t)A->column[k];
       if (!any_row && !(col[0] | col[1] | col[2])) continue;
       double *b = A->values + 9 * (size_t)k;
@@ -76,7 +76,7 @@ void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matr
 int flesh_block_is_diagonal(const flesh_block_matrix *A)
 {
   for (int i = 0; i < A->rows; i++)
-    for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_start[i + 1]; k++)
+    for (size_t k = 9 * ((size_t)A->row_start[i] + 1); k < 9 * (size_t)A->row_end[i]; k++)
       if (A->values[k] != 0) return 0;
   return 1;
 }

@@ -68,7 +68,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
     return FLESH_ERR_MEMORY;
   }
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]];
       self->start[(p < q ? p : q) + 1]++;
       self->lower_start[(p < q ? q : p) + 1]++;
@@ -80,7 +80,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
   /* Column and source in one number, which sorts by the column. */
   memcpy(fill, self->start, (size_t)A->rows * sizeof *fill);
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]];
       sorted[fill[p < q ? p : q]++] = (long long)(p < q ? q : p) << 32 | (unsigned)(p < q ? k : ~k);
     }

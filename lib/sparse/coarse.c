@@ -96,7 +96,7 @@ static int make_graph(const flesh_coarse *self, const flesh_block_matrix *A, con
     return FLESH_ERR_MEMORY;
   }
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
       touch[(size_t)box[i] * boxes + (size_t)box[A->column[k]]] =
           touch[(size_t)box[A->column[k]] * boxes + (size_t)box[i]] = 1;
   for (size_t i = 0; i < boxes; i++)
@@ -141,7 +141,7 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   const int blocks = A->row_start[A->rows];
   if ((long long)self->boxes * self->boxes > 0x7fffffff) return FLESH_ERR_MEMORY;
   for (int i = 0, count = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]], swap = box[p] > box[q];
       int low = swap ? box[q] : box[p], high = swap ? box[p] : box[q];
       self->terms[count++] =

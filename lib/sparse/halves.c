@@ -26,13 +26,13 @@ static int graph_create(const flesh_block_matrix *A, graph *g)
   g->mark = calloc(rows + 1, sizeof *g->mark);
   if (!g->start || !g->neighbour || !g->mark) return 0;
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       g->start[i + 2]++;
       g->start[A->column[k] + 2]++;
     }
   for (int i = 0; i < A->rows; i++) g->start[i + 2] += g->start[i + 1];
   for (int i = 0; i < A->rows; i++) /* start[i + 1] is where i's next neighbour goes */
-    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int j = A->column[k];
       g->neighbour[g->start[i + 1]++] = j;
       g->neighbour[g->start[j + 1]++] = i;
@@ -124,12 +124,6 @@ static void split(const graph *g, const int *line, const int *place, flesh_halve
   }
 }
 
-static int compare_int(const void *a, const void *b)
-{
-  int x = *(const int *)a, y = *(const int *)b;
-  return (x > y) - (x < y);
-}
-
 int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
 {
   const size_t rows = (size_t)A->rows;
@@ -149,8 +143,6 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
   for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
   memcpy(halves->stored, halves->order, rows * sizeof *halves->stored);
   for (int part = 0; part < 3; part++) {
-    const size_t nodes = (size_t)(halves->begin[part + 1] - halves->begin[part]);
-    qsort(halves->stored + halves->begin[part], nodes, sizeof *halves->stored, compare_int);
     sort_by_chains(&g, halves->order, halves->begin[part], halves->begin[part + 1], place, length,
                    length + rows + 1, length + 2 * (rows + 1));
   }

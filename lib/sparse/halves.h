@@ -10,7 +10,9 @@ typedef struct flesh_halves {
    * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. */
   int *order;
   int begin[4];
-  int *stored; /* [rows] the same with each part ascending: the order in which vectors of four lanes a node are kept */
+  /* [rows] the same with each part along its line, where neighbours are near each other: the order in which vectors of
+   * four lanes a node are kept, and a pattern's rows. */
+  int *stored;
 } flesh_halves;
 
 /* Depends on the pattern alone. One half is empty where too many nodes would lie between. */

@@ -26,19 +26,21 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
   product->blocks = (int)blocks;
   product->nodes = first_twin(product) + product->begin[3] - product->begin[2];
   product->rows = malloc((rows + 1) * sizeof *product->rows);
+  product->first = malloc((rows + 1) * sizeof *product->first);
   product->place = flesh_large((blocks + 1) * sizeof *product->place);
   int *place = malloc((rows + 1) * sizeof *place);
-  if (!product->rows || !product->place || !place || product->nodes > INT_MAX / 4) {
+  if (!product->rows || !product->first || !product->place || !place || product->nodes > INT_MAX / 4) {
     free(place);
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
   }
   memcpy(product->rows, halves->stored, rows * sizeof *product->rows);
+  for (int p = 0; p <= A->rows; p++) product->first[p] = A->row_start[p < A->rows ? product->rows[p] : p];
   for (int part = 0; part < 3; part++) {
     for (int p = 0; p < A->rows; p++)
       place[product->rows[p]] = part == 1 && p >= product->begin[2] ? first_twin(product) + p - product->begin[2] : p;
     for (int p = product->begin[part]; p < product->begin[part + 1]; p++)
-      for (int k = A->row_start[product->rows[p]]; k < A->row_start[product->rows[p] + 1]; k++)
+      for (int k = A->row_start[product->rows[p]]; k < A->row_end[product->rows[p]]; k++)
         product->place[k] = 4 * place[A->column[k]];
   }
   free(place);
@@ -48,17 +50,18 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
 void flesh_product_clear(flesh_product *product)
 {
   free(product->rows);
+  free(product->first);
   free(product->place);
   *product = (flesh_product){0};
 }
 
 size_t flesh_product_memory(const flesh_product *product)
 {
-  return (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof(int);
+  return 2 * (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof(int);
 }
 
-/* Rows that are fetched ahead: a part's are in runs, and not all neighbours in memory. */
-enum { AHEAD = 16 };
+/* Blocks that are fetched ahead. */
+enum { AHEAD = 128 };
 
 typedef struct multiplication {
   flesh_product *product;
@@ -74,23 +77,20 @@ static flesh_double4 *at(double *vector, int place) { return (flesh_double4 *)(v
 static double multiply_rows(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
-  const int *start = m->A->row_start, *place = product->place;
-  const int end = product->begin[part + 1];
+  const int *place = product->place;
   double *x = m->x, *y = m->y;
+  const double *block = m->A->values + 9 * (size_t)product->first[product->begin[part]];
   flesh_double4 curvature = {0};
-  for (int p = product->begin[part]; p < end; p++) {
-    const int i = product->rows[p], soon = product->rows[p + AHEAD < end ? p + AHEAD : end - 1];
-    const ptrdiff_t ahead = 9 * ((ptrdiff_t)start[soon] - start[i]);
-    const double *block = m->A->values + 9 * (size_t)start[i];
+  for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
     const flesh_double4 xi = *at(x, p);
     const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
     flesh_double4 row0 = FLESH_LANES_DOUBLE(block), row1 = FLESH_LANES_DOUBLE(block + 3),
                   row2 = {block[6], block[7], block[8], 0};
     /* The diagonal block is symmetric. */
     flesh_double4 diagonal = row0 * x0 + row1 * x1 + row2 * x2, sum0 = {0}, sum1 = {0}, sum2 = {0};
-    for (int k = start[i] + 1; k < start[i + 1]; k++) {
-      block += 9;
-      FLESH_EXPECT_ONCE(block + ahead);
+    block += 9;
+    for (int k = product->first[p] + 1; k < product->first[p + 1]; k++, block += 9) {
+      FLESH_EXPECT_ONCE(block + 9 * AHEAD);
       const int j = place[k];
       const flesh_double4 xj = *(const flesh_double4 *)(x + j);
       flesh_double4 *yj = (flesh_double4 *)(y + j);

@@ -12,13 +12,14 @@ enum { FLESH_PRODUCT_PADDING = 4 };
 
 typedef struct flesh_product {
   int *rows;    /* [begin[3]] the halves' stored: x and y hold node rows[p] at p */
+  int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
   int begin[4];
   int blocks;
   int *place;   /* [blocks] four times the place in x and y of each block's column */
   int nodes;    /* that x and y have room for */
 } flesh_product;
 
-/* For matrices of A's pattern. `halves` may be forgotten. */
+/* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. */
 int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_product *product);
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);

@@ -23,12 +23,12 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
   }
   /* Column j holds first the blocks (i,j), i < j, in the order of i, then its row transposed. */
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       view->place[2 * (size_t)k] = length[A->column[k]];
       length[A->column[k]] += 3;
     }
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       view->place[2 * (size_t)k + 1] = length[i];
       if (k == A->row_start[i]) view->place[2 * (size_t)k] = length[i];
       length[i] += 3;
@@ -37,7 +37,7 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
   for (int64_t d = 0; d < view->n; d++) view->starts[d + 1] = view->starts[d] + length[d / 3];
   free(length);
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       int j = A->column[k];
       for (int c = 0; c < 3; c++)
         for (int r = 0; r < 3; r++) {
@@ -62,7 +62,7 @@ void flesh_scalar_view_fill(const flesh_scalar_view *view, const flesh_block_mat
                             double *values)
 {
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_start[i + 1]; k++) {
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       const double *block = A->values + 9 * (size_t)k;
       int j = A->column[k];
       for (int c = 0; c < 3; c++) {

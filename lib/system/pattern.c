@@ -7,11 +7,36 @@
 
 #include "base/error.h"
 #include "base/large.h"
+#include "sparse/halves.h"
 
 static int compare_int(const void *a, const void *b)
 {
   int x = *(const int *)a, y = *(const int *)b;
   return (x > y) - (x < y);
+}
+
+/* Moves the rows to where they are read one after the other. */
+static int lay_out(flesh_pattern *pattern)
+{
+  const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
+  const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
+  int *column = malloc((blocks + 1) * sizeof *column), count = 0;
+  flesh_halves halves = {0};
+  int status = column ? flesh_halves_create(&A, &halves) : FLESH_ERR_MEMORY;
+  for (size_t p = 0; p < rows && !status; p++) {
+    const int i = halves.stored[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
+    memcpy(column + count, pattern->column + from, (size_t)length * sizeof *column);
+    pattern->row_start[i] = count;
+    pattern->row_end[i] = count += length;
+  }
+  flesh_halves_clear(&halves);
+  if (status) {
+    free(column);
+    return status;
+  }
+  free(pattern->column);
+  pattern->column = column;
+  return FLESH_OK;
 }
 
 int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
@@ -21,7 +46,8 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
   size_t *start = calloc((size_t)rows + 2, sizeof *start), total = 0;
   int *entries = NULL;
   pattern->row_start = malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
-  if (!start || !pattern->row_start) goto no_memory;
+  pattern->row_end = malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
+  if (!start || !pattern->row_start || !pattern->row_end) goto no_memory;
 
   /* Every pair once per cell that has it, bucketed by row; then each row is sorted and thinned. */
   for (int i = 0; i < rows; i++) start[i + 1] = 1;
@@ -57,6 +83,7 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
     for (size_t k = 0; k < length; k++)
       if (k == 0 || row[k] != row[k - 1]) entries[total + kept++] = row[k];
     total += kept;
+    pattern->row_end[i] = (int)total;
     if (total > INT_MAX / 9) {
       free(start);
       free(entries);
@@ -65,8 +92,9 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
     }
   }
   pattern->row_start[rows] = (int)total;
-  pattern->column = realloc(entries, (total + 1) * sizeof *entries);
-  if (!pattern->column) goto no_memory;
+  pattern->column = entries;
+  entries = NULL;
+  if (lay_out(pattern)) goto no_memory;
   free(start);
   return FLESH_OK;
 
@@ -80,13 +108,14 @@ no_memory:
 void flesh_pattern_clear(flesh_pattern *pattern)
 {
   free(pattern->row_start);
+  free(pattern->row_end);
   free(pattern->column);
   *pattern = (flesh_pattern){0};
 }
 
-int flesh_pattern_find(const int *row_start, const int *columns, int row, int column)
+int flesh_pattern_find(const int *columns, int from, int until, int column)
 {
-  int low = row_start[row], high = row_start[row + 1] - 1;
+  int low = from, high = until - 1;
   while (low <= high) {
     int middle = low + (high - low) / 2;
     if (columns[middle] == column) return middle;
@@ -109,7 +138,7 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
     const int *node = cells->nodes + (size_t)e * m;
     for (int a = 0; a < m; a++)
       for (int b = a; b < m; b++)
-        *slot++ = flesh_pattern_find(pattern->row_start, pattern->column, node[a], node[b]);
+        *slot++ = flesh_pattern_find(pattern->column, pattern->row_start[node[a]], pattern->row_end[node[a]], node[b]);
   }
   return FLESH_OK;
 }

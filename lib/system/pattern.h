@@ -6,17 +6,19 @@
 
 typedef struct flesh_pattern {
   int rows;
-  int *row_start; /* [rows+1] */
+  int *row_start; /* [rows+1], the last the number of all blocks */
+  int *row_end;   /* [rows] */
   int *column;    /* [row_start[rows]] */
 } flesh_pattern;
 
-/* The upper triangle, diagonal first in every row, of all pairs in the cells [count]. */
+/* The upper triangle, diagonal first in every row, of all pairs in the cells [count]; rows one after the other as
+ * halves store them. */
 int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
                          flesh_pattern *pattern);
 void flesh_pattern_clear(flesh_pattern *pattern);
 
-/* Index of block (row, column), row <= column; -1 if it is not in the pattern. */
-int flesh_pattern_find(const int *row_start, const int *columns, int row, int column);
+/* Which of a row's columns [from..until) is `column`; -1: none. */
+int flesh_pattern_find(const int *columns, int from, int until, int column);
 
 /* Slots [cells->count * pairs] of every cell's pairs. Returns new in *slots. */
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots);
