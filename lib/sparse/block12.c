@@ -11,7 +11,11 @@
 #include "base/large.h"
 #include "sparse/lanes.h"
 
-enum { N = FLESH_BLOCK12, SIZE = FLESH_BLOCK12_SIZE };
+enum {
+  N = FLESH_BLOCK12,
+  SIZE = FLESH_BLOCK12_SIZE,
+  AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
+};
 
 static int compare_int(const void *a, const void *b)
 {
@@ -270,6 +274,11 @@ static inline twelve_floats gathered(const flesh_float4 sums[N])
   return all;
 }
 
+static inline void expect(const float *block)
+{
+  for (int e = 0; e < SIZE; e += 16) __builtin_prefetch(block + e);
+}
+
 void flesh_block12_solve(flesh_block12 *self)
 {
   for (int k = 0; k < self->n; k++) {
@@ -279,15 +288,20 @@ void flesh_block12_solve(flesh_block12 *self)
     for (int m = 0; m < N; m++) less[m] = -x[m];
     for (int e = self->start[k]; e < self->start[k + 1]; e++) {
       float *y = self->x + N * (size_t)self->row[e];
-      const twelve_floats sum = add_product(load12_floats(y), self->kept + SIZE * (size_t)e, less);
+      const float *block = self->kept + SIZE * (size_t)e;
+      expect(block + SIZE * AHEAD);
+      const twelve_floats sum = add_product(load12_floats(y), block, less);
       memcpy(y, &sum, sizeof sum);
     }
   }
   for (int k = self->n - 1; k >= 0; k--) {
     float *x = self->x + N * (size_t)k;
     flesh_float4 sums[N] = {{0}}, products[N] = {{0}};
-    for (int e = self->start[k]; e < self->start[k + 1]; e++)
-      add_transposed(sums, self->kept + SIZE * (size_t)e, load12_floats(self->x + N * (size_t)self->row[e]));
+    for (int e = self->start[k + 1] - 1; e >= self->start[k]; e--) {
+      const float *block = self->kept + SIZE * (size_t)e;
+      expect(block - SIZE * AHEAD);
+      add_transposed(sums, block, load12_floats(self->x + N * (size_t)self->row[e]));
+    }
     twelve_floats rest = load12_floats(x), sum = gathered(sums);
     for (int p = 0; p < N / 4; p++) rest.part[p] -= sum.part[p];
     add_transposed(products, self->inverses + SIZE * (size_t)k, rest);
