@@ -37,7 +37,7 @@ typedef struct fixing {
   double diagonal;
 } fixing;
 
-enum { FIXED_ROWS = 512 }; /* of a task */
+enum { FIXED_ROWS = 512 /* of a task */, AHEAD = 16 /* rows that are fetched ahead, as they lie in another order */ };
 
 static void fix_rows(void *data, int task)
 {
@@ -47,6 +47,7 @@ static void fix_rows(void *data, int task)
   for (int i = begin; i < end; i++) {
     const uint8_t *row = f->fixed + 3 * (size_t)i;
     int any_row = row[0] | row[1] | row[2];
+    __builtin_prefetch(A->column + A->row_start[i + AHEAD < end ? i + AHEAD : i]);
     for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       const uint8_t *col = f->fixed + 3 * (size_t)A->column[k];
       if (!any_row && !(col[0] | col[1] | col[2])) continue;
