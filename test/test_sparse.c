@@ -534,13 +534,15 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) Ax[d] = right[d] - Ax[d];
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * test_norm(n, right));
 
-    /* The norm is the weighted one. */
-    for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2);
-    CHECK_OK(flesh_pcg(space, A, preconditioner, weights, 1e-3, 5000, right, x, &result));
-    flesh_block_multiply(A, x, Ax);
-    for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
-    CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
-    CHECK_BELOW(result.residual, 1e-3);
+    /* The norm is the weighted one, also where all weights are the same. */
+    for (int same = 0; same < 2; same++) {
+      for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2 || same);
+      CHECK_OK(flesh_pcg(space, A, preconditioner, weights, 1e-3, 5000, right, x, &result));
+      flesh_block_multiply(A, x, Ax);
+      for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
+      CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
+      CHECK_BELOW(result.residual, 1e-3);
+    }
 
     /* The limit leaves an iterate that descends. */
     CHECK(flesh_pcg(space, A, preconditioner, NULL, 0, 3, right, x, &result) == FLESH_NOT_CONVERGED);
