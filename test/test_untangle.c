@@ -156,7 +156,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int k = 0; k < 300; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
   /* Longer steps damp the rest of the swing. */
-  for (int k = 0; k < 40; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, &stats));
+  for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, &stats));
   const uint8_t *tangled;
   CHECK_OK(flesh_winding_create(b.mesh, &winding));
   ending end = {flesh_winding_find(winding, b.state.x, &tangled), stats.untanglings,
@@ -173,10 +173,13 @@ static ending settle(int start, double poisson, int untangle, double gravity)
 static void calm_bodies_leave_their_tangles(void)
 {
   for (int start = 0; start < 2; start++) {
-    ending stuck = settle(start, 0.49, 0, 0), back = settle(start, 0.49, 1, 0);
+    ending stuck = settle(start, 0.49, 0, 0);
     CHECK(stuck.tangled > 0 && stuck.untanglings == 0 && stuck.distance > 0.1);
-    CHECK(back.tangled == 0 && back.untanglings > 0);
-    CHECK_BELOW(back.distance, 1e-3);
+    for (int k = 0; k < 3; k++) { /* which tangles are met on the way turns on rounding */
+      ending back = settle(start, 0.488 + 0.001 * k, 1, 0);
+      CHECK(back.tangled == 0 && back.untanglings > 0);
+      CHECK_BELOW(back.distance, 1e-3);
+    }
   }
 }
 
