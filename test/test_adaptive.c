@@ -363,7 +363,8 @@ static void bad_options_are_refused(void)
   test_body_destroy(&b);
 }
 
-/* Order 5 at a loose tolerance feeds a nearly incompressible bar that is let go twisted by 1 rad; order 2 does not. */
+/* Order 5 at a loose tolerance feeds a nearly incompressible bar that is let go twisted by 1 rad; order 2 does
+ * not (with tolerances of 3e-3 and less by a few percent: it turns on rounding). */
 static void growing_energy_is_warned_about(void)
 {
   for (int order = 2; order <= 5; order += 3) {
@@ -379,7 +380,7 @@ static void growing_energy_is_warned_about(void)
       x[1] = 0.125 + cos(x[0]) * y - sin(x[0]) * z;
       x[2] = 0.125 + sin(x[0]) * y + cos(x[0]) * z;
     }
-    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 3e-3, order);
+    flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_ADAPTIVE, 4e-3, order);
     for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
     const char *warning = flesh_integrator_warning(integrator);
     double gain = flesh_integrator_energy_gain(integrator);

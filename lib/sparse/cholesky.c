@@ -17,6 +17,9 @@
 #include "sparse/block_matrix.h"
 #include "sparse/lanes.h"
 
+/* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
+static const double COARSE_SHARE = 0.5;
+
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
   AHEAD = 16, /* rows whose r and z, which are stored in another order, are fetched ahead */
@@ -42,7 +45,7 @@ struct flesh_cholesky {
   float *work, *spill;             /* [12*blocks], [12*blocks of rows between]: blocks of four-lane rows */
   float *upper, *lower;            /* [9*blocks] U by rows; U^T by its rows */
   float *inverse;                  /* [9*rows] of D */
-  float *y, *z;                    /* [4*rows] */
+  float *y;                        /* [4*rows] */
 };
 
 static int between_blocks(const flesh_cholesky *self)
@@ -147,7 +150,6 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   failed |= !(self->lower = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->inverse = flesh_large_zeroed((9 * rows + SLACK) * sizeof(float)));
   failed |= !(self->y = flesh_large((4 * rows + SLACK) * sizeof(float)));
-  failed |= !(self->z = flesh_large((4 * rows + SLACK) * sizeof(float)));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -194,7 +196,7 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_start,
                     self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
-                    self->spill, self->upper, self->lower, self->inverse, self->y, self->z};
+                    self->spill, self->upper, self->lower, self->inverse, self->y};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   if (self->place) free(self->place - AHEAD);
   free(self->order);
@@ -318,34 +320,32 @@ static inline void expect(const float *row)
   for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(row + 16 * line);
 }
 
-/* y = (I + U^T)^-1 r and z = D^-1 y on the rows of a part. */
+/* y = (I + U^T)^-1 r on the rows of a part. */
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
   const int *start = self->lower_start, *column = self->lower_column, *place = self->place;
   const int far = start[self->rows] > MANY;
+  int k = start[self->begin[part]];
+  const float *block = self->lower + 9 * (size_t)k;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
-    const double *r = s->r + 4 * (size_t)place[p];
+    const int end = start[p + 1];
     __builtin_prefetch(s->r + 4 * (size_t)place[p + AHEAD]);
-    const float *block = self->lower + 9 * (size_t)start[p];
     if (far) expect(block + 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-    for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
+    for (; k < end; k++, block += 9) {
       flesh_float4 y = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
       sum0 += FLESH_LANES_FLOAT(block) * y;
       sum1 += FLESH_LANES_FLOAT(block + 3) * y;
       sum2 += FLESH_LANES_FLOAT(block + 6) * y;
     }
-    flesh_float4 y = {(float)(s->scale * r[0]), (float)(s->scale * r[1]), (float)(s->scale * r[2]), 0};
-    y -= FLESH_LANES_SUMS(sum0, sum1, sum2);
-    *(flesh_float4 *)(self->y + 4 * (size_t)p) = y;
-    const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
-    *(flesh_float4 *)(self->z + 4 * (size_t)p) =
-        FLESH_LANES_FLOAT(v) * y[0] + FLESH_LANES_FLOAT(v + 3) * y[1] + FLESH_LANES_FLOAT(v + 6) * y[2];
+    *(flesh_float4 *)(self->y + 4 * (size_t)p) =
+        FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)place[p])) -
+        FLESH_LANES_SUMS(sum0, sum1, sum2);
   }
 }
 
-/* z = (I + U)^-1 z on the rows of a part. */
+/* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part. */
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
@@ -357,13 +357,16 @@ static void backward(const substitution *s, int part)
     if (far) expect(block - 16 * FAR);
     flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
     for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
-      flesh_float4 z = *(const flesh_float4 *)(self->z + 4 * (size_t)column[k]);
+      flesh_float4 z = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
       sum0 += FLESH_LANES_FLOAT(block) * z;
       sum1 += FLESH_LANES_FLOAT(block + 3) * z;
       sum2 += FLESH_LANES_FLOAT(block + 6) * z;
     }
-    flesh_float4 z = *(flesh_float4 *)(self->z + 4 * (size_t)p) - FLESH_LANES_SUMS(sum0, sum1, sum2);
-    *(flesh_float4 *)(self->z + 4 * (size_t)p) = z;
+    const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
+    flesh_float4 *y = (flesh_float4 *)(self->y + 4 * (size_t)p);
+    const flesh_float4 z = FLESH_LANES_FLOAT(v) * (*y)[0] + FLESH_LANES_FLOAT(v + 3) * (*y)[1] +
+                           FLESH_LANES_FLOAT(v + 6) * (*y)[2] - FLESH_LANES_SUMS(sum0, sum1, sum2);
+    *y = z;
     *(flesh_double4 *)(s->z + 4 * (size_t)place[p]) = s->back * FLESH_LANES_WIDE(z);
   }
 }
@@ -385,7 +388,7 @@ void flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double sca
   substitution s = {self, coarse, coarse ? flesh_coarse_boxes(coarse) : 0, scale, back, r, z};
   flesh_threads_run(self->threads, s.boxes + 2, forward_task, &s);
   forward(&s, 2);
-  if (coarse) flesh_coarse_solve(coarse, back);
+  if (coarse) flesh_coarse_solve(coarse, COARSE_SHARE * back);
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
 }
@@ -394,7 +397,7 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
                between = rows - (size_t)self->begin[2];
-  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 17 * sizeof(float)) +
+  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
          blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float);
 }

@@ -49,36 +49,58 @@ static void graph_clear(graph *g)
 
 static int degree(const graph *g, int node) { return g->start[node + 1] - g->start[node]; }
 
-/* Nodes reached from `first` that are not marked `as`, level by level, those of small degree first; returns how many. */
-static int spread(graph *g, int first, int as, int *order)
+/* Whether a comes before b where both are neighbours of one node. Mesh generators number from end to end, and where
+ * the larger number goes first, incomplete Cholesky takes a fifth fewer iterations. */
+static int before(const graph *g, int a, int b)
 {
-  int count = 1;
+  const int da = degree(g, a), db = degree(g, b);
+  return da != db ? da < db : a > b;
+}
+
+/* Nodes reached from `first` that are not marked `as`, level by level; returns how many, and in *last where the last of
+ * the *levels begins. */
+static int spread(graph *g, int first, int as, int *order, int *last, int *levels)
+{
+  int count = 1, end = 1; /* of the level at hand */
   order[0] = first;
   g->mark[first] = as;
+  *last = *levels = 0;
   for (int head = 0; head < count; head++) {
+    if (head == end) {
+      *last = head;
+      end = count;
+      ++*levels;
+    }
     const int begin = count;
     for (int k = g->start[order[head]]; k < g->start[order[head] + 1]; k++) {
       int node = g->neighbour[k];
       if (g->mark[node] == as) continue;
       g->mark[node] = as;
       int place = count++;
-      for (; place > begin && degree(g, order[place - 1]) > degree(g, node); place--)
-        order[place] = order[place - 1];
+      for (; place > begin && before(g, node, order[place - 1]); place--) order[place] = order[place - 1];
       order[place] = node;
     }
   }
   return count;
 }
 
-/* Every component from one of its ends. */
+/* Every component from an end of it, as far from the other as the search of George & Liu 1979 finds. */
 static void cuthill_mckee(graph *g, int *order)
 {
-  enum { UNSEEN, SOUGHT, DONE };
-  for (int first = 0, count = 0; first < g->rows; first++) {
-    if (g->mark[first] == DONE) continue;
-    int size = spread(g, first, SOUGHT, order + count);
-    spread(g, order[count + size - 1], DONE, order + count);
-    count += size;
+  for (int first = 0, count = 0, as = 0; first < g->rows; first++) {
+    if (g->mark[first]) continue;
+    int root = first, deepest = -1, levels, last;
+    for (;;) {
+      const int size = spread(g, root, ++as, order + count, &last, &levels);
+      if (levels <= deepest) {
+        count += size;
+        break;
+      }
+      deepest = levels;
+      root = order[count + last];
+      for (int p = last + 1; p < size; p++)
+        if (degree(g, order[count + p]) < degree(g, root)) root = order[count + p];
+    }
   }
 }
 

@@ -19,6 +19,7 @@ struct flesh_preconditioner_data {
   flesh_cholesky *cholesky;
   double scale;    /* of the matrix that is factored */
   double shift;    /* that the last factorisation needed, relative to the diagonal */
+  double less;     /* the share of it to be tried first the next time */
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
@@ -63,6 +64,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
   self->rows = A->rows;
   self->threads = threads;
+  self->less = 0.5;
   const size_t rows = (size_t)A->rows;
   int *stored = self->stored = malloc((rows + 1) * sizeof *stored);
   self->products = malloc((rows / CHUNK + 1) * sizeof *self->products);
@@ -114,6 +116,10 @@ static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix
 /* A power of two that takes x to about 1. */
 static double power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
 
+/* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
+ * not negative make a poor preconditioner. */
+static const double SMALLEST_SHIFT = 0.016, LARGEST_SHIFT = 1e6;
+
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                const uint8_t *fixed)
 {
@@ -132,20 +138,18 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   }
   self->scale = power_to_one(largest);
   self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
-  /* What was needed last is needed again, or nearly so: try a quarter of it, then four times as
-   * much. */
-  double shift = self->shift > 1e-3 ? self->shift / 4 : 0;
-  while (flesh_cholesky_factor(self->cholesky, A, self->scale, shift)) {
-    shift = shift > 0 ? 4 * shift : 1e-3;
-    if (shift > 1e6) {
-      /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
-      self->shift = 0;
-      self->two_levels = 0;
-      set_jacobi(self, A);
-      return FLESH_OK;
-    }
-  }
+  /* What was needed last is needed again, or nearly so: try half of it first, and much less where that serves. */
+  const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
+  double shift = first;
+  while (shift <= LARGEST_SHIFT && flesh_cholesky_factor(self->cholesky, A, self->scale, shift))
+    shift *= 2;
   self->shift = shift;
+  self->less = shift == first ? self->less * self->less : 0.5;
+  if (shift <= LARGEST_SHIFT) return FLESH_OK;
+  /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
+  self->shift = 0;
+  self->two_levels = 0;
+  set_jacobi(self, A);
   return FLESH_OK;
 }
 
