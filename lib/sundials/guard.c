@@ -128,8 +128,9 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
     if (!status) {
       int accepted = value <= start + decrease * scale * slope;
       /* Where the expected decrease drowns in rounding, the slope at the end tells what the values
-       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). */
-      if (!accepted && -scale * slope <= rounding && value <= start + rounding &&
+       * cannot (the approximate Wolfe condition of Hager & Zhang 2005). Below their last digit they tell nothing. */
+      const double unseen = -scale * slope < 1e-16 * magnitude ? fmax(rounding, 1e-8 * magnitude) : rounding;
+      if (!accepted && -scale * slope <= rounding && value <= start + unseen &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes understate where they cancel
