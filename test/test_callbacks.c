@@ -114,6 +114,7 @@ static void quick_operations_are_the_same(void)
   CHECK(test_norm(LENGTH, N_VGetArrayPointer(v[1][3])) > 1);
   CHECK_NEAR(N_VDotProd(v[1][3], v[1][2]), N_VDotProd(v[0][3], v[0][2]), 1e-10);
   CHECK_NEAR(N_VWL2Norm(v[1][3], v[1][2]), N_VWL2Norm(v[0][3], v[0][2]), 1e-11);
+  CHECK(v[1][3]->ops->nvmin != v[0][3]->ops->nvmin && N_VMin(v[1][3]) == N_VMin(v[0][3]));
   for (int quick = 0; quick < 2; quick++)
     for (int k = 0; k < 4; k++) N_VDestroy(v[quick][k]);
   close_owned(&o);

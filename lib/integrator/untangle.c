@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "mesh/inspect.h"
 #include "mesh/winding.h"
+#include "sundials/problem.h"
 
 /* Calm: inertial forces below this share of the force that strains the average edge by its own
  * length. */
@@ -61,13 +62,6 @@ static int forces(flesh_untangler *self, double t, const double *x, int kinds)
   return FLESH_OK;
 }
 
-static double largest(int n, const double *r)
-{
-  double worst = 0;
-  for (int d = 0; d < n; d++) worst = fmax(worst, fabs(r[d]));
-  return worst;
-}
-
 /* The force that strains the average edge by its own length: the mean size of what elasticity does
  * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed tells
  * whether there is force without displacement. */
@@ -86,7 +80,7 @@ static double force_scale(flesh_untangler *self, int *stressed)
   if (forces(self, 0, self->a, ELASTIC)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
   double force = sum / self->n / part;
-  *stressed = largest(self->n, self->saved) > 1e-6 * force;
+  *stressed = flesh_largest(self->n, self->saved) > 1e-6 * force;
   return force;
 }
 
@@ -175,7 +169,7 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;
-  return largest(self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
+  return flesh_largest(self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is

@@ -140,10 +140,10 @@ static int guarded_step(solver *self, const double *b, double tolerance, const d
  * done only when the norm is suspiciously small or has stopped falling. */
 static int at_rounding(flesh_problem *problem, double norm)
 {
-  double largest = 0, before = problem->previous_norm;
+  const double before = problem->previous_norm;
   problem->previous_norm = norm;
   if (before == 0) {
-    for (int d = 0; d < problem->n; d++) largest = fmax(largest, fabs(problem->x[d]));
+    const double largest = flesh_largest(problem->n, problem->x);
     double guess = 1e-16 * problem->fixed_scale * largest * sqrt((double)problem->n);
     if (norm > 1e3 * guess) return 0;
   } else if (norm < 0.3 * before) {

@@ -386,10 +386,10 @@ int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
 
 double flesh_problem_rounding(flesh_problem *self, const double *u)
 {
-  double *exact = self->work, *moved = self->work + self->n, largest = 0;
+  double *exact = self->work, *moved = self->work + self->n;
   if (flesh_problem_residual(self, u, exact)) return 0;
   flesh_point point = point_at(self, u);
-  for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(self->x[d]));
+  const double largest = flesh_largest(self->n, self->x);
   uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
   for (int d = 0; d < self->n; d++) {
     random ^= random << 13;
@@ -416,6 +416,20 @@ double flesh_dot(int n, const double *x, const double *y)
     for (int l = 0; l < 8; l++) s[l] += x[i + l] * y[i + l];
   for (; i < n; i++) s[0] += x[i] * y[i];
   return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+}
+
+double flesh_largest(int n, const double *x)
+{
+  double m[8] = {0};
+  int i = 0;
+  for (; i + 8 <= n; i += 8)
+    for (int l = 0; l < 8; l++) {
+      const double size = fabs(x[i + l]);
+      m[l] = size > m[l] ? size : m[l];
+    }
+  for (; i < n; i++) m[0] = fmax(m[0], fabs(x[i]));
+  for (int l = 1; l < 8; l++) m[0] = fmax(m[0], m[l]);
+  return m[0];
 }
 
 double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }

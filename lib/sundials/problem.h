@@ -110,6 +110,8 @@ int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *nor
 /* 2-norm of how far rounding of x, v and a moves the residual. */
 double flesh_problem_rounding(flesh_problem *problem, const double *u);
 double flesh_norm(int n, const double *x);
+/* The largest |x|, of what is a number. */
+double flesh_largest(int n, const double *x);
 double flesh_dot(int n, const double *x, const double *y);
 size_t flesh_problem_memory(const flesh_problem *problem);
 

@@ -131,6 +131,20 @@ static sunrealtype weighted_two_norm(N_Vector x, N_Vector w)
   return sqrt(fold(s));
 }
 
+static sunrealtype minimum(N_Vector x)
+{
+  const double *p = N_VGetArrayPointer(x);
+  const sunindextype n = N_VGetLength(x);
+  double m[8];
+  for (int l = 0; l < 8; l++) m[l] = INFINITY;
+  sunindextype k = 0;
+  for (; k + 8 <= n; k += 8)
+    for (int l = 0; l < 8; l++) m[l] = p[k + l] < m[l] ? p[k + l] : m[l];
+  for (; k < n; k++) m[0] = fmin(m[0], p[k]);
+  for (int l = 1; l < 8; l++) m[0] = fmin(m[0], m[l]);
+  return m[0];
+}
+
 void flesh_vector_quicken(N_Vector v)
 {
   v->ops->nvlinearsum = linear_sum;
@@ -140,5 +154,6 @@ void flesh_vector_quicken(N_Vector v)
   v->ops->nvabs = absolute;
   v->ops->nvscale = scale;
   v->ops->nvdotprod = dot;
+  v->ops->nvmin = minimum;
   v->ops->nvwl2norm = weighted_two_norm;
 }
