@@ -83,6 +83,36 @@ static void every_solver_takes_the_same_step(void)
   check_same_step(FLESH_ENERGY_B, 0);
 }
 
+/* Where the target is near, Newton's iteration ends with the matrix that it has. */
+static void last_iterations_keep_their_matrix(void)
+{
+  enum { STEPS = 20 };
+  double *exact = NULL;
+  for (int k = 0; k < 2; k++) {
+    test_body b;
+    flesh_solver_options options = test_options(k ? 1e-6 : 1e-11);
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    make_bar(FLESH_ENERGY_S, 0.49, FLESH_MASS_LUMPED, 1, &b);
+    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    for (int step = 0; step < STEPS; step++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+      CHECK(stats.residual_last <= stats.residual_target);
+    }
+    printf("# to %g: %d Newton iterations, %d matrices\n", options.newton_tolerance, stats.newton, stats.assemblies);
+    CHECK(stats.projections == 0 && stats.assemblies < stats.newton && stats.assemblies > STEPS);
+    if (!exact) {
+      exact = malloc((size_t)b.n * sizeof *exact);
+      memcpy(exact, b.state.x, (size_t)b.n * sizeof *exact);
+    }
+    CHECK_BELOW(test_distance(b.n, b.state.x, exact), 1e-5); /* of 2 m */
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+  free(exact);
+}
+
 /* A body that is inside out has no energy under B and Neo: the step fails at once, with what is known, and the state is
  * as it was. */
 static void inverted_starts_of_undefined_energies_fail_clearly(void)
@@ -503,7 +533,7 @@ static void a_step_ends_when_it_is_told_to(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step),
+  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step), TEST(last_iterations_keep_their_matrix),
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),

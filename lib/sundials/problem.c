@@ -364,6 +364,18 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   return FLESH_OK;
 }
 
+int flesh_problem_keep_matrix(flesh_problem *self, const double *u, double norm)
+{
+  const double before = self->smallest_norm;
+  if (!(before > 0) || !(norm < before) || self->projected || self->beyond || self->shortened) return 0;
+  /* From the last iterate on, what is left of second order was |K'| step^2 / 2; the step from here, shorter by
+   * norm / before, meets |K'| step with its own length. */
+  if (!(2 * norm / before * norm <= 0.5 * self->target)) return 0;
+  memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
+  self->zeroed = 0;
+  return 1;
+}
+
 int flesh_problem_factor(flesh_problem *self)
 {
   self->paces[0] = self->paces[1] = self->lost = 0;

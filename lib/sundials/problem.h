@@ -42,7 +42,7 @@ struct flesh_problem {
     double *u; /* [n] */
     double value, magnitude;
   } potential;
-  double *u_matrix;      /* [n] where K was assembled */
+  double *u_matrix;      /* [n] where K was assembled, or is used as if */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
   int filtered;          /* how its elements' negative eigenvalues are treated, a flesh_projected */
@@ -93,6 +93,9 @@ double flesh_problem_way(flesh_problem *problem, const double *from, const doubl
 /* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
  * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
+/* Whether K, assembled at the stage's last iterate, serves at u, too, where the residual is of the given norm: as
+ * Newton's iteration converges, one step with it ends at the target. Then it counts as assembled there. */
+int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, double norm);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
 /* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
