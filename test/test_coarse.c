@@ -223,6 +223,6 @@ static void the_choice_goes_by_the_size(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(boxes_may_be_single_nodes),
-                   TEST(iterations_hardly_grow),
-                   TEST(iterations_hardly_depend_on_numbers), TEST(threads_give_the_same_bits), TEST(the_choice_goes_by_the_size));
+                   TEST(iterations_hardly_grow), TEST(iterations_hardly_depend_on_numbers),
+                   TEST(threads_give_the_same_bits), TEST(the_choice_goes_by_the_size));
 }

@@ -120,12 +120,13 @@ static int times_held(const flesh_mesh *mesh, const double *x, const double p[3]
   return times;
 }
 
-/* Whether the body holds the obstacle's middle: a ball's, or some point of a rod's axis. Faces as large as an obstacle of
- * triangles, and soft, may take it in. */
+/* Whether the body holds the obstacle's middle: a ball's, or some point of a rod's axis. Soft faces as large as an
+ * obstacle of triangles may take it in. */
 static int is_swallowed(int shape, double young, const test_body *b)
 {
   const double centre[3] = {0.4, 0.55, -1.1};
-  if (shape == SPHERE || (shape == BALL_OF_TRIANGLES && young == 1e6)) return times_held(b->mesh, b->state.x, centre) != 0;
+  if (shape == SPHERE || (shape == BALL_OF_TRIANGLES && young == 1e6))
+    return times_held(b->mesh, b->state.x, centre) != 0;
   for (int k = 0; shape == CAPSULE && k <= 20; k++) {
     const double p[3] = {-1 + 0.15 * k, 0.4 + 0.01 * k, -0.6};
     if (times_held(b->mesh, b->state.x, p) != 0) return 1;

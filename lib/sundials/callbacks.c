@@ -66,13 +66,14 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
   (void)w1, (void)w2;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->n), *residual = flesh_vector_data(r, problem->n);
-  if (!at || !residual) return FLESH_ERR_ARGUMENT;
+  const double *at = flesh_vector_data(u, problem->n);
+  if (!at) return FLESH_ERR_ARGUMENT;
   int project = problem->options.projection == FLESH_PROJECTION_ALWAYS, sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
   if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");
-  if (!sparse && flesh_problem_keep_matrix(problem, at, flesh_norm(problem->n, residual))) return 0;
+  const double *residual = r && !sparse ? flesh_vector_data(r, problem->n) : NULL;
+  if (residual && flesh_problem_keep_matrix(problem, at, flesh_norm(problem->n, residual))) return 0;
   int status = flesh_problem_assemble(problem, at, project);
   if (!status && sparse) status = fill_sparse(problem, J);
   return callback_status(problem, status);
