@@ -39,6 +39,7 @@ static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Ve
  * one. */
 static int prepare(flesh_problem *problem)
 {
+  if (problem->direct && problem->kept) return FLESH_OK;
   if (problem->preconditioner && problem->paces[0] + problem->paces[1] > 0 && problem->lost < NEW_ONE)
     return FLESH_OK;
   return flesh_problem_factor(problem);

@@ -358,6 +358,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   if (status) return status;
   flesh_block_fix(self->K, self->fixed, self->fixed_scale, self->threads);
   if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
+  self->kept = 0;
   self->projected = project;
   self->filtered = shift.project;
   self->zeroed = 0;
@@ -373,6 +374,7 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, double norm)
   if (!(2 * norm / before * norm <= 0.5 * self->target)) return 0;
   memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
   self->zeroed = 0;
+  self->kept = 1;
   return 1;
 }
 

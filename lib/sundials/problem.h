@@ -45,6 +45,7 @@ struct flesh_problem {
   double *u_matrix;      /* [n] where K was assembled, or is used as if */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
+  int kept;              /* K is that of an earlier iterate of the stage: its factor serves, too */
   int filtered;          /* how its elements' negative eigenvalues are treated, a flesh_projected */
   /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
    * is asked for. */
