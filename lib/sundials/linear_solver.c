@@ -154,15 +154,15 @@ static int at_rounding(flesh_problem *problem, double norm)
 }
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
- * the last step is not spoiled by it; never below what the nonlinear target asks for, and down to that where the target
- * is near. What only comes back from a larger residual does not converge. */
+ * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that where
+ * the target is near. What only comes back from a larger residual does not converge. */
 static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
-  const double before = problem->smallest_norm, rate = norm / before;
+  const double before = problem->smallest_norm, rate = norm / before, least = 0.5 * problem->target;
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
-  if (!(before > 0) || problem->target == 0) return tolerance;
+  if (!(before > 0) || problem->target == 0) return fmax(tolerance, least);
   const double foreseen = 0.9 * rate * rate * norm;
-  return fmin(tolerance, foreseen < 10 * problem->target ? 0.5 * problem->target : foreseen);
+  return foreseen < 20 * least ? least : fmin(tolerance, foreseen);
 }
 
 /* The Newton step q from u, where the residual is -b of the given norm, unguarded. */
