@@ -31,33 +31,54 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
   }
 }
 
+/* Row i of a matrix with fixed dofs. */
+static inline void fix_row(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int i)
+{
+  const uint8_t *row = fixed + 3 * (size_t)i;
+  const int any_row = row[0] | row[1] | row[2];
+  for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
+    const uint8_t *col = fixed + 3 * (size_t)A->column[k];
+    if (!any_row && !(col[0] | col[1] | col[2])) continue;
+    double *b = A->values + 9 * (size_t)k;
+    for (int r = 0; r < 3; r++)
+      for (int c = 0; c < 3; c++) {
+        if (row[r] || col[c]) b[3 * r + c] = k == A->row_start[i] && r == c ? diagonal : 0;
+      }
+  }
+}
+
+int flesh_block_rows_to_fix(const flesh_block_matrix *A, const uint8_t *fixed, int *rows)
+{
+  int count = 0;
+  for (int i = 0; i < A->rows; i++) {
+    int any = 0;
+    for (int k = A->row_start[i]; k < A->row_end[i] && !any; k++) {
+      const uint8_t *col = fixed + 3 * (size_t)A->column[k]; /* the first is the row's own */
+      any = col[0] | col[1] | col[2];
+    }
+    if (any) rows[count++] = i;
+  }
+  return count;
+}
+
+void flesh_block_fix_rows(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int count, const int *rows)
+{
+  for (int k = 0; k < count; k++) fix_row(A, fixed, diagonal, rows[k]);
+}
+
 typedef struct fixing {
   flesh_block_matrix *A;
   const uint8_t *fixed;
   double diagonal;
 } fixing;
 
-enum { FIXED_ROWS = 512 /* of a task */, AHEAD = 16 /* rows that are fetched ahead, as they lie in another order */ };
+enum { FIXED_ROWS = 512 /* of a task */ };
 
 static void fix_rows(void *data, int task)
 {
   const fixing *f = data;
-  const flesh_block_matrix *A = f->A;
-  const int begin = FIXED_ROWS * task, end = A->rows - begin < FIXED_ROWS ? A->rows : begin + FIXED_ROWS;
-  for (int i = begin; i < end; i++) {
-    const uint8_t *row = f->fixed + 3 * (size_t)i;
-    int any_row = row[0] | row[1] | row[2];
-    __builtin_prefetch(A->column + A->row_start[i + AHEAD < end ? i + AHEAD : i]);
-    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
-      const uint8_t *col = f->fixed + 3 * (size_t)A->column[k];
-      if (!any_row && !(col[0] | col[1] | col[2])) continue;
-      double *b = A->values + 9 * (size_t)k;
-      for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-          if (row[r] || col[c]) b[3 * r + c] = k == A->row_start[i] && r == c ? f->diagonal : 0;
-        }
-    }
-  }
+  const int begin = FIXED_ROWS * task, end = f->A->rows - begin < FIXED_ROWS ? f->A->rows : begin + FIXED_ROWS;
+  for (int i = begin; i < end; i++) fix_row(f->A, f->fixed, f->diagonal, i);
 }
 
 void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads)

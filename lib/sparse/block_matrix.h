@@ -13,6 +13,12 @@ void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *
  * identity. */
 void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads);
 
+/* The rows that this changes, ascending, into `rows` [A->rows]; returns how many. Only the pattern is read. */
+int flesh_block_rows_to_fix(const flesh_block_matrix *A, const uint8_t *fixed, int *rows);
+
+/* The same as flesh_block_fix, of these rows. */
+void flesh_block_fix_rows(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int count, const int *rows);
+
 /* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */
 void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B);
 

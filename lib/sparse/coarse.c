@@ -294,19 +294,19 @@ int flesh_coarse_boxes(const flesh_coarse *self) { return self->boxes; }
 
 void flesh_coarse_restrict(flesh_coarse *self, int box, double scale, const double *r)
 {
-  flesh_double4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-  for (int m = self->begin[box]; m < self->begin[box + 1]; m++) {
-    const size_t node = (size_t)self->member[m];
-    __builtin_prefetch(r + 4 * (size_t)self->member[m + AHEAD]);
-    const flesh_double4 w = FLESH_LANES_WIDE(self->of_member[m]),
-                        own = without(*(const flesh_double4 *)(r + 4 * node), self->held[node]);
-    sum0 += w * own[0];
-    sum1 += w * own[1];
-    sum2 += w * own[2];
-  }
-  const flesh_float4 sums[] = {FLESH_LANES_NARROW(scale * sum0), FLESH_LANES_NARROW(scale * sum1),
-                               FLESH_LANES_NARROW(scale * sum2)};
-  memcpy(self->matrix.x + N * (size_t)box, sums, sizeof sums);
+  enum { CHAINS = 2 }; /* additions wait for each other */
+  flesh_double4 sums[CHAINS][3] = {{{0}}};
+  for (int m = self->begin[box], end = self->begin[box + 1]; m < end; m += CHAINS)
+    for (int l = 0; l < CHAINS && m + l < end; l++) {
+      const size_t node = (size_t)self->member[m + l];
+      __builtin_prefetch(r + 4 * (size_t)self->member[m + l + AHEAD]);
+      const flesh_double4 w = FLESH_LANES_WIDE(self->of_member[m + l]),
+                          own = without(*(const flesh_double4 *)(r + 4 * node), self->held[node]);
+      for (int c = 0; c < 3; c++) sums[l][c] += w * own[c];
+    }
+  flesh_float4 x[3];
+  for (int c = 0; c < 3; c++) x[c] = FLESH_LANES_NARROW(scale * (sums[0][c] + sums[1][c]));
+  memcpy(self->matrix.x + N * (size_t)box, x, sizeof x);
 }
 
 void flesh_coarse_solve(flesh_coarse *self, double back)

@@ -28,7 +28,7 @@ static int solve_mass(flesh_problem *self, const double *right, double *y)
     memset(y, 0, (size_t)self->n * sizeof *y);
     return FLESH_OK;
   }
-  flesh_block_fix(self->K, self->fixed, self->fixed_scale, self->threads);
+  flesh_problem_fix_matrix(self);
   int status = flesh_problem_factor(self);
   if (status) return status;
   if (self->direct) return flesh_direct_solve(self->direct, right, y);
@@ -43,7 +43,7 @@ int flesh_problem_acceleration(flesh_problem *self, double t, const double *x, c
                                double *a)
 {
   double *r = self->gradient, *correction = self->step;
-  flesh_system_fixed(self->system, t, self->fixed);
+  flesh_problem_find_fixed(self, t);
   for (int d = 0; d < self->n; d++) self->a[d] = a[d] = self->fixed[d] ? a[d] : 0;
   int status = assemble_mass(self, t, x, v);
   if (status) return status;
@@ -86,7 +86,7 @@ int flesh_problem_take_up(flesh_problem *self, double t, const double *x_prescri
                           const double *v_prescribed, double *x, double *v)
 {
   const size_t bytes = (size_t)self->n * sizeof *x;
-  flesh_system_fixed(self->system, t, self->fixed);
+  flesh_problem_find_fixed(self, t);
   memcpy(self->x, x, bytes);
   memcpy(self->v, v, bytes);
   memset(self->a, 0, bytes);

@@ -75,9 +75,10 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
   self->held = calloc((size_t)self->n + 1, sizeof *self->held);
+  self->fixed_rows = calloc((size_t)self->n / 3 + 1, sizeof *self->fixed_rows);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !self->held || !(self->work = flesh_large(4 * bytes + 1));
+  int failed = !self->fixed || !self->held || !self->fixed_rows || !(self->work = flesh_large(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = flesh_large_zeroed(bytes + 1));
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
@@ -108,6 +109,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   flesh_problem *self = *problem;
   free(self->fixed);
   free(self->held);
+  free(self->fixed_rows);
   free(self->u_fixed);
   free(self->x);
   free(self->v);
@@ -131,16 +133,23 @@ void flesh_problem_destroy(flesh_problem **problem)
   *problem = NULL;
 }
 
-/* Works out which dofs are fixed. The preconditioner of a stage that goes on from the one before serves as long as step
- * and constraints are the same: a body does not change much from step to step. */
+int flesh_problem_find_fixed(flesh_problem *self, double t)
+{
+  uint8_t *before = (uint8_t *)self->work;
+  memcpy(before, self->fixed, (size_t)self->n);
+  flesh_system_fixed(self->system, t, self->fixed);
+  if (!memcmp(before, self->fixed, (size_t)self->n)) return 0;
+  self->fixed_row_count = flesh_block_rows_to_fix(self->K, self->fixed, self->fixed_rows);
+  return 1;
+}
+
+/* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
+ * body does not change much from step to step. */
 static void keep_preconditioner(flesh_problem *self)
 {
   const flesh_shift *now = &self->stage.shift, *before = &self->factored;
-  uint8_t *fixed_before = (uint8_t *)self->work;
-  memcpy(fixed_before, self->fixed, (size_t)self->n);
-  flesh_system_fixed(self->system, self->stage.t, self->fixed);
-  if (!self->goes_on || now->x != before->x || now->v != before->v || now->a != before->a ||
-      memcmp(fixed_before, self->fixed, (size_t)self->n))
+  if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
+      now->a != before->a)
     self->paces[0] = self->paces[1] = 0;
   self->goes_on = 0;
 }
@@ -347,6 +356,11 @@ static int filter_of(const flesh_problem *self)
   return filtering == FLESH_FILTERING_CLAMP ? FLESH_PROJECTED_CLAMP : FLESH_PROJECTED_ABSOLUTE;
 }
 
+void flesh_problem_fix_matrix(flesh_problem *self)
+{
+  flesh_block_fix_rows(self->K, self->fixed, self->fixed_scale, self->fixed_row_count, self->fixed_rows);
+}
+
 int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
 {
   flesh_point point = point_at(self, u);
@@ -356,7 +370,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   self->stats.projections += project;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (status) return status;
-  flesh_block_fix(self->K, self->fixed, self->fixed_scale, self->threads);
+  flesh_problem_fix_matrix(self);
   if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
   self->kept = 0;
   self->projected = project;
@@ -450,7 +464,8 @@ double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + sizeof(int) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + sizeof(int) + 1) +
+                 (size_t)self->n / 3 * sizeof(int);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);

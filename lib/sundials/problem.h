@@ -18,6 +18,7 @@ struct flesh_problem {
   flesh_stage stage;
   uint8_t *fixed;      /* [n] */
   int *held, held_count; /* [n] the unknowns fixed in this stage */
+  int *fixed_rows, fixed_row_count; /* [n/3] the rows of K that know of any */
   double *u_fixed;     /* [n] values of the fixed unknowns */
   double fixed_scale;  /* typical stiffness, of the constrained rows */
   double *x, *v, *a;   /* [n] the point last evaluated */
@@ -85,6 +86,10 @@ int flesh_problem_residual(flesh_problem *problem, const double *u, double *r);
 int flesh_problem_potential(flesh_problem *problem, const double *u, double *phi, double *magnitude);
 /* The same; where neither potential nor residual at u is known, both become so in one pass. */
 int flesh_problem_evaluate(flesh_problem *problem, const double *u, double *phi, double *magnitude);
+/* Works out the fixed dofs at t; whether they are others than before. */
+int flesh_problem_find_fixed(flesh_problem *problem, double t);
+/* Turns the rows and columns of the fixed dofs of K into those of the identity, scaled. */
+void flesh_problem_fix_matrix(flesh_problem *problem);
 /* Whether nothing bars the straight way from the lagged state to u. */
 int flesh_problem_reaches(flesh_problem *problem, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
