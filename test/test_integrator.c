@@ -90,7 +90,7 @@ static void last_iterations_keep_their_matrix(void)
   double *exact = NULL;
   for (int k = 0; k < 2; k++) {
     test_body b;
-    flesh_solver_options options = test_options(k ? 1e-6 : 1e-11);
+    flesh_solver_options options = test_options(k ? 1e-8 : 1e-11);
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(FLESH_ENERGY_S, 0.49, FLESH_MASS_LUMPED, 1, &b);

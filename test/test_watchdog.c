@@ -59,7 +59,7 @@ static void stiff_parts_turn(void)
       const double poisson = k ? 0.49 : 0.4;
       const outcome with = hang(energies[e], poisson, 1), without = hang(energies[e], poisson, 0);
       CHECK(with.stats.detours > 0 && without.stats.detours == 0);
-      CHECK(8 * with.stats.newton < without.stats.newton);
+      CHECK(5 * with.stats.newton < without.stats.newton);
       /* Coming back from a larger residual is no convergence that linear tolerances should follow. */
       CHECK_BELOW((double)with.stats.linear / with.stats.newton, 55);
       CHECK_BELOW(test_distance(3, with.tip, without.tip), 1e-4);

@@ -4,6 +4,10 @@
  * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
  * pattern alone and is worked out once.
  *
+ * What falls outside the pattern is not dropped altogether: it goes to the diagonal, as in the modified factorisation of
+ * Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that stiffens;
+ * where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
+ *
  * Rows follow the order of halves.h, each half by a task of its own. What the second adds to the rows between goes to
  * a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather. */
 #include "sparse/cholesky.h"
@@ -20,6 +24,9 @@
 /* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
 static const double COARSE_SHARE = 0.5;
 
+/* The share of its diagonal block's trace that a node may lose to what is dropped. */
+static const double SOFTENED = 0.1;
+
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
   AHEAD = 16, /* rows whose r and z, which are stored in another order, are fetched ahead */
@@ -27,6 +34,11 @@ enum {
    * rows, a row is about LINES. */
   MANY = 200000, FAR = 112, LINES = 4
 };
+
+/* A block's rows of four lanes. */
+typedef struct three {
+  flesh_float4 row[3];
+} three;
 
 struct flesh_cholesky {
   int rows;
@@ -42,6 +54,10 @@ struct flesh_cholesky {
   int *lower_place;                /* of each block of U among them */
   double *diagonal;                /* [9*rows] of A, then D */
   double *diagonal_spill;          /* [9*between] */
+  three *dropped;                  /* [rows] what every diagonal block would lose to what falls outside the pattern */
+  three *dropped_spill;            /* [between] */
+  int longest;                     /* of U's rows, in blocks */
+  three *partners;                 /* [3 parts][longest] sums of a row's blocks, by those whose product is dropped */
   float *work, *spill;             /* [12*blocks], [12*blocks of rows between]: blocks of four-lane rows */
   float *upper, *lower;            /* [9*blocks] U by rows; U^T by its rows */
   float *inverse;                  /* [9*rows] of D */
@@ -121,6 +137,7 @@ static int make_targets(flesh_cholesky *self)
   if (!self->target) return FLESH_ERR_MEMORY;
   int count = 0;
   for (int p = 0; p < self->rows; p++) {
+    if (self->start[p + 1] - self->start[p] > self->longest) self->longest = self->start[p + 1] - self->start[p];
     self->pairs[p] = count;
     for (int k = self->start[p]; k < self->start[p + 1]; k++)
       for (int l = k + 1; l < self->start[p + 1]; l++)
@@ -145,6 +162,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   failed |= !place;
   self->place = place ? place + AHEAD : NULL;
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
+  failed |= !(self->dropped = flesh_large((rows + 1) * sizeof *self->dropped));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->upper = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->lower = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
@@ -158,7 +176,9 @@ static int allocate_spill(flesh_cholesky *self)
   const size_t between = (size_t)(self->rows - self->begin[2]);
   self->diagonal_spill = malloc((9 * between + 1) * sizeof *self->diagonal_spill);
   self->spill = flesh_large((12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
-  return self->diagonal_spill && self->spill ? FLESH_OK : FLESH_ERR_MEMORY;
+  self->dropped_spill = flesh_large((between + 1) * sizeof *self->dropped_spill);
+  self->partners = flesh_large((3 * (size_t)self->longest + 1) * sizeof *self->partners);
+  return self->diagonal_spill && self->spill && self->dropped_spill && self->partners ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
 int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_threads *threads,
@@ -196,7 +216,7 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_start,
                     self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
-                    self->spill, self->upper, self->lower, self->inverse, self->y};
+                    self->spill, self->dropped, self->dropped_spill, self->partners, self->upper, self->lower, self->inverse, self->y};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   if (self->place) free(self->place - AHEAD);
   free(self->order);
@@ -220,6 +240,7 @@ static void load_rows(const factorisation *f, int part)
     double *diagonal = self->diagonal + 9 * (size_t)p;
     for (int e = 0; e < 9; e++) diagonal[e] = f->scale * block[e];
     for (int c = 0; c < 3; c++) diagonal[4 * c] += f->shift * fabs(diagonal[4 * c]);
+    self->dropped[p] = (three){0};
     for (int k = self->start[p]; k < self->start[p + 1]; k++) {
       const int source = self->source[k];
       const double *b = f->A->values + 9 * (size_t)(source < 0 ? ~source : source);
@@ -232,7 +253,19 @@ static void load_rows(const factorisation *f, int part)
   }
 }
 
-/* D of row p is final: its inverse. 0 when it is not positive definite, or too nearly so for single precision. */
+/* Takes from D of row p its part of what was dropped: D is final. */
+static void modify_pivot(flesh_cholesky *self, int p)
+{
+  double *D = self->diagonal + 9 * (size_t)p;
+  const three *C = &self->dropped[p];
+  const double loss = (double)(C->row[0][0] + C->row[1][1] + C->row[2][2]) / (D[0] + D[4] + D[8]);
+  const double share = loss > 0 ? SOFTENED / (SOFTENED + loss) : 1;
+  for (int r = 0; r < 3; r++)
+    for (int c = 0; c < 3; c++) /* of a fixed component C's row is zero, its column is not */
+      if (C->row[r][r] != 0 && C->row[c][c] != 0) D[3 * r + c] -= share * (C->row[r][c] + C->row[c][r]) / 2;
+}
+
+/* D's inverse. 0 when it is not positive definite, or too nearly so for single precision. */
 static int invert_pivot(flesh_cholesky *self, int p)
 {
   const double *D = self->diagonal + 9 * (size_t)p;
@@ -244,40 +277,58 @@ static int invert_pivot(flesh_cholesky *self, int p)
   return 1;
 }
 
+/* A^T B. */
+static inline three transposed_product(const three *A, const three *B)
+{
+  three C;
+  for (int r = 0; r < 3; r++)
+    C.row[r] = B->row[0] * A->row[0][r] + B->row[1] * A->row[1][r] + B->row[2] * A->row[2][r];
+  return C;
+}
+
+static inline void add(three *sum, const three *A)
+{
+  for (int r = 0; r < 3; r++) sum->row[r] += A->row[r];
+}
+
 /* Rows of a part, one by one: scale, then subtract from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
   const int *start = self->start, *column = self->column, first_between = self->begin[2];
   const int first_spilt = start[first_between];
+  three *partners = self->partners + (size_t)self->longest * (size_t)part;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
+    modify_pivot(self, p);
     if (!invert_pivot(self, p)) return 0;
     const float *v = self->inverse + 9 * (size_t)p;
-    const int *target = self->target + self->pairs[p];
-    for (int k = start[p]; k < start[p + 1]; k++) {
-      const flesh_float4 *row = (const flesh_float4 *)(self->work + 12 * (size_t)k);
-      const int j = column[k];
+    const int *target = self->target + self->pairs[p], n = start[p + 1] - start[p];
+    const three *rows = (const three *)(self->work + 12 * (size_t)start[p]);
+    memset(partners, 0, (size_t)n * sizeof *partners);
+    for (int a = 0; a < n; a++) {
+      const int k = start[p] + a, j = column[k], spilt = spilling && j >= first_between;
       float *upper = self->upper + 9 * (size_t)k, *lower = self->lower + 9 * (size_t)self->lower_place[k];
-      float scaled[3][4];
-      double *D = spilling && j >= first_between ? self->diagonal_spill + 9 * (size_t)(j - first_between)
-                                                 : self->diagonal + 9 * (size_t)j;
-      for (int r = 0; r < 3; r++) {
-        flesh_float4 s = row[0] * v[3 * r] + row[1] * v[3 * r + 1] + row[2] * v[3 * r + 2];
-        memcpy(scaled[r], &s, sizeof s);
+      double *D = spilt ? self->diagonal_spill + 9 * (size_t)(j - first_between) : self->diagonal + 9 * (size_t)j;
+      three scaled;
+      for (int r = 0; r < 3; r++)
+        scaled.row[r] = rows[a].row[0] * v[3 * r] + rows[a].row[1] * v[3 * r + 1] + rows[a].row[2] * v[3 * r + 2];
+      for (int b = a + 1; b < n; b++, target++) {
+        if (*target < 0) {
+          add(&partners[a], &rows[b]);
+          add(&partners[b], &rows[a]);
+          continue;
+        }
+        three *to = (three *)(spilling && *target >= first_spilt ? self->spill + 12 * (size_t)(*target - first_spilt)
+                                                                 : self->work + 12 * (size_t)*target);
+        const three update = transposed_product(&scaled, &rows[b]);
+        for (int r = 0; r < 3; r++) to->row[r] -= update.row[r];
       }
+      const three own = transposed_product(&scaled, &rows[a]), lost = transposed_product(&scaled, &partners[a]);
+      add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
-          upper[3 * r + c] = lower[3 * c + r] = scaled[r][c];
-          D[3 * r + c] -= scaled[0][r] * row[0][c] + scaled[1][r] * row[1][c] + scaled[2][r] * row[2][c];
+          upper[3 * r + c] = lower[3 * c + r] = scaled.row[r][c];
+          D[3 * r + c] -= own.row[r][c];
         }
-      for (int l = k + 1; l < start[p + 1]; l++, target++) {
-        if (*target < 0) continue;
-        const flesh_float4 *right = (const flesh_float4 *)(self->work + 12 * (size_t)l);
-        flesh_float4 *to = (flesh_float4 *)(spilling && *target >= first_spilt
-                                                ? self->spill + 12 * (size_t)(*target - first_spilt)
-                                                : self->work + 12 * (size_t)*target);
-        for (int r = 0; r < 3; r++)
-          to[r] -= right[0] * scaled[0][r] + right[1] * scaled[1][r] + right[2] * scaled[2][r];
-      }
     }
   }
   return 1;
@@ -299,9 +350,11 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
   flesh_threads_run(self->threads, 3, load_part, &f);
   memset(self->diagonal_spill, 0, 9 * between * sizeof *self->diagonal_spill);
   memset(self->spill, 0, 12 * blocks * sizeof *self->spill);
+  memset(self->dropped_spill, 0, between * sizeof *self->dropped_spill);
   flesh_threads_run(self->threads, 2, factor_half, &f);
   if (f.failed[0] || f.failed[1]) return FLESH_NOT_POSITIVE;
   for (size_t e = 0; e < 9 * between; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
+  for (size_t k = 0; k < between; k++) add(&self->dropped[first + k], &self->dropped_spill[k]);
   for (size_t e = 0; e < 12 * blocks; e++) self->work[12 * first_block + e] += self->spill[e];
   return factor_rows(self, 2, 0) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
@@ -399,5 +452,6 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
                between = rows - (size_t)self->begin[2];
   return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
          blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
-         between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float);
+         between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float) +
+         (rows + between + 3 * (size_t)self->longest) * sizeof(three);
 }

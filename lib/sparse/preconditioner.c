@@ -118,7 +118,7 @@ static double power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -
 
 /* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
  * not negative make a poor preconditioner. */
-static const double SMALLEST_SHIFT = 0.016, LARGEST_SHIFT = 1e6;
+static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                const uint8_t *fixed)
