@@ -127,22 +127,26 @@ typedef struct choice {
   const flesh_stress_case *cases[256];
 } choice;
 
-/* A case or group by name or pattern. */
+/* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
 static int take_case(void *data, const char *item)
 {
   choice *c = data;
+  const int leave = *item == '!';
   int found = 0;
+  if (leave && c->count == 0) take_case(data, "*");
   for (const flesh_stress_case *row = flesh_stress_case_table; row->name; row++) {
-    if (fnmatch(item, row->name, 0) && fnmatch(item, row->group, 0)) continue;
+    if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
     found = 1;
-    int known = 0;
-    for (int k = 0; k < c->count; k++) known |= c->cases[k] == row;
-    if (!known && c->count < 256) c->cases[c->count++] = row;
+    int place = 0;
+    while (place < c->count && c->cases[place] != row) place++;
+    if (!leave && place == c->count && c->count < 256) c->cases[c->count++] = row;
+    if (leave && place < c->count)
+      memmove(c->cases + place, c->cases + place + 1, (size_t)(--c->count - place) * sizeof row);
   }
   return found ? FLESH_OK
                : flesh_fail(
                      FLESH_ERR_ARGUMENT,
-                     "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*': "
+                     "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*' or '!twist*': "
                      "`flesh stress --list` shows them",
                      item);
 }
@@ -261,7 +265,8 @@ int flesh_command_stress(int argc, char **argv)
        "Poisson's ratios (default 0,0.3,0.45,0.49,0.499,0.4999; 0.45,0.49 with --quick)"},
       {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
        "steps of the cases without one of their own (default 1/60)"},
-      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "cases, groups or patterns (default: all)"},
+      {"cases", "LIST", FLESH_OPTION_TEXT, &cases,
+       "cases, groups or patterns, without those after a ! (default: all)"},
       {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
        "                         trust-region, no-untangling or all (default: default)"},
@@ -290,6 +295,8 @@ int flesh_command_stress(int argc, char **argv)
   if (!status) status = split("--steps", steps, take_step, l);
   if (!status) status = split("--solvers", solvers, take_solver, l);
   if (!status) status = split("--cases", cases, take_case, chosen);
+  if (!status && chosen->count == 0)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh stress --list` shows them", cases);
   if (!status) status = make_settings(l, settings, &plan.setting_count);
   plan.settings = settings;
   plan.cases = chosen->cases;

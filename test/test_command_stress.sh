@@ -28,8 +28,8 @@ hard_starts_recover() {
 }
 
 violent_loads_recover() {
-  battery --energies S --poisson 0.45 --cases tear,spin_body,crash,drag1e6,gravity1000,static_stretch4 &&
-    all_are outcome recovered
+  battery --energies S --poisson 0.45 --cases 'tear,spin_*,!spin_h*,crash,drag1e6,gravity1000,static_stretch4' &&
+    all_are outcome recovered && [ "$(lines out/stress.csv)" -eq 7 ]
 }
 
 collapsed_bodies_are_named_as_the_equilibria_they_are() {
@@ -154,6 +154,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" stress --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
     expect 2 "$flesh" stress --steps 0 && has stderr.txt "'0'.*positive" &&
     expect 2 "$flesh" stress --cases '' && has stderr.txt 'empty' &&
+    expect 2 "$flesh" stress --cases '!*' && has stderr.txt 'leaves none' &&
     expect 2 "$flesh" stress --seeds 0 && expect 2 "$flesh" stress scene.yaml &&
     expect 3 "$flesh" stress --out /dev/null/here --cases single_plane && [ ! -e out/stress ]
 }

@@ -34,15 +34,20 @@ scrambled='v["case"] ~ /^(scramble|point|two_bodies)/'
 
 # S and E up to nu = 0.49, every case: finished, finite, falling, converged, back and whole.
 every_case_comes_back() {
-  battery --energies S,E --poisson "$1" --seeds "$2" || return 1
+  battery --energies S,E --poisson "$@" || return 1
   none "!($good)" && none "!($orderly)" && none 'v["unconverged"] > 0' &&
     none "!($collapses) && !(v[\"distance_from_rest\"] < 1e-3 && v[\"volume_error\"] < 1e-3 &&
       v[\"inverted_end\"] == 0 && v[\"recovered_at\"] != \"\" || v[\"step\"] == \"\")" &&
     none "$collapses && v[\"outcome\"] != \"equilibrium\"" && has out/verdict.txt 'Promised.* do\.$'
 }
-compressible_bodies_come_back() { every_case_comes_back 0,0.3 1; }
-bodies_of_0_45_come_back() { every_case_comes_back 0.45 1; }
-bodies_of_0_49_come_back() { every_case_comes_back 0.49 2; }
+compressible_bodies_come_back() { every_case_comes_back 0,0.3; }
+bodies_of_0_45_come_back() { every_case_comes_back 0.45; }
+# Of so few tets, E twisted by 5 turns ends in a true local minimum as rounding pleases (2 times of 10), of as many as
+# the whole battery's never.
+bodies_of_0_49_come_back() {
+  every_case_comes_back 0.49 --seeds 2 --cases '!twist5' &&
+    expect 0 "$flesh" stress --energies S,E --poisson 0.49 --cases twist5 --out out && none "!($good)"
+}
 
 # Closer to 1/2: back from everything but scramble and point, of which some may not. On graded meshes
 # conjugate gradients stall, and a direct factorisation goes on in their place.
