@@ -18,7 +18,7 @@ typedef enum flesh_linear_solver {
 
 typedef enum flesh_preconditioner {
   FLESH_PRECONDITIONER_AUTO,      /* two-level, or IC on meshes of a few hundred nodes */
-  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements that are affine in boxes of 300 nodes */
+  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements trilinear in the cells of a grid */
   FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE

@@ -292,7 +292,7 @@ static const flesh_key solver_table[] = {
      .choices = flesh_preconditioner_names,
      .default_value = "auto",
      .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
-            "are affine in boxes of 300 nodes; jacobi: inverse diagonal blocks; none; auto: two-level, "
+            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; auto: two-level, "
             "or ic on meshes of a few hundred nodes"},
     {.name = "projection",
      .type = FLESH_KEY_CHOICE,

@@ -93,7 +93,7 @@ int flesh_block12_create(int n, const int *starts, const int *neighbours, flesh_
   free(room);
   if (!failed) return FLESH_OK;
   flesh_block12_clear(self);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse matrix of %d boxes", n);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse matrix of %d patches", n);
 }
 
 void flesh_block12_clear(flesh_block12 *self)

@@ -362,7 +362,7 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
 typedef struct substitution {
   flesh_cholesky *cholesky;
   flesh_coarse *coarse;
-  int boxes; /* its */
+  int cells; /* its */
   double scale, back;
   const double *r;
   double *z;
@@ -424,12 +424,12 @@ static void backward(const substitution *s, int part)
   }
 }
 
-/* Half by half, and between them the coarse level's boxes, which one of the threads may take over from the other. */
+/* Half by half, and between them the coarse level's cells, which one of the threads may take over from the other. */
 static void forward_task(void *data, int task)
 {
   const substitution *s = data;
   if (task == 0) forward(s, 0);
-  else if (task <= s->boxes) flesh_coarse_restrict(s->coarse, task - 1, s->scale, s->r);
+  else if (task <= s->cells) flesh_coarse_restrict(s->coarse, task - 1, s->scale, s->r);
   else forward(s, 1);
 }
 
@@ -438,8 +438,8 @@ static void backward_half(void *data, int half) { backward(data, half); }
 void flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, double back, const double *r,
                           double *z)
 {
-  substitution s = {self, coarse, coarse ? flesh_coarse_boxes(coarse) : 0, scale, back, r, z};
-  flesh_threads_run(self->threads, s.boxes + 2, forward_task, &s);
+  substitution s = {self, coarse, coarse ? flesh_coarse_cells(coarse) : 0, scale, back, r, z};
+  flesh_threads_run(self->threads, s.cells + 2, forward_task, &s);
   forward(&s, 2);
   if (coarse) flesh_coarse_solve(coarse, COARSE_SHARE * back);
   backward(&s, 2);

@@ -1,7 +1,8 @@
-/* coarse.c: boxes by recursive bisection, P^T A P by pairs of boxes, and its sparse Cholesky factor.
+/* coarse.c: P^T A P by pairs of cells, and its sparse Cholesky factor.
  *
- * In the box of node i, w_i = (1, (X_i - centre) / size) are the four weights of its affine displacements, and the
- * coarse unknown 4 c + a moves component c of node i by w_i[a]. */
+ * The node at (x, y, z) of its cell moves with corner a by the product of x or 1 - x, y or 1 - y, z or 1 - z, as the bits
+ * of a say. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination: component c of its
+ * displacement is the unknown 3 rank + c. */
 #include "sparse/coarse.h"
 
 #include <math.h>
@@ -11,70 +12,54 @@
 #include "base/error.h"
 #include "base/large.h"
 #include "sparse/block12.h"
+#include "sparse/coarse_grid.h"
 #include "sparse/lanes.h"
 
 enum {
   N = FLESH_BLOCK12,
-  AHEAD = 64 /* members whose r is fetched ahead, as boxes are not contiguous in memory */
+  CORNERS = 8,
+  SLOTS = 4,  /* vertices of a patch */
+  PARTS = 2,  /* of the pairs of cells, added up one by one, however many threads there are */
+  AHEAD = 64, /* members whose r is fetched ahead, as cells are not contiguous in memory */
+  MOST = 16384 /* vertices */
 };
 
-/* A block of A that couples a pair of boxes: `node` in the one that is eliminated first. Nodes go by where vectors
- * store them, here and below. */
+/* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them, here
+ * and below. */
 typedef struct term {
   int pair, node, other;
   int block; /* ~: of the transpose */
 } term;
 
+/* Two cells that A couples, or one with itself. */
+typedef struct pair {
+  int low, high, first;           /* of its terms */
+  int entry[CORNERS * CORNERS]; /* where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed */
+} pair;
+
+/* Of a cell. */
+typedef struct corners {
+  flesh_float8 sums[3]; /* of r by corner, component by component */
+  flesh_float4 moves[CORNERS]; /* of 1, x, y, xy, z, xz, yz, xyz in the displacement that the last solve has found */
+} corners;
+
 struct flesh_coarse {
-  int rows, boxes, pairs;
+  int rows;
   flesh_threads *threads;
-  int *stored;             /* [rows] the mesh's number of each node */
-  int *box;                /* [rows] of each node, boxes in the order of elimination */
-  int *begin, *member;     /* [boxes+1], [rows] nodes of each box */
-  flesh_float4 *weights;   /* [rows] by node; numbers near the exact ones span as good a space */
-  flesh_float4 *of_member; /* [rows] the same by member */
+  flesh_coarse_grid grid; /* its corners by their ranks */
+  int *stored;            /* [rows] the mesh's number of each node */
+  int *begin, *member;    /* [cells+1], [rows+AHEAD] nodes of each cell */
+  flesh_float4 *of_member; /* [rows] the grid's `local` by member */
   uint8_t *held;           /* [rows] bits of the fixed components */
-  flesh_double4 *moves;    /* [4*boxes] displacement by weight, from the last solve */
+  corners *corners;        /* [cells] */
   term *terms;             /* [blocks] by pair, then by node */
-  int *first;              /* [pairs+1] of each pair's terms */
-  int *low, *high;         /* [pairs] its boxes in the order */
+  pair *pairs;             /* [pair_count+1] */
+  int pair_count, entry_count;
+  int *ranks;              /* [2*entry_count] of the two vertices of each entry, the lower first */
+  double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
+  double back;
   flesh_block12 matrix;
 };
-
-typedef struct located {
-  double at;
-  int node;
-} located;
-
-static int compare_located(const void *a, const void *b)
-{
-  const located *p = a, *q = b;
-  return p->at != q->at ? (p->at > q->at) - (p->at < q->at) : (p->node > q->node) - (p->node < q->node);
-}
-
-/* Numbers the boxes of the nodes from `first` on. */
-static void bisect(const double *X, located *nodes, int count, int boxes, int first, int *box)
-{
-  if (boxes == 1) {
-    for (int k = 0; k < count; k++) box[nodes[k].node] = first;
-    return;
-  }
-  double longest = -1;
-  int axis = 0;
-  for (int c = 0; c < 3; c++) {
-    double low = INFINITY, high = -INFINITY;
-    for (int k = 0; k < count; k++) {
-      low = fmin(low, X[3 * (size_t)nodes[k].node + c]);
-      high = fmax(high, X[3 * (size_t)nodes[k].node + c]);
-    }
-    if (high - low > longest) longest = high - low, axis = c;
-  }
-  for (int k = 0; k < count; k++) nodes[k].at = X[3 * (size_t)nodes[k].node + axis];
-  qsort(nodes, (size_t)count, sizeof *nodes, compare_located);
-  int half = boxes / 2, split = (int)((long long)count * half / boxes);
-  bisect(X, nodes, split, half, first, box);
-  bisect(X, nodes + split, count - split, boxes - half, first + half, box);
-}
 
 static int compare_terms(const void *a, const void *b)
 {
@@ -84,133 +69,163 @@ static int compare_terms(const void *a, const void *b)
   return (p->other > q->other) - (p->other < q->other);
 }
 
-/* Which boxes touch, as lists of neighbours. */
-static int make_graph(const flesh_coarse *self, const flesh_block_matrix *A, const int *box, int **starts,
-                      int **neighbours)
+static int compare_names(const void *a, const void *b)
 {
-  const size_t boxes = (size_t)self->boxes;
-  uint8_t *touch = calloc(boxes * boxes, 1);
-  *starts = calloc(boxes + 1, sizeof **starts);
-  if (!touch || !*starts) {
-    free(touch);
-    return FLESH_ERR_MEMORY;
-  }
-  for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
-      touch[(size_t)box[i] * boxes + (size_t)box[A->column[k]]] =
-          touch[(size_t)box[A->column[k]] * boxes + (size_t)box[i]] = 1;
-  for (size_t i = 0; i < boxes; i++)
-    for (size_t j = 0; j < boxes; j++) (*starts)[i + 1] += i != j && touch[i * boxes + j];
-  for (size_t i = 0; i < boxes; i++) (*starts)[i + 1] += (*starts)[i];
-  *neighbours = malloc(((size_t)(*starts)[boxes] + 1) * sizeof **neighbours);
-  for (size_t i = 0, count = 0; *neighbours && i < boxes; i++)
-    for (size_t j = 0; j < boxes; j++)
-      if (i != j && touch[i * boxes + j]) (*neighbours)[count++] = (int)j;
-  free(touch);
-  return *neighbours ? FLESH_OK : FLESH_ERR_MEMORY;
+  const int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
+  return (p > q) - (p < q);
 }
 
-static void make_members(flesh_coarse *self, const double *X)
+static int make_members(flesh_coarse *self)
 {
-  const int *box = self->box;
-  for (int i = 0; i < self->rows; i++) self->begin[box[i] + 1]++;
-  for (int b = 0; b < self->boxes; b++) self->begin[b + 1] += self->begin[b];
-  for (int i = 0; i < self->rows; i++) self->member[self->begin[box[i]]++] = i;
-  for (int b = self->boxes; b > 0; b--) self->begin[b] = self->begin[b - 1];
-  self->begin[0] = 0;
-  for (int b = 0; b < self->boxes; b++) {
-    double centre[3] = {0}, size = 0;
-    int count = self->begin[b + 1] - self->begin[b];
-    for (int m = self->begin[b]; m < self->begin[b + 1]; m++)
-      for (int c = 0; c < 3; c++) centre[c] += X[3 * (size_t)self->stored[self->member[m]] + c] / count;
-    for (int m = self->begin[b]; m < self->begin[b + 1]; m++)
-      for (int c = 0; c < 3; c++) size = fmax(size, fabs(X[3 * (size_t)self->stored[self->member[m]] + c] - centre[c]));
-    for (int m = self->begin[b]; m < self->begin[b + 1]; m++) {
-      flesh_float4 w = {1, 0, 0, 0};
-      for (int c = 0; c < 3 && size > 0; c++)
-        w[c + 1] = (float)((X[3 * (size_t)self->stored[self->member[m]] + c] - centre[c]) / size);
-      self->of_member[m] = self->weights[self->member[m]] = w;
-    }
+  const int *cell = self->grid.cell;
+  self->begin = calloc((size_t)self->grid.cells + 2, sizeof *self->begin);
+  self->member = calloc((size_t)self->rows + AHEAD, sizeof *self->member);
+  self->of_member = flesh_large(((size_t)self->rows + 1) * sizeof *self->of_member);
+  if (!self->begin || !self->member || !self->of_member) return FLESH_ERR_MEMORY;
+  for (int p = 0; p < self->rows; p++) self->begin[cell[p] + 2]++;
+  for (int c = 0; c < self->grid.cells; c++) self->begin[c + 2] += self->begin[c + 1];
+  for (int p = 0; p < self->rows; p++) { /* begin[c + 1] is where c's next member goes */
+    const int m = self->begin[cell[p] + 1]++;
+    self->member[m] = p;
+    self->of_member[m] = self->grid.local[p];
   }
-}
-
-/* Blocks sorted by the pair of boxes that they couple. */
-static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *place)
-{
-  const int *box = self->box;
-  const int blocks = A->row_start[A->rows];
-  if ((long long)self->boxes * self->boxes > 0x7fffffff) return FLESH_ERR_MEMORY;
-  for (int i = 0, count = 0; i < A->rows; i++)
-    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
-      int p = place[i], q = place[A->column[k]], swap = box[p] > box[q];
-      int low = swap ? box[q] : box[p], high = swap ? box[p] : box[q];
-      self->terms[count++] =
-          (term){low * self->boxes + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
-    }
-  qsort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
-  for (int k = 0; k < blocks; k++)
-    self->pairs += k == 0 || self->terms[k].pair != self->terms[k - 1].pair;
-  self->first = malloc(((size_t)self->pairs + 1) * sizeof *self->first);
-  self->low = malloc(((size_t)self->pairs + 1) * sizeof *self->low);
-  self->high = malloc(((size_t)self->pairs + 1) * sizeof *self->high);
-  if (!self->first || !self->low || !self->high || self->pairs > FLESH_TASKS_MAX) return FLESH_ERR_MEMORY;
-  for (int k = 0, p = 0; k < blocks; k++) {
-    if (k > 0 && self->terms[k].pair == self->terms[k - 1].pair) continue;
-    self->low[p] = self->terms[k].pair / self->boxes;
-    self->high[p] = self->terms[k].pair % self->boxes;
-    self->first[p++] = k;
-  }
-  self->first[self->pairs] = blocks;
   return FLESH_OK;
 }
 
-static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, const int *stored)
+/* Blocks sorted by the pair of cells that they couple; `place` [rows]: where each of the mesh's nodes is stored. */
+static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *place)
 {
-  const size_t rows = (size_t)A->rows, vector = (rows + 1) * sizeof(flesh_float4);
-  int *box = malloc((rows + 1) * sizeof *box), *starts = NULL, *neighbours = NULL;
-  located *nodes = malloc((rows + 1) * sizeof *nodes);
-  self->stored = malloc((rows + 1) * sizeof *self->stored);
-  self->box = flesh_large((rows + 1) * sizeof *self->box);
-  self->begin = calloc((size_t)self->boxes + 1, sizeof *self->begin);
-  self->member = calloc(rows + AHEAD, sizeof *self->member);
-  self->weights = flesh_large(vector);
-  self->of_member = flesh_large(vector);
-  self->held = malloc(rows + 1);
-  self->moves = flesh_large(4 * (size_t)self->boxes * sizeof *self->moves);
-  self->terms = flesh_large(((size_t)A->row_start[A->rows] + 1) * sizeof *self->terms);
-  int failed = !box || !nodes || !self->stored || !self->box || !self->begin || !self->member || !self->weights ||
-               !self->of_member || !self->held || !self->moves || !self->terms;
-  if (!failed) {
-    for (int i = 0; i < A->rows; i++) nodes[i].node = i;
-    bisect(X, nodes, A->rows, self->boxes, 0, box);
-    failed = make_graph(self, A, box, &starts, &neighbours) ||
-             flesh_block12_create(self->boxes, starts, neighbours, &self->matrix);
-  }
-  if (!failed) {
-    memcpy(self->stored, stored, rows * sizeof *stored);
-    for (int p = 0; p < A->rows; p++) self->box[p] = self->matrix.place[box[stored[p]]];
-    make_members(self, X);
-    int *place = box; /* the boxes by the mesh's numbers are not needed any more */
-    for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
-    failed = make_terms(self, A, place) != FLESH_OK;
-  }
-  free(box);
-  free(nodes);
-  free(starts);
-  free(neighbours);
-  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
+  const int *cell = self->grid.cell;
+  const int blocks = A->row_start[A->rows], cells = self->grid.cells;
+  self->terms = flesh_large(((size_t)blocks + 1) * sizeof *self->terms);
+  if (!self->terms || (int64_t)cells * cells > INT32_MAX) return FLESH_ERR_MEMORY;
+  for (int i = 0, count = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
+      const int p = place[i], q = place[A->column[k]], swap = cell[p] > cell[q];
+      const int low = swap ? cell[q] : cell[p], high = swap ? cell[p] : cell[q];
+      self->terms[count++] = (term){low * cells + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
+    }
+  qsort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
+  for (int k = 0; k < blocks; k++) self->pair_count += k == 0 || self->terms[k].pair != self->terms[k - 1].pair;
+  self->pairs = flesh_large(((size_t)self->pair_count + 1) * sizeof *self->pairs);
+  if (!self->pairs) return FLESH_ERR_MEMORY;
+  pair *now = self->pairs;
+  for (int k = 0; k < blocks; k++)
+    if (k == 0 || self->terms[k].pair != self->terms[k - 1].pair) {
+      now->low = self->terms[k].pair / cells;
+      now->high = self->terms[k].pair % cells;
+      now++->first = k;
+    }
+  now->first = blocks;
+  return FLESH_OK;
 }
 
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, const flesh_halves *halves,
+/* The patches that A couples, as lists of neighbours, and a factor for them. */
+static int make_factor(flesh_coarse *self)
+{
+  const int *corner = self->grid.corner, *patch = self->grid.patch;
+  const size_t n = (size_t)self->grid.patches;
+  uint8_t *touch = calloc(n * n + 1, 1);
+  int *starts = calloc(n + 1, sizeof *starts), *neighbours = NULL, status = FLESH_ERR_MEMORY;
+  for (int k = 0; touch && k < self->pair_count; k++)
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const size_t i = (size_t)patch[corner[CORNERS * self->pairs[k].low + e / CORNERS]],
+                   j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
+      touch[n * i + j] = touch[n * j + i] = 1;
+    }
+  for (size_t i = 0; touch && starts && i < n; i++) {
+    starts[i + 1] = starts[i];
+    for (size_t j = 0; j < n; j++) starts[i + 1] += i != j && touch[n * i + j];
+  }
+  if (touch && starts) neighbours = malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
+  if (neighbours) {
+    int count = 0;
+    for (size_t i = 0; i < n; i++)
+      for (size_t j = 0; j < n; j++)
+        if (i != j && touch[n * i + j]) neighbours[count++] = (int)j;
+    status = flesh_block12_create(self->grid.patches, starts, neighbours, &self->matrix);
+  }
+  free(touch);
+  free(starts);
+  free(neighbours);
+  return status;
+}
+
+/* The lower rank first. */
+static int64_t name_of_entry(int a, int b) { return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a; }
+
+/* Which blocks of P^T A P there are, and which of them each pair of cells adds to. */
+static int make_entries(flesh_coarse *self)
+{
+  const int *corner = self->grid.corner;
+  const size_t most = (size_t)self->pair_count * CORNERS * CORNERS;
+  int64_t *names = malloc((most + 1) * sizeof *names);
+  if (!names) return FLESH_ERR_MEMORY;
+  for (size_t e = 0; e < most; e++) {
+    const pair *p = &self->pairs[e / (CORNERS * CORNERS)];
+    names[e] = name_of_entry(corner[CORNERS * p->low + (int)(e / CORNERS % CORNERS)],
+                             corner[CORNERS * p->high + (int)(e % CORNERS)]);
+  }
+  qsort(names, most, sizeof *names, compare_names);
+  for (size_t e = 0; e < most; e++)
+    if (e == 0 || names[e] != names[self->entry_count - 1]) names[self->entry_count++] = names[e];
+  self->ranks = malloc((2 * (size_t)self->entry_count + 1) * sizeof *self->ranks);
+  int failed = !self->ranks;
+  for (int part = 0; part < PARTS; part++)
+    failed |= !(self->entries[part] = flesh_large((9 * (size_t)self->entry_count + 1) * sizeof(double)));
+  for (int e = 0; e < self->entry_count && !failed; e++) {
+    self->ranks[2 * e] = (int)(names[e] >> 32);
+    self->ranks[2 * e + 1] = (int)(names[e] & 0x7fffffff);
+  }
+  for (int k = 0; k < self->pair_count && !failed; k++)
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const int a = corner[CORNERS * self->pairs[k].low + e / CORNERS],
+                b = corner[CORNERS * self->pairs[k].high + e % CORNERS];
+      const int64_t name = name_of_entry(a, b);
+      const int64_t *found = bsearch(&name, names, (size_t)self->entry_count, sizeof name, compare_names);
+      const int at = (int)(found - names);
+      self->pairs[k].entry[e] = a <= b ? at : ~at;
+    }
+  free(names);
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, int vertices, const int *stored)
+{
+  const size_t rows = (size_t)A->rows;
+  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, &self->grid);
+  int *place = malloc((rows + 1) * sizeof *place);
+  self->stored = malloc((rows + 1) * sizeof *self->stored);
+  self->held = malloc(rows + 1);
+  if (!place || !self->stored || !self->held) status = FLESH_ERR_MEMORY;
+  if (!status) {
+    memcpy(self->stored, stored, rows * sizeof *stored);
+    for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
+    status = make_members(self);
+  }
+  if (!status) status = make_terms(self, A, place);
+  if (!status) status = make_factor(self);
+  if (!status) {
+    for (int e = 0; e < CORNERS * self->grid.cells; e++) {
+      const int v = self->grid.corner[e];
+      self->grid.corner[e] = SLOTS * self->matrix.place[self->grid.patch[v]] + self->grid.slot[v];
+    }
+    self->corners = flesh_large(((size_t)self->grid.cells + 1) * sizeof *self->corners);
+    status = self->corners ? make_entries(self) : FLESH_ERR_MEMORY;
+  }
+  free(place);
+  return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
+}
+
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices, const flesh_halves *halves,
                         flesh_threads *threads, flesh_coarse **coarse)
 {
   flesh_coarse *self = calloc(1, sizeof *self);
   *coarse = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
-  self->boxes = boxes;
   self->threads = threads;
-  int status = build(self, A, positions, halves->stored);
+  int status = build(self, A, positions, vertices, halves->stored);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }
@@ -219,26 +234,34 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 {
   if (!coarse || !*coarse) return;
   flesh_coarse *self = *coarse;
-  void *arrays[] = {self->stored, self->box,   self->begin, self->member, self->weights, self->of_member, self->held,
-                    self->moves, self->terms, self->first,  self->low,     self->high};
+  void *arrays[] = {self->stored, self->begin, self->member, self->of_member,  self->held,       self->corners,
+                    self->terms,  self->pairs, self->ranks,  self->entries[0], self->entries[1]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  flesh_coarse_grid_clear(&self->grid);
   flesh_block12_clear(&self->matrix);
   free(self);
   *coarse = NULL;
 }
 
+/* How much each corner moves a node. */
+static inline flesh_float8 weights_at(flesh_float4 local)
+{
+  const flesh_float8 x0 = {1, 0, 1, 0, 1, 0, 1, 0}, x1 = {-1, 1, -1, 1, -1, 1, -1, 1};
+  const flesh_float8 y0 = {1, 1, 0, 0, 1, 1, 0, 0}, y1 = {-1, -1, 1, 1, -1, -1, 1, 1};
+  const flesh_float8 z0 = {1, 1, 1, 1, 0, 0, 0, 0}, z1 = {-1, -1, -1, -1, 1, 1, 1, 1};
+  return (x0 + x1 * local[0]) * (y0 + y1 * local[1]) * (z0 + z1 * local[2]);
+}
+
 typedef struct assembly {
   flesh_coarse *coarse;
   const flesh_block_matrix *A;
-  double scale;
 } assembly;
 
 /* T[3 c + d] += A[c][d] w_other. */
-static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t,
-                            flesh_double4 T[9])
+static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, flesh_double8 T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const flesh_double4 w = FLESH_LANES_WIDE(self->weights[t->other]);
+  const flesh_double8 w = __builtin_convertvector(weights_at(self->grid.local[t->other]), flesh_double8);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
@@ -248,89 +271,147 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
-/* The coarse block of a pair: first the sum over the other box's nodes, then over this one's. */
-static void assemble_pair(void *data, int pair)
+/* Adds the sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
+ * cell and all corners of the second are in sum[a]. */
+static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, flesh_double8 sum[CORNERS][9])
+{
+  const int end = p[1].first;
+  for (int k = p->first; k < end;) {
+    const int node = self->terms[k].node;
+    const flesh_float8 w = weights_at(self->grid.local[node]);
+    flesh_double8 T[9] = {{0}};
+    for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], T);
+    for (int a = 0; a < CORNERS; a++)
+      for (int e = 0; e < 9; e++) sum[a][e] += (double)w[a] * T[e];
+  }
+}
+
+/* A part of the pairs: what couples two vertices, once, and what couples one with itself, with its transpose. */
+static void assemble_part(void *data, int part)
 {
   const assembly *s = data;
-  flesh_coarse *self = s->coarse;
-  const int low = self->low[pair], high = self->high[pair], end = self->first[pair + 1];
-  double *block = flesh_block12_at(&self->matrix, low, high);
-  flesh_double4 sum[3][4][3] = {{{{0}}}};
-  for (int k = self->first[pair]; k < end;) {
-    const int node = self->terms[k].node;
-    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[node]);
-    flesh_double4 T[9] = {{0}};
-    for (; k < end && self->terms[k].node == node; k++) add_term(self, s->A, &self->terms[k], T);
-    for (int c = 0; c < 3; c++)
-      for (int a = 0; a < 4; a++)
-        for (int d = 0; d < 3; d++) sum[c][a][d] += s->scale * w[a] * T[3 * c + d];
+  const flesh_coarse *self = s->coarse;
+  const int *corner = self->grid.corner;
+  const long terms = self->pairs[self->pair_count].first;
+  double *entries = self->entries[part];
+  memset(entries, 0, 9 * (size_t)self->entry_count * sizeof *entries);
+  for (int k = 0; k < self->pair_count; k++) {
+    const pair *p = &self->pairs[k];
+    if (p->first < terms * part / PARTS || p->first >= terms * (part + 1) / PARTS) continue;
+    flesh_double8 sum[CORNERS][9] = {{{0}}};
+    sum_pair(self, s->A, p, sum);
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const int a = e / CORNERS, b = e % CORNERS, at = p->entry[e];
+      const int own = corner[CORNERS * p->low + a] == corner[CORNERS * p->high + b];
+      double *to = entries + 9 * (size_t)(at < 0 ? ~at : at);
+      for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++) {
+          if (at >= 0) to[3 * c + d] += sum[a][3 * c + d][b];
+          if (at < 0 || own) to[3 * d + c] += sum[a][3 * c + d][b];
+        }
+    }
   }
-  memcpy(block, sum, sizeof sum);
-  for (int m = 0; m < N && low == high; m++)
-    for (int r = 0; r <= m; r++) block[N * m + r] = block[N * r + m] = block[N * m + r] + block[N * r + m];
+}
+
+/* The entries into the matrix that is factored. */
+static void load_matrix(flesh_coarse *self, double scale)
+{
+  flesh_block12_zero(&self->matrix);
+  for (int e = 0; e < self->entry_count; e++) {
+    const int low = self->ranks[2 * e], high = self->ranks[2 * e + 1];
+    double *block = flesh_block12_at(&self->matrix, low / SLOTS, high / SLOTS);
+    for (int c = 0; c < 3; c++)
+      for (int d = 0; d < 3; d++) {
+        const int m = 3 * (low % SLOTS) + c, r = 3 * (high % SLOTS) + d;
+        const size_t at = 9 * (size_t)e + 3 * (size_t)c + (size_t)d;
+        const double value = scale * (self->entries[0][at] + self->entries[1][at]);
+        block[N * m + r] = value;
+        if (low / SLOTS == high / SLOTS) block[N * r + m] = value;
+      }
+  }
 }
 
 int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
 {
-  assembly s = {self, A, scale};
   for (int p = 0; p < self->rows; p++) {
     const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
     self->held[p] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
   }
-  flesh_block12_zero(&self->matrix);
-  flesh_threads_run(self->threads, self->pairs, assemble_pair, &s);
+  flesh_threads_run(self->threads, PARTS, assemble_part, &(assembly){self, A});
+  load_matrix(self, scale);
   return flesh_block12_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
 /* Fixed components have no part in the coarse space; few nodes have any. */
-static inline flesh_double4 without(flesh_double4 x, int held)
+static inline flesh_float4 without(flesh_float4 x, int held)
 {
   for (int c = 0; held && c < 3; c++)
     if (held >> c & 1) x[c] = 0;
   return x;
 }
 
-int flesh_coarse_boxes(const flesh_coarse *self) { return self->boxes; }
+int flesh_coarse_cells(const flesh_coarse *self) { return self->grid.cells; }
 
-void flesh_coarse_restrict(flesh_coarse *self, int box, double scale, const double *r)
+void flesh_coarse_restrict(flesh_coarse *self, int cell, double scale, const double *r)
 {
   enum { CHAINS = 2 }; /* additions wait for each other */
-  flesh_double4 sums[CHAINS][3] = {{{0}}};
-  for (int m = self->begin[box], end = self->begin[box + 1]; m < end; m += CHAINS)
+  flesh_float8 sums[CHAINS][3] = {{{0}}};
+  for (int m = self->begin[cell], end = self->begin[cell + 1]; m < end; m += CHAINS)
     for (int l = 0; l < CHAINS && m + l < end; l++) {
       const size_t node = (size_t)self->member[m + l];
       __builtin_prefetch(r + 4 * (size_t)self->member[m + l + AHEAD]);
-      const flesh_double4 w = FLESH_LANES_WIDE(self->of_member[m + l]),
-                          own = without(*(const flesh_double4 *)(r + 4 * node), self->held[node]);
+      const flesh_float8 w = weights_at(self->of_member[m + l]);
+      const flesh_float4 own =
+          without(FLESH_LANES_NARROW(scale * *(const flesh_double4 *)(r + 4 * node)), self->held[node]);
       for (int c = 0; c < 3; c++) sums[l][c] += w * own[c];
     }
-  flesh_float4 x[3];
-  for (int c = 0; c < 3; c++) x[c] = FLESH_LANES_NARROW(scale * (sums[0][c] + sums[1][c]));
-  memcpy(self->matrix.x + N * (size_t)box, x, sizeof x);
+  for (int c = 0; c < 3; c++) self->corners[cell].sums[c] = sums[0][c] + sums[1][c];
+}
+
+/* From displacements of the corners to those of 1, x, y, xy, z, xz, yz, xyz. */
+static void to_products(flesh_float4 u[CORNERS])
+{
+  for (int bit = 1; bit < CORNERS; bit *= 2)
+    for (int a = 0; a < CORNERS; a++)
+      if (a & bit) u[a] -= u[a ^ bit];
 }
 
 void flesh_coarse_solve(flesh_coarse *self, double back)
 {
+  float *x = self->matrix.x;
+  const int *corner = self->grid.corner;
+  self->back = back;
+  memset(x, 0, (size_t)self->grid.patches * N * sizeof *x);
+  for (int k = 0; k < self->grid.cells; k++)
+    for (int a = 0; a < CORNERS; a++)
+      for (int c = 0; c < 3; c++) x[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += self->corners[k].sums[c][a];
   flesh_block12_solve(&self->matrix);
-  const float *x = self->matrix.x;
-  for (int b = 0; b < self->boxes; b++, x += N)
-    for (int a = 0; a < 4; a++)
-      self->moves[4 * (size_t)b + (size_t)a] = back * (flesh_double4){x[a], x[4 + a], x[8 + a], 0};
+  for (int k = 0; k < self->grid.cells; k++) {
+    flesh_float4 *moves = self->corners[k].moves;
+    for (int a = 0; a < CORNERS; a++) {
+      const float *u = x + 3 * (size_t)corner[CORNERS * k + a];
+      moves[a] = (flesh_float4){u[0], u[1], u[2], 0};
+    }
+    to_products(moves);
+  }
 }
 
 void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double *z)
 {
   for (size_t p = (size_t)begin; p < (size_t)end; p++) {
-    const flesh_double4 w = FLESH_LANES_WIDE(self->weights[p]), *moves = self->moves + 4 * (size_t)self->box[p];
-    *(flesh_double4 *)(z + 4 * p) +=
-        without(moves[0] * w[0] + moves[1] * w[1] + moves[2] * w[2] + moves[3] * w[3], self->held[p]);
+    const flesh_float4 at = self->grid.local[p], *m = self->corners[self->grid.cell[p]].moves;
+    const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
+                       high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
+    *(flesh_double4 *)(z + 4 * p) += self->back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[p]));
   }
 }
 
 size_t flesh_coarse_memory(const flesh_coarse *self)
 {
-  const size_t rows = (size_t)self->rows, terms = (size_t)self->first[self->pairs];
+  const size_t rows = (size_t)self->rows, terms = (size_t)self->pairs[self->pair_count].first;
   return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + 3 * sizeof(int)) + terms * sizeof(term) +
-         (size_t)self->boxes * 16 * sizeof(double) +
-         (size_t)self->pairs * 3 * sizeof(int) + flesh_block12_memory(&self->matrix);
+         (size_t)self->pair_count * sizeof(pair) +
+         (size_t)self->grid.cells * (sizeof(corners) + (CORNERS + 1) * sizeof(int)) +
+         (size_t)self->grid.vertices * 2 * sizeof(int) +
+         (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) + flesh_block12_memory(&self->matrix);
 }

@@ -1,9 +1,10 @@
 /* coarse.h: the part of a matrix's inverse that incomplete factorisations do not see: smooth displacements.
  *
- * The body's nodes are cut into boxes by their rest positions X, and the coarse space holds every displacement that is
- * affine in X within each box: translations, rotations from any deformed state, stretches. With P its basis, what is
- * added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method with a coarse space. P and the factor of
- * P^T A P are rounded to single precision, as they are read in every iteration, and so is what is solved for. */
+ * A grid lies over the body at rest (coarse_grid.h), and the coarse space holds every displacement that is trilinear
+ * within each of its cells: the affine ones of the whole body among them, so translations, rotations from any deformed
+ * state, stretches. With P its basis, what is added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method
+ * with a coarse space. P and the factor of P^T A P are rounded to single precision, as they are read in every iteration,
+ * and so is what is solved for. */
 #ifndef FLESH_SPARSE_COARSE_H
 #define FLESH_SPARSE_COARSE_H
 
@@ -14,9 +15,9 @@
 
 typedef struct flesh_coarse flesh_coarse;
 
-/* For matrices of A's pattern; `positions` [3*rows] at rest, `halves` may then be forgotten, `threads` (may be NULL) is
- * borrowed. Returns new. */
-int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int boxes, const flesh_halves *halves,
+/* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `halves` may
+ * then be forgotten, `threads` (may be NULL) is borrowed. Returns new. */
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices, const flesh_halves *halves,
                         flesh_threads *threads, flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);
 
@@ -24,11 +25,11 @@ void flesh_coarse_destroy(flesh_coarse **coarse);
  * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
-/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, box by box in any order;
+/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, cell by cell in any order;
  * the solve, which is kept inside, `back` the scale of the matrix over that of r; and z += P times that for
  * begin <= p < end. Vectors of four lanes a node as the halves store them. */
-int flesh_coarse_boxes(const flesh_coarse *coarse);
-void flesh_coarse_restrict(flesh_coarse *coarse, int box, double scale, const double *r);
+int flesh_coarse_cells(const flesh_coarse *coarse);
+void flesh_coarse_restrict(flesh_coarse *coarse, int cell, double scale, const double *r);
 void flesh_coarse_solve(flesh_coarse *coarse, double back);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, double *z);
 

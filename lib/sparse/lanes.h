@@ -7,6 +7,9 @@
 
 typedef double flesh_double4 __attribute__((vector_size(32)));
 typedef float flesh_float4 __attribute__((vector_size(16)));
+/* One for each of eight corners. */
+typedef double flesh_double8 __attribute__((vector_size(64)));
+typedef float flesh_float8 __attribute__((vector_size(32)));
 /* The same where nothing is known of the alignment. */
 typedef double flesh_double4_loose __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may_alias));

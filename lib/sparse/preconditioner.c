@@ -31,9 +31,9 @@ struct flesh_preconditioner_data {
 
 enum { CHUNK = 512 }; /* nodes of a task: what is summed up does not depend on the threads */
 
-/* Nodes of a box of the coarse level. Fewer give fewer iterations, but the coarse factor's cost rises faster than the
- * number of boxes. */
-enum { BOX_NODES = 300, FEWEST_BOXES = 2, MOST_BOXES = 600 };
+/* Nodes from which on there is a coarse level, and nodes to a vertex of it. Fewer give fewer iterations, but the cost of
+ * the coarse factor rises faster than the number of vertices. */
+enum { FEWEST_NODES = 600, VERTEX_NODES = 50, MOST_VERTICES = 1600 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
 
@@ -45,13 +45,12 @@ const char *flesh_preconditioner_name(flesh_preconditioner kind)
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)
 {
   if (kind != FLESH_PRECONDITIONER_AUTO) return kind;
-  return nodes >= FEWEST_BOXES * BOX_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
+  return nodes >= FEWEST_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
 }
 
-static int boxes_for(int nodes)
+static int vertices_for(int nodes)
 {
-  int boxes = nodes / BOX_NODES;
-  return boxes < FEWEST_BOXES ? FEWEST_BOXES : boxes > MOST_BOXES ? MOST_BOXES : boxes;
+  return nodes / VERTEX_NODES < MOST_VERTICES ? nodes / VERTEX_NODES : MOST_VERTICES;
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
@@ -79,8 +78,8 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!status) memcpy(stored, halves.stored, rows * sizeof *stored);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = flesh_cholesky_create(A, &halves, threads, &self->cholesky);
-  if (!status && kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows >= FEWEST_BOXES)
-    status = flesh_coarse_create(A, positions, boxes_for(A->rows), &halves, threads, &self->coarse);
+  if (!status && kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1)
+    status = flesh_coarse_create(A, positions, vertices_for(A->rows), &halves, threads, &self->coarse);
   flesh_halves_clear(&halves);
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
