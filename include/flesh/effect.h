@@ -110,6 +110,9 @@ typedef struct flesh_effect_operations {
   /* 1: what is lagged follows the shape (a load on a moving surface, not friction, whose past
    * matters): a static solve is repeated from its result until the lagged state stands still. */
   int follows;
+  /* 1: the potential is a function of x over shift.x, and dear enough to be remembered where x has
+   * not changed. */
+  int placed;
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);

@@ -98,6 +98,7 @@ static void elasticity_destroy(void *data)
 
 static const flesh_effect_operations elasticity_operations = {
     .name = "elasticity",
+    .placed = 1,
     .cells = elasticity_cells,
     .residual = elasticity_residual,
     .jacobian = elasticity_jacobian,

@@ -199,8 +199,8 @@ static int find_cells(const builder *b, located *nodes, flesh_coarse_grid *grid)
   return FLESH_OK;
 }
 
-/* Patches of 2 x 2 vertices at places that differ along the two shorter axes; of those at one place, each its own. Room
- * for `sorted` [vertices]. */
+/* Patches of 2 x 2 vertices across the longest axis, numbered along it; of those at one place, each its own. Room for
+ * `sorted` [vertices]. */
 static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *grid)
 {
   const int *count = b->grid.count;
@@ -215,11 +215,10 @@ static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *gri
     if (copy[sorted[n].thing] >= copies) copies = copy[sorted[n].thing] + 1;
   }
   for (int v = 0; v < grid->vertices; v++) {
-    int place[3] = {b->where[v][0], b->where[v][1], b->where[v][2]};
+    const int *place = b->where[v];
+    const int64_t layer = (int64_t)place[longest] * (count[first] / 2 + 1) + place[first] / 2;
     grid->slot[v] = (place[first] & 1) | (place[second] & 1) << 1;
-    place[first] &= ~1;
-    place[second] &= ~1;
-    sorted[v] = (named){name_of(&b->grid, place) * copies + copy[v], v};
+    sorted[v] = (named){(layer * (count[second] / 2 + 1) + place[second] / 2) * copies + copy[v], v};
   }
   qsort(sorted, (size_t)grid->vertices, sizeof *sorted, by_name);
   for (int n = 0; n < grid->vertices; n++) {

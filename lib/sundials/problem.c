@@ -77,7 +77,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   self->fixed_rows = calloc((size_t)self->n / 3 + 1, sizeof *self->fixed_rows);
   double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
-                       &self->residual.r, &self->potential.u, &self->u_matrix, &self->rest};
+                       &self->residual.r, &self->potential.u, &self->reached.x, &self->u_matrix, &self->rest};
   int failed = !self->fixed || !self->held || !self->fixed_rows || !(self->work = flesh_large(4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = flesh_large_zeroed(bytes + 1));
@@ -120,6 +120,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->residual.u);
   free(self->residual.r);
   free(self->potential.u);
+  free(self->reached.x);
   free(self->u_matrix);
   free(self->rest);
   flesh_block_matrix_destroy(&self->K);
@@ -317,8 +318,11 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
     flesh_point point = point_at(self, u);
     self->potential.known = 0;
     self->stats.potentials++;
-    int status = flesh_system_potential(self->system, &point, &self->stage.shift,
-                                        &self->potential.value, &self->potential.magnitude);
+    flesh_placed *placed = &self->potential.placed;
+    *placed = self->reached.there;
+    if (self->reached.shift != self->stage.shift.x || !same(self, self->x, self->reached.x)) placed->known = 0;
+    int status = flesh_system_potential_placed(self->system, &point, &self->stage.shift, placed, &self->potential.value,
+                                               &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
   }
@@ -334,13 +338,23 @@ int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, do
     self->residual.known = self->potential.known = 0;
     self->stats.residuals++;
     self->stats.potentials++;
-    int status = flesh_system_evaluate(self->system, &point, &self->stage.shift, self->residual.r,
-                                       &self->potential.value, &self->potential.magnitude);
+    int status = flesh_system_evaluate_placed(self->system, &point, &self->stage.shift, &self->potential.placed,
+                                              self->residual.r, &self->potential.value, &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
     finish_residual(self, u); /* one without a finite norm is refused when it is asked for */
   }
   return flesh_problem_potential(self, u, phi, magnitude);
+}
+
+void flesh_problem_reach(flesh_problem *self, const double *u)
+{
+  self->reached.there.known = 0;
+  if (self->stage.shift.x != 1 || !knows_potential(self, u)) return; /* else no step ends where the stage does */
+  point_at(self, u);
+  memcpy(self->reached.x, self->x, (size_t)self->n * sizeof *self->x);
+  self->reached.there = self->potential.placed;
+  self->reached.shift = self->stage.shift.x;
 }
 
 /* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a tenth
@@ -464,7 +478,7 @@ double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * (15 * sizeof(double) + sizeof(int) + 1) +
+  size_t bytes = sizeof *self + (size_t)self->n * (16 * sizeof(double) + sizeof(int) + 1) +
                  (size_t)self->n / 3 * sizeof(int);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);

@@ -9,6 +9,7 @@
 #include "sparse/direct.h"
 #include "sparse/pcg.h"
 #include "sparse/scalar_view.h"
+#include "system/placed.h"
 
 struct flesh_problem {
   flesh_problem *self; /* first, see vector.h */
@@ -42,7 +43,14 @@ struct flesh_problem {
     int known;
     double *u; /* [n] */
     double value, magnitude;
+    flesh_placed placed; /* its part of positions alone */
   } potential;
+  /* That part where a stage has ended, and mostly the next one starts. */
+  struct {
+    flesh_placed there;
+    double *x; /* [n] */
+    double shift;
+  } reached;
   double *u_matrix;      /* [n] where K was assembled, or is used as if */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
@@ -90,6 +98,8 @@ int flesh_problem_evaluate(flesh_problem *problem, const double *u, double *phi,
 int flesh_problem_find_fixed(flesh_problem *problem, double t);
 /* Turns the rows and columns of the fixed dofs of K into those of the identity, scaled. */
 void flesh_problem_fix_matrix(flesh_problem *problem);
+/* Remembers what is known of the potential at u, where the stage ends. */
+void flesh_problem_reach(flesh_problem *problem, const double *u);
 /* Whether nothing bars the straight way from the lagged state to u. */
 int flesh_problem_reaches(flesh_problem *problem, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */

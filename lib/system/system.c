@@ -11,6 +11,7 @@
 #include "effect/effect.h"
 #include "effect/motion.h"
 #include "system/pattern.h"
+#include "system/placed.h"
 
 typedef struct constraint {
   int count, *nodes;
@@ -337,20 +338,36 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   return FLESH_OK;
 }
 
-int flesh_system_potential(const flesh_system *system, const flesh_point *point,
-                           const flesh_shift *shift, double *phi, double *magnitude)
+/* The potential from its two parts, the others and what is placed, which is known from before or now. */
+static int add_placed(const flesh_placed sums[2], flesh_placed *placed, double *phi, double *magnitude)
+{
+  if (!placed->known) *placed = (flesh_placed){1, sums[1].phi, sums[1].magnitude};
+  *phi = sums[0].phi + placed->phi;
+  *magnitude = sums[0].magnitude + placed->magnitude;
+  return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
+}
+
+int flesh_system_potential_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                  flesh_placed *placed, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
-  *phi = *magnitude = 0;
+  flesh_placed sums[2] = {{0}}; /* of the others, of the placed */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->potential) continue;
+    if (!effect->operations->potential || (effect->operations->placed && placed->known)) continue;
+    flesh_placed *sum = &sums[effect->operations->placed != 0];
     const double start = processor_time(full.costs);
-    int status = effect->operations->potential(effect, &full, shift, phi, magnitude);
+    int status = effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
     if (status) return status;
   }
-  return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
+  return add_placed(sums, placed, phi, magnitude);
+}
+
+int flesh_system_potential(const flesh_system *system, const flesh_point *point,
+                           const flesh_shift *shift, double *phi, double *magnitude)
+{
+  return flesh_system_potential_placed(system, point, shift, &(flesh_placed){0}, phi, magnitude);
 }
 
 /* What `evaluate` gives, by it or by the two that it stands for. */
@@ -364,23 +381,31 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
   return status;
 }
 
-int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
-                          const flesh_shift *shift, double *r, double *phi, double *magnitude)
+int flesh_system_evaluate_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_placed *placed, double *r, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
+  flesh_placed sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
-  *phi = *magnitude = 0;
+  placed->known = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
     if (!calls) continue;
+    flesh_placed *sum = &sums[effect->operations->placed != 0];
     const double start = processor_time(full.costs);
-    int status = evaluate_effect(effect, &full, shift, r, phi, magnitude);
+    int status = evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
     count(full.costs, k, calls, start);
     if (status) return status;
   }
-  return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
+  return add_placed(sums, placed, phi, magnitude);
+}
+
+int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
+                          const flesh_shift *shift, double *r, double *phi, double *magnitude)
+{
+  return flesh_system_evaluate_placed(system, point, shift, &(flesh_placed){0}, r, phi, magnitude);
 }
 
 int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)

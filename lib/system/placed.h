@@ -1,0 +1,22 @@
+/* placed.h: a system's potential where part of it is known from before. */
+#ifndef FLESH_SYSTEM_PLACED_H
+#define FLESH_SYSTEM_PLACED_H
+
+#include "flesh/system.h"
+
+/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.placed), and of the sizes of
+ * their terms. */
+typedef struct flesh_placed {
+  int known;
+  double phi, magnitude;
+} flesh_placed;
+
+/* flesh_system_potential where `placed`, if known, is that at the same positions and shift.x: its effects are not asked
+ * again. Known afterwards. */
+int flesh_system_potential_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                  flesh_placed *placed, double *phi, double *magnitude);
+/* flesh_system_evaluate, which tells `placed`. */
+int flesh_system_evaluate_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_placed *placed, double *r, double *phi, double *magnitude);
+
+#endif
