@@ -25,7 +25,7 @@
 static const double COARSE_SHARE = 0.5;
 
 /* The share of its diagonal block's trace that a node may lose to what is dropped. */
-static const double SOFTENED = 0.1;
+static const double SOFTENED = 0.05;
 
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
