@@ -14,6 +14,11 @@
 enum {
   N = FLESH_BLOCK12,
   SIZE = FLESH_BLOCK12_SIZE,
+#ifdef __AVX512F__
+  PAIRS = 6, /* of columns whose sums fit the registers */
+#else
+  PAIRS = 2,
+#endif
   AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
 };
 
@@ -203,29 +208,37 @@ static void divide(double *restrict B, const double *restrict L, const double *i
   }
 }
 
-typedef struct twelve {
-  flesh_double4 part[N / 4];
-} twelve;
+/* Two columns of twelve are three vectors of eight: eight of the first, its last four and four of the second, and that
+ * one's other eight. The rows of either, repeated so: */
+typedef struct rows {
+  flesh_double8 first, middle, last;
+} rows;
 
-static inline twelve load12(const double *x)
+static inline rows load_rows(const double *x)
 {
-  return (twelve){{FLESH_LANES_DOUBLE(x), FLESH_LANES_DOUBLE(x + 4), FLESH_LANES_DOUBLE(x + 8)}};
+  const flesh_double8 first = FLESH_LANES_DOUBLE8(x), last = FLESH_LANES_DOUBLE8(x + 4);
+  return (rows){first, __builtin_shufflevector(last, first, 4, 5, 6, 7, 8, 9, 10, 11), last};
 }
 
-/* C -= P Q^T, several columns at a time: P's are loaded once for them. */
+/* C -= P Q^T, several pairs of columns at a time: P's are loaded once for them, and their sums stay in registers. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
-  enum { TOGETHER = 4 };
-  for (int s = 0; s < N; s += TOGETHER) {
-    twelve sums[TOGETHER];
-    for (int t = 0; t < TOGETHER; t++) sums[t] = load12(C + N * (s + t));
+  for (int s = 0; s < N; s += 2 * PAIRS) {
+    flesh_double8 sums[PAIRS][3];
+    for (int t = 0; t < PAIRS; t++)
+      for (int p = 0; p < 3; p++) sums[t][p] = FLESH_LANES_DOUBLE8(C + N * (s + 2 * t) + 8 * p);
     for (int m = 0; m < N; m++) {
-      const twelve column = load12(P + N * m);
-#pragma GCC unroll 4
-      for (int t = 0; t < TOGETHER; t++)
-        for (int p = 0; p < N / 4; p++) sums[t].part[p] -= column.part[p] * Q[N * m + s + t];
+      const rows column = load_rows(P + N * m);
+#pragma GCC unroll 6
+      for (int t = 0; t < PAIRS; t++) {
+        const double one = Q[N * m + s + 2 * t], other = Q[N * m + s + 2 * t + 1];
+        sums[t][0] -= column.first * one;
+        sums[t][1] -= column.middle * (flesh_double8){one, one, one, one, other, other, other, other};
+        sums[t][2] -= column.last * other;
+      }
     }
-    memcpy(C + N * s, sums, sizeof sums);
+    for (int t = 0; t < PAIRS; t++)
+      for (int p = 0; p < 3; p++) FLESH_LANES_DOUBLE8(C + N * (s + 2 * t) + 8 * p) = sums[t][p];
   }
 }
 

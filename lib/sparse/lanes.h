@@ -13,9 +13,11 @@ typedef float flesh_float8 __attribute__((vector_size(32)));
 /* The same where nothing is known of the alignment. */
 typedef double flesh_double4_loose __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may_alias));
+typedef double flesh_double8_loose __attribute__((vector_size(64), aligned(8), may_alias));
 
 #define FLESH_LANES_DOUBLE(pointer) (*(const flesh_double4_loose *)(pointer))
 #define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
+#define FLESH_LANES_DOUBLE8(pointer) (*(flesh_double8_loose *)(pointer))
 
 /* Keeps lanes in their register: compilers load again what is used twice, and loads are what products are made of. */
 #if defined(__AVX512VL__) /* one register holds four */
