@@ -1,5 +1,6 @@
 /* gravity.c: a uniform acceleration on the lumped masses (the exact load of linear tets). */
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,27 +12,62 @@ typedef struct gravity {
   double *force; /* [3*nodes] m g */
 } gravity;
 
+/* Tasks whose sums are added up one by one, however many threads there are, and sums of each: additions wait for each
+ * other. */
+enum { TASKS = 32, SUMS = 8 };
+
+typedef struct pull {
+  const gravity *gravity;
+  const flesh_point *point;
+  double *r;
+  double values[TASKS], sizes[TASKS]; /* of the potential's terms */
+} pull;
+
+static void range(const gravity *self, int task, int *begin, int *end)
+{
+  const int64_t dofs = 3 * (int64_t)self->nodes;
+  *begin = (int)(dofs * task / TASKS);
+  *end = (int)(dofs * (task + 1) / TASKS);
+}
+
+static void pull_part(void *data, int task)
+{
+  const pull *p = data;
+  int begin, end;
+  range(p->gravity, task, &begin, &end);
+  for (int d = begin; d < end; d++) p->r[d] -= p->point->load * p->gravity->force[d];
+}
+
 static int gravity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const gravity *self = effect->data;
-  for (int d = 0; d < 3 * self->nodes; d++) r[d] -= point->load * self->force[d];
+  flesh_threads_run(point->threads, TASKS, pull_part, &(pull){.gravity = self, .point = point, .r = r});
   return FLESH_OK;
+}
+
+static void sum_part(void *data, int task)
+{
+  pull *p = data;
+  double values[SUMS] = {0}, sizes[SUMS] = {0};
+  int begin, end;
+  range(p->gravity, task, &begin, &end);
+  for (; begin < end; begin += SUMS)
+    for (int l = 0; l < SUMS && begin + l < end; l++) {
+      double term = p->gravity->force[begin + l] * p->point->x[begin + l];
+      values[l] += term;
+      sizes[l] += fabs(term);
+    }
+  for (int l = 0; l < SUMS; l++) p->values[task] += values[l], p->sizes[task] += sizes[l];
 }
 
 static int gravity_potential(const flesh_effect *effect, const flesh_point *point,
                              const flesh_shift *shift, double *phi, double *magnitude)
 {
   if (shift->x == 0) return FLESH_OK;
-  const gravity *self = effect->data;
-  enum { SUMS = 8 }; /* additions wait for each other */
-  double values[SUMS] = {0}, sizes[SUMS] = {0}, value = 0, size = 0;
-  for (int begin = 0, end = 3 * self->nodes; begin < end; begin += SUMS)
-    for (int l = 0; l < SUMS && begin + l < end; l++) {
-      double term = self->force[begin + l] * point->x[begin + l];
-      values[l] += term;
-      sizes[l] += fabs(term);
-    }
-  for (int l = 0; l < SUMS; l++) value += values[l], size += sizes[l];
+  pull p = {.gravity = effect->data, .point = point};
+  double value = 0, size = 0;
+  flesh_threads_run(point->threads, TASKS, sum_part, &p);
+  for (int task = 0; task < TASKS; task++) value += p.values[task], size += p.sizes[task];
   *phi -= point->load * value / shift->x;
   *magnitude += point->load * size / shift->x;
   return FLESH_OK;

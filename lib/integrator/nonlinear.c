@@ -148,9 +148,9 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
   /* A step into where an energy has no value, without a shorter one that KINSOL could find. */
   if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)
     return problem->refused ? problem->refused : FLESH_NOT_CONVERGED;
-  int status = flesh_problem_residual(problem, u, problem->work);
+  int status = flesh_problem_residual(problem, u, problem->residual.r);
   if (status) return status;
-  double norm = flesh_norm(problem->n, problem->work);
+  double norm = flesh_norm(problem->n, problem->residual.r);
   stats->residual_last = norm;
   if (norm <= target) return FLESH_OK;
   /* The line search may have given up, or KINSOL stopped, on a residual that cannot be made smaller. */
@@ -237,8 +237,8 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   double phi, size;
   if (!status && problem->options.globalization == FLESH_GLOBALIZATION_ENERGY)
     flesh_problem_evaluate(problem, u, &phi, &size);
-  if (!status) status = flesh_problem_residual(problem, u, problem->work);
-  double first = status ? 0 : flesh_norm(problem->n, problem->work);
+  if (!status) status = flesh_problem_residual(problem, u, problem->residual.r);
+  double first = status ? 0 : flesh_norm(problem->n, problem->residual.r);
   if (!status) status = flesh_problem_load_norm(problem, u, &load);
   if (status) return status;
   double target = problem->options.newton_tolerance * fmax(first, load);

@@ -276,7 +276,7 @@ static int finish_residual(flesh_problem *self, const double *u)
   return FLESH_OK;
 }
 
-/* The same of the potential. */
+/* The same of the potential, but for where it is. */
 static void finish_potential(flesh_problem *self, const double *u)
 {
   double springs = 0; /* whose gradient the constrained rows are */
@@ -286,14 +286,20 @@ static void finish_potential(flesh_problem *self, const double *u)
   }
   self->potential.value += self->fixed_scale / 2 * springs;
   self->potential.magnitude += self->fixed_scale / 2 * springs;
-  memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
   self->potential.known = 1;
+}
+
+static void keep_place(flesh_problem *self, const double *u)
+{
+  memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
+  self->potential.with_residual = 0;
 }
 
 int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
 {
   if (!self->residual.known || !same(self, u, self->residual.u)) {
     flesh_point point = point_at(self, u);
+    if (self->potential.known && self->potential.with_residual) keep_place(self, self->residual.u);
     self->residual.known = 0;
     self->stats.residuals++;
     /* The guard sees to the way from iterate to iterate; without it there is only the whole. */
@@ -309,7 +315,7 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
 
 static int knows_potential(const flesh_problem *self, const double *u)
 {
-  return self->potential.known && same(self, u, self->potential.u);
+  return self->potential.known && same(self, u, self->potential.with_residual ? self->residual.u : self->potential.u);
 }
 
 int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, double *magnitude)
@@ -325,6 +331,7 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
                                                &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
+    keep_place(self, u);
   }
   *phi = self->potential.value;
   *magnitude = self->potential.magnitude;
@@ -342,7 +349,9 @@ int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, do
                                               self->residual.r, &self->potential.value, &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
-    finish_residual(self, u); /* one without a finite norm is refused when it is asked for */
+    /* One without a finite norm is refused when it is asked for. */
+    self->potential.with_residual = finish_residual(self, u) == FLESH_OK;
+    if (!self->potential.with_residual) keep_place(self, u);
   }
   return flesh_problem_potential(self, u, phi, magnitude);
 }

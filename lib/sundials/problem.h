@@ -41,7 +41,8 @@ struct flesh_problem {
   } residual;
   struct {
     int known;
-    double *u; /* [n] */
+    int with_residual; /* at the residual's u, not at this one */
+    double *u;         /* [n] */
     double value, magnitude;
     flesh_placed placed; /* its part of positions alone */
   } potential;
