@@ -138,6 +138,38 @@ static void unconnected_parts_move_by_themselves(void)
   test_body_destroy(&b);
 }
 
+/* Thousands of tets, none of which touches another, do not have eight vertices each. */
+static void crumbs_share_vertices(void)
+{
+  enum { SIDE = 14, TETS = SIDE * SIDE * SIDE };
+  static double X[12 * TETS];
+  static int corners[4 * TETS];
+  test_body b;
+  flesh_mesh *mesh = NULL;
+  for (int t = 0; t < TETS; t++)
+    for (int a = 0; a < 4; a++) {
+      const int at[3] = {t % SIDE, t / SIDE % SIDE, t / SIDE / SIDE};
+      for (int c = 0; c < 3; c++) X[12 * t + 3 * a + c] = at[c] + 0.5 * (a == c + 1);
+      corners[4 * t + a] = 4 * t + a;
+    }
+  CHECK_OK(flesh_mesh_create(4 * TETS, X, TETS, corners, NULL, &mesh));
+  make(mesh, 0.45, &b);
+  flesh_block_matrix *A = matrix_of(&b, 100, NULL);
+  double *u = calloc((size_t)b.n, sizeof *u);
+  for (int d = 0; d < b.n; d++) u[d] = 1 + d % 3 + X[d - d % 3 + (d + 1) % 3];
+  find(&b, A, 200, NULL, u);
+  flesh_coarse *coarse = NULL;
+  flesh_halves halves;
+  CHECK_OK(flesh_halves_create(A, &halves));
+  CHECK_OK(flesh_coarse_create(A, X, 200, &halves, NULL, &coarse));
+  CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
+  flesh_coarse_destroy(&coarse);
+  flesh_halves_clear(&halves);
+  flesh_block_matrix_destroy(&A);
+  free(u);
+  test_body_destroy(&b);
+}
+
 /* Cells of few nodes have too many vertices, most of whose stiffness is none. */
 static void cells_may_have_single_nodes(void)
 {
@@ -270,7 +302,7 @@ static void the_choice_goes_by_the_size(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(unconnected_parts_move_by_themselves),
-                   TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
+                   TEST(crumbs_share_vertices), TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
                    TEST(iterations_hardly_depend_on_numbers), TEST(threads_give_the_same_bits),
                    TEST(the_choice_goes_by_the_size));
 }

@@ -162,13 +162,34 @@ static void join(builder *b, int p, int q)
   }
 }
 
-/* Numbers the vertices; `place` [rows]: where each of the mesh's nodes is stored. */
-static void find_vertices(builder *b, const flesh_block_matrix *A, const int *place, flesh_coarse_grid *grid)
+/* Corners at one place are the same vertex, whatever is connected. */
+static int join_all(builder *b)
 {
+  int *first = malloc((size_t)names(&b->grid) * sizeof *first);
+  if (!first) return FLESH_ERR_MEMORY;
+  for (int64_t n = 0; n < names(&b->grid); n++) first[n] = -1;
+  for (int e = 0; e < CORNERS * b->rows; e++) {
+    int place[3];
+    corner_at(b->at[e / CORNERS], e % CORNERS, place);
+    int *one = &first[name_of(&b->grid, place)];
+    if (*one < 0) *one = e;
+    b->parent[e] = *one;
+  }
+  free(first);
+  return FLESH_OK;
+}
+
+/* Numbers the vertices, twice as many as `vertices` at most; `place` [rows]: where each of the mesh's nodes is stored. */
+static int find_vertices(builder *b, const flesh_block_matrix *A, const int *place, int vertices,
+                         flesh_coarse_grid *grid)
+{
+  int parts = 0;
   for (int p = 0; p < b->rows; p++) locate(&b->grid, b->X + 3 * (size_t)b->stored[p], b->at[p], &grid->local[p]);
   for (int e = 0; e < CORNERS * b->rows; e++) b->parent[e] = e;
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) join(b, place[i], place[A->column[k]]);
+  for (int e = 0; e < CORNERS * b->rows; e++) parts += b->parent[e] == e;
+  if (parts / 2 > vertices && parts > CORNERS && join_all(b)) return FLESH_ERR_MEMORY;
   for (int e = 0; e < CORNERS * b->rows; e++) {
     const int root = root_of(b->parent, e);
     if (root == e) {
@@ -178,6 +199,7 @@ static void find_vertices(builder *b, const flesh_block_matrix *A, const int *pl
       b->vertex[e] = b->vertex[root]; /* roots come first */
     }
   }
+  return FLESH_OK;
 }
 
 /* Cells by their corners; `nodes` [rows]. */
@@ -232,7 +254,8 @@ static int make(builder *b, const flesh_block_matrix *A, int vertices, int *plac
   int status = choose_layout(b, vertices);
   if (status) return status;
   for (int p = 0; p < b->rows; p++) place[b->stored[p]] = p;
-  find_vertices(b, A, place, grid);
+  status = find_vertices(b, A, place, vertices, grid);
+  if (status) return status;
   const size_t found = (size_t)grid->vertices + 1, rows = (size_t)b->rows + 1;
   located *nodes = malloc(rows * sizeof *nodes);
   named *sorted = malloc(found * sizeof *sorted);

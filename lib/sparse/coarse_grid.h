@@ -7,7 +7,7 @@
 #include "sparse/lanes.h"
 
 /* Nodes go by where vectors store them (halves.h). Parts of a body that a vertex would move without their being connected
- * near it, two bodies or the fingers of a hand, have a vertex each there. */
+ * near it, two bodies or the fingers of a hand, have a vertex each there, unless they are far too many. */
 typedef struct flesh_coarse_grid {
   int vertices, cells, patches;
   int *cell;           /* [rows] of each node */
@@ -17,7 +17,7 @@ typedef struct flesh_coarse_grid {
 } flesh_coarse_grid;
 
 /* For nodes connected as by A's pattern, at rest at `positions` [3*rows] and stored in the order `stored`: as fine as at
- * most `vertices` allow, but one cell at least. To be cleared also when it fails. */
+ * most `vertices` allow before any are split, but one cell at least. To be cleared also when it fails. */
 int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *positions, const int *stored, int vertices,
                              flesh_coarse_grid *grid);
 void flesh_coarse_grid_clear(flesh_coarse_grid *grid);
