@@ -32,8 +32,8 @@ struct flesh_preconditioner_data {
 enum { CHUNK = 512 }; /* nodes of a task: what is summed up does not depend on the threads */
 
 /* Nodes from which on there is a coarse level, and nodes to a vertex of it. Fewer give fewer iterations, but the cost of
- * the coarse factor rises faster than the number of vertices. */
-enum { FEWEST_NODES = 600, VERTEX_NODES = 50, MOST_VERTICES = 1600 };
+ * the coarse factor rises faster than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
+enum { FEWEST_NODES = 600, VERTEX_NODES = 50, MANY_NODES = 36000 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
 
@@ -50,7 +50,8 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 
 static int vertices_for(int nodes)
 {
-  return nodes / VERTEX_NODES < MOST_VERTICES ? nodes / VERTEX_NODES : MOST_VERTICES;
+  const double fewer = nodes > MANY_NODES ? sqrt((double)MANY_NODES / nodes) : 1;
+  return (int)(fewer * nodes / VERTEX_NODES);
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
