@@ -216,7 +216,8 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_start,
                     self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
-                    self->spill, self->dropped, self->dropped_spill, self->partners, self->upper, self->lower, self->inverse, self->y};
+                    self->spill, self->dropped, self->dropped_spill, self->partners, self->upper, self->lower,
+                    self->inverse, self->y};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   if (self->place) free(self->place - AHEAD);
   free(self->order);

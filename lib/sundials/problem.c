@@ -326,7 +326,7 @@ int flesh_problem_potential(flesh_problem *self, const double *u, double *phi, d
     self->stats.potentials++;
     flesh_placed *placed = &self->potential.placed;
     *placed = self->reached.there;
-    if (self->reached.shift != self->stage.shift.x || !same(self, self->x, self->reached.x)) placed->known = 0;
+    if (self->stage.shift.x != 1 || !same(self, self->x, self->reached.x)) placed->known = 0;
     int status = flesh_system_potential_placed(self->system, &point, &self->stage.shift, placed, &self->potential.value,
                                                &self->potential.magnitude);
     if (status) return status;
@@ -363,7 +363,6 @@ void flesh_problem_reach(flesh_problem *self, const double *u)
   point_at(self, u);
   memcpy(self->reached.x, self->x, (size_t)self->n * sizeof *self->x);
   self->reached.there = self->potential.placed;
-  self->reached.shift = self->stage.shift.x;
 }
 
 /* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a tenth

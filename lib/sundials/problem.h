@@ -46,11 +46,10 @@ struct flesh_problem {
     double value, magnitude;
     flesh_placed placed; /* its part of positions alone */
   } potential;
-  /* That part where a stage has ended, and mostly the next one starts. */
+  /* That part where a stage with shift.x = 1 has ended, and mostly the next one starts. */
   struct {
     flesh_placed there;
     double *x; /* [n] */
-    double shift;
   } reached;
   double *u_matrix;      /* [n] where K was assembled, or is used as if */
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
