@@ -1,4 +1,4 @@
-/* cholesky.c: incomplete block Cholesky without fill, in single precision.
+/* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that.
  *
  * The factorisation is A + shift |diag A| ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is final,
  * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
@@ -20,6 +20,7 @@
 #include "base/large.h"
 #include "sparse/block_matrix.h"
 #include "sparse/lanes.h"
+#include "sparse/triangle.h"
 
 /* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
 static const double COARSE_SHARE = 0.5;
@@ -30,9 +31,9 @@ static const double SOFTENED = 0.05;
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
   AHEAD = 16, /* rows whose r and z, which are stored in another order, are fetched ahead */
-  /* Factors beyond the caches (MANY blocks) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
+  /* Factors beyond the caches (MANY pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
-  MANY = 200000, FAR = 112, LINES = 4
+  MANY = 60000, FAR = 64, LINES = 3
 };
 
 /* A block's rows of four lanes. */
@@ -50,8 +51,7 @@ struct flesh_cholesky {
   int *source;                     /* A's block of each, or ~ of its transpose's */
   int *target;                     /* U's block updated by each pair of each row's neighbours, -1: dropped */
   int *pairs;                      /* [rows+1] where each row's targets begin */
-  int *lower_start, *lower_column; /* of U's columns */
-  int *lower_place;                /* of each block of U among them */
+  int *lower_place;                /* of each block of U in `lower` */
   double *diagonal;                /* [9*rows] of A, then D */
   double *diagonal_spill;          /* [9*between] */
   three *dropped;                  /* [rows] what every diagonal block would lose to what falls outside the pattern */
@@ -59,7 +59,7 @@ struct flesh_cholesky {
   int longest;                     /* of U's rows, in blocks */
   three *partners;                 /* [3 parts][longest] sums of a row's blocks, by those whose product is dropped */
   float *work, *spill;             /* [12*blocks], [12*blocks of rows between]: blocks of four-lane rows */
-  float *upper, *lower;            /* [9*blocks] U by rows; U^T by its rows */
+  flesh_triangle upper, lower;     /* U; U^T */
   float *inverse;                  /* [9*rows] of D */
   float *y;                        /* [4*rows] */
 };
@@ -75,46 +75,45 @@ static int compare_long(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
-/* U's pattern and where its blocks come from. `place` [rows]: of nodes in the order. */
-static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place)
+/* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks],
+ * `below` [rows]: room. */
+static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, long long *sorted,
+                        int *below)
 {
-  const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
-  long long *sorted = malloc((blocks + 1) * sizeof *sorted);
-  int *fill = malloc(((size_t)A->rows + 1) * sizeof *fill);
-  if (!sorted || !fill) {
-    free(sorted);
-    free(fill);
-    return FLESH_ERR_MEMORY;
-  }
-  for (int i = 0; i < A->rows; i++)
+  const int rows = A->rows;
+  memset(below, 0, (size_t)rows * sizeof *below);
+  for (int i = 0; i < rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]];
-      self->start[(p < q ? p : q) + 1]++;
-      self->lower_start[(p < q ? q : p) + 1]++;
+      self->start[p < q ? p : q]++;
+      below[p < q ? q : p]++;
     }
-  for (int p = 0; p < A->rows; p++) {
-    self->start[p + 1] += self->start[p];
-    self->lower_start[p + 1] += self->lower_start[p];
+  if (flesh_triangle_create(rows, self->start, &self->upper) || flesh_triangle_create(rows, below, &self->lower))
+    return FLESH_ERR_MEMORY;
+  for (int p = 0, before = 0; p <= rows; p++) { /* where each row's blocks begin */
+    const int own = self->start[p];
+    self->start[p] = before;
+    before += own;
   }
   /* Column and source in one number, which sorts by the column. */
-  memcpy(fill, self->start, (size_t)A->rows * sizeof *fill);
-  for (int i = 0; i < A->rows; i++)
+  memcpy(below, self->start, (size_t)rows * sizeof *below);
+  for (int i = 0; i < rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
       int p = place[i], q = place[A->column[k]];
-      sorted[fill[p < q ? p : q]++] = (long long)(p < q ? q : p) << 32 | (unsigned)(p < q ? k : ~k);
+      sorted[below[p < q ? p : q]++] = (long long)(p < q ? q : p) << 32 | (unsigned)(p < q ? k : ~k);
     }
-  memcpy(fill, self->lower_start, (size_t)A->rows * sizeof *fill);
-  for (int p = 0; p < A->rows; p++) {
-    qsort(sorted + self->start[p], (size_t)(self->start[p + 1] - self->start[p]), sizeof *sorted, compare_long);
-    for (int k = self->start[p]; k < self->start[p + 1]; k++) {
-      self->column[k] = (int)(sorted[k] >> 32);
-      self->source[k] = (int)(unsigned)sorted[k];
-      self->lower_place[k] = fill[self->column[k]]++;
-      self->lower_column[self->lower_place[k]] = p;
+  memset(below, 0, (size_t)rows * sizeof *below);
+  for (int p = 0; p < rows; p++) {
+    const int first = self->start[p], count = self->start[p + 1] - first;
+    qsort(sorted + first, (size_t)count, sizeof *sorted, compare_long);
+    for (int n = 0; n < count; n++) {
+      const int column = self->column[first + n] = (int)(sorted[first + n] >> 32);
+      self->source[first + n] = (int)(unsigned)sorted[first + n];
+      self->lower_place[first + n] = 2 * self->lower.start[column] + below[column];
+      flesh_triangle_set_column(&self->upper, p, n, column);
+      flesh_triangle_set_column(&self->lower, column, below[column]++, p);
     }
   }
-  free(sorted);
-  free(fill);
   return FLESH_OK;
 }
 
@@ -150,8 +149,8 @@ static int make_targets(flesh_cholesky *self)
 static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
-  int **integers[] = {&self->column, &self->source, &self->lower_column, &self->lower_place};
-  int **by_row[] = {&self->start, &self->lower_start, &self->pairs};
+  int **integers[] = {&self->column, &self->source, &self->lower_place};
+  int **by_row[] = {&self->start, &self->pairs};
   int failed = 0;
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     failed |= !(*integers[k] = flesh_large((blocks + 1) * sizeof(int)));
@@ -164,8 +163,6 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->dropped = flesh_large((rows + 1) * sizeof *self->dropped));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
-  failed |= !(self->upper = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
-  failed |= !(self->lower = flesh_large_zeroed((9 * blocks + SLACK) * sizeof(float)));
   failed |= !(self->inverse = flesh_large_zeroed((9 * rows + SLACK) * sizeof(float)));
   failed |= !(self->y = flesh_large((4 * rows + SLACK) * sizeof(float)));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
@@ -201,7 +198,14 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halve
       self->place[p] = place[self->order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1]];
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
-  if (!status) status = make_pattern(self, A, place);
+  if (!status) {
+    const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
+    long long *sorted = malloc((blocks + 1) * sizeof *sorted);
+    int *below = malloc(((size_t)A->rows + 1) * sizeof *below);
+    status = sorted && below ? make_pattern(self, A, place, sorted, below) : FLESH_ERR_MEMORY;
+    free(sorted);
+    free(below);
+  }
   if (!status) status = make_targets(self);
   if (!status) status = allocate_spill(self);
   free(place);
@@ -214,11 +218,12 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
 {
   if (!cholesky || !*cholesky) return;
   flesh_cholesky *self = *cholesky;
-  void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_start,
-                    self->lower_column, self->lower_place, self->diagonal, self->diagonal_spill, self->work,
-                    self->spill, self->dropped, self->dropped_spill, self->partners, self->upper, self->lower,
-                    self->inverse, self->y};
+  void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
+                    self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
+                    self->partners, self->inverse, self->y};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  flesh_triangle_clear(&self->upper);
+  flesh_triangle_clear(&self->lower);
   if (self->place) free(self->place - AHEAD);
   free(self->order);
   free(self);
@@ -307,7 +312,6 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
     memset(partners, 0, (size_t)n * sizeof *partners);
     for (int a = 0; a < n; a++) {
       const int k = start[p] + a, j = column[k], spilt = spilling && j >= first_between;
-      float *upper = self->upper + 9 * (size_t)k, *lower = self->lower + 9 * (size_t)self->lower_place[k];
       double *D = spilt ? self->diagonal_spill + 9 * (size_t)(j - first_between) : self->diagonal + 9 * (size_t)j;
       three scaled;
       for (int r = 0; r < 3; r++)
@@ -325,11 +329,14 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
       }
       const three own = transposed_product(&scaled, &rows[a]), lost = transposed_product(&scaled, &partners[a]);
       add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
+      float upper[9], lower[9];
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
           upper[3 * r + c] = lower[3 * c + r] = scaled.row[r][c];
           D[3 * r + c] -= own.row[r][c];
         }
+      flesh_triangle_set(&self->upper, 2 * self->upper.start[p] + a, upper);
+      flesh_triangle_set(&self->lower, self->lower_place[k], lower);
     }
   }
   return 1;
@@ -369,33 +376,25 @@ typedef struct substitution {
   double *z;
 } substitution;
 
-static inline void expect(const float *row)
+static inline void expect(const flesh_triangle *triangle, int pair, int lines)
 {
-  for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(row + 16 * line);
+  const uint32_t *words = triangle->words + 9 * (size_t)pair + 16 * (ptrdiff_t)lines;
+  for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(words + 16 * line);
 }
 
 /* y = (I + U^T)^-1 r on the rows of a part. */
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->lower_start, *column = self->lower_column, *place = self->place;
-  const int far = start[self->rows] > MANY;
-  int k = start[self->begin[part]];
-  const float *block = self->lower + 9 * (size_t)k;
+  const flesh_triangle lower = self->lower;
+  const int *place = self->place, far = lower.start[lower.rows] > MANY;
+  float *y = self->y;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
-    const int end = start[p + 1];
     __builtin_prefetch(s->r + 4 * (size_t)place[p + AHEAD]);
-    if (far) expect(block + 16 * FAR);
-    flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-    for (; k < end; k++, block += 9) {
-      flesh_float4 y = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
-      sum0 += FLESH_LANES_FLOAT(block) * y;
-      sum1 += FLESH_LANES_FLOAT(block + 3) * y;
-      sum2 += FLESH_LANES_FLOAT(block + 6) * y;
-    }
-    *(flesh_float4 *)(self->y + 4 * (size_t)p) =
+    if (far) expect(&lower, lower.start[p], FAR);
+    *(flesh_float4 *)(y + 4 * (size_t)p) =
         FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)place[p])) -
-        FLESH_LANES_SUMS(sum0, sum1, sum2);
+        flesh_triangle_product(&lower, lower.start[p], lower.start[p + 1], y);
   }
 }
 
@@ -403,23 +402,16 @@ static void forward(const substitution *s, int part)
 static void backward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
-  const int *start = self->start, *column = self->column, *place = self->place;
-  const int far = start[self->rows] > MANY;
+  const flesh_triangle upper = self->upper;
+  const int *place = self->place, far = upper.start[upper.rows] > MANY;
   for (int p = self->begin[part + 1] - 1; p >= self->begin[part]; p--) {
     __builtin_prefetch(s->z + 4 * (size_t)place[p - AHEAD], 1);
-    const float *block = self->upper + 9 * (size_t)start[p];
-    if (far) expect(block - 16 * FAR);
-    flesh_float4 sum0 = {0}, sum1 = {0}, sum2 = {0};
-    for (int k = start[p]; k < start[p + 1]; k++, block += 9) {
-      flesh_float4 z = *(const flesh_float4 *)(self->y + 4 * (size_t)column[k]);
-      sum0 += FLESH_LANES_FLOAT(block) * z;
-      sum1 += FLESH_LANES_FLOAT(block + 3) * z;
-      sum2 += FLESH_LANES_FLOAT(block + 6) * z;
-    }
+    if (far) expect(&upper, upper.start[p], -FAR);
     const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
     flesh_float4 *y = (flesh_float4 *)(self->y + 4 * (size_t)p);
     const flesh_float4 z = FLESH_LANES_FLOAT(v) * (*y)[0] + FLESH_LANES_FLOAT(v + 3) * (*y)[1] +
-                           FLESH_LANES_FLOAT(v + 6) * (*y)[2] - FLESH_LANES_SUMS(sum0, sum1, sum2);
+                           FLESH_LANES_FLOAT(v + 6) * (*y)[2] -
+                           flesh_triangle_product(&upper, upper.start[p], upper.start[p + 1], self->y);
     *y = z;
     *(flesh_double4 *)(s->z + 4 * (size_t)place[p]) = s->back * FLESH_LANES_WIDE(z);
   }
@@ -451,8 +443,9 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
                between = rows - (size_t)self->begin[2];
-  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
-         blocks * (4 * sizeof(int) + 30 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
+  return sizeof *self + rows * (4 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
+         blocks * (3 * sizeof(int) + 12 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
+         flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float) +
          (rows + between + 3 * (size_t)self->longest) * sizeof(three);
 }

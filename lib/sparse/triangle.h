@@ -1,0 +1,84 @@
+/* triangle.h: rows of 3x3 blocks with eight binary digits an entry (bfloat16), for substitutions that wait for memory.
+ *
+ * A row's blocks lie in pairs. A word is an entry of each, the first's in its upper half and the second's in its lower
+ * half: they are the upper halves of numbers in single precision. */
+#ifndef FLESH_SPARSE_TRIANGLE_H
+#define FLESH_SPARSE_TRIANGLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "sparse/lanes.h"
+
+#define FLESH_TRIANGLE_FIRST 0xffff0000u
+
+typedef struct flesh_triangle {
+  int rows;
+  int *start;  /* [rows+1] pairs of each row */
+  int *column; /* [2*pairs] of each block; where a row's last pair has one block only, its column twice */
+  uint32_t *words; /* [9*pairs] and what is loaded behind them */
+} flesh_triangle;
+
+/* For `blocks` [rows] in each row, all zero, their columns 0. The caller clears it. FLESH_OK or FLESH_ERR_MEMORY. */
+int flesh_triangle_create(int rows, const int *blocks, flesh_triangle *triangle);
+void flesh_triangle_clear(flesh_triangle *triangle);
+size_t flesh_triangle_memory(const flesh_triangle *triangle);
+
+/* Sets the column of a block, which is the row's n-th and comes after the others. */
+static inline void flesh_triangle_set_column(flesh_triangle *triangle, int row, int n, int column)
+{
+  int *at = triangle->column + 2 * (size_t)triangle->start[row] + n;
+  *at = column;
+  if (n % 2 == 0) at[1] = column;
+}
+
+/* Sets the entries, row by row, of the block at `place`, twice its pair and 1 if it is the second. */
+static inline void flesh_triangle_set(flesh_triangle *triangle, int place, const float entries[9])
+{
+  uint32_t *words = triangle->words + 9 * (size_t)(place / 2);
+  for (int e = 0; e < 9; e++) {
+    uint32_t bits;
+    memcpy(&bits, &entries[e], sizeof bits);
+    bits += 0x8000; /* to the nearest */
+    words[e] = place % 2 ? (words[e] & FLESH_TRIANGLE_FIRST) | bits >> 16
+                         : (bits & FLESH_TRIANGLE_FIRST) | (words[e] & ~FLESH_TRIANGLE_FIRST);
+  }
+}
+
+/* The sum of blocks times y [4*rows] over the pairs begin <= k < end. */
+#ifdef __AVX512F__
+static inline flesh_float4 flesh_triangle_product(const flesh_triangle *triangle, int begin, int end, const float *y)
+{
+  const uint32_t *words = triangle->words + 9 * (size_t)begin;
+  const int *column = triangle->column + 2 * (size_t)begin, *last = triangle->column + 2 * (size_t)end;
+  flesh_float16 first = {0}, second = {0};
+  for (; column < last; column += 2, words += 9) {
+    const flesh_word16 nine = *(const flesh_word16_loose *)words;
+    const flesh_word16 rows = __builtin_shufflevector(nine, nine, 0, 1, 2, 9, 3, 4, 5, 9, 6, 7, 8, 9, 9, 9, 9, 9);
+    first += (flesh_float16)(rows & FLESH_TRIANGLE_FIRST) * FLESH_LANES_REPEATED(y + 4 * (size_t)column[0]);
+    second += (flesh_float16)(rows << 16) * FLESH_LANES_REPEATED(y + 4 * (size_t)column[1]);
+  }
+  const flesh_float16 sum = first + second;
+  return __builtin_shufflevector(sum, sum, 0, 4, 8, 12) + __builtin_shufflevector(sum, sum, 1, 5, 9, 12) +
+         __builtin_shufflevector(sum, sum, 2, 6, 10, 12);
+}
+#else
+static inline flesh_float4 flesh_triangle_product(const flesh_triangle *triangle, int begin, int end, const float *y)
+{
+  const uint32_t *words = triangle->words + 9 * (size_t)begin;
+  const int *column = triangle->column + 2 * (size_t)begin, *last = triangle->column + 2 * (size_t)end;
+  flesh_float4 sums[3] = {{0}};
+  for (; column < last; column += 2, words += 9) {
+    const flesh_float4 y0 = *(const flesh_float4 *)(y + 4 * (size_t)column[0]),
+                       y1 = *(const flesh_float4 *)(y + 4 * (size_t)column[1]);
+    for (int r = 0; r < 3; r++) {
+      const flesh_word4 row = *(const flesh_word4_loose *)(words + 3 * r);
+      sums[r] += (flesh_float4)(row & FLESH_TRIANGLE_FIRST) * y0 + (flesh_float4)(row << 16) * y1;
+    }
+  }
+  return FLESH_LANES_SUMS(sums[0], sums[1], sums[2]);
+}
+#endif
+
+#endif
