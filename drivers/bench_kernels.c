@@ -64,7 +64,7 @@ static int set_up(void *data)
 static int apply(void *data)
 {
   bench *b = data;
-  b->sum += flesh_preconditioner_apply_lanes(b->preconditioner, 1, b->from, b->to);
+  b->sum += flesh_preconditioner_solve(b->preconditioner, 1, b->from);
   return FLESH_OK;
 }
 

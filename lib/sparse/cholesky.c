@@ -22,9 +22,6 @@
 #include "sparse/lanes.h"
 #include "sparse/triangle.h"
 
-/* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
-static const double COARSE_SHARE = 0.5;
-
 /* The share of its diagonal block's trace that a node may lose to what is dropped. */
 static const double SOFTENED = 0.05;
 
@@ -46,6 +43,7 @@ struct flesh_cholesky {
   int begin[4]; /* of the halves and the rows between */
   int *order;   /* [rows] nodes in the order of elimination */
   int *place;   /* [-AHEAD..rows+AHEAD) where vectors store them, from one end to the other and beyond */
+  int *rank;    /* [rows+AHEAD] where in the order of elimination each is that vectors store there */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
   int *source;                     /* A's block of each, or ~ of its transpose's */
@@ -160,6 +158,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   int *place = malloc((rows + 2 * AHEAD) * sizeof *place);
   failed |= !place;
   self->place = place ? place + AHEAD : NULL;
+  failed |= !(self->rank = calloc(rows + AHEAD, sizeof *self->rank));
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->dropped = flesh_large((rows + 1) * sizeof *self->dropped));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
@@ -196,6 +195,7 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halve
     for (int p = 0; p < A->rows; p++) place[halves->stored[p]] = p;
     for (int p = -AHEAD; p < A->rows + AHEAD; p++)
       self->place[p] = place[self->order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1]];
+    for (int p = 0; p < A->rows; p++) self->rank[self->place[p]] = p;
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
   if (!status) {
@@ -220,7 +220,7 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
                     self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
-                    self->partners, self->inverse, self->y};
+                    self->partners, self->inverse, self->y, self->rank};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_triangle_clear(&self->upper);
   flesh_triangle_clear(&self->lower);
@@ -371,9 +371,9 @@ typedef struct substitution {
   flesh_cholesky *cholesky;
   flesh_coarse *coarse;
   int cells; /* its */
-  double scale, back;
+  double scale;
   const double *r;
-  double *z;
+  double products[3]; /* of r and z, part by part */
 } substitution;
 
 static inline void expect(const flesh_triangle *triangle, int pair, int lines)
@@ -398,23 +398,23 @@ static void forward(const substitution *s, int part)
   }
 }
 
-/* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part. */
-static void backward(const substitution *s, int part)
+/* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part; r.z = y.D^-1 y. */
+static void backward(substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
   const flesh_triangle upper = self->upper;
-  const int *place = self->place, far = upper.start[upper.rows] > MANY;
+  const int far = upper.start[upper.rows] > MANY;
+  flesh_double4 product = {0};
   for (int p = self->begin[part + 1] - 1; p >= self->begin[part]; p--) {
-    __builtin_prefetch(s->z + 4 * (size_t)place[p - AHEAD], 1);
     if (far) expect(&upper, upper.start[p], -FAR);
     const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
     flesh_float4 *y = (flesh_float4 *)(self->y + 4 * (size_t)p);
-    const flesh_float4 z = FLESH_LANES_FLOAT(v) * (*y)[0] + FLESH_LANES_FLOAT(v + 3) * (*y)[1] +
-                           FLESH_LANES_FLOAT(v + 6) * (*y)[2] -
-                           flesh_triangle_product(&upper, upper.start[p], upper.start[p + 1], self->y);
-    *y = z;
-    *(flesh_double4 *)(s->z + 4 * (size_t)place[p]) = s->back * FLESH_LANES_WIDE(z);
+    const flesh_float4 divided =
+        FLESH_LANES_FLOAT(v) * (*y)[0] + FLESH_LANES_FLOAT(v + 3) * (*y)[1] + FLESH_LANES_FLOAT(v + 6) * (*y)[2];
+    product += FLESH_LANES_WIDE(*y * divided);
+    *y = divided - flesh_triangle_product(&upper, upper.start[p], upper.start[p + 1], self->y);
   }
+  s->products[part] = (product[0] + product[1]) + product[2];
 }
 
 /* Half by half, and between them the coarse level's cells, which one of the threads may take over from the other. */
@@ -428,22 +428,31 @@ static void forward_task(void *data, int task)
 
 static void backward_half(void *data, int half) { backward(data, half); }
 
-void flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, double back, const double *r,
-                          double *z)
+double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, const double *r)
 {
-  substitution s = {self, coarse, coarse ? flesh_coarse_cells(coarse) : 0, scale, back, r, z};
+  substitution s = {self, coarse, coarse ? flesh_coarse_cells(coarse) : 0, scale, r, {0}};
   flesh_threads_run(self->threads, s.cells + 2, forward_task, &s);
   forward(&s, 2);
-  if (coarse) flesh_coarse_solve(coarse, COARSE_SHARE * back);
+  const double smooth = coarse ? flesh_coarse_solve(coarse) : 0;
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
+  return s.products[0] + s.products[1] + s.products[2] + smooth;
+}
+
+void flesh_cholesky_turn(const flesh_cholesky *self, int begin, int end, double back, double beta, double *p)
+{
+  for (int k = begin; k < end; k++) {
+    __builtin_prefetch(self->y + 4 * (size_t)self->rank[k + AHEAD]);
+    flesh_double4 *pk = (flesh_double4 *)(p + 4 * (size_t)k);
+    *pk = back * FLESH_LANES_WIDE(*(const flesh_float4 *)(self->y + 4 * (size_t)self->rank[k])) + beta * *pk;
+  }
 }
 
 size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
                between = rows - (size_t)self->begin[2];
-  return sizeof *self + rows * (4 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
+  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
          blocks * (3 * sizeof(int) + 12 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float) +

@@ -24,6 +24,9 @@ enum {
   MOST = 16384 /* vertices */
 };
 
+/* How much of the coarse solution is added. */
+static const double SHARE = 0.5;
+
 /* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them, here
  * and below. */
 typedef struct term {
@@ -57,7 +60,7 @@ struct flesh_coarse {
   int pair_count, entry_count;
   int *ranks;              /* [2*entry_count] of the two vertices of each entry, the lower first */
   double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
-  double back;
+  float *load; /* [12*patches] scale P^T r */
   flesh_block12 matrix;
 };
 
@@ -211,7 +214,8 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
       self->grid.corner[e] = SLOTS * self->matrix.place[self->grid.patch[v]] + self->grid.slot[v];
     }
     self->corners = flesh_large(((size_t)self->grid.cells + 1) * sizeof *self->corners);
-    status = self->corners ? make_entries(self) : FLESH_ERR_MEMORY;
+    self->load = flesh_large(((size_t)self->grid.patches * N + 1) * sizeof *self->load);
+    status = self->corners && self->load ? make_entries(self) : FLESH_ERR_MEMORY;
   }
   free(place);
   return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
@@ -234,7 +238,7 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 {
   if (!coarse || !*coarse) return;
   flesh_coarse *self = *coarse;
-  void *arrays[] = {self->stored, self->begin, self->member, self->of_member,  self->held,       self->corners,
+  void *arrays[] = {self->load,   self->stored, self->begin, self->member, self->of_member,  self->held,       self->corners,
                     self->terms,  self->pairs, self->ranks,  self->entries[0], self->entries[1]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_coarse_grid_clear(&self->grid);
@@ -376,16 +380,19 @@ static void to_products(flesh_float4 u[CORNERS])
       if (a & bit) u[a] -= u[a ^ bit];
 }
 
-void flesh_coarse_solve(flesh_coarse *self, double back)
+double flesh_coarse_solve(flesh_coarse *self)
 {
-  float *x = self->matrix.x;
+  float *x = self->matrix.x, *load = self->load;
   const int *corner = self->grid.corner;
-  self->back = back;
-  memset(x, 0, (size_t)self->grid.patches * N * sizeof *x);
+  const size_t unknowns = (size_t)self->grid.patches * N;
+  double product = 0;
+  memset(load, 0, unknowns * sizeof *load);
   for (int k = 0; k < self->grid.cells; k++)
     for (int a = 0; a < CORNERS; a++)
-      for (int c = 0; c < 3; c++) x[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += self->corners[k].sums[c][a];
+      for (int c = 0; c < 3; c++) load[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += self->corners[k].sums[c][a];
+  memcpy(x, load, unknowns * sizeof *x);
   flesh_block12_solve(&self->matrix);
+  for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   for (int k = 0; k < self->grid.cells; k++) {
     flesh_float4 *moves = self->corners[k].moves;
     for (int a = 0; a < CORNERS; a++) {
@@ -394,15 +401,16 @@ void flesh_coarse_solve(flesh_coarse *self, double back)
     }
     to_products(moves);
   }
+  return SHARE * product;
 }
 
-void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double *z)
+void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double back, double *p)
 {
-  for (size_t p = (size_t)begin; p < (size_t)end; p++) {
-    const flesh_float4 at = self->grid.local[p], *m = self->corners[self->grid.cell[p]].moves;
+  for (size_t k = (size_t)begin; k < (size_t)end; k++) {
+    const flesh_float4 at = self->grid.local[k], *m = self->corners[self->grid.cell[k]].moves;
     const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
                        high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
-    *(flesh_double4 *)(z + 4 * p) += self->back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[p]));
+    *(flesh_double4 *)(p + 4 * k) += SHARE * back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[k]));
   }
 }
 
@@ -412,6 +420,6 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
   return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + 3 * sizeof(int)) + terms * sizeof(term) +
          (size_t)self->pair_count * sizeof(pair) +
          (size_t)self->grid.cells * (sizeof(corners) + (CORNERS + 1) * sizeof(int)) +
-         (size_t)self->grid.vertices * 2 * sizeof(int) +
+         (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) + flesh_block12_memory(&self->matrix);
 }

@@ -20,7 +20,7 @@ struct flesh_pcg_space {
   int rows, chunks;
   flesh_threads *threads;
   flesh_product product;
-  flesh_double4 *x, *r, *p, *z, *weights; /* [rows] and up to a multiple of PARTS zeros; z is also A p */
+  flesh_double4 *x, *r, *p, *z, *weights; /* [rows] and up to a multiple of PARTS zeros; z is A p */
   double *sums, *squares;                 /* [chunks] */
 };
 
@@ -74,8 +74,9 @@ typedef struct work {
   flesh_pcg_space *space;
   const double *b, *weights; /* NULL: all are `common` */
   double *x, common;
+  flesh_preconditioner_data *preconditioner;
   double alpha, beta;
-  double downhill; /* how far x goes along p: alpha, but after negative curvature */
+  double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
 } work;
 
 static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
@@ -112,20 +113,32 @@ static void store(void *data, int chunk)
   int begin, end;
   range(w->space, chunk, &begin, &end);
   for (int i = begin; i < end; i++)
-    for (int c = 0; c < 3; c++) w->x[3 * (size_t)w->space->product.rows[i] + (size_t)c] = w->space->x[i][c];
+    for (int c = 0; c < 3; c++)
+      w->x[3 * (size_t)w->space->product.rows[i] + (size_t)c] = w->space->x[i][c] + w->downhill * w->space->p[i][c];
 }
 
-/* x += downhill p and r -= alpha A p; the square of r and the weighted one. */
+/* x += downhill p, which is late, then p = z + beta p, while p is at hand. */
+static void turn(void *data, int begin, int end)
+{
+  const work *w = data;
+  flesh_double4 *x = w->space->x, *p = w->space->p;
+  for (int from = begin, until; from < end; from = until) {
+    until = from + CHUNK < end ? from + CHUNK : end;
+    for (int i = from; i < until; i++) x[i] += w->downhill * p[i];
+    flesh_preconditioner_turn(w->preconditioner, from, until, w->beta, (double *)p);
+  }
+}
+
+/* r -= alpha A p; the square of r and the weighted one. */
 static inline void descend_nodes(const work *w, int begin, int end, const flesh_double4 *weights, double *square,
                                  double *weighted_square)
 {
   const flesh_pcg_space *self = w->space;
-  const double alpha = w->alpha, downhill = w->downhill;
-  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}}, *x = self->x, *r = self->r;
-  const flesh_double4 *p = self->p, *z = self->z;
+  const double alpha = w->alpha;
+  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}}, *r = self->r;
+  const flesh_double4 *z = self->z;
   for (int i = begin; i < end; i += PARTS)
     for (int l = 0; l < PARTS; l++) {
-      x[i + l] += downhill * p[i + l];
       flesh_double4 now = r[i + l] - alpha * z[i + l];
       r[i + l] = now;
       plain[l] += now * now;
@@ -144,7 +157,7 @@ static void descend(void *data, int chunk)
   descend_nodes(w, begin, end, w->weights ? self->weights : NULL, &self->squares[chunk], &self->sums[chunk]);
 }
 
-/* Takes the step; returns the weighted square of the residual after it. */
+/* The residual after a step; returns its weighted square. */
 static double run_descent(const flesh_pcg_space *self, work *w)
 {
   double sum = 0;
@@ -153,9 +166,8 @@ static double run_descent(const flesh_pcg_space *self, work *w)
   return sum;
 }
 
-static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
-                   const flesh_pcg_guide *guide, double tolerance, int max_iterations, work *w,
-                   flesh_pcg_result *result)
+static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance,
+                   int max_iterations, work *w, flesh_pcg_result *result)
 {
   enum { ASK_EVERY = 16 };
   double rz_before = 0, pMp = 0;
@@ -166,12 +178,13 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_pre
     double square = 0, curvature;
     if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
     for (int k = 0; k < self->chunks; k++) square += self->squares[k];
-    const double rz = flesh_preconditioner_apply_lanes(preconditioner, sqrt(square), (double *)self->r,
-                                                       (double *)self->z);
+    const double rz = flesh_preconditioner_solve(w->preconditioner, sqrt(square), (const double *)self->r);
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
-    flesh_product_turn(&self->product, A, self->threads, w->beta, (double *)self->p, (double *)self->z, &curvature);
+    flesh_product_make_and_multiply(&self->product, A, self->threads, turn, w, (double *)self->p, (double *)self->z,
+                                    &curvature);
+    w->downhill = 0;
     if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     pMp = rz + w->beta * w->beta * pMp;
     if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
@@ -210,10 +223,11 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
                      const double *b, double *x, flesh_pcg_result *result)
 {
   const double common = weights ? common_to(3 * self->rows, weights) : 1;
-  work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x};
+  work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
+            .preconditioner = preconditioner};
   *result = (flesh_pcg_result){0};
   flesh_threads_run(self->threads, self->chunks, load, &w);
-  int status = iterate(self, A, preconditioner, guide, tolerance, max_iterations, &w, result);
+  int status = iterate(self, A, guide, tolerance, max_iterations, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);
   return status;
 }

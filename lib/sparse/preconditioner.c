@@ -24,12 +24,11 @@ struct flesh_preconditioner_data {
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_threads *threads;
-  double *products; /* [chunks] of r and z */
   int *stored;      /* [rows] the mesh's numbers of the nodes as vectors store them */
-  double *r, *z;    /* [4*rows] where vectors come in the mesh's order */
+  double *r;        /* [4*rows] where vectors come in the mesh's order */
+  double *z;        /* [4*rows] of the last solve by blocks; the others keep it themselves */
+  double back;      /* from what they keep to z */
 };
-
-enum { CHUNK = 512 }; /* nodes of a task: what is summed up does not depend on the threads */
 
 /* Nodes from which on there is a coarse level, and nodes to a vertex of it. Fewer give fewer iterations, but the cost of
  * the coarse factor rises faster than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
@@ -67,10 +66,9 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->less = 0.5;
   const size_t rows = (size_t)A->rows;
   int *stored = self->stored = malloc((rows + 1) * sizeof *stored);
-  self->products = malloc((rows / CHUNK + 1) * sizeof *self->products);
   self->r = flesh_large_zeroed((4 * rows + 1) * sizeof *self->r);
-  self->z = flesh_large((4 * rows + 1) * sizeof *self->z);
-  int failed = !stored || !self->products || !self->r || !self->z;
+  self->z = flesh_large_zeroed((4 * rows + 1) * sizeof *self->z);
+  int failed = !stored || !self->r || !self->z;
   if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
@@ -90,7 +88,6 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   free((*preconditioner)->inverse);
-  free((*preconditioner)->products);
   free((*preconditioner)->stored);
   free((*preconditioner)->r);
   free((*preconditioner)->z);
@@ -154,50 +151,42 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
 }
 
 /* By the diagonal blocks alone, or not at all. */
-static void apply_blocks(const flesh_preconditioner_data *self, const double *r, double *z)
+static double solve_blocks(flesh_preconditioner_data *self, const double *r)
 {
+  double product = 0;
   for (size_t p = 0; p < (size_t)self->rows; p++) {
     const double *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->stored[p];
     const double *x = r + 4 * p;
-    for (int c = 0; c < 3; c++)
-      z[4 * p + (size_t)c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
+    double *z = self->z + 4 * p;
+    for (int c = 0; c < 3; c++) {
+      z[c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
+      product += x[c] * z[c];
+    }
   }
-}
-
-typedef struct finish {
-  flesh_preconditioner_data *self;
-  const double *r;
-  double *z;
-} finish;
-
-static void finish_chunk(void *data, int chunk)
-{
-  const finish *f = data;
-  const int begin = chunk * CHUNK, rest = f->self->rows - begin, end = rest < CHUNK ? begin + rest : begin + CHUNK;
-  if (f->self->two_levels) flesh_coarse_add(f->self->coarse, begin, end, f->z);
-  const flesh_double4 *r = (const flesh_double4 *)f->r, *z = (const flesh_double4 *)f->z;
-  flesh_double4 even = {0}, odd = {0}; /* additions wait for each other */
-  int p = begin;
-  for (; p + 1 < end; p += 2) {
-    even += r[p] * z[p];
-    odd += r[p + 1] * z[p + 1];
-  }
-  if (p < end) even += r[p] * z[p];
-  const flesh_double4 sum = even + odd;
-  f->self->products[chunk] = (sum[0] + sum[1]) + sum[2];
-}
-
-double flesh_preconditioner_apply_lanes(flesh_preconditioner_data *self, double norm, const double *r, double *z)
-{
-  const int chunks = (self->rows + CHUNK - 1) / CHUNK;
-  const double scale = power_to_one(norm);
-  double product = 0;
-  if (self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE) apply_blocks(self, r, z);
-  else
-    flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, scale, self->scale / scale, r, z);
-  flesh_threads_run(self->threads, chunks, finish_chunk, &(finish){self, r, z});
-  for (int k = 0; k < chunks; k++) product += self->products[k];
   return product;
+}
+
+static int by_blocks(const flesh_preconditioner_data *self)
+{
+  return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
+}
+
+double flesh_preconditioner_solve(flesh_preconditioner_data *self, double norm, const double *r)
+{
+  if (by_blocks(self)) return solve_blocks(self, r);
+  const double scale = power_to_one(norm);
+  self->back = self->scale / scale;
+  return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, scale, r) * self->back / scale;
+}
+
+void flesh_preconditioner_turn(const flesh_preconditioner_data *self, int begin, int end, double beta, double *p)
+{
+  if (by_blocks(self)) {
+    for (size_t e = 4 * (size_t)begin; e < 4 * (size_t)end; e++) p[e] = self->z[e] + beta * p[e];
+    return;
+  }
+  flesh_cholesky_turn(self->cholesky, begin, end, self->back, beta, p);
+  if (self->two_levels) flesh_coarse_add(self->coarse, begin, end, self->back, p);
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
@@ -209,9 +198,14 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
       self->r[4 * p + c] = value;
       square += value * value;
     }
-  flesh_preconditioner_apply_lanes(self, sqrt(square), self->r, self->z);
-  for (size_t p = 0; p < (size_t)self->rows; p++)
-    memcpy(z + 3 * (size_t)self->stored[p], self->z + 4 * p, 3 * sizeof *z);
+  flesh_preconditioner_solve(self, sqrt(square), self->r);
+  double *p = self->r; /* not needed any more */
+  memset(p, 0, 4 * (size_t)self->rows * sizeof *p);
+  flesh_preconditioner_turn(self, 0, self->rows, 0, p);
+  for (size_t k = 0; k < (size_t)self->rows; k++) {
+    memcpy(z + 3 * (size_t)self->stored[k], p + 4 * k, 3 * sizeof *z);
+    p[4 * k + 3] = 0;
+  }
 }
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)

@@ -31,10 +31,12 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
 /* z = P^-1 r, both [3*rows]; z may be r. */
 void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
                                 double *z);
-/* The same on four lanes per node, as the halves of the pattern store them, the fourth of z anything and of r 0; `norm`
- * of r. Returns r.z. */
-double flesh_preconditioner_apply_lanes(flesh_preconditioner_data *preconditioner, double norm,
-                                        const double *r, double *z);
+/* The same on four lanes per node, as the halves of the pattern store them, the fourth of r 0; `norm` of r. z is kept
+ * inside. Returns r.z. */
+double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, double norm, const double *r);
+/* p = z + beta p for begin <= p < end, vectors as above; the fourth lane is anything finite. */
+void flesh_preconditioner_turn(const flesh_preconditioner_data *preconditioner, int begin, int end, double beta,
+                               double *p);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 

@@ -68,8 +68,8 @@ typedef struct multiplication {
   flesh_product *product;
   const flesh_block_matrix *A;
   double *x, *y, curvature[3];
-  int turns; /* x = y + beta x comes first */
-  double beta;
+  void (*make)(void *data, int begin, int end); /* NULL: x is ready */
+  void *data;
 } multiplication;
 
 static flesh_double4 *at(double *vector, int place) { return (flesh_double4 *)(vector + 4 * (size_t)place); }
@@ -121,18 +121,18 @@ static double multiply_rows(const multiplication *m, int part)
   return m->product->blocks > MANY ? multiply_part(m, part, 1) : multiply_part(m, part, 0);
 }
 
-/* x of a node before its row is multiplied, and y = 0. */
-static inline void make_ready(const multiplication *m, int p)
+/* x of a part before its rows are multiplied, and y = 0. */
+static void make_ready(const multiplication *m, int part)
 {
-  if (m->turns) *at(m->x, p) = *at(m->y, p) + m->beta * *at(m->x, p);
-  *at(m->y, p) = (flesh_double4){0};
+  const int begin = m->product->begin[part], end = m->product->begin[part + 1];
+  if (m->make) m->make(m->data, begin, end);
+  memset(at(m->y, begin), 0, (size_t)(end - begin) * sizeof(flesh_double4));
 }
 
 static void multiply_half(void *data, int half)
 {
   multiplication *m = data;
-  const int *begin = m->product->begin;
-  for (int p = begin[half]; p < begin[half + 1]; p++) make_ready(m, p);
+  make_ready(m, half);
   m->curvature[half] = multiply_rows(m, half);
 }
 
@@ -140,8 +140,8 @@ static double multiply(multiplication *m, flesh_threads *threads)
 {
   const flesh_product *product = m->product;
   const int first = product->begin[2], between = product->begin[3] - first, twin = first_twin(product);
+  make_ready(m, 2);
   for (int b = 0; b < between; b++) {
-    make_ready(m, first + b);
     *at(m->x, twin + b) = *at(m->x, first + b);
     *at(m->y, twin + b) = (flesh_double4){0};
   }
@@ -157,9 +157,10 @@ void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A,
   *curvature = multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y}, threads);
 }
 
-void flesh_product_turn(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, double beta,
-                        double *p, double *z, double *curvature)
+void flesh_product_make_and_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                                     void (*make)(void *data, int begin, int end), void *data, double *x, double *y,
+                                     double *curvature)
 {
-  multiplication m = {.product = product, .A = A, .x = p, .y = z, .turns = 1, .beta = beta};
+  multiplication m = {.product = product, .A = A, .x = x, .y = y, .make = make, .data = data};
   *curvature = multiply(&m, threads);
 }

@@ -29,8 +29,10 @@ size_t flesh_product_memory(const flesh_product *product);
 void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                             double *x, double *y, double *curvature);
 
-/* A step of conjugate gradients: p = z + beta p, then z = A p; *curvature = p.A p. As above, p and z being x and y. */
-void flesh_product_turn(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, double beta,
-                        double *p, double *z, double *curvature);
+/* The same where x is not ready: `make(data, begin, end)` makes it so for begin <= p < end, every p once, by the thread
+ * that will need it next. */
+void flesh_product_make_and_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                                     void (*make)(void *data, int begin, int end), void *data, double *x, double *y,
+                                     double *curvature);
 
 #endif
