@@ -1,16 +1,20 @@
 /* extrapolation.c: a first iterate from the last steps' velocities. */
 #include "integrator/extrapolation.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "sundials/problem.h"
+
+enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 
 int flesh_extrapolation_create(int n, flesh_extrapolation *self)
 {
   *self = (flesh_extrapolation){.n = n};
-  for (int k = 0; k < FLESH_EXTRAPOLATION_POINTS; k++) {
+  for (int k = 0; k < POINTS; k++) {
     self->v[k] = calloc((size_t)n + 1, sizeof(double));
     if (!self->v[k]) {
       flesh_extrapolation_clear(self);
@@ -22,7 +26,7 @@ int flesh_extrapolation_create(int n, flesh_extrapolation *self)
 
 void flesh_extrapolation_clear(flesh_extrapolation *self)
 {
-  for (int k = 0; k < FLESH_EXTRAPOLATION_POINTS; k++) free(self->v[k]);
+  for (int k = 0; k < POINTS; k++) free(self->v[k]);
   *self = (flesh_extrapolation){0};
 }
 
@@ -32,26 +36,129 @@ static int continues(const flesh_extrapolation *self, const flesh_state *state, 
          !memcmp(state->v, self->v[0], (size_t)self->n * sizeof *state->v);
 }
 
+/* A recurrence: the velocity is the sum of weight[j] times the one j + 1 steps before. */
+typedef struct rule {
+  int order;
+  double weight[POINTS];
+} rule;
+
+/* Of polynomials of degree order - 1. */
+static rule of_polynomial(int order)
+{
+  rule r = {.order = order};
+  double binomial = -1;
+  for (int j = 0; j < order; j++) r.weight[j] = binomial *= -(double)(order - j) / (j + 1);
+  return r;
+}
+
+/* The square of the error with which a rule foretells velocity `now`. */
+static double square_error(const flesh_extrapolation *self, const rule *r, int now)
+{
+  const double(*g)[POINTS] = self->products;
+  double square = g[now][now];
+  for (int j = 0; j < r->order; j++) {
+    square -= 2 * r->weight[j] * g[now][now + 1 + j];
+    for (int k = 0; k < r->order; k++) square += r->weight[j] * r->weight[k] * g[now + 1 + j][now + 1 + k];
+  }
+  return fmax(square, 0);
+}
+
+/* Solves the symmetric positive definite A x = b by Cholesky's method; A and b are lost, x is in b. */
+static void solve(int n, double A[POINTS][POINTS], double *b)
+{
+  for (int j = 0; j < n; j++) {
+    for (int k = 0; k < j; k++) {
+      for (int i = j; i < n; i++) A[i][j] -= A[i][k] * A[j][k];
+      b[j] -= A[j][k] * b[k];
+    }
+    const double root = sqrt(A[j][j]);
+    for (int i = j; i < n; i++) A[i][j] /= root;
+    b[j] /= root;
+  }
+  for (int j = n - 1; j >= 0; j--) {
+    for (int i = j + 1; i < n; i++) b[j] -= A[i][j] * b[i];
+    b[j] /= A[j][j];
+  }
+}
+
+/* The rule of an order that foretells velocity `now` best: least squares in the differences of the velocities before,
+ * which are less alike than these are. */
+static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
+{
+  const double(*g)[POINTS] = self->products, negligible = 1e-13 * g[now + 1][now + 1];
+  double difference[POINTS][POINTS] = {{0}}, A[POINTS][POINTS] = {{0}}, b[POINTS] = {0};
+  for (int m = 0; m < order; m++) {
+    difference[m][0] = 1;
+    for (int j = 1; j <= m; j++) difference[m][j] = difference[m - 1][j] - difference[m - 1][j - 1];
+  }
+  for (int m = 0; m < order; m++)
+    for (int j = 0; j < order; j++) {
+      b[m] += difference[m][j] * g[now][now + 1 + j];
+      for (int l = 0; l < order; l++)
+        for (int k = 0; k < order; k++)
+          A[m][l] += difference[m][j] * difference[l][k] * g[now + 1 + j][now + 1 + k];
+    }
+  for (int m = 0; m < order; m++) A[m][m] = fmax(A[m][m], 0) + negligible + DBL_MIN;
+  solve(order, A, b);
+  rule r = {.order = order};
+  for (int m = 0; m < order; m++)
+    for (int j = 0; j < order; j++) r.weight[j] += b[m] * difference[m][j];
+  return r;
+}
+
+/* The rule that would have foretold the last velocity best, had it been found a step ago, found anew. */
+static rule choose(const flesh_extrapolation *self)
+{
+  if (self->known <= 3) return of_polynomial(self->known);
+  rule best = of_polynomial(1);
+  double least = square_error(self, &best, 0);
+  for (int order = 2; order < self->known; order++) {
+    const rule polynomial = of_polynomial(order);
+    const double square = square_error(self, &polynomial, 0);
+    if (square < least) {
+      least = square;
+      best = polynomial;
+    }
+  }
+  for (int order = 2; order < self->known - 1; order++) {
+    const rule before = of_best_fit(self, order, 1), now = of_best_fit(self, order, 0);
+    const double square = square_error(self, &before, 0);
+    if (square < least && isfinite(square_error(self, &now, 0))) {
+      least = square;
+      best = now;
+    }
+  }
+  return best;
+}
+
 int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u)
 {
-  /* Row k: through the last k velocities, one step on. */
-  static const double weights[FLESH_EXTRAPOLATION_POINTS + 1][FLESH_EXTRAPOLATION_POINTS] = {
-      {0}, {1}, {2, -1}, {3, -3, 1}};
+  enum { CHUNK = 1024 }; /* stays in the first-level cache from velocity to velocity */
   if (!continues(self, state, h)) return 0;
-  const double *w = weights[self->known];
-  for (int d = 0; d < self->n; d++)
-    u[d] = h * (w[0] * self->v[0][d] + w[1] * self->v[1][d] + w[2] * self->v[2][d]);
+  const rule r = choose(self);
+  for (int begin = 0; begin < self->n; begin += CHUNK) {
+    const int end = self->n - begin < CHUNK ? self->n : begin + CHUNK;
+    memset(u + begin, 0, (size_t)(end - begin) * sizeof *u);
+    for (int j = 0; j < r.order; j++) {
+      const double *v = self->v[j], weight = h * r.weight[j];
+      for (int d = begin; d < end; d++) u[d] += weight * v[d];
+    }
+  }
   return 1;
 }
 
 void flesh_extrapolation_remember(flesh_extrapolation *self, const flesh_state *state, double h, int easy)
 {
   if (!easy || fabs(h - self->h) > 1e-9 * h || fabs(state->t - h - self->t) > 1e-6 * h) self->known = 0;
-  double *oldest = self->v[FLESH_EXTRAPOLATION_POINTS - 1];
-  memmove(self->v + 1, self->v, (FLESH_EXTRAPOLATION_POINTS - 1) * sizeof *self->v);
+  double *oldest = self->v[POINTS - 1];
+  memmove(self->v + 1, self->v, (POINTS - 1) * sizeof *self->v);
+  for (int i = POINTS - 1; i > 0; i--)
+    memcpy(self->products[i] + 1, self->products[i - 1], (POINTS - 1) * sizeof *self->products[i]);
   self->v[0] = oldest;
   memcpy(oldest, state->v, (size_t)self->n * sizeof *oldest);
-  if (self->known < FLESH_EXTRAPOLATION_POINTS) self->known++;
+  if (self->known < POINTS) self->known++;
+  for (int i = 0; i < self->known; i++)
+    self->products[0][i] = self->products[i][0] = flesh_dot(self->n, oldest, self->v[i]);
   self->t = state->t;
   self->h = h;
 }

@@ -6,20 +6,23 @@
 
 #include "flesh/integrator.h"
 
-enum { FLESH_EXTRAPOLATION_POINTS = 3 };
+enum { FLESH_EXTRAPOLATION_POINTS = 7 };
 
 /* Velocities at the ends of the last steps, of one length and each easily solved. */
 typedef struct flesh_extrapolation {
   int n, known; /* how many, newest first */
   double t, h;  /* of the newest; s */
   double *v[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m/s */
+  double products[FLESH_EXTRAPOLATION_POINTS][FLESH_EXTRAPOLATION_POINTS]; /* v_i . v_j */
 } flesh_extrapolation;
 
 int flesh_extrapolation_create(int n, flesh_extrapolation *self);
 void flesh_extrapolation_clear(flesh_extrapolation *self);
 
-/* The displacement u [3*n] of a step of h from `state`, by the parabola through the velocities of the last three steps
- * (a line, a constant while there are fewer). Returns 0 where nothing is known that leads to this state. */
+/* The displacement u [3*n] of a step of h from `state`, by a recurrence v_0 = w_1 v_1 + w_2 v_2 + ... of the velocities:
+ * that of a polynomial in time, or the one that fits the last step best, such as the vibrations of a few modes obey
+ * (linear prediction, Makhoul 1975), whichever would have foretold the last step better from those before it. Of up to
+ * three velocities, their polynomial. Returns 0 where nothing is known that leads to this state. */
 int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u);
 
 /* Takes in the end of a step of h; one that was hard to solve (`easy` is 0) makes what came before worthless. */
