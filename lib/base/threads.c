@@ -67,13 +67,15 @@ static int take(range *r, uint32_t generation)
 
 static void work(flesh_threads *self, int number, uint32_t generation)
 {
+  int finished = 0; /* subtracted at once, as threads wait for each other's access */
   for (int k = 0; k < self->count; k++) {
     range *r = &self->ranges[(number + k) % self->count];
     for (int task = take(r, generation); task >= 0; task = take(r, generation)) {
       self->task(self->data, task);
-      atomic_fetch_sub(&self->unfinished, 1);
+      finished++;
     }
   }
+  if (finished > 0) atomic_fetch_sub(&self->unfinished, finished);
 }
 
 /* The generation after `seen`, waiting for it if need be. */
