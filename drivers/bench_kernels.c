@@ -165,9 +165,9 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
   for (int k = 0; k < 2; k++) {
     b->vectors[k] = N_VMake_Serial((sunindextype)b->n, numbers[k], b->context);
     if (!b->vectors[k]) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    flesh_vector_quicken(b->vectors[k]);
   }
   int status = flesh_threads_create(threads, &b->point.threads);
+  for (int k = 0; k < 2 && !status; k++) status = flesh_vector_quicken(b->vectors[k], b->point.threads);
   if (!status) status = open_system(bar, b);
   if (!status) status = make_matrix(bar, b);
   return status;

@@ -43,9 +43,12 @@ static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double
   for (int p = 0; p < rows; p++) memcpy(lanes + 4 * p, r + 3 * halves->stored[p], 3 * sizeof *r);
   for (int cell = flesh_coarse_cells(coarse) - 1; cell >= 0; cell--)
     flesh_coarse_restrict(coarse, cell, VECTOR_SCALE, lanes);
-  flesh_coarse_solve(coarse, MATRIX_SCALE / VECTOR_SCALE);
-  flesh_coarse_add(coarse, rows / 3, rows, out);
-  flesh_coarse_add(coarse, 0, rows / 3, out);
+  const double back = MATRIX_SCALE / VECTOR_SCALE, product = flesh_coarse_solve(coarse) * back / VECTOR_SCALE;
+  flesh_coarse_add(coarse, rows / 3, rows, back, out);
+  flesh_coarse_add(coarse, 0, rows / 3, back, out);
+  double expected = 0;
+  for (int d = 0; d < 4 * rows; d++) expected += d % 4 < 3 ? lanes[d] * out[d] : 0;
+  CHECK_NEAR(product, expected, 1e-5 * fabs(expected));
   for (int p = 0; p < rows; p++) memcpy(z + 3 * halves->stored[p], out + 4 * p, 3 * sizeof *z);
   free(lanes);
 }

@@ -20,7 +20,7 @@ static void parabolas_are_exact(void)
   const double h = 0.1;
   double x[N] = {0}, v[N], u[N];
   flesh_extrapolation e;
-  CHECK_OK(flesh_extrapolation_create(N, &e));
+  CHECK_OK(flesh_extrapolation_create(N, NULL, &e));
   flesh_state state = at(0, x, v);
   CHECK(!flesh_extrapolation_guess(&e, &state, h, u));
   for (int k = 1; k <= 5; k++) {

@@ -66,7 +66,7 @@ static void parts_add_up(void)
     flesh_mesh_destroy(&half);
   }
   for (int d = 0; d < n; d++) sum[d] -= whole[d];
-  CHECK_BELOW(flesh_norm(n, sum), 1e-13 * flesh_norm(n, whole));
+  CHECK_BELOW(flesh_norm(NULL, n, sum), 1e-13 * flesh_norm(NULL, n, whole));
   flesh_effect_destroy(&effect);
   flesh_mesh_destroy(&mesh);
   free(material);
@@ -115,7 +115,7 @@ static void the_rest_of_the_body_is_there(void)
     CHECK_OK(status);
     for (int d = 0; d < b.n && k < 11; d++) u[d] += w[d];
   }
-  CHECK_BELOW(flesh_norm(b.n, r), 1e-6);
+  CHECK_BELOW(flesh_norm(NULL, b.n, r), 1e-6);
   throw_about(&b, 0.002, u);
   u[3 * held + 1] = 0;
   double before, lower, size;
@@ -133,8 +133,8 @@ static void the_rest_of_the_body_is_there(void)
   CHECK(lower < before);
   for (int d = 0; d < b.n; d++)
     if (w[d] == 0) after[d] = 0;
-  printf("# %d unknowns moved, residual %.3g, then %.3g\n", moved, flesh_norm(b.n, r), flesh_norm(b.n, after));
-  CHECK_BELOW(flesh_norm(b.n, after), 0.01 * flesh_norm(b.n, r));
+  printf("# %d unknowns moved, residual %.3g, then %.3g\n", moved, flesh_norm(NULL, b.n, r), flesh_norm(NULL, b.n, after));
+  CHECK_BELOW(flesh_norm(NULL, b.n, after), 0.01 * flesh_norm(NULL, b.n, r));
   free(u);
   free(r);
   flesh_problem_destroy(&problem);

@@ -7,13 +7,13 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "sundials/problem.h"
+#include "base/parts.h"
 
 enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 
-int flesh_extrapolation_create(int n, flesh_extrapolation *self)
+int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self)
 {
-  *self = (flesh_extrapolation){.n = n};
+  *self = (flesh_extrapolation){.n = n, .threads = threads};
   for (int k = 0; k < POINTS; k++) {
     self->v[k] = calloc((size_t)n + 1, sizeof(double));
     if (!self->v[k]) {
@@ -33,7 +33,7 @@ void flesh_extrapolation_clear(flesh_extrapolation *self)
 static int continues(const flesh_extrapolation *self, const flesh_state *state, double h)
 {
   return self->known > 0 && fabs(h - self->h) <= 1e-9 * h && fabs(state->t - self->t) <= 1e-9 * h &&
-         !memcmp(state->v, self->v[0], (size_t)self->n * sizeof *state->v);
+         flesh_same(self->threads, self->n, state->v, self->v[0]);
 }
 
 /* A recurrence: the velocity is the sum of weight[j] times the one j + 1 steps before. */
@@ -131,20 +131,47 @@ static rule choose(const flesh_extrapolation *self)
   return best;
 }
 
-int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u)
+typedef struct sum {
+  const flesh_extrapolation *of;
+  rule rule;
+  double h, *u;
+} sum;
+
+static void sum_part(void *data, int k, int from, int until)
 {
   enum { CHUNK = 1024 }; /* stays in the first-level cache from velocity to velocity */
-  if (!continues(self, state, h)) return 0;
-  const rule r = choose(self);
-  for (int begin = 0; begin < self->n; begin += CHUNK) {
-    const int end = self->n - begin < CHUNK ? self->n : begin + CHUNK;
-    memset(u + begin, 0, (size_t)(end - begin) * sizeof *u);
-    for (int j = 0; j < r.order; j++) {
-      const double *v = self->v[j], weight = h * r.weight[j];
-      for (int d = begin; d < end; d++) u[d] += weight * v[d];
+  (void)k;
+  const sum *s = data;
+  for (int begin = from, end; begin < until; begin = end) {
+    end = until - begin < CHUNK ? until : begin + CHUNK;
+    memset(s->u + begin, 0, (size_t)(end - begin) * sizeof *s->u);
+    for (int j = 0; j < s->rule.order; j++) {
+      const double *v = s->of->v[j], weight = s->h * s->rule.weight[j];
+      for (int d = begin; d < end; d++) s->u[d] += weight * v[d];
     }
   }
+}
+
+int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u)
+{
+  if (!continues(self, state, h)) return 0;
+  flesh_parts_run(self->threads, self->n, sum_part, &(sum){self, choose(self), h, u});
   return 1;
+}
+
+typedef struct memory {
+  flesh_extrapolation *self;
+  const double *v;
+  double products[FLESH_PARTS_MAX][POINTS];
+} memory;
+
+/* The newest velocity, and its products with all. */
+static void remember_part(void *data, int k, int begin, int end)
+{
+  memory *m = data;
+  double **v = m->self->v;
+  memcpy(v[0] + begin, m->v + begin, (size_t)(end - begin) * sizeof *m->v);
+  for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(v[0], v[i], begin, end);
 }
 
 void flesh_extrapolation_remember(flesh_extrapolation *self, const flesh_state *state, double h, int easy)
@@ -155,10 +182,14 @@ void flesh_extrapolation_remember(flesh_extrapolation *self, const flesh_state *
   for (int i = POINTS - 1; i > 0; i--)
     memcpy(self->products[i] + 1, self->products[i - 1], (POINTS - 1) * sizeof *self->products[i]);
   self->v[0] = oldest;
-  memcpy(oldest, state->v, (size_t)self->n * sizeof *oldest);
   if (self->known < POINTS) self->known++;
-  for (int i = 0; i < self->known; i++)
-    self->products[0][i] = self->products[i][0] = flesh_dot(self->n, oldest, self->v[i]);
+  memory m = {.self = self, .v = state->v};
+  const int parts = flesh_parts_run(self->threads, self->n, remember_part, &m);
+  for (int i = 0; i < self->known; i++) {
+    double product = 0;
+    for (int k = 0; k < parts; k++) product += m.products[k][i];
+    self->products[0][i] = self->products[i][0] = product;
+  }
   self->t = state->t;
   self->h = h;
 }

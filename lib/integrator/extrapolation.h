@@ -5,18 +5,21 @@
 #include <stddef.h>
 
 #include "flesh/integrator.h"
+#include "flesh/threads.h"
 
 enum { FLESH_EXTRAPOLATION_POINTS = 7 };
 
 /* Velocities at the ends of the last steps, of one length and each easily solved. */
 typedef struct flesh_extrapolation {
+  flesh_threads *threads;
   int n, known; /* how many, newest first */
   double t, h;  /* of the newest; s */
   double *v[FLESH_EXTRAPOLATION_POINTS]; /* [n] each, m/s */
   double products[FLESH_EXTRAPOLATION_POINTS][FLESH_EXTRAPOLATION_POINTS]; /* v_i . v_j */
 } flesh_extrapolation;
 
-int flesh_extrapolation_create(int n, flesh_extrapolation *self);
+/* `threads` (may be NULL) is borrowed. */
+int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self);
 void flesh_extrapolation_clear(flesh_extrapolation *self);
 
 /* The displacement u [3*n] of a step of h from `state`, by a recurrence v_0 = w_1 v_1 + w_2 v_2 + ... of the velocities:

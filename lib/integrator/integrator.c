@@ -71,8 +71,6 @@ static int create_memory(flesh_integrator *self)
       calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
   if (failed || !self->costs.effects)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
-  if (self->row == &flesh_method_backward_euler) status = flesh_extrapolation_create(self->n, &self->extrapolation);
-  if (status) return status;
   return second ? flesh_prescribed_create(self->system, &self->prescribed) : FLESH_OK;
 }
 
@@ -92,6 +90,8 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
+  if (!status && self->row == &flesh_method_backward_euler)
+    status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
   if (!status && options->untangle) status = flesh_untangler_create(system, &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
   if (status) {

@@ -27,7 +27,7 @@ struct flesh_nonlinear {
  * tolerance of flesh means. */
 static sunrealtype two_norm(N_Vector v)
 {
-  return flesh_norm((int)N_VGetLength(v), N_VGetArrayPointer(v));
+  return flesh_norm(flesh_vector_threads(v), (int)N_VGetLength(v), N_VGetArrayPointer(v));
 }
 
 static int kinsol_options(flesh_nonlinear *self)
@@ -59,8 +59,7 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
     status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
   if (!status) {
     self->u = N_VNew_Serial(self->problem->n, self->context);
-    if (self->u) {
-      flesh_vector_quicken(self->u);
+    if (self->u && !flesh_vector_quicken(self->u, self->problem->threads)) {
       self->u->ops->nvmaxnorm = two_norm;
       self->ones = N_VClone(self->u);
     }
@@ -123,6 +122,8 @@ void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
   self->problem->costs = costs;
 }
 
+flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->threads; }
+
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
 
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
@@ -150,7 +151,7 @@ static int judge(flesh_nonlinear *self, int flag, double target, flesh_solve_sta
     return problem->refused ? problem->refused : FLESH_NOT_CONVERGED;
   int status = flesh_problem_residual(problem, u, problem->residual.r);
   if (status) return status;
-  double norm = flesh_norm(problem->n, problem->residual.r);
+  double norm = flesh_norm(problem->threads, problem->n, problem->residual.r);
   stats->residual_last = norm;
   if (norm <= target) return FLESH_OK;
   /* The line search may have given up, or KINSOL stopped, on a residual that cannot be made smaller. */
@@ -238,7 +239,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
   if (!status && problem->options.globalization == FLESH_GLOBALIZATION_ENERGY)
     flesh_problem_evaluate(problem, u, &phi, &size);
   if (!status) status = flesh_problem_residual(problem, u, problem->residual.r);
-  double first = status ? 0 : flesh_norm(problem->n, problem->residual.r);
+  double first = status ? 0 : flesh_norm(problem->threads, problem->n, problem->residual.r);
   if (!status) status = flesh_problem_load_norm(problem, u, &load);
   if (status) return status;
   double target = problem->options.newton_tolerance * fmax(first, load);

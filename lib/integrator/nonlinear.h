@@ -46,6 +46,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
 void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
+/* Those of its solves. */
+flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
 
 #endif

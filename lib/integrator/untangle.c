@@ -80,7 +80,7 @@ static double force_scale(flesh_untangler *self, int *stressed)
   if (forces(self, 0, self->a, ELASTIC)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
   double force = sum / self->n / part;
-  *stressed = flesh_largest(self->n, self->saved) > 1e-6 * force;
+  *stressed = flesh_largest(NULL, self->n, self->saved) > 1e-6 * force;
   return force;
 }
 
@@ -169,7 +169,7 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   if (!known || !self->inertia ||
       self->inertia->operations->residual(self->inertia, &point, self->r))
     return 0;
-  return flesh_largest(self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
+  return flesh_largest(NULL, self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is

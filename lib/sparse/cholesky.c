@@ -22,6 +22,9 @@
 #include "sparse/lanes.h"
 #include "sparse/triangle.h"
 
+/* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
+static const double COARSE_SHARE = 0.5;
+
 /* The share of its diagonal block's trace that a node may lose to what is dropped. */
 static const double SOFTENED = 0.05;
 
@@ -433,19 +436,21 @@ double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double s
   substitution s = {self, coarse, coarse ? flesh_coarse_cells(coarse) : 0, scale, r, {0}};
   flesh_threads_run(self->threads, s.cells + 2, forward_task, &s);
   forward(&s, 2);
-  const double smooth = coarse ? flesh_coarse_solve(coarse) : 0;
+  const double smooth = coarse ? COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
   return s.products[0] + s.products[1] + s.products[2] + smooth;
 }
 
-void flesh_cholesky_turn(const flesh_cholesky *self, int begin, int end, double back, double beta, double *p)
+void flesh_cholesky_turn(const flesh_cholesky *self, const flesh_coarse *coarse, int begin, int end, double back,
+                         double beta, double *p)
 {
   for (int k = begin; k < end; k++) {
     __builtin_prefetch(self->y + 4 * (size_t)self->rank[k + AHEAD]);
     flesh_double4 *pk = (flesh_double4 *)(p + 4 * (size_t)k);
     *pk = back * FLESH_LANES_WIDE(*(const flesh_float4 *)(self->y + 4 * (size_t)self->rank[k])) + beta * *pk;
   }
+  if (coarse) flesh_coarse_add(coarse, begin, end, COARSE_SHARE * back, p);
 }
 
 size_t flesh_cholesky_memory(const flesh_cholesky *self)

@@ -24,9 +24,6 @@ enum {
   MOST = 16384 /* vertices */
 };
 
-/* How much of the coarse solution is added. */
-static const double SHARE = 0.5;
-
 /* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them, here
  * and below. */
 typedef struct term {
@@ -401,7 +398,7 @@ double flesh_coarse_solve(flesh_coarse *self)
     }
     to_products(moves);
   }
-  return SHARE * product;
+  return product;
 }
 
 void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double back, double *p)
@@ -410,7 +407,7 @@ void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double back,
     const flesh_float4 at = self->grid.local[k], *m = self->corners[self->grid.cell[k]].moves;
     const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
                        high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
-    *(flesh_double4 *)(p + 4 * k) += SHARE * back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[k]));
+    *(flesh_double4 *)(p + 4 * k) += back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[k]));
   }
 }
 

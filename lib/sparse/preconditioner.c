@@ -185,8 +185,7 @@ void flesh_preconditioner_turn(const flesh_preconditioner_data *self, int begin,
     for (size_t e = 4 * (size_t)begin; e < 4 * (size_t)end; e++) p[e] = self->z[e] + beta * p[e];
     return;
   }
-  flesh_cholesky_turn(self->cholesky, begin, end, self->back, beta, p);
-  if (self->two_levels) flesh_coarse_add(self->coarse, begin, end, self->back, p);
+  flesh_cholesky_turn(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, self->back, beta, p);
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)

@@ -22,7 +22,7 @@ static int assemble_mass(flesh_problem *self, double t, const double *x, const d
 /* M y = right on the free dofs, whose K is M; right is 0 on the others, and so becomes y. */
 static int solve_mass(flesh_problem *self, const double *right, double *y)
 {
-  double norm = flesh_norm(self->n, right);
+  double norm = flesh_norm(self->threads, self->n, right);
   if (!(norm < 1e300)) return FLESH_NONFINITE;
   if (norm == 0) {
     memset(y, 0, (size_t)self->n * sizeof *y);

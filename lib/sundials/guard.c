@@ -12,12 +12,25 @@ static const double decrease = 1e-4;
 /* So many filtered steps in a row fall short before one is lengthened wherever the residual is. */
 enum { CREEPING = 16 };
 
+typedef struct trial {
+  double *at;
+  const double *u, *p;
+  double scale;
+} trial;
+
+static void try_part(void *data, int k, int begin, int end)
+{
+  (void)k;
+  const trial *t = data;
+  for (int d = begin; d < end; d++) t->at[d] = t->scale * t->p[d];
+  for (int d = begin; d < end; d++) t->at[d] += t->u[d];
+}
+
 /* The trial u + scale p, rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
  * one that is accepted then holds for KINSOL's next iterate. */
 static void try_scale(flesh_problem *self, const double *u, double scale, const double *p)
 {
-  for (int d = 0; d < self->n; d++) self->step[d] = scale * p[d];
-  for (int d = 0; d < self->n; d++) self->step[d] += u[d];
+  flesh_parts_run(self->threads, self->n, try_part, &(trial){self->step, u, p, scale});
 }
 
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
@@ -26,7 +39,7 @@ static double curvature(flesh_problem *self, const double *u, const double *r, c
   const double epsilon = 1e-5;
   for (int d = 0; d < self->n; d++) self->step[d] = u[d] + epsilon * p[d];
   if (flesh_problem_residual(self, self->step, self->work)) return NAN;
-  return (flesh_dot(self->n, self->work, p) - flesh_dot(self->n, r, p)) / epsilon;
+  return (flesh_dot(self->threads, self->n, self->work, p) - flesh_dot(self->threads, self->n, r, p)) / epsilon;
 }
 
 /* Actual over foretold decrease of the accepted filtered step p, whose slope is given; NaN where it is not needed. */
@@ -111,7 +124,7 @@ static int add_patch(flesh_problem *self, const double *u, double *p, double val
 
 int flesh_guard_step(flesh_problem *self, const double *u, const double *r, double *p)
 {
-  double slope = flesh_dot(self->n, r, p), start, magnitude;
+  double slope = flesh_dot(self->threads, self->n, r, p), start, magnitude;
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
@@ -132,7 +145,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       const double unseen = -scale * slope < 1e-16 * magnitude ? fmax(rounding, 1e-8 * magnitude) : rounding;
       if (!accepted && -scale * slope <= rounding && value <= start + unseen &&
           !flesh_problem_residual(self, self->step, self->work))
-        accepted = flesh_dot(self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
+        accepted = flesh_dot(self->threads, self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
       /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes understate where they cancel
        * within (I_C - 3 near rest): once more. */
       double rise = value - start;

@@ -178,7 +178,6 @@ int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context
 {
   *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
   if (!*y) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
-  flesh_vector_quicken(*y);
   (*y)->ops->nvwrmsnorm = weighted_norm;
-  return FLESH_OK;
+  return flesh_vector_quicken(*y, NULL);
 }

@@ -153,7 +153,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
                                                   point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
-  if (!status && !(flesh_norm(n, F + n) < INFINITY)) status = FLESH_NONFINITE;
+  if (!status && !(flesh_norm(NULL, n, F + n) < INFINITY)) status = FLESH_NONFINITE;
   self->refused = status;
   if (status) return status;
   for (int d = 0; d < n; d++)
@@ -227,7 +227,7 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
 {
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
-  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->n, b),
+  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->threads, self->n, b),
                          self->options.max_linear, b, x, &result);
   self->stats.linear += result.iterations;
   return status;

@@ -112,7 +112,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
   self->stats.residuals++;
   int status = flesh_system_residual(self->system, &point, r);
   if (status) return status;
-  if (!(flesh_norm(self->n, r) < INFINITY)) return FLESH_NONFINITE;
+  if (!(flesh_norm(NULL, self->n, r) < INFINITY)) return FLESH_NONFINITE;
   for (int d = 0; d < self->n; d++) r[d] = self->fixed[d] ? 0 : -r[d];
   status = flesh_ida_solve(self, mass_tolerance, r, correction);
   for (int d = 0; d < self->n && !status; d++)

@@ -144,7 +144,7 @@ static int at_rounding(flesh_problem *problem, double norm)
   const double before = problem->previous_norm;
   problem->previous_norm = norm;
   if (before == 0) {
-    const double largest = flesh_largest(problem->n, problem->x);
+    const double largest = flesh_largest(problem->threads, problem->n, problem->x);
     double guess = 1e-16 * problem->fixed_scale * largest * sqrt((double)problem->n);
     if (norm > 1e3 * guess) return 0;
   } else if (norm < 0.3 * before) {
@@ -195,7 +195,7 @@ static void go_beyond(solver *self, double *p)
   flesh_problem *problem = self->problem;
   const int n = problem->n;
   double *from = problem->work + 2 * (size_t)n, *to = from + n, *b = problem->work + n, *q = problem->step;
-  const double cut = problem->cut, length = flesh_norm(n, p) / cut;
+  const double cut = problem->cut, length = flesh_norm(problem->threads, n, p) / cut;
   double start, reached, value = INFINITY, norm, magnitude;
   if (!(cut < worth) || problem->beyond || !problem->options.watchdog || ++problem->cuts < 2) return;
   if (problem->pause > 0) {
@@ -210,12 +210,13 @@ static void go_beyond(solver *self, double *p)
   const double s = fmin(1, problem->stride > 0 ? fmax(problem->stride / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = from[d] + s / cut * p[d];
   /* Otherwise it is nothing stiff that has cut the step. */
-  if (flesh_problem_residual(problem, to, b) || flesh_norm(n, b) < wall * flesh_norm(n, problem->gradient)) return;
-  const double falls = -s / cut * flesh_dot(n, problem->gradient, p);
+  if (flesh_problem_residual(problem, to, b) || flesh_norm(problem->threads, n, b) < wall * flesh_norm(problem->threads, n, problem->gradient))
+    return;
+  const double falls = -s / cut * flesh_dot(problem->threads, n, problem->gradient, p);
   double before = INFINITY;
   for (int leg = 0; leg < LEGS && !(value < reached); leg++) {
     value = INFINITY;
-    if (flesh_problem_residual(problem, to, b) || !((norm = flesh_norm(n, b)) < before)) break;
+    if (flesh_problem_residual(problem, to, b) || !((norm = flesh_norm(problem->threads, n, b)) < before)) break;
     for (int d = 0; d < n; d++) b[d] = -b[d];
     if (newton_step(self, to, b, norm, q)) break;
     before = norm;
@@ -246,7 +247,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
   if (!p) return self->report.last_flag = FLESH_ERR_ARGUMENT;
   self->report.iterations = 0;
   if (asked_to_stop(problem)) return self->report.last_flag = problem->stopped;
-  const double norm = flesh_norm(problem->n, right);
+  const double norm = flesh_norm(problem->threads, problem->n, right);
   tolerance = forcing(problem, norm, tolerance);
   if (at_rounding(problem, norm)) {
     problem->at_rounding = 1;

@@ -168,7 +168,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (self->stalled > 0) self->stalled = 0; /* what is too dear stays so */
   self->model_ratio = self->first_potential = NAN;
   keep_preconditioner(self);
-  memcpy(self->u_fixed, stage->x0, (size_t)self->n * sizeof *self->u_fixed);
+  flesh_copy(self->threads, self->n, stage->x0, self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
   self->held_count = 0;
   for (int d = 0; d < self->n; d++) {
@@ -181,7 +181,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
 
 void flesh_problem_start(const flesh_problem *self, double *u)
 {
-  memcpy(u, self->u_fixed, (size_t)self->n * sizeof *u);
+  flesh_copy(self->threads, self->n, self->u_fixed, u);
 }
 
 flesh_solve_stats *flesh_problem_stats(flesh_problem *self) { return &self->stats; }
@@ -260,7 +260,7 @@ double flesh_problem_way(flesh_problem *self, const double *from, const double *
 
 static int same(const flesh_problem *self, const double *u, const double *other)
 {
-  return !memcmp(u, other, (size_t)self->n * sizeof *u);
+  return flesh_same(self->threads, self->n, u, other);
 }
 
 /* Constraint rows of the residual just evaluated at u, which is then known. */
@@ -270,8 +270,8 @@ static int finish_residual(flesh_problem *self, const double *u)
     const int d = self->held[k];
     self->residual.r[d] = self->fixed_scale * (u[d] - self->u_fixed[d]);
   }
-  if (!(flesh_norm(self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
-  memcpy(self->residual.u, u, (size_t)self->n * sizeof *u);
+  if (!(flesh_norm(self->threads, self->n, self->residual.r) < INFINITY)) return FLESH_NONFINITE;
+  flesh_copy(self->threads, self->n, u, self->residual.u);
   self->residual.known = 1;
   return FLESH_OK;
 }
@@ -291,7 +291,7 @@ static void finish_potential(flesh_problem *self, const double *u)
 
 static void keep_place(flesh_problem *self, const double *u)
 {
-  memcpy(self->potential.u, u, (size_t)self->n * sizeof *u);
+  flesh_copy(self->threads, self->n, u, self->potential.u);
   self->potential.with_residual = 0;
 }
 
@@ -309,7 +309,7 @@ int flesh_problem_residual(flesh_problem *self, const double *u, double *r)
     if (!status) status = finish_residual(self, u);
     if (status) return self->refused = status;
   }
-  if (r != self->residual.r) memcpy(r, self->residual.r, (size_t)self->n * sizeof *r);
+  if (r != self->residual.r) flesh_copy(self->threads, self->n, self->residual.r, r);
   return FLESH_OK;
 }
 
@@ -361,7 +361,7 @@ void flesh_problem_reach(flesh_problem *self, const double *u)
   self->reached.there.known = 0;
   if (self->stage.shift.x != 1 || !knows_potential(self, u)) return; /* else no step ends where the stage does */
   point_at(self, u);
-  memcpy(self->reached.x, self->x, (size_t)self->n * sizeof *self->x);
+  flesh_copy(self->threads, self->n, self->x, self->reached.x);
   self->reached.there = self->potential.placed;
 }
 
@@ -393,7 +393,7 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (status) return status;
   flesh_problem_fix_matrix(self);
-  if (u != self->u_matrix) memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
+  if (u != self->u_matrix) flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->kept = 0;
   self->projected = project;
   self->filtered = shift.project;
@@ -408,7 +408,7 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, double norm)
   /* From the last iterate on, what is left of second order was |K'| step^2 / 2; the step from here, shorter by
    * norm / before, meets |K'| step with its own length. */
   if (!(2 * norm / before * norm <= 0.5 * self->target)) return 0;
-  memcpy(self->u_matrix, u, (size_t)self->n * sizeof *u);
+  flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->zeroed = 0;
   self->kept = 1;
   return 1;
@@ -430,7 +430,7 @@ int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
   if (status) return status;
   for (int d = 0; d < self->n; d++)
     if (self->fixed[d]) r[d] = 0;
-  *norm = flesh_norm(self->n, r);
+  *norm = flesh_norm(self->threads, self->n, r);
   return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
 }
 
@@ -439,7 +439,7 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
   double *exact = self->work, *moved = self->work + self->n;
   if (flesh_problem_residual(self, u, exact)) return 0;
   flesh_point point = point_at(self, u);
-  const double largest = flesh_largest(self->n, self->x);
+  const double largest = flesh_largest(self->threads, self->n, self->x);
   uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
   for (int d = 0; d < self->n; d++) {
     random ^= random << 13;
@@ -455,34 +455,8 @@ double flesh_problem_rounding(flesh_problem *self, const double *u)
   self->stats.residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;
   for (int d = 0; d < self->n; d++) moved[d] = self->fixed[d] ? 0 : moved[d] - exact[d];
-  return flesh_norm(self->n, moved);
+  return flesh_norm(self->threads, self->n, moved);
 }
-
-double flesh_dot(int n, const double *x, const double *y)
-{
-  double s[8] = {0};
-  int i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) s[l] += x[i + l] * y[i + l];
-  for (; i < n; i++) s[0] += x[i] * y[i];
-  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
-}
-
-double flesh_largest(int n, const double *x)
-{
-  double m[8] = {0};
-  int i = 0;
-  for (; i + 8 <= n; i += 8)
-    for (int l = 0; l < 8; l++) {
-      const double size = fabs(x[i + l]);
-      m[l] = size > m[l] ? size : m[l];
-    }
-  for (; i < n; i++) m[0] = fmax(m[0], fabs(x[i]));
-  for (int l = 1; l < 8; l++) m[0] = fmax(m[0], m[l]);
-  return m[0];
-}
-
-double flesh_norm(int n, const double *x) { return sqrt(flesh_dot(n, x, x)); }
 
 size_t flesh_problem_memory(const flesh_problem *self)
 {

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base/parts.h"
 #include "flesh/kinsol.h"
 #include "sparse/direct.h"
 #include "sparse/pcg.h"
@@ -128,10 +129,6 @@ int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */
 double flesh_problem_rounding(flesh_problem *problem, const double *u);
-double flesh_norm(int n, const double *x);
-/* The largest |x|, of what is a number. */
-double flesh_largest(int n, const double *x);
-double flesh_dot(int n, const double *x, const double *y);
 size_t flesh_problem_memory(const flesh_problem *problem);
 
 /* Scales the Newton step p [n] at u, where the residual is r, so that the potential falls (Armijo). FLESH_OK;

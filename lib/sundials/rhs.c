@@ -129,7 +129,7 @@ int flesh_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
   motion->stats.residuals++;
   int status = flesh_system_residual(motion->system, &point, r);
   if (status) return status;
-  if (!(flesh_norm(n, r) < INFINITY)) return FLESH_NONFINITE;
+  if (!(flesh_norm(NULL, n, r) < INFINITY)) return FLESH_NONFINITE;
   for (int d = 0; d < n; d++) r[d] = motion->fixed[d] ? 0 : -r[d];
   status = flesh_rhs_divide_by_mass(self, r, vdot);
   if (status) return status;

@@ -2,8 +2,11 @@
 #include "sundials/vector.h"
 
 #include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/parts.h"
 
 static const char *kind_of(N_Vector_ID id)
 {
@@ -53,101 +56,149 @@ int flesh_fail_user_data(const char *type)
                     "the callback's user_data is neither a %s nor a struct whose first member points to one", type);
 }
 
+/* What a vector's content is once it is quickened; SUNDIALS sees the serial vector's. */
+typedef struct content {
+  struct _N_VectorContent_Serial serial;
+  flesh_threads *threads;
+} content;
+
+flesh_threads *flesh_vector_threads(N_Vector v) { return ((content *)v->content)->threads; }
+
+/* An operation: z from x and y, with the numbers a and b; sums or minima part by part. */
+typedef struct operation {
+  const double *x, *y;
+  double *z, a, b, results[FLESH_PARTS_MAX];
+} operation;
+
+static int run(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
+{
+  return flesh_parts_run(flesh_vector_threads(v), (int)N_VGetLength(v), part, o);
+}
+
+/* Defines the part of an operation that gives z one by one. */
+#define PART(name, expression)                                  \
+  static void name##_part(void *data, int k, int begin, int end) \
+  {                                                             \
+    (void)k;                                                    \
+    const operation *o = data;                                  \
+    const double *x = o->x, *y = o->y, a = o->a, b = o->b;      \
+    double *z = o->z;                                           \
+    (void)x, (void)y, (void)a, (void)b;                         \
+    for (int d = begin; d < end; d++) z[d] = expression;        \
+  }
+
+PART(linear_sum, a *x[d] + b * y[d])
+PART(product, x[d] * y[d])
+PART(scale, a *x[d])
+PART(quotient, x[d] / y[d])
+PART(inverse, 1 / x[d])
+PART(absolute, fabs(x[d]))
+PART(constant, a)
+
 static void linear_sum(sunrealtype a, N_Vector x, sunrealtype b, N_Vector y, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(y);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = a * p[k] + b * q[k];
+  run(z, linear_sum_part, &(operation){.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(y), .a = a, .b = b,
+                                       .z = N_VGetArrayPointer(z)});
 }
 
 static void product(N_Vector x, N_Vector y, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(y);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = p[k] * q[k];
+  run(z, product_part,
+      &(operation){.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(y), .z = N_VGetArrayPointer(z)});
 }
 
 static void scale(sunrealtype c, N_Vector x, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = c * p[k];
+  run(z, scale_part, &(operation){.x = N_VGetArrayPointer(x), .a = c, .z = N_VGetArrayPointer(z)});
 }
 
 static void quotient(N_Vector x, N_Vector y, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(y);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = p[k] / q[k];
+  run(z, quotient_part,
+      &(operation){.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(y), .z = N_VGetArrayPointer(z)});
 }
 
 static void inverse(N_Vector x, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = 1 / p[k];
+  run(z, inverse_part, &(operation){.x = N_VGetArrayPointer(x), .z = N_VGetArrayPointer(z)});
 }
 
 static void absolute(N_Vector x, N_Vector z)
 {
-  const double *p = N_VGetArrayPointer(x);
-  double *r = N_VGetArrayPointer(z);
-  const sunindextype n = N_VGetLength(z);
-  for (sunindextype k = 0; k < n; k++) r[k] = fabs(p[k]);
+  run(z, absolute_part, &(operation){.x = N_VGetArrayPointer(x), .z = N_VGetArrayPointer(z)});
 }
 
-/* Eight sums: the compiler may not reorder one, and a single chain waits for every addition. */
-static double fold(const double s[8])
+static void constant(sunrealtype c, N_Vector z)
 {
-  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+  run(z, constant_part, &(operation){.a = c, .z = N_VGetArrayPointer(z)});
 }
 
 static sunrealtype dot(N_Vector x, N_Vector y)
 {
-  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(y);
-  const sunindextype n = N_VGetLength(x);
-  double s[8] = {0};
-  sunindextype k = 0;
-  for (; k + 8 <= n; k += 8)
-    for (int l = 0; l < 8; l++) s[l] += p[k + l] * q[k + l];
-  for (; k < n; k++) s[0] += p[k] * q[k];
-  return fold(s);
+  return flesh_dot(flesh_vector_threads(x), (int)N_VGetLength(x), N_VGetArrayPointer(x), N_VGetArrayPointer(y));
+}
+
+static void weighted_square_part(void *data, int k, int begin, int end)
+{
+  operation *o = data;
+  const double *p = o->x, *q = o->y;
+  double s[8] = {0}; /* as additions wait for each other */
+  int d = begin;
+  for (; d + 8 <= end; d += 8)
+    for (int l = 0; l < 8; l++) s[l] += (p[d + l] * q[d + l]) * (p[d + l] * q[d + l]);
+  for (; d < end; d++) s[0] += (p[d] * q[d]) * (p[d] * q[d]);
+  o->results[k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
 }
 
 static sunrealtype weighted_two_norm(N_Vector x, N_Vector w)
 {
-  const double *p = N_VGetArrayPointer(x), *q = N_VGetArrayPointer(w);
-  const sunindextype n = N_VGetLength(x);
-  double s[8] = {0};
-  sunindextype k = 0;
-  for (; k + 8 <= n; k += 8)
-    for (int l = 0; l < 8; l++) s[l] += (p[k + l] * q[k + l]) * (p[k + l] * q[k + l]);
-  for (; k < n; k++) s[0] += (p[k] * q[k]) * (p[k] * q[k]);
-  return sqrt(fold(s));
+  operation o = {.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(w)};
+  const int parts = run(x, weighted_square_part, &o);
+  double square = 0;
+  for (int k = 0; k < parts; k++) square += o.results[k];
+  return sqrt(square);
+}
+
+static void minimum_part(void *data, int k, int begin, int end)
+{
+  operation *o = data;
+  const double *p = o->x;
+  double m[8];
+  for (int l = 0; l < 8; l++) m[l] = INFINITY;
+  int d = begin;
+  for (; d + 8 <= end; d += 8)
+    for (int l = 0; l < 8; l++) m[l] = p[d + l] < m[l] ? p[d + l] : m[l];
+  for (; d < end; d++) m[0] = fmin(m[0], p[d]);
+  for (int l = 1; l < 8; l++) m[0] = fmin(m[0], m[l]);
+  o->results[k] = m[0];
 }
 
 static sunrealtype minimum(N_Vector x)
 {
-  const double *p = N_VGetArrayPointer(x);
-  const sunindextype n = N_VGetLength(x);
-  double m[8];
-  for (int l = 0; l < 8; l++) m[l] = INFINITY;
-  sunindextype k = 0;
-  for (; k + 8 <= n; k += 8)
-    for (int l = 0; l < 8; l++) m[l] = p[k + l] < m[l] ? p[k + l] : m[l];
-  for (; k < n; k++) m[0] = fmin(m[0], p[k]);
-  for (int l = 1; l < 8; l++) m[0] = fmin(m[0], m[l]);
-  return m[0];
+  operation o = {.x = N_VGetArrayPointer(x)};
+  const int parts = run(x, minimum_part, &o);
+  double least = INFINITY;
+  for (int k = 0; k < parts; k++) least = fmin(least, o.results[k]);
+  return least;
 }
 
-void flesh_vector_quicken(N_Vector v)
+static N_Vector clone(N_Vector v)
 {
+  N_Vector copy = N_VClone_Serial(v);
+  if (!copy || !flesh_vector_quicken(copy, flesh_vector_threads(v))) return copy;
+  N_VDestroy_Serial(copy);
+  return NULL;
+}
+
+int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
+{
+  content *grown = realloc(v->content, sizeof *grown);
+  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a vector");
+  grown->threads = threads;
+  v->content = grown;
+  v->ops->nvclone = clone;
   v->ops->nvlinearsum = linear_sum;
+  v->ops->nvconst = constant;
   v->ops->nvprod = product;
   v->ops->nvdiv = quotient;
   v->ops->nvinv = inverse;
@@ -156,4 +207,5 @@ void flesh_vector_quicken(N_Vector v)
   v->ops->nvdotprod = dot;
   v->ops->nvmin = minimum;
   v->ops->nvwl2norm = weighted_two_norm;
+  return FLESH_OK;
 }

@@ -5,13 +5,17 @@
 #include <string.h>
 #include <sundials/sundials_nvector.h>
 
+#include "flesh/threads.h"
+
 /* The n numbers of a serial, OpenMP or Pthreads vector. NULL, with the reason in flesh_error_text(), for another kind
  * or length. */
 double *flesh_vector_data(N_Vector v, sunindextype n);
 
-/* Gives a serial vector, and those cloned from it, operations that use the machine's vector units: SUNDIALS' own are
- * often built without. */
-void flesh_vector_quicken(N_Vector v);
+/* Gives a serial vector, and those cloned from it, operations that use the machine's vector units, which SUNDIALS' own
+ * are often built without, and `threads` (borrowed; NULL: the caller's). FLESH_OK or FLESH_ERR_MEMORY. */
+int flesh_vector_quicken(N_Vector v, flesh_threads *threads);
+/* Those of a quickened vector. */
+flesh_threads *flesh_vector_threads(N_Vector v);
 
 /* A problem's first member points to itself, and that of a user's own struct to the problem: so either tells where the
  * problem is. */
