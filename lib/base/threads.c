@@ -35,7 +35,7 @@ typedef struct worker {
 
 struct flesh_threads {
   int count, started; /* threads with the caller's, and of those made by pthread_create */
-  pid_t owner;
+  int process; /* that has the threads */
   range *ranges;   /* [count] */
   worker *workers; /* [count], the first unused */
   flesh_task *task;
@@ -46,6 +46,16 @@ struct flesh_threads {
   pthread_mutex_t mutex;
   pthread_cond_t wake;
 };
+
+/* Which process this is in a line of forks: asking the system takes as long as a short task. */
+static atomic_int process;
+static pthread_once_t watched = PTHREAD_ONCE_INIT;
+
+static void count_fork(void) { atomic_fetch_add(&process, 1); }
+
+static void watch_forks(void) { pthread_atfork(NULL, NULL, count_fork); }
+
+static int has_threads(const flesh_threads *self) { return self->process == atomic_load(&process); }
 
 static inline void pause_briefly(void)
 {
@@ -143,7 +153,8 @@ int flesh_threads_create(int count, flesh_threads **threads)
   flesh_threads *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for threads");
   self->count = count;
-  self->owner = getpid();
+  pthread_once(&watched, watch_forks);
+  self->process = atomic_load(&process);
   pthread_mutex_init(&self->mutex, NULL);
   pthread_cond_init(&self->wake, NULL);
   self->ranges = aligned_alloc(sizeof(range), (size_t)count * sizeof *self->ranges);
@@ -162,7 +173,7 @@ void flesh_threads_destroy(flesh_threads **threads)
 {
   if (!threads || !*threads) return;
   flesh_threads *self = *threads;
-  if (self->owner == getpid()) { /* a fork has none of the threads */
+  if (has_threads(self)) { /* a fork has none of them */
     pthread_mutex_lock(&self->mutex);
     atomic_store(&self->ending, 1);
     pthread_cond_broadcast(&self->wake);
@@ -181,7 +192,7 @@ int flesh_threads_count(const flesh_threads *threads) { return threads ? threads
 
 void flesh_threads_run(flesh_threads *self, int tasks, flesh_task *task, void *data)
 {
-  if (!self || self->count == 1 || tasks < 2 || self->owner != getpid()) {
+  if (!self || self->count == 1 || tasks < 2 || !has_threads(self)) {
     for (int k = 0; k < tasks; k++) task(data, k);
     return;
   }
