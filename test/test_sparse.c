@@ -6,6 +6,7 @@
 #include "sparse/direct.h"
 #include "sparse/product.h"
 #include "sparse/scalar_view.h"
+#include "sparse/triangle.h"
 #include "system/pattern.h"
 #include "test.h"
 
@@ -282,9 +283,50 @@ static void direct_solvers_solve(void)
   test_body_destroy(&b);
 }
 
+/* Rows of none to five blocks in eight binary digits, against sums of what was set: within a unit of the last digit, and
+ * whether a block is the first or the second of a pair makes no difference at all. */
+static void triangles_round_alike(void)
+{
+  enum { ROWS = 6, MOST = 5 };
+  static const int count[ROWS] = {0, 1, 2, 3, 4, 5};
+  flesh_triangle triangle;
+  flesh_float4 y[ROWS];
+  double number[4 * ROWS + 9 * MOST];
+  CHECK_OK(flesh_triangle_create(ROWS, count, &triangle));
+  CHECK(flesh_triangle_memory(&triangle) > 0);
+  randomise(4 * ROWS + 9 * MOST, number);
+  for (int k = 0; k < 4 * ROWS; k++) y[k / 4][k % 4] = (float)number[k];
+  for (int p = 0; p < ROWS; p++) {
+    double expected[3] = {0}, size[3] = {0};
+    for (int n = 0; n < count[p]; n++) {
+      float block[9];
+      flesh_triangle_set_column(&triangle, p, n, n);
+      for (int e = 0; e < 9; e++) {
+        block[e] = (float)(number[4 * ROWS + 9 * n + e] * pow(10, e - 4));
+        expected[e / 3] += (double)block[e] * (double)y[n][e % 3];
+        size[e / 3] += fabs((double)block[e] * (double)y[n][e % 3]);
+      }
+      flesh_triangle_set(&triangle, 2 * triangle.start[p] + n, block);
+    }
+    const flesh_float4 sum =
+        flesh_triangle_product(&triangle, triangle.start[p], triangle.start[p + 1], (const float *)y);
+    for (int r = 0; r < 3; r++) CHECK_NEAR((double)sum[r], expected[r], 0x1p-8 * size[r]);
+  }
+  /* The first of row 1 and the second of row 2, where the first is zero and the vector the same. */
+  const float zero[9] = {0}, block[9] = {1.23f, -4.56e-7f, 7.89e3f, 0.1f, 1e-20f, -1e20f, 3.3f, -0.7f, 2.2f};
+  y[1] = y[0];
+  flesh_triangle_set(&triangle, 2 * triangle.start[1], block);
+  flesh_triangle_set(&triangle, 2 * triangle.start[2], zero);
+  flesh_triangle_set(&triangle, 2 * triangle.start[2] + 1, block);
+  const flesh_float4 first = flesh_triangle_product(&triangle, triangle.start[1], triangle.start[2], (const float *)y),
+                     second = flesh_triangle_product(&triangle, triangle.start[2], triangle.start[3], (const float *)y);
+  CHECK(!memcmp(&first, &second, 3 * sizeof(float)) && first[0] != 0);
+  flesh_triangle_clear(&triangle);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(products_by_halves), TEST(block_inverses),
-                   TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
+  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(products_by_halves), TEST(triangles_round_alike),
+                   TEST(block_inverses), TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
                    TEST(symmetric_factors_tell_what_is_indefinite));
 }

@@ -2,10 +2,12 @@
 #include "flesh/threads.h"
 
 #include <stdatomic.h>
+#include <math.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/parts.h"
 #include "test.h"
 
 enum { MOST = FLESH_TASKS_MAX };
@@ -128,8 +130,44 @@ static void bad_numbers_are_refused(void)
   flesh_threads_destroy(NULL);
 }
 
+/* Sums over long arrays and short ones have the same bits on any number of threads; one number that differs is seen
+ * wherever it is. */
+static void arrays_are_cut_by_their_length(void)
+{
+  static const int lengths[] = {0, 1, 63, 4096, 4097, 100003, 1000001};
+  for (size_t l = 0; l < sizeof lengths / sizeof lengths[0]; l++) {
+    const int n = lengths[l];
+    double *x = malloc(((size_t)n + 1) * sizeof *x), *y = malloc(((size_t)n + 1) * sizeof *y), first = NAN;
+    long double expected = 0;
+    for (int i = 0; i < n; i++) {
+      x[i] = sin(i);
+      expected += (long double)x[i] * x[i];
+    }
+    for (int c = 0; c < COUNTS; c++) {
+      flesh_threads *threads = NULL;
+      CHECK_OK(flesh_threads_create(counts[c], &threads));
+      const double sum = flesh_dot(threads, n, x, x);
+      CHECK_NEAR(sum, (double)expected, 1e-12 * (double)expected);
+      if (c == 0) first = sum;
+      CHECK(sum == first && flesh_norm(threads, n, x) == sqrt(sum));
+      memset(y, 0, ((size_t)n + 1) * sizeof *y);
+      flesh_copy(threads, n, x, y);
+      CHECK(y[n] == 0 && flesh_same(threads, n, x, y));
+      for (int at = 0; at < n; at = 3 * at + 1) {
+        y[at] = 2 + at;
+        CHECK(!flesh_same(threads, n, x, y) && flesh_largest(threads, n, y) == 2 + at);
+        y[at] = x[at];
+      }
+      flesh_threads_destroy(&threads);
+    }
+    free(x);
+    free(y);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(every_task_runs_once), TEST(runs_follow_closely), TEST(sums_have_the_same_bits),
-                   TEST(a_fork_goes_on_alone), TEST(bad_numbers_are_refused));
+                   TEST(a_fork_goes_on_alone), TEST(bad_numbers_are_refused),
+                   TEST(arrays_are_cut_by_their_length));
 }
