@@ -30,7 +30,7 @@ static const double SOFTENED = 0.05;
 
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
-  AHEAD = 16, /* rows whose r and z, which are stored in another order, are fetched ahead */
+  AHEAD = 16, /* rows whose r or z, which is stored in another order, is fetched ahead */
   /* Factors beyond the caches (MANY pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
   MANY = 60000, FAR = 64, LINES = 3
