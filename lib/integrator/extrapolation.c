@@ -1,4 +1,4 @@
-/* extrapolation.c: a first iterate from the last steps' velocities. */
+/* extrapolation.c: a first iterate from the last steps' displacements. */
 #include "integrator/extrapolation.h"
 
 #include <float.h>
@@ -14,11 +14,12 @@ enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self)
 {
   *self = (flesh_extrapolation){.n = n, .threads = threads};
+  self->v = calloc((size_t)n + 1, sizeof(double));
   for (int k = 0; k < POINTS; k++) {
-    self->v[k] = calloc((size_t)n + 1, sizeof(double));
-    if (!self->v[k]) {
+    self->u[k] = calloc((size_t)n + 1, sizeof(double));
+    if (!self->u[k] || !self->v) {
       flesh_extrapolation_clear(self);
-      return flesh_fail(FLESH_ERR_MEMORY, "no memory for velocities of %d unknowns", n);
+      return flesh_fail(FLESH_ERR_MEMORY, "no memory for displacements of %d unknowns", n);
     }
   }
   return FLESH_OK;
@@ -26,17 +27,20 @@ int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolatio
 
 void flesh_extrapolation_clear(flesh_extrapolation *self)
 {
-  for (int k = 0; k < POINTS; k++) free(self->v[k]);
+  for (int k = 0; k < POINTS; k++) free(self->u[k]);
+  free(self->v);
   *self = (flesh_extrapolation){0};
 }
+
+void flesh_extrapolation_forget(flesh_extrapolation *self) { self->known = 0; }
 
 static int continues(const flesh_extrapolation *self, const flesh_state *state, double h)
 {
   return self->known > 0 && fabs(h - self->h) <= 1e-9 * h && fabs(state->t - self->t) <= 1e-9 * h &&
-         flesh_same(self->threads, self->n, state->v, self->v[0]);
+         flesh_same(self->threads, self->n, state->v, self->v);
 }
 
-/* A recurrence: the velocity is the sum of weight[j] times the one j + 1 steps before. */
+/* A recurrence: the displacement is the sum of weight[j] times the one j + 1 steps before. */
 typedef struct rule {
   int order;
   double weight[POINTS];
@@ -51,7 +55,7 @@ static rule of_polynomial(int order)
   return r;
 }
 
-/* The square of the error with which a rule foretells velocity `now`. */
+/* The square of the error with which a rule foretells displacement `now`. */
 static double square_error(const flesh_extrapolation *self, const rule *r, int now)
 {
   const double(*g)[POINTS] = self->products;
@@ -81,7 +85,7 @@ static void solve(int n, double A[POINTS][POINTS], double *b)
   }
 }
 
-/* The rule of an order that foretells velocity `now` best: least squares in the differences of the velocities before,
+/* The rule of an order that foretells displacement `now` best: least squares in the differences of those before,
  * which are less alike than these are. */
 static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
 {
@@ -106,7 +110,7 @@ static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
   return r;
 }
 
-/* The rule that would have foretold the last velocity best, had it been found a step ago, found anew. */
+/* The rule that would have foretold the last displacement best, had it been found a step ago, found anew. */
 static rule choose(const flesh_extrapolation *self)
 {
   if (self->known <= 3) return of_polynomial(self->known);
@@ -134,20 +138,20 @@ static rule choose(const flesh_extrapolation *self)
 typedef struct sum {
   const flesh_extrapolation *of;
   rule rule;
-  double h, *u;
+  double *u;
 } sum;
 
 static void sum_part(void *data, int k, int from, int until)
 {
-  enum { CHUNK = 1024 }; /* stays in the first-level cache from velocity to velocity */
+  enum { CHUNK = 1024 }; /* stays in the first-level cache from one to the next */
   (void)k;
   const sum *s = data;
   for (int begin = from, end; begin < until; begin = end) {
     end = until - begin < CHUNK ? until : begin + CHUNK;
     memset(s->u + begin, 0, (size_t)(end - begin) * sizeof *s->u);
     for (int j = 0; j < s->rule.order; j++) {
-      const double *v = s->of->v[j], weight = s->h * s->rule.weight[j];
-      for (int d = begin; d < end; d++) s->u[d] += weight * v[d];
+      const double *u = s->of->u[j], weight = s->rule.weight[j];
+      for (int d = begin; d < end; d++) s->u[d] += weight * u[d];
     }
   }
 }
@@ -155,35 +159,37 @@ static void sum_part(void *data, int k, int from, int until)
 int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u)
 {
   if (!continues(self, state, h)) return 0;
-  flesh_parts_run(self->threads, self->n, sum_part, &(sum){self, choose(self), h, u});
+  flesh_parts_run(self->threads, self->n, sum_part, &(sum){self, choose(self), u});
   return 1;
 }
 
 typedef struct memory {
   flesh_extrapolation *self;
-  const double *v;
+  const double *u, *v;
   double products[FLESH_PARTS_MAX][POINTS];
 } memory;
 
-/* The newest velocity, and its products with all. */
+/* The newest displacement, and its products with all. */
 static void remember_part(void *data, int k, int begin, int end)
 {
   memory *m = data;
-  double **v = m->self->v;
-  memcpy(v[0] + begin, m->v + begin, (size_t)(end - begin) * sizeof *m->v);
-  for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(v[0], v[i], begin, end);
+  double **u = m->self->u;
+  memcpy(u[0] + begin, m->u + begin, (size_t)(end - begin) * sizeof *m->u);
+  memcpy(m->self->v + begin, m->v + begin, (size_t)(end - begin) * sizeof *m->v);
+  for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(u[0], u[i], begin, end);
 }
 
-void flesh_extrapolation_remember(flesh_extrapolation *self, const flesh_state *state, double h, int easy)
+void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, const flesh_state *state, double h,
+                                  int easy)
 {
   if (!easy || fabs(h - self->h) > 1e-9 * h || fabs(state->t - h - self->t) > 1e-6 * h) self->known = 0;
-  double *oldest = self->v[POINTS - 1];
-  memmove(self->v + 1, self->v, (POINTS - 1) * sizeof *self->v);
+  double *oldest = self->u[POINTS - 1];
+  memmove(self->u + 1, self->u, (POINTS - 1) * sizeof *self->u);
   for (int i = POINTS - 1; i > 0; i--)
     memcpy(self->products[i] + 1, self->products[i - 1], (POINTS - 1) * sizeof *self->products[i]);
-  self->v[0] = oldest;
+  self->u[0] = oldest;
   if (self->known < POINTS) self->known++;
-  memory m = {.self = self, .v = state->v};
+  memory m = {.self = self, .u = u, .v = state->v};
   const int parts = flesh_parts_run(self->threads, self->n, remember_part, &m);
   for (int i = 0; i < self->known; i++) {
     double product = 0;

@@ -32,7 +32,7 @@ struct flesh_integrator {
   flesh_state returned;        /* the state as it was given back; order > 1 */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess, *rigid; /* [n] displacements over a step */
-  flesh_extrapolation extrapolation; /* backward Euler */
+  flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;
   uint8_t *held; /* [n] constrained dofs, where there are several parts */
   flesh_costs costs;
@@ -90,7 +90,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
-  if (!status && self->row == &flesh_method_backward_euler)
+  if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
   if (!status && options->untangle) status = flesh_untangler_create(system, &self->untangler);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->adaptive);
@@ -152,7 +152,7 @@ const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator
 size_t flesh_integrator_memory(const flesh_integrator *integrator)
 {
   int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
-                (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS : 0);
+                (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS + 1 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
          (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
@@ -313,8 +313,6 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
   }
   self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
   state->t = t_end;
-  if (self->extrapolation.n)
-    flesh_extrapolation_remember(&self->extrapolation, state, h, was_easy(&before_solve, stats));
   stats->steps++;
   stats->order = second ? 2 : 1;
   stats->h_last = h;
@@ -323,6 +321,9 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     memory->known = 1;
     memory->h = h;
   }
+  if (self->extrapolation.n)
+    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear), state, h,
+                                 was_easy(&before_solve, stats));
   return FLESH_OK;
 }
 
@@ -385,7 +386,10 @@ static int step_in_time(flesh_integrator *self, flesh_state *state, double h, fl
     if (next.event < end - tolerance) next.end = next.event;
     double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
     remember(self, state);
-    if (!self->memory.known) status = start_piece(self, state, &next, stats);
+    if (!self->memory.known) {
+      flesh_extrapolation_forget(&self->extrapolation);
+      status = start_piece(self, state, &next, stats);
+    }
     if (status > 0)
       record_failure(self, &(flesh_stage){.t = next.begin}, length, 0, status, stats);
     if (!status) status = walk(self, state, &next, length, stats);
