@@ -136,7 +136,7 @@ static double off_the_diagonal(const double *P, const double *dense, const flesh
     }
   const double share = square > 1e-12 ? product / square : 1;
   for (int e = 0; e < 9; e++) worst = fmax(worst, fabs(taken[e] - share * outside[e]));
-  if (trace < -1e-3) CHECK_NEAR(share, 1, 0.01);
+  if (trace < -1e-3) CHECK_NEAR(share, 1, 1e-3);
   if (trace > 1e-3) CHECK(share > 0.001 && share * trace < 0.0502 * whole);
   return worst;
 }
@@ -177,7 +177,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
     }
     for (int i = 0; i < A->rows; i++) worst = fmax(worst, off_the_diagonal(P, dense, A, i));
     printf("# off by %.2g on the pattern, %.2g outside\n", worst, outside);
-    CHECK_BELOW(worst, 0.006); /* eight binary digits */
+    CHECK_BELOW(worst, 4e-5); /* sixteen binary digits */
     CHECK((outside > 1e-3) == (shape != PAIR));
     free(P);
     free(inverse);

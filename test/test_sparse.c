@@ -292,7 +292,7 @@ static void triangles_round_alike(void)
   flesh_triangle triangle;
   flesh_float4 y[ROWS];
   double number[4 * ROWS + 9 * MOST];
-  CHECK_OK(flesh_triangle_create(ROWS, count, &triangle));
+  CHECK_OK(flesh_triangle_create(ROWS, count, 0, &triangle));
   CHECK(flesh_triangle_memory(&triangle) > 0);
   randomise(4 * ROWS + 9 * MOST, number);
   for (int k = 0; k < 4 * ROWS; k++) y[k / 4][k % 4] = (float)number[k];

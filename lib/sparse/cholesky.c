@@ -1,4 +1,5 @@
-/* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that.
+/* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that or
+ * less.
  *
  * The factorisation is A + shift |diag A| ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is final,
  * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
@@ -78,8 +79,8 @@ static int compare_long(const void *a, const void *b)
 
 /* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks],
  * `below` [rows]: room. */
-static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, long long *sorted,
-                        int *below)
+static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, int split,
+                        long long *sorted, int *below)
 {
   const int rows = A->rows;
   memset(below, 0, (size_t)rows * sizeof *below);
@@ -89,7 +90,8 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
       self->start[p < q ? p : q]++;
       below[p < q ? q : p]++;
     }
-  if (flesh_triangle_create(rows, self->start, &self->upper) || flesh_triangle_create(rows, below, &self->lower))
+  if (flesh_triangle_create(rows, self->start, split, &self->upper) ||
+      flesh_triangle_create(rows, below, split, &self->lower))
     return FLESH_ERR_MEMORY;
   for (int p = 0, before = 0; p <= rows; p++) { /* where each row's blocks begin */
     const int own = self->start[p];
@@ -110,7 +112,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
     for (int n = 0; n < count; n++) {
       const int column = self->column[first + n] = (int)(sorted[first + n] >> 32);
       self->source[first + n] = (int)(unsigned)sorted[first + n];
-      self->lower_place[first + n] = 2 * self->lower.start[column] + below[column];
+      self->lower_place[first + n] = flesh_triangle_place(&self->lower, column, below[column]);
       flesh_triangle_set_column(&self->upper, p, n, column);
       flesh_triangle_set_column(&self->lower, column, below[column]++, p);
     }
@@ -180,7 +182,7 @@ static int allocate_spill(flesh_cholesky *self)
   return self->diagonal_spill && self->spill && self->dropped_spill && self->partners ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_threads *threads,
+int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, int alone, flesh_threads *threads,
                           flesh_cholesky **cholesky)
 {
   flesh_cholesky *self = calloc(1, sizeof *self);
@@ -205,7 +207,7 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halve
     const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
     long long *sorted = malloc((blocks + 1) * sizeof *sorted);
     int *below = malloc(((size_t)A->rows + 1) * sizeof *below);
-    status = sorted && below ? make_pattern(self, A, place, sorted, below) : FLESH_ERR_MEMORY;
+    status = sorted && below ? make_pattern(self, A, place, alone, sorted, below) : FLESH_ERR_MEMORY;
     free(sorted);
     free(below);
   }
@@ -338,7 +340,7 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
           upper[3 * r + c] = lower[3 * c + r] = scaled.row[r][c];
           D[3 * r + c] -= own.row[r][c];
         }
-      flesh_triangle_set(&self->upper, 2 * self->upper.start[p] + a, upper);
+      flesh_triangle_set(&self->upper, flesh_triangle_place(&self->upper, p, a), upper);
       flesh_triangle_set(&self->lower, self->lower_place[k], lower);
     }
   }

@@ -10,8 +10,9 @@
 typedef struct flesh_cholesky flesh_cholesky;
 
 /* Symbolic set-up for the pattern of A, all memory included. `halves` may then be forgotten; `threads` (may be
- * NULL) is borrowed. Returns new. */
-int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_threads *threads,
+ * NULL) is borrowed. The factor is kept in sixteen binary digits where it is `alone`, else, as smooth displacements are
+ * left to a coarse level, in eight. Returns new. */
+int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halves, int alone, flesh_threads *threads,
                           flesh_cholesky **cholesky);
 void flesh_cholesky_destroy(flesh_cholesky **cholesky);
 

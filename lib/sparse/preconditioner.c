@@ -72,12 +72,13 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
+  const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_halves halves = {0};
   if (!status) status = flesh_halves_create(A, &halves);
   if (!status) memcpy(stored, halves.stored, rows * sizeof *stored);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = flesh_cholesky_create(A, &halves, threads, &self->cholesky);
-  if (!status && kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1)
+    status = flesh_cholesky_create(A, &halves, !coarse, threads, &self->cholesky);
+  if (!status && coarse)
     status = flesh_coarse_create(A, positions, vertices_for(A->rows), &halves, threads, &self->coarse);
   flesh_halves_clear(&halves);
   if (status) flesh_preconditioner_destroy(preconditioner);

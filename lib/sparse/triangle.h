@@ -1,7 +1,8 @@
 /* triangle.h: rows of 3x3 blocks with eight binary digits an entry (bfloat16), for substitutions that wait for memory.
  *
  * A row's blocks lie in pairs. A word is an entry of each, the first's in its upper half and the second's in its lower
- * half: they are the upper halves of numbers in single precision. */
+ * half: they are the upper halves of numbers in single precision. A split triangle has sixteen binary digits: there a
+ * pair is one block, rounded, and what rounding has left. */
 #ifndef FLESH_SPARSE_TRIANGLE_H
 #define FLESH_SPARSE_TRIANGLE_H
 
@@ -14,35 +15,53 @@
 #define FLESH_TRIANGLE_FIRST 0xffff0000u
 
 typedef struct flesh_triangle {
-  int rows;
+  int rows, split;
   int *start;  /* [rows+1] pairs of each row */
   int *column; /* [2*pairs] of each block; where a row's last pair has one block only, its column twice */
   uint32_t *words; /* [9*pairs] and what is loaded behind them */
 } flesh_triangle;
 
 /* For `blocks` [rows] in each row, all zero, their columns 0. The caller clears it. FLESH_OK or FLESH_ERR_MEMORY. */
-int flesh_triangle_create(int rows, const int *blocks, flesh_triangle *triangle);
+int flesh_triangle_create(int rows, const int *blocks, int split, flesh_triangle *triangle);
 void flesh_triangle_clear(flesh_triangle *triangle);
 size_t flesh_triangle_memory(const flesh_triangle *triangle);
+
+/* Where a row's n-th block is: twice its pair and 1 if it is the second. */
+static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)
+{
+  return 2 * triangle->start[row] + (triangle->split ? 2 * n : n);
+}
 
 /* Sets the column of a block, which is the row's n-th and comes after the others. */
 static inline void flesh_triangle_set_column(flesh_triangle *triangle, int row, int n, int column)
 {
-  int *at = triangle->column + 2 * (size_t)triangle->start[row] + n;
-  *at = column;
-  if (n % 2 == 0) at[1] = column;
+  const int place = flesh_triangle_place(triangle, row, n);
+  triangle->column[place] = column;
+  if (place % 2 == 0) triangle->column[place + 1] = column;
 }
 
-/* Sets the entries, row by row, of the block at `place`, twice its pair and 1 if it is the second. */
+/* The upper half of a number's bits, the rest 0. */
+static inline uint32_t flesh_triangle_round(float x)
+{
+  uint32_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return (bits + 0x8000) & FLESH_TRIANGLE_FIRST; /* to the nearest */
+}
+
+/* Sets the entries, row by row, of the block at a place. */
 static inline void flesh_triangle_set(flesh_triangle *triangle, int place, const float entries[9])
 {
   uint32_t *words = triangle->words + 9 * (size_t)(place / 2);
   for (int e = 0; e < 9; e++) {
-    uint32_t bits;
-    memcpy(&bits, &entries[e], sizeof bits);
-    bits += 0x8000; /* to the nearest */
-    words[e] = place % 2 ? (words[e] & FLESH_TRIANGLE_FIRST) | bits >> 16
-                         : (bits & FLESH_TRIANGLE_FIRST) | (words[e] & ~FLESH_TRIANGLE_FIRST);
+    const uint32_t rounded = flesh_triangle_round(entries[e]);
+    if (triangle->split) {
+      float whole;
+      memcpy(&whole, &rounded, sizeof whole);
+      words[e] = rounded | flesh_triangle_round(entries[e] - whole) >> 16;
+    } else {
+      words[e] = place % 2 ? (words[e] & FLESH_TRIANGLE_FIRST) | rounded >> 16
+                           : rounded | (words[e] & ~FLESH_TRIANGLE_FIRST);
+    }
   }
 }
 
