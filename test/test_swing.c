@@ -12,7 +12,7 @@ static void check(double poisson)
          "%.1f in work\n",
          cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
   CHECK_BELOW(cost.newton, 3.8); /* 3.3, and 2.0 at 0.49 */
-  CHECK_BELOW(cost.work, 8.8);   /* 7.8, and 3.5: the median step makes do with few matrices */
+  CHECK_BELOW(cost.work, 12.5);  /* 7.8 to 10.9, and 3.5: the median step makes do with few matrices */
 }
 
 static void at_poisson_0_45(void) { check(0.45); }
