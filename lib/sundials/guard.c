@@ -128,7 +128,7 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
   if (!(slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_problem_potential(self, u, &start, &magnitude);
   if (status) return status;
-  double rounding = 1e-13 * magnitude, last_rise = 0, refused = INFINITY;
+  double rounding = 1e-13 * magnitude, measured = NAN, refused = INFINITY;
   if (isnan(self->first_potential)) self->first_potential = start;
   const double full = longest_scale(self, u, p);
   for (double scale = full; scale > 1e-14;) {
@@ -146,16 +146,17 @@ int flesh_guard_step(flesh_problem *self, const double *u, const double *r, doub
       if (!accepted && -scale * slope <= rounding && value <= start + unseen &&
           !flesh_problem_residual(self, self->step, self->work))
         accepted = flesh_dot(self->threads, self->n, self->work, p) <= -(1 - 2 * decrease) * slope;
-      /* A rise that a shorter step leaves as it was is rounding, which the terms' sizes understate where they cancel
-       * within (I_C - 3 near rest): once more. */
-      double rise = value - start;
-      if (!accepted && rise > rounding && rise < 1e-8 * magnitude && last_rise > 0 && rise > last_rise / 2) {
-        rounding = 4 * fmax(rise, last_rise);
-        last_rise = 0;
-        scale = full;
-        continue;
+      /* Where little is expected a rise may be rounding, which the terms' sizes understate where they cancel within
+       * (I_C - 3 near rest, or what hangs on a place far from the origin). Then once more. */
+      const double rise = value - start;
+      if (!accepted && rise > rounding && -scale * slope < 1e-8 * magnitude) {
+        if (isnan(measured)) measured = 4 * flesh_problem_potential_rounding(self, u);
+        if (rise <= measured) {
+          rounding = measured;
+          scale = full;
+          continue;
+        }
       }
-      last_rise = rise;
       if (accepted) {
         /* By the quadratic model, at its minimum. */
         double foretold = -scale * slope / 2;

@@ -434,28 +434,51 @@ int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
   return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
 }
 
-double flesh_problem_rounding(flesh_problem *self, const double *u)
+/* Moves the point of u by rounding: x by the last digit of the largest, as differences of places are what counts, and
+ * rates by those of the terms they are sums of, which may be far larger than the sums. */
+static void disturb(flesh_problem *self, const double *u, uint32_t *random)
 {
-  double *exact = self->work, *moved = self->work + self->n;
-  if (flesh_problem_residual(self, u, exact)) return 0;
-  flesh_point point = point_at(self, u);
+  const flesh_stage *stage = &self->stage;
   const double largest = flesh_largest(self->threads, self->n, self->x);
-  uint32_t random = 2463534242u; /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
   for (int d = 0; d < self->n; d++) {
-    random ^= random << 13;
-    random ^= random >> 17;
-    random ^= random << 5;
-    double relative = DBL_EPSILON * (random * 0x1p-31 - 1);
+    /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
+    *random ^= *random << 13;
+    *random ^= *random >> 17;
+    *random ^= *random << 5;
+    const double relative = DBL_EPSILON * (*random * 0x1p-31 - 1);
     self->x[d] += relative * largest;
-    /* Of the sums' terms, which may be far larger than the sums. */
-    const flesh_stage *stage = &self->stage;
     self->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
     self->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
   }
+}
+
+double flesh_problem_rounding(flesh_problem *self, const double *u)
+{
+  double *exact = self->work, *moved = self->work + self->n;
+  uint32_t random = 2463534242u;
+  if (flesh_problem_residual(self, u, exact)) return 0;
+  flesh_point point = point_at(self, u);
+  disturb(self, u, &random);
   self->stats.residuals++;
   if (flesh_system_residual(self->system, &point, moved)) return 0;
   for (int d = 0; d < self->n; d++) moved[d] = self->fixed[d] ? 0 : moved[d] - exact[d];
   return flesh_norm(self->threads, self->n, moved);
+}
+
+double flesh_problem_potential_rounding(flesh_problem *self, const double *u)
+{
+  enum { SAMPLES = 4 }; /* one may come out small by chance */
+  double least = INFINITY, most = -INFINITY, value, magnitude;
+  uint32_t random = 2463534242u;
+  for (int sample = 0; sample < SAMPLES; sample++) {
+    flesh_point point = point_at(self, u);
+    disturb(self, u, &random);
+    self->stats.potentials++;
+    if (flesh_system_potential(self->system, &point, &self->stage.shift, &value, &magnitude)) continue;
+    least = fmin(least, value);
+    most = fmax(most, value);
+  }
+  return fmax(most - least, 0);
 }
 
 size_t flesh_problem_memory(const flesh_problem *self)

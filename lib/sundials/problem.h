@@ -129,6 +129,8 @@ int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 int flesh_problem_load_norm(flesh_problem *problem, const double *u, double *norm);
 /* 2-norm of how far rounding of x, v and a moves the residual. */
 double flesh_problem_rounding(flesh_problem *problem, const double *u);
+/* How far it moves the potential. */
+double flesh_problem_potential_rounding(flesh_problem *problem, const double *u);
 size_t flesh_problem_memory(const flesh_problem *problem);
 
 /* Scales the Newton step p [n] at u, where the residual is r, so that the potential falls (Armijo). FLESH_OK;
