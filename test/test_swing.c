@@ -3,16 +3,33 @@
 
 static const swing bar = {{48, 13, 13}, 60, {1, 13. / 48, 13. / 48}, 0.45, 1, 1, 1, 0};
 
+static int ascending(const void *a, const void *b)
+{
+  const double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* The work on the crease's patches hangs on rounding (8 to 11 times the median at 0.45), so the middle one of runs that
+ * differ by it counts. */
 static void check(double poisson)
 {
-  swing own = bar;
-  own.poisson = poisson;
-  swing_cost cost = swing_run(&own);
-  printf("# %d Newton and %d linear iterations, %d patches; the dearest step %.1f times the median in Newton iterations, "
-         "%.1f in work\n",
-         cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
-  CHECK_BELOW(cost.newton, 3.8); /* 3.3, and 2.0 at 0.49 */
-  CHECK_BELOW(cost.work, 12.5);  /* 7.8 to 10.9, and 3.5: the median step makes do with few matrices */
+  enum { RUNS = 3 };
+  double newton[RUNS], work[RUNS];
+  for (int k = 0; k < RUNS; k++) {
+    swing own = bar;
+    own.poisson = poisson;
+    own.gravity *= 1 + 1e-6 * k;
+    swing_cost cost = swing_run(&own);
+    newton[k] = cost.newton;
+    work[k] = cost.work;
+    printf("# %d Newton and %d linear iterations, %d patches; the dearest step %.1f times the median in Newton "
+           "iterations, %.1f in work\n",
+           cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
+  }
+  qsort(newton, RUNS, sizeof *newton, ascending);
+  qsort(work, RUNS, sizeof *work, ascending);
+  CHECK_BELOW(newton[RUNS / 2], 3.8); /* 3.3, and 3.0 at 0.49 */
+  CHECK_BELOW(work[RUNS / 2], 8.8);   /* 8.0, and 3.4 at 0.49 */
 }
 
 static void at_poisson_0_45(void) { check(0.45); }
