@@ -210,6 +210,34 @@ int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_precondi
                           result);
 }
 
+typedef struct comparison {
+  const flesh_pcg_space *space;
+  const double *r;
+} comparison;
+
+static void compare(void *data, int chunk)
+{
+  const comparison *c = data;
+  const flesh_pcg_space *self = c->space;
+  flesh_double4 square = {0};
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const double *r = c->r + 3 * (size_t)self->product.rows[i];
+    const flesh_double4 departure = self->r[i] + (flesh_double4){r[0], r[1], r[2], 0};
+    square += departure * departure;
+  }
+  self->squares[chunk] = (square[0] + square[1]) + square[2];
+}
+
+double flesh_pcg_departure(const flesh_pcg_space *self, const double *r)
+{
+  double sum = 0;
+  flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, r});
+  for (int k = 0; k < self->chunks; k++) sum += self->squares[k];
+  return sqrt(sum);
+}
+
 /* What n numbers all are; 0: they differ. */
 static double common_to(int n, const double *numbers)
 {

@@ -73,7 +73,7 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");
   const double *residual = r && !sparse ? flesh_vector_data(r, problem->n) : NULL;
-  if (residual && flesh_problem_keep_matrix(problem, at, flesh_norm(problem->threads, problem->n, residual))) return 0;
+  if (residual && flesh_problem_keep_matrix(problem, at, residual)) return 0;
   int status = flesh_problem_assemble(problem, at, project);
   if (!status && sparse) status = fill_sparse(problem, J);
   return callback_status(problem, status);

@@ -160,7 +160,12 @@ static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
   const double before = problem->smallest_norm, rate = norm / before, least = 0.5 * problem->target;
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
-  if (!(before > 0) || problem->target == 0) return fmax(tolerance, least);
+  if (problem->kept) return least;
+  if (!(before > 0) || problem->target == 0) {
+    const double departure = problem->bend * norm * norm, enough = problem->target * norm / (6 * departure);
+    if (departure > 0 && enough < tolerance && enough > departure) tolerance = enough;
+    return fmax(tolerance, least);
+  }
   const double foreseen = 0.9 * rate * rate * norm;
   return foreseen < 20 * least ? least : fmin(tolerance, foreseen);
 }

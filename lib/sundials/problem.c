@@ -151,7 +151,7 @@ static void keep_preconditioner(flesh_problem *self)
   const flesh_shift *now = &self->stage.shift, *before = &self->factored;
   if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
       now->a != before->a)
-    self->paces[0] = self->paces[1] = 0;
+    self->paces[0] = self->paces[1] = self->bend = 0;
   self->goes_on = 0;
 }
 
@@ -401,13 +401,15 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   return FLESH_OK;
 }
 
-int flesh_problem_keep_matrix(flesh_problem *self, const double *u, double norm)
+int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double *residual)
 {
-  const double before = self->smallest_norm;
-  if (!(before > 0) || !(norm < before) || self->projected || self->beyond || self->shortened) return 0;
-  /* From the last iterate on, what is left of second order was |K'| step^2 / 2; the step from here, shorter by
-   * norm / before, meets |K'| step with its own length. */
-  if (!(2 * norm / before * norm <= 0.5 * self->target)) return 0;
+  const double before = self->smallest_norm, norm = flesh_norm(self->threads, self->n, residual);
+  if (!(before > 0) || !(norm < before) || self->projected || self->beyond) return 0;
+  /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one; the
+   * step from here, shorter by norm / before, meets |K'| step with its own length. */
+  const double departure = self->pcg ? flesh_pcg_departure(self->pcg, residual) : norm;
+  if (!self->kept) self->bend = departure / (before * before);
+  if (!(2 * departure * norm / before <= 0.5 * self->target)) return 0;
   flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->zeroed = 0;
   self->kept = 1;

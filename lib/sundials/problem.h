@@ -64,6 +64,7 @@ struct flesh_problem {
    * many (0: not known), and how many more than that the solves since then have taken in all. */
   double paces[2], lost;
   flesh_shift factored; /* what the preconditioner was made for */
+  double bend;          /* the last departure from what K foretold, over the square of the residual before; 0: not known */
   int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   int beyond;            /* PCG's last step went downhill along negative curvature */
@@ -110,9 +111,9 @@ double flesh_problem_way(flesh_problem *problem, const double *from, const doubl
 /* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
  * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
-/* Whether K, assembled at the stage's last iterate, serves at u, too, where the residual is of the given norm: as
- * Newton's iteration converges, one step with it ends at the target. Then it counts as assembled there. */
-int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, double norm);
+/* Whether K, assembled at an earlier iterate of the stage, serves at u, too, where the residual is as given: as little as
+ * that differs from what K foretold, one more step with it ends at the target. Then it counts as assembled there. */
+int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, const double *residual);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
 /* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
