@@ -162,7 +162,7 @@ static double forcing(flesh_problem *problem, double norm, double tolerance)
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
   if (problem->kept) return least;
   if (!(before > 0) || problem->target == 0) {
-    const double departure = problem->bend * norm * norm, enough = problem->target * norm / (6 * departure);
+    const double departure = problem->bend * norm * norm, enough = problem->target * norm / (6 * problem->softness * departure);
     if (departure > 0 && enough < tolerance && enough > departure) tolerance = enough;
     return fmax(tolerance, least);
   }

@@ -152,6 +152,7 @@ static void keep_preconditioner(flesh_problem *self)
   if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
       now->a != before->a)
     self->paces[0] = self->paces[1] = self->bend = 0;
+  self->softness = self->bend == 0 ? 1 : self->kept ? fmax(1, 0.95 * self->softness) : self->softness;
   self->goes_on = 0;
 }
 
@@ -405,11 +406,13 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
 {
   const double before = self->smallest_norm, norm = flesh_norm(self->threads, self->n, residual);
   if (!(before > 0) || !(norm < before) || self->projected || self->beyond) return 0;
-  /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one; the
-   * step from here, shorter by norm / before, meets |K'| step with its own length. */
   const double departure = self->pcg ? flesh_pcg_departure(self->pcg, residual) : norm;
-  if (!self->kept) self->bend = departure / (before * before);
-  if (!(2 * departure * norm / before <= 0.5 * self->target)) return 0;
+  if (self->kept) self->softness = fmax(self->softness, self->softness * departure / self->next_departure);
+  else self->bend = departure / (before * before);
+  /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one; the
+   * step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own length. */
+  self->next_departure = 2 * self->softness * departure * norm / before;
+  if (!(self->next_departure <= 0.5 * self->target)) return 0;
   flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->zeroed = 0;
   self->kept = 1;

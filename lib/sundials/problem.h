@@ -64,7 +64,9 @@ struct flesh_problem {
    * many (0: not known), and how many more than that the solves since then have taken in all. */
   double paces[2], lost;
   flesh_shift factored; /* what the preconditioner was made for */
-  double bend;          /* the last departure from what K foretold, over the square of the residual before; 0: not known */
+  /* Of matrices kept: the last departure from what a new K foretold, over the square of the residual before (0: not
+   * known); how many times as large as foretold departures from a kept one may be; what the next was foretold to be. */
+  double bend, softness, next_departure;
   int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   int beyond;            /* PCG's last step went downhill along negative curvature */
