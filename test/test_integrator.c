@@ -83,14 +83,15 @@ static void every_solver_takes_the_same_step(void)
   check_same_step(FLESH_ENERGY_B, 0);
 }
 
-/* Where the target is near, Newton's iteration ends with the matrix that it has. */
-static void last_iterations_keep_their_matrix(void)
+/* A matrix serves for a second iteration where what it foretold came true. */
+static void iterations_keep_matrices_that_foretell(void)
 {
-  enum { STEPS = 20 };
+  enum { STEPS = 30 };
+  static const double tolerances[] = {1e-11, 1e-8, 1e-6}, most[] = {1.6, 1.4, 1.4}; /* matrices a step */
   double *exact = NULL;
-  for (int k = 0; k < 2; k++) {
+  for (int k = 0; k < 3; k++) {
     test_body b;
-    flesh_solver_options options = test_options(k ? 1e-8 : 1e-11);
+    flesh_solver_options options = test_options(tolerances[k]);
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(FLESH_ENERGY_S, 0.49, FLESH_MASS_LUMPED, 1, &b);
@@ -101,12 +102,13 @@ static void last_iterations_keep_their_matrix(void)
       CHECK(stats.residual_last <= stats.residual_target);
     }
     printf("# to %g: %d Newton iterations, %d matrices\n", options.newton_tolerance, stats.newton, stats.assemblies);
-    CHECK(stats.projections == 0 && stats.assemblies < stats.newton && stats.assemblies > STEPS);
+    CHECK(stats.projections == 0 && stats.assemblies < stats.newton && stats.assemblies >= STEPS);
+    CHECK_BELOW(stats.assemblies, most[k] * STEPS);
     if (!exact) {
       exact = malloc((size_t)b.n * sizeof *exact);
       memcpy(exact, b.state.x, (size_t)b.n * sizeof *exact);
     }
-    CHECK_BELOW(test_distance(b.n, b.state.x, exact), 1e-5); /* of 2 m */
+    CHECK_BELOW(test_distance(b.n, b.state.x, exact), 1e2 * tolerances[k]); /* of 2 m */
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
@@ -533,7 +535,7 @@ static void a_step_ends_when_it_is_told_to(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step), TEST(last_iterations_keep_their_matrix),
+  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step), TEST(iterations_keep_matrices_that_foretell),
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),

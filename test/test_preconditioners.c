@@ -265,6 +265,10 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
     CHECK(slope > 0 && curvature / 2 < slope);
 
+    /* How far a residual is from the one foretold. */
+    for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
+    CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
+
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
     CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 0, 10, Ax, x, &result));
