@@ -160,7 +160,8 @@ static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
   const double before = problem->smallest_norm, rate = norm / before, least = 0.5 * problem->target;
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
-  if (problem->kept) return least;
+  const double drift = problem->drift * problem->age; /* of no use to go far below what the matrix does not foretell */
+  if (problem->kept) return before > 0 ? least : fmax(least, drift > 0 ? 0.5 * drift * norm : tolerance);
   if (!(before > 0) || problem->target == 0) {
     const double departure = problem->bend * norm * norm, enough = problem->target * norm / (6 * problem->softness * departure);
     if (departure > 0 && enough < tolerance && enough > departure) tolerance = enough;

@@ -145,14 +145,19 @@ int flesh_problem_find_fixed(flesh_problem *self, double t)
 }
 
 /* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
- * body does not change much from step to step. */
-static void keep_preconditioner(flesh_problem *self)
+ * body does not change much from step to step. So may the matrix, as long as it foretells residuals. */
+static void keep_what_serves(flesh_problem *self)
 {
   const flesh_shift *now = &self->stage.shift, *before = &self->factored;
   if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
-      now->a != before->a)
-    self->paces[0] = self->paces[1] = self->bend = 0;
+      now->a != before->a) {
+    self->paces[0] = self->paces[1] = self->bend = self->drift = 0;
+    self->age = -1;
+  } else if (self->age >= 0) {
+    self->age++;
+  }
   self->softness = self->bend == 0 ? 1 : self->kept ? fmax(1, 0.95 * self->softness) : self->softness;
+  if (!self->kept) self->drift *= 0.97; /* what is calmer by now is to be found out */
   self->goes_on = 0;
 }
 
@@ -168,7 +173,7 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   self->next_pause = 1;
   if (self->stalled > 0) self->stalled = 0; /* what is too dear stays so */
   self->model_ratio = self->first_potential = NAN;
-  keep_preconditioner(self);
+  keep_what_serves(self);
   flesh_copy(self->threads, self->n, stage->x0, self->u_fixed);
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
   self->held_count = 0;
@@ -395,28 +400,58 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   if (status) return status;
   flesh_problem_fix_matrix(self);
   if (u != self->u_matrix) flesh_copy(self->threads, self->n, u, self->u_matrix);
-  self->kept = 0;
+  self->kept = self->age = 0;
   self->projected = project;
   self->filtered = shift.project;
   self->zeroed = 0;
   return FLESH_OK;
 }
 
+/* What K of an earlier stage foretold, and what came: how much it changes with every stage, against itself. */
+static void learn_drift(flesh_problem *self, double departure, double before)
+{
+  self->drift = departure / (before * self->age);
+}
+
+/* Whether K of an earlier stage serves for a stage's first iteration: where what it will not foretell ends at the target
+ * by one iteration, or by two. */
+static int drifts_little(flesh_problem *self, double norm)
+{
+  enum { TWO_AT_MOST = 5, UNKNOWN = 10000 };
+  if (self->age < 1 || !(self->target > 0)) return 0;
+  const double change = self->drift * self->age;
+  if (change == 0) return norm < UNKNOWN * self->target;
+  return 4 * change * norm <= self->target || TWO_AT_MOST * self->softness * change * change * norm <= self->target;
+}
+
 int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double *residual)
 {
   const double before = self->smallest_norm, norm = flesh_norm(self->threads, self->n, residual);
-  if (!(before > 0) || !(norm < before) || self->projected || self->beyond) return 0;
-  const double departure = self->pcg ? flesh_pcg_departure(self->pcg, residual) : norm;
-  if (self->kept) self->softness = fmax(self->softness, self->softness * departure / self->next_departure);
-  else self->bend = departure / (before * before);
-  /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one; the
-   * step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own length. */
-  self->next_departure = 2 * self->softness * departure * norm / before;
-  if (!(self->next_departure <= 0.5 * self->target)) return 0;
+  if (self->projected || self->beyond || !(norm > 0)) return 0;
+  if (!(before > 0)) {
+    if (!drifts_little(self, norm)) return 0;
+  } else {
+    if (!(norm < before)) return 0;
+    const double departure = self->pcg ? flesh_pcg_departure(self->pcg, residual) : norm;
+    if (self->age > 0) learn_drift(self, departure, before);
+    else if (self->kept) self->softness = fmax(self->softness, self->softness * departure / self->next_departure);
+    else self->bend = departure / (before * before);
+    /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one;
+     * the step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own
+     * length. */
+    self->next_departure = 2 * self->softness * departure * norm / before;
+    if (!(self->next_departure <= 0.5 * self->target)) return 0;
+  }
   flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->zeroed = 0;
   self->kept = 1;
   return 1;
+}
+
+void flesh_problem_end(flesh_problem *self, const double *u)
+{
+  if (!self->kept || self->age < 1 || !self->pcg || !self->residual.known || !same(self, u, self->residual.u)) return;
+  learn_drift(self, flesh_pcg_departure(self->pcg, self->residual.r), self->smallest_norm);
 }
 
 int flesh_problem_factor(flesh_problem *self)

@@ -67,6 +67,10 @@ struct flesh_problem {
   /* Of matrices kept: the last departure from what a new K foretold, over the square of the residual before (0: not
    * known); how many times as large as foretold departures from a kept one may be; what the next was foretold to be. */
   double bend, softness, next_departure;
+  /* In how many stages before this one K was last assembled (-1: it is none of theirs), and how far residuals departed
+   * from what it foretold for each of these, over the residual before (0: not known). */
+  int age;
+  double drift;
   int goes_on;          /* the next stage goes on smoothly from this one: the preconditioner may serve there, too */
   int zeroed;            /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
   int beyond;            /* PCG's last step went downhill along negative curvature */
@@ -116,6 +120,8 @@ int flesh_problem_assemble(flesh_problem *problem, const double *u, int project)
 /* Whether K, assembled at an earlier iterate of the stage, serves at u, too, where the residual is as given: as little as
  * that differs from what K foretold, one more step with it ends at the target. Then it counts as assembled there. */
 int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, const double *residual);
+/* What a stage that has ended at u tells of K. */
+void flesh_problem_end(flesh_problem *problem, const double *u);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
 /* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
