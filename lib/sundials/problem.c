@@ -417,7 +417,7 @@ static void learn_drift(flesh_problem *self, double departure, double before)
  * by one iteration, or by two. */
 static int drifts_little(flesh_problem *self, double norm)
 {
-  enum { TWO_AT_MOST = 5, UNKNOWN = 10000 };
+  enum { TWO_AT_MOST = 5, UNKNOWN = 100000 };
   if (self->age < 1 || !(self->target > 0)) return 0;
   const double change = self->drift * self->age;
   if (change == 0) return norm < UNKNOWN * self->target;
