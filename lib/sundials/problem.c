@@ -450,8 +450,10 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
 
 void flesh_problem_end(flesh_problem *self, const double *u)
 {
-  if (!self->kept || self->age < 1 || !self->pcg || !self->residual.known || !same(self, u, self->residual.u)) return;
-  learn_drift(self, flesh_pcg_departure(self->pcg, self->residual.r), self->smallest_norm);
+  /* Nothing, where nothing was to be solved. */
+  if (!self->kept || self->age < 1 || !self->pcg || !(self->smallest_norm > 0)) return;
+  if (self->residual.known && same(self, u, self->residual.u))
+    learn_drift(self, flesh_pcg_departure(self->pcg, self->residual.r), self->smallest_norm);
 }
 
 int flesh_problem_factor(flesh_problem *self)
