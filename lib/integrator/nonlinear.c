@@ -39,7 +39,7 @@ static int kinsol_options(flesh_nonlinear *self)
   failed |= KINSetLinearSolver(kinsol, self->solver, self->matrix);
   failed |= KINSetJacFn(kinsol, flesh_kinsol_jacobian);
   failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
-  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* a fresh Jacobian in every iteration */
+  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback knows when the last one serves */
   failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
   failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
   failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);

@@ -227,8 +227,9 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
 {
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
-  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance * flesh_norm(self->threads, self->n, b),
-                         self->options.max_linear, b, x, &result);
+  tolerance *= flesh_norm(self->threads, self->n, b);
+  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b, x,
+                         &result);
   self->stats.linear += result.iterations;
   return status;
 }

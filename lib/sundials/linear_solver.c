@@ -153,6 +153,17 @@ static int at_rounding(flesh_problem *problem, double norm)
   return norm <= 4 * flesh_problem_rounding(problem, problem->u_matrix);
 }
 
+/* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not below
+ * what it does not foretell; with a matrix of an earlier stage, about as deep as that. */
+static double first_forcing(const flesh_problem *problem, double norm, double tolerance)
+{
+  const double drift = problem->drift * problem->age;
+  if (problem->kept) return drift > 0 ? 0.5 * drift * norm : tolerance;
+  const double departure = problem->bend * norm * norm;
+  const double enough = departure > 0 ? problem->target * norm / (6 * problem->softness * departure) : 0;
+  return enough < tolerance && enough > departure ? enough : tolerance;
+}
+
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
  * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that where
  * the target is near. What only comes back from a larger residual does not converge. */
@@ -160,15 +171,10 @@ static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
   const double before = problem->smallest_norm, rate = norm / before, least = 0.5 * problem->target;
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
-  const double drift = problem->drift * problem->age; /* of no use to go far below what the matrix does not foretell */
-  if (problem->kept) return before > 0 ? least : fmax(least, drift > 0 ? 0.5 * drift * norm : tolerance);
-  if (!(before > 0) || problem->target == 0) {
-    const double departure = problem->bend * norm * norm, enough = problem->target * norm / (6 * problem->softness * departure);
-    if (departure > 0 && enough < tolerance && enough > departure) tolerance = enough;
-    return fmax(tolerance, least);
-  }
+  if (problem->target == 0) return tolerance;
+  if (!(before > 0)) return fmax(least, first_forcing(problem, norm, tolerance));
   const double foreseen = 0.9 * rate * rate * norm;
-  return foreseen < 20 * least ? least : fmin(tolerance, foreseen);
+  return problem->kept || foreseen < 20 * least ? least : fmin(tolerance, foreseen);
 }
 
 /* The Newton step q from u, where the residual is -b of the given norm, unguarded. */
@@ -216,8 +222,8 @@ static void go_beyond(solver *self, double *p)
   const double s = fmin(1, problem->stride > 0 ? fmax(problem->stride / length, 2 * cut) : first * cut);
   for (int d = 0; d < n; d++) to[d] = from[d] + s / cut * p[d];
   /* Otherwise it is nothing stiff that has cut the step. */
-  if (flesh_problem_residual(problem, to, b) || flesh_norm(problem->threads, n, b) < wall * flesh_norm(problem->threads, n, problem->gradient))
-    return;
+  if (flesh_problem_residual(problem, to, b)) return;
+  if (flesh_norm(problem->threads, n, b) < wall * flesh_norm(problem->threads, n, problem->gradient)) return;
   const double falls = -s / cut * flesh_dot(problem->threads, n, problem->gradient, p);
   double before = INFINITY;
   for (int leg = 0; leg < LEGS && !(value < reached); leg++) {

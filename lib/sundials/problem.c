@@ -156,8 +156,9 @@ static void keep_what_serves(flesh_problem *self)
   } else if (self->age >= 0) {
     self->age++;
   }
-  self->softness = self->bend == 0 ? 1 : self->kept ? fmax(1, 0.95 * self->softness) : self->softness;
-  if (!self->kept) self->drift *= 0.97; /* what is calmer by now is to be found out */
+  /* What is calmer by now is to be found out. */
+  self->softness = fmax(1, 0.95 * self->softness);
+  if (!self->kept) self->drift *= 0.97;
   self->goes_on = 0;
 }
 
@@ -407,21 +408,20 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   return FLESH_OK;
 }
 
-/* What K of an earlier stage foretold, and what came: how much it changes with every stage, against itself. */
-static void learn_drift(flesh_problem *self, double departure, double before)
+/* How far the residual is from what K foretold at the last linear solve. */
+static double departure_of(const flesh_problem *self, const double *residual)
 {
-  self->drift = departure / (before * self->age);
+  return self->pcg ? flesh_pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
 }
 
 /* Whether K of an earlier stage serves for a stage's first iteration: where what it will not foretell ends at the target
  * by one iteration, or by two. */
-static int drifts_little(flesh_problem *self, double norm)
+static int drifts_little(const flesh_problem *self, double norm)
 {
-  enum { TWO_AT_MOST = 5, UNKNOWN = 100000 };
+  static const double unknown = 1e5; /* so many targets are reached by two if it drifts little */
+  const double drift = self->drift * self->age, once = drift * norm, twice = self->softness * drift * once;
   if (self->age < 1 || !(self->target > 0)) return 0;
-  const double change = self->drift * self->age;
-  if (change == 0) return norm < UNKNOWN * self->target;
-  return 4 * change * norm <= self->target || TWO_AT_MOST * self->softness * change * change * norm <= self->target;
+  return drift > 0 ? fmin(4 * once, 5 * twice) <= self->target : norm < unknown * self->target;
 }
 
 int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double *residual)
@@ -432,14 +432,14 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
     if (!drifts_little(self, norm)) return 0;
   } else {
     if (!(norm < before)) return 0;
-    const double departure = self->pcg ? flesh_pcg_departure(self->pcg, residual) : norm;
-    if (self->age > 0) learn_drift(self, departure, before);
-    else if (self->kept) self->softness = fmax(self->softness, self->softness * departure / self->next_departure);
-    else self->bend = departure / (before * before);
+    const double off = departure_of(self, residual);
+    if (self->age > 0) self->drift = off / (before * self->age);
+    else if (self->kept) self->softness *= fmin(fmax(off / self->next_departure, 1), 8);
+    else self->bend = off / (before * before);
     /* What was not foretold from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one;
      * the step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own
      * length. */
-    self->next_departure = 2 * self->softness * departure * norm / before;
+    self->next_departure = 2 * self->softness * off * norm / before;
     if (!(self->next_departure <= 0.5 * self->target)) return 0;
   }
   flesh_copy(self->threads, self->n, u, self->u_matrix);
@@ -450,10 +450,9 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
 
 void flesh_problem_end(flesh_problem *self, const double *u)
 {
-  /* Nothing, where nothing was to be solved. */
-  if (!self->kept || self->age < 1 || !self->pcg || !(self->smallest_norm > 0)) return;
-  if (self->residual.known && same(self, u, self->residual.u))
-    learn_drift(self, flesh_pcg_departure(self->pcg, self->residual.r), self->smallest_norm);
+  const double before = self->smallest_norm; /* 0: nothing was to be solved */
+  if (self->kept && self->age > 0 && before > 0 && self->residual.known && same(self, u, self->residual.u))
+    self->drift = departure_of(self, self->residual.r) / (before * self->age);
 }
 
 int flesh_problem_factor(flesh_problem *self)

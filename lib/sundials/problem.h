@@ -117,8 +117,9 @@ double flesh_problem_way(flesh_problem *problem, const double *from, const doubl
 /* Assembles K at u with constraints applied; `project` where the elements must be positive semi-definite, by the
  * filter that the options and the last step's success call for. */
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
-/* Whether K, assembled at an earlier iterate of the stage, serves at u, too, where the residual is as given: as little as
- * that differs from what K foretold, one more step with it ends at the target. Then it counts as assembled there. */
+/* Whether K, assembled at an earlier iterate of this stage or of one that it goes on from, serves at u, too, where the
+ * residual is as given: as little as residuals differ from what K foretells, steps with it end at the target as soon as
+ * with a new one. Then it counts as assembled there. */
 int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, const double *residual);
 /* What a stage that has ended at u tells of K. */
 void flesh_problem_end(flesh_problem *problem, const double *u);
