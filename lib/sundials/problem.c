@@ -145,10 +145,12 @@ int flesh_problem_find_fixed(flesh_problem *self, double t)
 }
 
 /* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
- * body does not change much from step to step. So may the matrix, as long as it foretells residuals. */
+ * body does not change much from step to step. So may the matrix of a calm one, as long as it foretells residuals. */
 static void keep_what_serves(flesh_problem *self)
 {
   const flesh_shift *now = &self->stage.shift, *before = &self->factored;
+  const flesh_solve_stats *last = &self->stats;
+  if (last->newton > 3 || last->projections > 0 || last->backtracks > 0) self->age = -1;
   if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
       now->a != before->a) {
     self->paces[0] = self->paces[1] = self->bend = self->drift = 0;
