@@ -83,13 +83,15 @@ static void every_solver_takes_the_same_step(void)
   check_same_step(FLESH_ENERGY_B, 0);
 }
 
-/* A matrix serves for a second iteration where what it foretold came true. */
+/* A matrix serves for a second iteration where what it foretold came true, and loosely solved steps after it. */
 static void iterations_keep_matrices_that_foretell(void)
 {
   enum { STEPS = 30 };
-  static const double tolerances[] = {1e-11, 1e-8, 1e-6}, most[] = {1.6, 1.4, 1.4}; /* matrices a step */
+  /* The most Newton iterations and matrices a step. */
+  static const double tolerances[] = {1e-11, 1e-8, 1e-6, 1e-4}, newton[] = {2.5, 2.3, 2.2, 1.7},
+                      matrices[] = {1.6, 1.4, 1.4, 0.8};
   double *exact = NULL;
-  for (int k = 0; k < 3; k++) {
+  for (int k = 0; k < 4; k++) {
     test_body b;
     flesh_solver_options options = test_options(tolerances[k]);
     flesh_integrator *integrator = NULL;
@@ -102,8 +104,9 @@ static void iterations_keep_matrices_that_foretell(void)
       CHECK(stats.residual_last <= stats.residual_target);
     }
     printf("# to %g: %d Newton iterations, %d matrices\n", options.newton_tolerance, stats.newton, stats.assemblies);
-    CHECK(stats.projections == 0 && stats.assemblies < stats.newton && stats.assemblies >= STEPS);
-    CHECK_BELOW(stats.assemblies, most[k] * STEPS);
+    CHECK(stats.projections == 0);
+    CHECK_BELOW(stats.newton, newton[k] * STEPS);
+    CHECK_BELOW(stats.assemblies, matrices[k] * STEPS);
     if (!exact) {
       exact = malloc((size_t)b.n * sizeof *exact);
       memcpy(exact, b.state.x, (size_t)b.n * sizeof *exact);
