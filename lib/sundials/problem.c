@@ -416,8 +416,8 @@ static double departure_of(const flesh_problem *self, const double *residual)
   return self->pcg ? flesh_pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
 }
 
-/* Whether K of an earlier stage serves for a stage's first iteration: where what it will not foretell ends at the target
- * by one iteration, or by two. */
+/* Whether K of an earlier stage serves for a stage's first iteration: where what it will not foretell ends at the
+ * target by one iteration, or by two. */
 static int drifts_little(const flesh_problem *self, double norm)
 {
   static const double unknown = 1e5; /* so many targets are reached by two if it drifts little */
