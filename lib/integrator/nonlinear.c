@@ -252,7 +252,6 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
     int strategy = search ? KIN_LINESEARCH : KIN_NONE;
     status = judge(self, iterate(self, strategy, extensions), target, stats);
   }
-  if (!status) flesh_problem_end(problem, u);
   if (!status) flesh_problem_reach(problem, u);
   add_counts(problem, stats);
   return status;

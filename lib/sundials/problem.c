@@ -365,8 +365,23 @@ int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, do
   return flesh_problem_potential(self, u, phi, magnitude);
 }
 
+/* How far the residual is from what K foretold at the last linear solve. */
+static double departure_of(const flesh_problem *self, const double *residual)
+{
+  return self->pcg ? flesh_pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
+}
+
+/* How far K of an earlier stage was off by the end of this one, at u. */
+static void learn_drift(flesh_problem *self, const double *u)
+{
+  const double before = self->smallest_norm; /* 0: nothing was to be solved */
+  if (self->kept && self->age > 0 && before > 0 && self->residual.known && same(self, u, self->residual.u))
+    self->drift = departure_of(self, self->residual.r) / (before * self->age);
+}
+
 void flesh_problem_reach(flesh_problem *self, const double *u)
 {
+  learn_drift(self, u);
   self->reached.there.known = 0;
   if (self->stage.shift.x != 1 || !knows_potential(self, u)) return; /* else no step ends where the stage does */
   point_at(self, u);
@@ -410,12 +425,6 @@ int flesh_problem_assemble(flesh_problem *self, const double *u, int project)
   return FLESH_OK;
 }
 
-/* How far the residual is from what K foretold at the last linear solve. */
-static double departure_of(const flesh_problem *self, const double *residual)
-{
-  return self->pcg ? flesh_pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
-}
-
 /* Whether K of an earlier stage serves for a stage's first iteration: where what it will not foretell ends at the
  * target by one iteration, or by two. */
 static int drifts_little(const flesh_problem *self, double norm)
@@ -448,13 +457,6 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
   self->zeroed = 0;
   self->kept = 1;
   return 1;
-}
-
-void flesh_problem_end(flesh_problem *self, const double *u)
-{
-  const double before = self->smallest_norm; /* 0: nothing was to be solved */
-  if (self->kept && self->age > 0 && before > 0 && self->residual.known && same(self, u, self->residual.u))
-    self->drift = departure_of(self, self->residual.r) / (before * self->age);
 }
 
 int flesh_problem_factor(flesh_problem *self)

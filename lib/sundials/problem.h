@@ -106,7 +106,7 @@ int flesh_problem_evaluate(flesh_problem *problem, const double *u, double *phi,
 int flesh_problem_find_fixed(flesh_problem *problem, double t);
 /* Turns the rows and columns of the fixed dofs of K into those of the identity, scaled. */
 void flesh_problem_fix_matrix(flesh_problem *problem);
-/* Remembers what is known of the potential at u, where the stage ends. */
+/* Remembers what is known at u, where the stage ends: of the potential, and of how an older K has served. */
 void flesh_problem_reach(flesh_problem *problem, const double *u);
 /* Whether nothing bars the straight way from the lagged state to u. */
 int flesh_problem_reaches(flesh_problem *problem, const double *u);
@@ -121,8 +121,6 @@ int flesh_problem_assemble(flesh_problem *problem, const double *u, int project)
  * residual is as given: as little as residuals differ from what K foretells, steps with it end at the target as soon as
  * with a new one. Then it counts as assembled there. */
 int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, const double *residual);
-/* What a stage that has ended at u tells of K. */
-void flesh_problem_end(flesh_problem *problem, const double *u);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
 /* The acceleration a [3*n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
