@@ -164,6 +164,9 @@ static double first_forcing(const flesh_problem *problem, double norm, double to
   return enough < tolerance && enough > departure ? enough : tolerance;
 }
 
+/* Solves with a matrix that serves again go so far below what it will not foretell. */
+static const double DEPARTED = 0.8;
+
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
  * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that where
  * the target is near. What only comes back from a larger residual does not converge. */
@@ -173,8 +176,9 @@ static double forcing(flesh_problem *problem, double norm, double tolerance)
   if (!(before > 0) || norm < before) problem->smallest_norm = norm;
   if (problem->target == 0) return tolerance;
   if (!(before > 0)) return fmax(least, first_forcing(problem, norm, tolerance));
+  if (problem->kept) return fmax(least, DEPARTED * problem->next_departure);
   const double foreseen = 0.9 * rate * rate * norm;
-  return problem->kept || foreseen < 20 * least ? least : fmin(tolerance, foreseen);
+  return foreseen < 20 * least ? least : fmin(tolerance, foreseen);
 }
 
 /* The Newton step q from u, where the residual is -b of the given norm, unguarded. */

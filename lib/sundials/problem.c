@@ -435,6 +435,14 @@ static int drifts_little(const flesh_problem *self, double norm)
   return drift > 0 ? fmin(4 * once, 5 * twice) <= self->target : norm < unknown * self->target;
 }
 
+/* Whether K, new in this stage, serves for two more iterations, of which the first ends where it does not foretell: a
+ * residual and a few linear iterations cost less than another matrix. */
+static int serves_twice(const flesh_problem *self, double norm)
+{
+  const double next = self->next_departure;
+  return self->age == 0 && 2 * self->softness * next * next <= 0.5 * self->target * norm;
+}
+
 int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double *residual)
 {
   const double before = self->smallest_norm, norm = flesh_norm(self->threads, self->n, residual);
@@ -451,7 +459,7 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
      * the step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own
      * length. */
     self->next_departure = 2 * self->softness * off * norm / before;
-    if (!(self->next_departure <= 0.5 * self->target)) return 0;
+    if (!(self->next_departure <= 0.5 * self->target) && !serves_twice(self, norm)) return 0;
   }
   flesh_copy(self->threads, self->n, u, self->u_matrix);
   self->zeroed = 0;
