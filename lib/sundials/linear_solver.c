@@ -164,7 +164,7 @@ static double first_forcing(const flesh_problem *problem, double norm, double to
   return enough < tolerance && enough > departure ? enough : tolerance;
 }
 
-/* Solves with a matrix that serves again go so far below what it will not foretell. */
+/* To this share of what a matrix that serves again will not foretell, a solve with it goes: deeper would be in vain. */
 static const double DEPARTED = 0.8;
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that

@@ -154,6 +154,7 @@ static void keep_what_serves(flesh_problem *self)
   if (flesh_problem_find_fixed(self, self->stage.t) || !self->goes_on || now->x != before->x || now->v != before->v ||
       now->a != before->a) {
     self->paces[0] = self->paces[1] = self->bend = self->drift = 0;
+    self->softness = 1;
     self->age = -1;
   } else if (self->age >= 0) {
     self->age++;
