@@ -2,14 +2,17 @@
  * "twisted" factorisation). Incomplete Cholesky is as good in it as in the order itself and twice as good as in that of
  * a mesh generator, and two threads can work on it.
  *
- * Within a half, nodes are sorted by the length of the chain of neighbours that must come before: the preconditioner
- * stays the same, but neighbours in the order no longer wait for each other. */
+ * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
+ * preconditioner stays the same, but neighbours in the order no longer wait for each other. Sorted within all of a half,
+ * nodes of one length would lie all along it, and what is stored along its line would come from far. */
 #include "sparse/halves.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+
+enum { RUN = 1024 }; /* nodes, whose vectors the first caches hold */
 
 typedef struct graph {
   int rows;
@@ -108,7 +111,8 @@ static void cuthill_mckee(graph *g, int *order)
 static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place,
                            int *length, int *room, int *counts)
 {
-  memset(counts, 0, ((size_t)g->rows + 1) * sizeof *counts);
+  const int most = end - begin;
+  memset(counts, 0, ((size_t)most + 1) * sizeof *counts);
   for (int p = begin; p < end; p++) {
     int node = order[p], longest = 0;
     for (int k = g->start[node]; k < g->start[node + 1]; k++) {
@@ -119,7 +123,7 @@ static void sort_by_chains(const graph *g, int *order, int begin, int end, const
     length[node] = longest;
     counts[longest + 1]++;
   }
-  for (int l = 0; l < g->rows; l++) counts[l + 1] += counts[l];
+  for (int l = 0; l < most; l++) counts[l + 1] += counts[l];
   for (int p = begin; p < end; p++) room[begin + counts[length[order[p]]]++] = order[p];
   memcpy(order + begin, room + begin, (size_t)(end - begin) * sizeof *order);
 }
@@ -164,10 +168,11 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
   split(&g, line, place, halves);
   for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
   memcpy(halves->stored, halves->order, rows * sizeof *halves->stored);
-  for (int part = 0; part < 3; part++) {
-    sort_by_chains(&g, halves->order, halves->begin[part], halves->begin[part + 1], place, length,
-                   length + rows + 1, length + 2 * (rows + 1));
-  }
+  for (int part = 0; part < 3; part++)
+    for (int begin = halves->begin[part], end; begin < halves->begin[part + 1]; begin = end) {
+      end = halves->begin[part + 1] - begin > RUN ? begin + RUN : halves->begin[part + 1];
+      sort_by_chains(&g, halves->order, begin, end, place, length, length + rows + 1, length + 2 * (rows + 1));
+    }
   graph_clear(&g);
   free(room);
   return FLESH_OK;
