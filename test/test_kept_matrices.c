@@ -1,4 +1,5 @@
-/* test_kept_matrices.c: matrices serve for further iterations and steps as long as residuals come out as they foretell. */
+/* test_kept_matrices.c: matrices serve for further iterations and steps as long as residuals come out as they
+ * foretell. */
 #include <stdlib.h>
 
 #include "body.h"

@@ -3,7 +3,7 @@
  * a mesh generator, and two threads can work on it.
  *
  * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
- * preconditioner stays the same, but neighbours in the order no longer wait for each other. Sorted within all of a half,
+ * preconditioner stays the same, but neighbours in the order no longer wait for each other. Sorted within a whole half,
  * nodes of one length would lie all along it, and what is stored along its line would come from far. */
 #include "sparse/halves.h"
 

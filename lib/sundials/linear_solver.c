@@ -117,7 +117,8 @@ static int solve_linear(solver *self, const double *b, double tolerance, double 
   if (problem->direct) return flesh_direct_solve(problem->direct, b, p);
   if (problem->stalled > 0 && !problem->follow) return rescue(self, b, p);
   const int limit = problem->options.max_linear, before = self->report.iterations;
-  const double pace = fmax(problem->paces[0], problem->paces[1]), patience = pace > 0 ? fmax(PATIENCE, 4 * pace) : limit;
+  const double pace = fmax(problem->paces[0], problem->paces[1]);
+  const double patience = pace > 0 ? fmax(PATIENCE, 4 * pace) : limit;
   int status = conjugate_gradients(self, patience < limit ? (int)patience : limit, b, tolerance, p);
   if (status == FLESH_NOT_CONVERGED && patience < limit) {
     status = flesh_problem_factor(problem);
@@ -153,8 +154,8 @@ static int at_rounding(flesh_problem *problem, double norm)
   return norm <= 4 * flesh_problem_rounding(problem, problem->u_matrix);
 }
 
-/* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not below
- * what it does not foretell; with a matrix of an earlier stage, about as deep as that. */
+/* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not
+ * below what it does not foretell; with a matrix of an earlier stage, about as deep as that. */
 static double first_forcing(const flesh_problem *problem, double norm, double tolerance)
 {
   const double drift = problem->drift * problem->age;
@@ -164,12 +165,12 @@ static double first_forcing(const flesh_problem *problem, double norm, double to
   return enough < tolerance && enough > departure ? enough : tolerance;
 }
 
-/* To this share of what a matrix that serves again will not foretell, a solve with it goes: deeper would be in vain. */
+/* A solve with a matrix that serves again goes to this share of what it will not foretell: deeper would be in vain. */
 static const double DEPARTED = 0.8;
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
- * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that where
- * the target is near. What only comes back from a larger residual does not converge. */
+ * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that
+ * where the target is near. What only comes back from a larger residual does not converge. */
 static double forcing(flesh_problem *problem, double norm, double tolerance)
 {
   const double before = problem->smallest_norm, rate = norm / before, least = 0.5 * problem->target;

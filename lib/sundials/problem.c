@@ -390,9 +390,9 @@ void flesh_problem_reach(flesh_problem *self, const double *u)
   self->reached.there = self->potential.placed;
 }
 
-/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a tenth
- * of the iterations in dynamics. In statics it saves none, and trusted to a fifth, which takes a third off a shear, it
- * tangles what is stretched. */
+/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a
+ * tenth of the iterations in dynamics. In statics it saves none, and trusted to a fifth, which takes a third off a
+ * shear, it tangles what is stretched. */
 static int filter_of(const flesh_problem *self)
 {
   flesh_filtering filtering = self->options.filtering;
