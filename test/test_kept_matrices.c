@@ -15,6 +15,23 @@ static void make_bar(double poisson, test_body *b)
   CHECK_OK(flesh_system_finish(b->system));
 }
 
+/* The bar after some steps. */
+static flesh_solve_stats swing(double poisson, flesh_method method, double tolerance, int steps, double h, test_body *b)
+{
+  flesh_solver_options options = test_options(tolerance);
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  make_bar(poisson, b);
+  CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
+  for (int step = 0; step < steps; step++) {
+    CHECK_OK(flesh_integrator_step(integrator, &b->state, h, &stats));
+    CHECK(stats.residual_last <= stats.residual_target);
+  }
+  printf("# to %g: %d Newton iterations, %d matrices in %d steps\n", tolerance, stats.newton, stats.assemblies, steps);
+  flesh_integrator_destroy(&integrator);
+  return stats;
+}
+
 /* A matrix serves for a second iteration where what it foretold came true, and loosely solved steps after it. */
 static void iterations_keep_matrices_that_foretell(void)
 {
@@ -25,16 +42,7 @@ static void iterations_keep_matrices_that_foretell(void)
   double *exact = NULL;
   for (int k = 0; k < 4; k++) {
     test_body b;
-    flesh_solver_options options = test_options(tolerances[k]);
-    flesh_integrator *integrator = NULL;
-    flesh_solve_stats stats = {0};
-    make_bar(0.49, &b);
-    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
-    for (int step = 0; step < STEPS; step++) {
-      CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
-      CHECK(stats.residual_last <= stats.residual_target);
-    }
-    printf("# to %g: %d Newton iterations, %d matrices\n", options.newton_tolerance, stats.newton, stats.assemblies);
+    const flesh_solve_stats stats = swing(0.49, FLESH_METHOD_BACKWARD_EULER, tolerances[k], STEPS, 1. / 60, &b);
     CHECK(stats.projections == 0);
     CHECK_BELOW(stats.newton, newton[k] * STEPS);
     CHECK_BELOW(stats.assemblies, matrices[k] * STEPS);
@@ -43,7 +51,6 @@ static void iterations_keep_matrices_that_foretell(void)
       memcpy(exact, b.state.x, (size_t)b.n * sizeof *exact);
     }
     CHECK_BELOW(test_distance(b.n, b.state.x, exact), 1e2 * tolerances[k]); /* of 2 m */
-    flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
   free(exact);
@@ -54,19 +61,9 @@ static void iterations_take_the_place_of_matrices(void)
 {
   enum { STEPS = 30 };
   test_body b;
-  flesh_solver_options options = test_options(1e-8);
-  flesh_integrator *integrator = NULL;
-  flesh_solve_stats stats = {0};
-  make_bar(0.3, &b);
-  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BDF2, &options, &integrator));
-  for (int step = 0; step < STEPS; step++) {
-    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 30, &stats));
-    CHECK(stats.residual_last <= stats.residual_target);
-  }
-  printf("# %d Newton iterations, %d matrices in %d steps\n", stats.newton, stats.assemblies, STEPS);
+  const flesh_solve_stats stats = swing(0.3, FLESH_METHOD_BDF2, 1e-8, STEPS, 1. / 30, &b);
   CHECK_BELOW(stats.assemblies, 1.6 * STEPS); /* else two a step */
   CHECK_BELOW(stats.newton + stats.assemblies, 4.1 * STEPS); /* no more iterations than matrices spared */
-  flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }
 
