@@ -32,8 +32,8 @@ static void check_same_step(flesh_energy energy, int crumpled)
       {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY},
       {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_NONE},
       {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_KINSOL},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY}};
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY}};
   double *first = NULL;
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) {
     test_body b;
@@ -49,7 +49,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
     options.projection = methods[k].projection;
     options.globalization = methods[k].globalization;
     int status = flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator);
-    if (status == FLESH_ERR_ARGUMENT && methods[k].linear == FLESH_LINEAR_KLU) {
+    if (status == FLESH_ERR_ARGUMENT && methods[k].linear == FLESH_LINEAR_CHOLMOD) {
       printf("# no CHOLMOD in this build\n");
       test_body_destroy(&b);
       continue;

@@ -56,6 +56,40 @@ static void products_and_constraints(void)
   test_body_destroy(&b);
 }
 
+static int coupled(const flesh_block_matrix *A, int i, int j)
+{
+  const int row = i < j ? i : j, column = i < j ? j : i;
+  return flesh_pattern_find(A->column, A->row_start[row], A->row_end[row], column) >= 0;
+}
+
+/* The order of elimination goes along the body as vectors are stored, and nodes rarely wait for the one before. */
+static void elimination_stays_near_what_is_stored(void)
+{
+  enum { NEAR = 1024 };
+  test_body b;
+  make(test_box(60, 8, 8, 8, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+  flesh_block_matrix *A = random_matrix(&b, 0);
+  flesh_halves halves;
+  CHECK_OK(flesh_halves_create(A, &halves));
+  int *place = malloc((size_t)A->rows * sizeof *place), farthest = 0, waiting = 0;
+  for (int p = 0; p < A->rows; p++) place[p] = -1;
+  for (int p = 0; p < A->rows; p++) place[halves.stored[p]] = p;
+  for (int p = 0; p < A->rows; p++) {
+    CHECK(place[halves.order[p]] >= 0);
+    farthest = abs(place[halves.order[p]] - p) > farthest ? abs(place[halves.order[p]] - p) : farthest;
+    waiting += p > 0 && coupled(A, halves.order[p], halves.order[p - 1]);
+  }
+  printf("# halves of %d and %d nodes: at most %d places apart, %d of %d coupled to the one before\n", halves.begin[1],
+         halves.begin[2] - halves.begin[1], farthest, waiting, A->rows);
+  CHECK(halves.begin[1] > 2 * NEAR && halves.begin[2] - halves.begin[1] > 2 * NEAR);
+  CHECK(farthest < NEAR);
+  CHECK_BELOW(waiting, 0.05 * A->rows);
+  free(place);
+  flesh_halves_clear(&halves);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
 static void twice(void *data, int begin, int end)
 {
   double *x = data;
@@ -326,7 +360,8 @@ static void triangles_round_alike(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(products_by_halves), TEST(triangles_round_alike),
+  return RUN_TESTS(argc, argv, TEST(products_and_constraints), TEST(elimination_stays_near_what_is_stored),
+                   TEST(products_by_halves), TEST(triangles_round_alike),
                    TEST(block_inverses), TEST(scalar_view_is_the_matrix), TEST(direct_solvers_solve),
                    TEST(symmetric_factors_tell_what_is_indefinite));
 }

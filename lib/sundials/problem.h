@@ -119,7 +119,7 @@ double flesh_problem_way(flesh_problem *problem, const double *from, const doubl
 int flesh_problem_assemble(flesh_problem *problem, const double *u, int project);
 /* Whether K, assembled at an earlier iterate of this stage or of one that it goes on from, serves at u, too, where the
  * residual is as given: as little as residuals differ from what K foretells, steps with it end at the target as soon as
- * with a new one. Then it counts as assembled there. */
+ * with a new one, or by one more. Then it counts as assembled there. */
 int flesh_problem_keep_matrix(flesh_problem *problem, const double *u, const double *residual);
 /* Prepares the linear solver for K. */
 int flesh_problem_factor(flesh_problem *problem);
