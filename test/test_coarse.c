@@ -40,7 +40,7 @@ static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double
   const int rows = halves->begin[3];
   double *lanes = aligned_alloc(32, (size_t)rows * 8 * sizeof *lanes), *out = lanes + 4 * rows;
   memset(lanes, 0, (size_t)rows * 8 * sizeof *lanes);
-  for (int p = 0; p < rows; p++) memcpy(lanes + 4 * p, r + 3 * halves->stored[p], 3 * sizeof *r);
+  for (int p = 0; p < rows; p++) memcpy(lanes + 4 * p, r + 3 * halves->order[p], 3 * sizeof *r);
   for (int cell = flesh_coarse_cells(coarse) - 1; cell >= 0; cell--)
     flesh_coarse_restrict(coarse, cell, VECTOR_SCALE, lanes);
   const double back = MATRIX_SCALE / VECTOR_SCALE, product = flesh_coarse_solve(coarse) * back / VECTOR_SCALE;
@@ -49,7 +49,7 @@ static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double
   double expected = 0;
   for (int d = 0; d < 4 * rows; d++) expected += d % 4 < 3 ? lanes[d] * out[d] : 0;
   CHECK_NEAR(product, expected, 1e-5 * fabs(expected));
-  for (int p = 0; p < rows; p++) memcpy(z + 3 * halves->stored[p], out + 4 * p, 3 * sizeof *z);
+  for (int p = 0; p < rows; p++) memcpy(z + 3 * halves->order[p], out + 4 * p, 3 * sizeof *z);
   free(lanes);
 }
 

@@ -31,7 +31,6 @@ static const double SOFTENED = 0.05;
 
 enum {
   SLACK = 4, /* a block's last row is loaded with the number after it */
-  AHEAD = 16, /* rows whose r or z, which is stored in another order, is fetched ahead */
   /* Factors beyond the caches (MANY pairs) are fetched far ahead, in lines of 64 bytes: FAR of them are some thirty
    * rows, a row is about LINES. */
   MANY = 60000, FAR = 64, LINES = 3
@@ -46,8 +45,6 @@ struct flesh_cholesky {
   int rows;
   int begin[4]; /* of the halves and the rows between */
   int *order;   /* [rows] nodes in the order of elimination */
-  int *place;   /* [-AHEAD..rows+AHEAD) where vectors store them, from one end to the other and beyond */
-  int *rank;    /* [rows+AHEAD] where in the order of elimination each is that vectors store there */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
   int *source;                     /* A's block of each, or ~ of its transpose's */
@@ -160,10 +157,6 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
     failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
   failed |= !(self->order = malloc((rows + 1) * sizeof *self->order));
-  int *place = malloc((rows + 2 * AHEAD) * sizeof *place);
-  failed |= !place;
-  self->place = place ? place + AHEAD : NULL;
-  failed |= !(self->rank = calloc(rows + AHEAD, sizeof *self->rank));
   failed |= !(self->diagonal = flesh_large((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->dropped = flesh_large((rows + 1) * sizeof *self->dropped));
   failed |= !(self->work = flesh_large((12 * blocks + SLACK) * sizeof(float)));
@@ -197,10 +190,6 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halve
   }
   if (!status) {
     memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
-    for (int p = 0; p < A->rows; p++) place[halves->stored[p]] = p;
-    for (int p = -AHEAD; p < A->rows + AHEAD; p++)
-      self->place[p] = place[self->order[p < 0 ? 0 : p < A->rows ? p : A->rows - 1]];
-    for (int p = 0; p < A->rows; p++) self->rank[self->place[p]] = p;
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
   if (!status) {
@@ -225,11 +214,10 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
                     self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
-                    self->partners, self->inverse, self->y, self->rank};
+                    self->partners, self->inverse, self->y};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_triangle_clear(&self->upper);
   flesh_triangle_clear(&self->lower);
-  if (self->place) free(self->place - AHEAD);
   free(self->order);
   free(self);
   *cholesky = NULL;
@@ -392,13 +380,12 @@ static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
   const flesh_triangle lower = self->lower;
-  const int *place = self->place, far = lower.start[lower.rows] > MANY;
+  const int far = lower.start[lower.rows] > MANY;
   float *y = self->y;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
-    __builtin_prefetch(s->r + 4 * (size_t)place[p + AHEAD]);
     if (far) expect(&lower, lower.start[p], FAR);
     *(flesh_float4 *)(y + 4 * (size_t)p) =
-        FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)place[p])) -
+        FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)p)) -
         flesh_triangle_product(&lower, lower.start[p], lower.start[p + 1], y);
   }
 }
@@ -448,9 +435,8 @@ void flesh_cholesky_turn(const flesh_cholesky *self, const flesh_coarse *coarse,
                          double beta, double *p)
 {
   for (int k = begin; k < end; k++) {
-    __builtin_prefetch(self->y + 4 * (size_t)self->rank[k + AHEAD]);
     flesh_double4 *pk = (flesh_double4 *)(p + 4 * (size_t)k);
-    *pk = back * FLESH_LANES_WIDE(*(const flesh_float4 *)(self->y + 4 * (size_t)self->rank[k])) + beta * *pk;
+    *pk = back * FLESH_LANES_WIDE(*(const flesh_float4 *)(self->y + 4 * (size_t)k)) + beta * *pk;
   }
   if (coarse) flesh_coarse_add(coarse, begin, end, COARSE_SHARE * back, p);
 }
@@ -459,7 +445,7 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
                between = rows - (size_t)self->begin[2];
-  return sizeof *self + rows * (5 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
+  return sizeof *self + rows * (3 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
          blocks * (3 * sizeof(int) + 12 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
          between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float) +

@@ -226,7 +226,7 @@ int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, in
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
   self->threads = threads;
-  int status = build(self, A, positions, vertices, halves->stored);
+  int status = build(self, A, positions, vertices, halves->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }

@@ -3,8 +3,8 @@
  * a mesh generator, and two threads can work on it.
  *
  * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
- * preconditioner stays the same, but neighbours in the order no longer wait for each other. Sorted within a whole half,
- * nodes of one length would lie all along it, and what is stored along its line would come from far. */
+ * preconditioner stays the same, but neighbours in the order no longer wait for each other. Runs are short, as what lies
+ * in this order is read along the line, too. */
 #include "sparse/halves.h"
 
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 
 #include "base/error.h"
 
-enum { RUN = 1024 }; /* nodes, whose vectors the first caches hold */
+enum { RUN = 128 }; /* nodes */
 
 typedef struct graph {
   int rows;
@@ -154,9 +154,9 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
 {
   const size_t rows = (size_t)A->rows;
   graph g;
-  *halves = (flesh_halves){.order = malloc((rows + 1) * sizeof(int)), .stored = malloc((rows + 1) * sizeof(int))};
+  *halves = (flesh_halves){.order = malloc((rows + 1) * sizeof(int))};
   int *room = malloc(5 * (rows + 1) * sizeof *room);
-  if (!graph_create(A, &g) || !halves->order || !halves->stored || !room) {
+  if (!graph_create(A, &g) || !halves->order || !room) {
     graph_clear(&g);
     free(room);
     flesh_halves_clear(halves);
@@ -167,7 +167,6 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
   for (int p = 0; p < A->rows; p++) place[line[p]] = p;
   split(&g, line, place, halves);
   for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
-  memcpy(halves->stored, halves->order, rows * sizeof *halves->stored);
   for (int part = 0; part < 3; part++)
     for (int begin = halves->begin[part], end; begin < halves->begin[part + 1]; begin = end) {
       end = halves->begin[part + 1] - begin > RUN ? begin + RUN : halves->begin[part + 1];
@@ -181,6 +180,5 @@ int flesh_halves_create(const flesh_block_matrix *A, flesh_halves *halves)
 void flesh_halves_clear(flesh_halves *halves)
 {
   free(halves->order);
-  free(halves->stored);
   *halves = (flesh_halves){0};
 }

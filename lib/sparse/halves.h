@@ -1,5 +1,5 @@
 /* halves.h: a body's nodes in two halves that share no block, and the few nodes between them, in an order that
- * incomplete factorisations and threads like. */
+ * incomplete factorisations, products and threads like. */
 #ifndef FLESH_SPARSE_HALVES_H
 #define FLESH_SPARSE_HALVES_H
 
@@ -7,12 +7,10 @@
 
 typedef struct flesh_halves {
   /* [rows] nodes: the first half from begin[0] to begin[1], the second from begin[1] to begin[2], those between from
-   * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. */
+   * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. Factorisations go this way, and
+   * so lie vectors of four lanes a node and a pattern's rows. */
   int *order;
   int begin[4];
-  /* [rows] the same with each part along its line, where neighbours are near each other: the order in which vectors of
-   * four lanes a node are kept, and a pattern's rows. */
-  int *stored;
 } flesh_halves;
 
 /* Depends on the pattern alone. One half is empty where too many nodes would lie between. */

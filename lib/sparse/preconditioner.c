@@ -24,7 +24,7 @@ struct flesh_preconditioner_data {
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_threads *threads;
-  int *stored;      /* [rows] the mesh's numbers of the nodes as vectors store them */
+  int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   double *r;        /* [4*rows] where vectors come in the mesh's order */
   double *z;        /* [4*rows] of the last solve by blocks; the others keep it themselves */
   double back;      /* from what they keep to z */
@@ -65,17 +65,17 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->threads = threads;
   self->less = 0.5;
   const size_t rows = (size_t)A->rows;
-  int *stored = self->stored = malloc((rows + 1) * sizeof *stored);
+  int *order = self->order = malloc((rows + 1) * sizeof *order);
   self->r = flesh_large_zeroed((4 * rows + 1) * sizeof *self->r);
   self->z = flesh_large_zeroed((4 * rows + 1) * sizeof *self->z);
-  int failed = !stored || !self->r || !self->z;
+  int failed = !order || !self->r || !self->z;
   if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
   flesh_halves halves = {0};
   if (!status) status = flesh_halves_create(A, &halves);
-  if (!status) memcpy(stored, halves.stored, rows * sizeof *stored);
+  if (!status) memcpy(order, halves.order, rows * sizeof *order);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = flesh_cholesky_create(A, &halves, !coarse, threads, &self->cholesky);
   if (!status && coarse)
@@ -89,7 +89,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
   free((*preconditioner)->inverse);
-  free((*preconditioner)->stored);
+  free((*preconditioner)->order);
   free((*preconditioner)->r);
   free((*preconditioner)->z);
   flesh_cholesky_destroy(&(*preconditioner)->cholesky);
@@ -156,7 +156,7 @@ static double solve_blocks(flesh_preconditioner_data *self, const double *r)
 {
   double product = 0;
   for (size_t p = 0; p < (size_t)self->rows; p++) {
-    const double *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->stored[p];
+    const double *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->order[p];
     const double *x = r + 4 * p;
     double *z = self->z + 4 * p;
     for (int c = 0; c < 3; c++) {
@@ -194,7 +194,7 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
   double square = 0;
   for (size_t p = 0; p < (size_t)self->rows; p++)
     for (size_t c = 0; c < 3; c++) {
-      const double value = r[3 * (size_t)self->stored[p] + c];
+      const double value = r[3 * (size_t)self->order[p] + c];
       self->r[4 * p + c] = value;
       square += value * value;
     }
@@ -203,7 +203,7 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
   memset(p, 0, 4 * (size_t)self->rows * sizeof *p);
   flesh_preconditioner_turn(self, 0, self->rows, 0, p);
   for (size_t k = 0; k < (size_t)self->rows; k++) {
-    memcpy(z + 3 * (size_t)self->stored[k], p + 4 * k, 3 * sizeof *z);
+    memcpy(z + 3 * (size_t)self->order[k], p + 4 * k, 3 * sizeof *z);
     p[4 * k + 3] = 0;
   }
 }

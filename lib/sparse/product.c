@@ -34,7 +34,7 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
   }
-  memcpy(product->rows, halves->stored, rows * sizeof *product->rows);
+  memcpy(product->rows, halves->order, rows * sizeof *product->rows);
   for (int p = 0; p <= A->rows; p++) product->first[p] = A->row_start[p < A->rows ? product->rows[p] : p];
   for (int part = 0; part < 3; part++) {
     for (int p = 0; p < A->rows; p++)

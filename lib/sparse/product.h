@@ -11,7 +11,7 @@
 enum { FLESH_PRODUCT_PADDING = 4 };
 
 typedef struct flesh_product {
-  int *rows;    /* [begin[3]] the halves' stored: x and y hold node rows[p] at p */
+  int *rows;    /* [begin[3]] the halves' order: x and y hold node rows[p] at p */
   int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
   int begin[4];
   int blocks;

@@ -24,7 +24,7 @@ static int lay_out(flesh_pattern *pattern)
   flesh_halves halves = {0};
   int status = column ? flesh_halves_create(&A, &halves) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
-    const int i = halves.stored[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
+    const int i = halves.order[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
     memcpy(column + count, pattern->column + from, (size_t)length * sizeof *column);
     pattern->row_start[i] = count;
     pattern->row_end[i] = count += length;
