@@ -41,8 +41,8 @@ static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double
   double *lanes = aligned_alloc(32, (size_t)rows * 8 * sizeof *lanes), *out = lanes + 4 * rows;
   memset(lanes, 0, (size_t)rows * 8 * sizeof *lanes);
   for (int p = 0; p < rows; p++) memcpy(lanes + 4 * p, r + 3 * halves->order[p], 3 * sizeof *r);
-  for (int cell = flesh_coarse_cells(coarse) - 1; cell >= 0; cell--)
-    flesh_coarse_restrict(coarse, cell, VECTOR_SCALE, lanes);
+  flesh_coarse_restrict(coarse, 1, rows / 4, rows, VECTOR_SCALE, lanes);
+  flesh_coarse_restrict(coarse, 0, 0, rows / 4, VECTOR_SCALE, lanes);
   const double back = MATRIX_SCALE / VECTOR_SCALE, product = flesh_coarse_solve(coarse) * back / VECTOR_SCALE;
   flesh_coarse_add(coarse, rows / 3, rows, back, out);
   flesh_coarse_add(coarse, 0, rows / 3, back, out);

@@ -363,7 +363,6 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
 typedef struct substitution {
   flesh_cholesky *cholesky;
   flesh_coarse *coarse;
-  int cells; /* its */
   double scale;
   const double *r;
   double products[3]; /* of r and z, part by part */
@@ -375,7 +374,7 @@ static inline void expect(const flesh_triangle *triangle, int pair, int lines)
   for (int line = 0; line < LINES; line++) FLESH_EXPECT_ONCE(words + 16 * line);
 }
 
-/* y = (I + U^T)^-1 r on the rows of a part. */
+/* y = (I + U^T)^-1 r on the rows of a part, whose r then goes to the coarse level. */
 static void forward(const substitution *s, int part)
 {
   flesh_cholesky *self = s->cholesky;
@@ -388,6 +387,8 @@ static void forward(const substitution *s, int part)
         FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)p)) -
         flesh_triangle_product(&lower, lower.start[p], lower.start[p + 1], y);
   }
+  if (s->coarse)
+    flesh_coarse_restrict(s->coarse, part == 1, self->begin[part], self->begin[part + 1], s->scale, s->r);
 }
 
 /* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part; r.z = y.D^-1 y. */
@@ -409,21 +410,14 @@ static void backward(substitution *s, int part)
   s->products[part] = (product[0] + product[1]) + product[2];
 }
 
-/* Half by half, and between them the coarse level's cells, which one of the threads may take over from the other. */
-static void forward_task(void *data, int task)
-{
-  const substitution *s = data;
-  if (task == 0) forward(s, 0);
-  else if (task <= s->cells) flesh_coarse_restrict(s->coarse, task - 1, s->scale, s->r);
-  else forward(s, 1);
-}
+static void forward_half(void *data, int half) { forward(data, half); }
 
 static void backward_half(void *data, int half) { backward(data, half); }
 
 double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, const double *r)
 {
-  substitution s = {self, coarse, coarse ? flesh_coarse_cells(coarse) : 0, scale, r, {0}};
-  flesh_threads_run(self->threads, s.cells + 2, forward_task, &s);
+  substitution s = {self, coarse, scale, r, {0}};
+  flesh_threads_run(self->threads, 2, forward_half, &s);
   forward(&s, 2);
   const double smooth = coarse ? COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
   backward(&s, 2);

@@ -19,8 +19,7 @@ enum {
   N = FLESH_BLOCK12,
   CORNERS = 8,
   SLOTS = 4,  /* vertices of a patch */
-  PARTS = 2,  /* of the pairs of cells, added up one by one, however many threads there are */
-  AHEAD = 64, /* members whose r is fetched ahead, as cells are not contiguous in memory */
+  PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
   MOST = 16384 /* vertices */
 };
 
@@ -37,21 +36,23 @@ typedef struct pair {
   int entry[CORNERS * CORNERS]; /* where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed */
 } pair;
 
-/* Of a cell. */
-typedef struct corners {
-  flesh_float8 sums[3]; /* of r by corner, component by component */
-  flesh_float4 moves[CORNERS]; /* of 1, x, y, xy, z, xz, yz, xyz in the displacement that the last solve has found */
-} corners;
+/* Of a cell: r by corner, component by component. */
+typedef struct sums {
+  flesh_float8 of[3];
+} sums;
+
+/* Of a cell: 1, x, y, xy, z, xz, yz, xyz in the displacement that the last solve has found. */
+typedef struct moves {
+  flesh_float4 of[CORNERS];
+} moves;
 
 struct flesh_coarse {
   int rows;
   flesh_threads *threads;
   flesh_coarse_grid grid; /* its corners by their ranks */
   int *stored;            /* [rows] the mesh's number of each node */
-  int *begin, *member;    /* [cells+1], [rows+AHEAD] nodes of each cell */
-  flesh_float4 *of_member; /* [rows] the grid's `local` by member */
-  uint8_t *held;           /* [rows] bits of the fixed components */
-  corners *corners;        /* [cells] */
+  sums *sums[PARTS];      /* [cells] zero between solves */
+  moves *moves;           /* [cells] */
   term *terms;             /* [blocks] by pair, then by node */
   pair *pairs;             /* [pair_count+1] */
   int pair_count, entry_count;
@@ -73,23 +74,6 @@ static int compare_names(const void *a, const void *b)
 {
   const int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
   return (p > q) - (p < q);
-}
-
-static int make_members(flesh_coarse *self)
-{
-  const int *cell = self->grid.cell;
-  self->begin = calloc((size_t)self->grid.cells + 2, sizeof *self->begin);
-  self->member = calloc((size_t)self->rows + AHEAD, sizeof *self->member);
-  self->of_member = flesh_large(((size_t)self->rows + 1) * sizeof *self->of_member);
-  if (!self->begin || !self->member || !self->of_member) return FLESH_ERR_MEMORY;
-  for (int p = 0; p < self->rows; p++) self->begin[cell[p] + 2]++;
-  for (int c = 0; c < self->grid.cells; c++) self->begin[c + 2] += self->begin[c + 1];
-  for (int p = 0; p < self->rows; p++) { /* begin[c + 1] is where c's next member goes */
-    const int m = self->begin[cell[p] + 1]++;
-    self->member[m] = p;
-    self->of_member[m] = self->grid.local[p];
-  }
-  return FLESH_OK;
 }
 
 /* Blocks sorted by the pair of cells that they couple; `place` [rows]: where each of the mesh's nodes is stored. */
@@ -196,23 +180,24 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
   int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, &self->grid);
   int *place = malloc((rows + 1) * sizeof *place);
   self->stored = malloc((rows + 1) * sizeof *self->stored);
-  self->held = malloc(rows + 1);
-  if (!place || !self->stored || !self->held) status = FLESH_ERR_MEMORY;
+  if (!place || !self->stored) status = FLESH_ERR_MEMORY;
   if (!status) {
     memcpy(self->stored, stored, rows * sizeof *stored);
     for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
-    status = make_members(self);
+    status = make_terms(self, A, place);
   }
-  if (!status) status = make_terms(self, A, place);
   if (!status) status = make_factor(self);
   if (!status) {
     for (int e = 0; e < CORNERS * self->grid.cells; e++) {
       const int v = self->grid.corner[e];
       self->grid.corner[e] = SLOTS * self->matrix.place[self->grid.patch[v]] + self->grid.slot[v];
     }
-    self->corners = flesh_large(((size_t)self->grid.cells + 1) * sizeof *self->corners);
-    self->load = flesh_large(((size_t)self->grid.patches * N + 1) * sizeof *self->load);
-    status = self->corners && self->load ? make_entries(self) : FLESH_ERR_MEMORY;
+    const size_t cells = (size_t)self->grid.cells + 1;
+    int failed = !(self->moves = flesh_large(cells * sizeof *self->moves));
+    for (int part = 0; part < PARTS; part++)
+      failed |= !(self->sums[part] = flesh_large_zeroed(cells * sizeof *self->sums[part]));
+    failed |= !(self->load = flesh_large(((size_t)self->grid.patches * N + 1) * sizeof *self->load));
+    status = failed ? FLESH_ERR_MEMORY : make_entries(self);
   }
   free(place);
   return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
@@ -235,8 +220,8 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
 {
   if (!coarse || !*coarse) return;
   flesh_coarse *self = *coarse;
-  void *arrays[] = {self->load,   self->stored, self->begin, self->member, self->of_member,  self->held,       self->corners,
-                    self->terms,  self->pairs, self->ranks,  self->entries[0], self->entries[1]};
+  void *arrays[] = {self->load,  self->stored, self->sums[0],    self->sums[1],   self->moves, self->terms,
+                    self->pairs, self->ranks,  self->entries[0], self->entries[1]};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   flesh_coarse_grid_clear(&self->grid);
   flesh_block12_clear(&self->matrix);
@@ -266,7 +251,7 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
-  const int held = self->held[t->node];
+  const int held = (int)self->grid.local[t->node][3];
   if (t->node == t->other) /* half, as the transpose is added in the end; fixed dofs have no part in it */
     for (int e = 0; e < 9; e++) a[e] *= held >> e / 3 & 1 || held >> e % 3 & 1 ? 0 : 0.5;
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
@@ -336,37 +321,30 @@ int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double s
 {
   for (int p = 0; p < self->rows; p++) {
     const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
-    self->held[p] = (uint8_t)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
+    self->grid.local[p][3] = (float)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
   }
   flesh_threads_run(self->threads, PARTS, assemble_part, &(assembly){self, A});
   load_matrix(self, scale);
   return flesh_block12_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
 
-/* Fixed components have no part in the coarse space; few nodes have any. */
-static inline flesh_float4 without(flesh_float4 x, int held)
+/* Of a node at `local`. Fixed components have no part in the coarse space; few nodes have any. */
+static inline flesh_float4 without_held(flesh_float4 x, flesh_float4 local)
 {
-  for (int c = 0; held && c < 3; c++)
-    if (held >> c & 1) x[c] = 0;
+  for (int c = 0; local[3] > 0 && c < 3; c++)
+    if ((int)local[3] >> c & 1) x[c] = 0;
   return x;
 }
 
-int flesh_coarse_cells(const flesh_coarse *self) { return self->grid.cells; }
-
-void flesh_coarse_restrict(flesh_coarse *self, int cell, double scale, const double *r)
+void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, double scale, const double *r)
 {
-  enum { CHAINS = 2 }; /* additions wait for each other */
-  flesh_float8 sums[CHAINS][3] = {{{0}}};
-  for (int m = self->begin[cell], end = self->begin[cell + 1]; m < end; m += CHAINS)
-    for (int l = 0; l < CHAINS && m + l < end; l++) {
-      const size_t node = (size_t)self->member[m + l];
-      __builtin_prefetch(r + 4 * (size_t)self->member[m + l + AHEAD]);
-      const flesh_float8 w = weights_at(self->of_member[m + l]);
-      const flesh_float4 own =
-          without(FLESH_LANES_NARROW(scale * *(const flesh_double4 *)(r + 4 * node)), self->held[node]);
-      for (int c = 0; c < 3; c++) sums[l][c] += w * own[c];
-    }
-  for (int c = 0; c < 3; c++) self->corners[cell].sums[c] = sums[0][c] + sums[1][c];
+  for (size_t p = (size_t)begin; p < (size_t)end; p++) {
+    const flesh_float4 local = self->grid.local[p],
+                       own = without_held(FLESH_LANES_NARROW(scale * *(const flesh_double4 *)(r + 4 * p)), local);
+    const flesh_float8 w = weights_at(local);
+    flesh_float8 *sum = self->sums[part][self->grid.cell[p]].of;
+    for (int c = 0; c < 3; c++) sum[c] += w * own[c];
+  }
 }
 
 /* From displacements of the corners to those of 1, x, y, xy, z, xz, yz, xyz. */
@@ -384,14 +362,18 @@ double flesh_coarse_solve(flesh_coarse *self)
   const size_t unknowns = (size_t)self->grid.patches * N;
   double product = 0;
   memset(load, 0, unknowns * sizeof *load);
-  for (int k = 0; k < self->grid.cells; k++)
-    for (int a = 0; a < CORNERS; a++)
-      for (int c = 0; c < 3; c++) load[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += self->corners[k].sums[c][a];
+  for (int k = 0; k < self->grid.cells; k++) {
+    for (int c = 0; c < 3; c++) {
+      const flesh_float8 sum = self->sums[0][k].of[c] + self->sums[1][k].of[c];
+      for (int a = 0; a < CORNERS; a++) load[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += sum[a];
+    }
+    for (int part = 0; part < PARTS; part++) self->sums[part][k] = (sums){0};
+  }
   memcpy(x, load, unknowns * sizeof *x);
   flesh_block12_solve(&self->matrix);
   for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   for (int k = 0; k < self->grid.cells; k++) {
-    flesh_float4 *moves = self->corners[k].moves;
+    flesh_float4 *moves = self->moves[k].of;
     for (int a = 0; a < CORNERS; a++) {
       const float *u = x + 3 * (size_t)corner[CORNERS * k + a];
       moves[a] = (flesh_float4){u[0], u[1], u[2], 0};
@@ -404,19 +386,19 @@ double flesh_coarse_solve(flesh_coarse *self)
 void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double back, double *p)
 {
   for (size_t k = (size_t)begin; k < (size_t)end; k++) {
-    const flesh_float4 at = self->grid.local[k], *m = self->corners[self->grid.cell[k]].moves;
+    const flesh_float4 at = self->grid.local[k], *m = self->moves[self->grid.cell[k]].of;
     const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
                        high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
-    *(flesh_double4 *)(p + 4 * k) += back * FLESH_LANES_WIDE(without(low + high * at[2], self->held[k]));
+    *(flesh_double4 *)(p + 4 * k) += back * FLESH_LANES_WIDE(without_held(low + high * at[2], at));
   }
 }
 
 size_t flesh_coarse_memory(const flesh_coarse *self)
 {
   const size_t rows = (size_t)self->rows, terms = (size_t)self->pairs[self->pair_count].first;
-  return sizeof *self + rows * (2 * sizeof(flesh_float4) + 1 + 3 * sizeof(int)) + terms * sizeof(term) +
+  return sizeof *self + rows * (sizeof(flesh_float4) + 2 * sizeof(int)) + terms * sizeof(term) +
          (size_t)self->pair_count * sizeof(pair) +
-         (size_t)self->grid.cells * (sizeof(corners) + (CORNERS + 1) * sizeof(int)) +
+         (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
          (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) + flesh_block12_memory(&self->matrix);
 }

@@ -25,11 +25,11 @@ void flesh_coarse_destroy(flesh_coarse **coarse);
  * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
-/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, cell by cell in any order;
- * the solve, which is kept inside and returns what is added times scale r; and p += back P times it for begin <= p < end.
- * Vectors of four lanes a node as the halves store them. */
-int flesh_coarse_cells(const flesh_coarse *coarse);
-void flesh_coarse_restrict(flesh_coarse *coarse, int cell, double scale, const double *r);
+/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, range by range of nodes, each
+ * of two parts by one thread at a time; the solve, which is kept inside and returns what is added times scale r; and p +=
+ * back P times it for begin <= p < end. Vectors of four lanes a node as the halves order them. */
+enum { FLESH_COARSE_PARTS = 2 };
+void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, double scale, const double *r);
 double flesh_coarse_solve(flesh_coarse *coarse);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, double back, double *p);
 

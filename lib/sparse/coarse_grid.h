@@ -11,7 +11,7 @@
 typedef struct flesh_coarse_grid {
   int vertices, cells, patches;
   int *cell;           /* [rows] of each node */
-  flesh_float4 *local; /* [rows] where in it, (0,0,0) to (1,1,1), and 0 */
+  flesh_float4 *local; /* [rows] where in it, (0,0,0) to (1,1,1); the fourth lane is the user's */
   int *corner;         /* [8*cells] vertices; corner a is at the upper end of axis k where bit k of a is set */
   int *patch, *slot;   /* [vertices] the group of at most four neighbours it belongs to, and its place 0 to 3 in it */
 } flesh_coarse_grid;
