@@ -28,3 +28,10 @@ void *flesh_large_zeroed(size_t bytes)
   void *memory = flesh_large(bytes);
   return memory ? memset(memory, 0, bytes) : NULL;
 }
+
+double *flesh_large_vectors(size_t count, size_t n, size_t *apart)
+{
+  const size_t line = LINE / sizeof(double);
+  *apart = (n + line - 1) / line * line;
+  return flesh_large_zeroed(count * *apart * sizeof(double));
+}

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "base/parts.h"
 
 enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
@@ -14,21 +15,16 @@ enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self)
 {
   *self = (flesh_extrapolation){.n = n, .threads = threads};
-  self->v = calloc((size_t)n + 1, sizeof(double));
-  for (int k = 0; k < POINTS; k++) {
-    self->u[k] = calloc((size_t)n + 1, sizeof(double));
-    if (!self->u[k] || !self->v) {
-      flesh_extrapolation_clear(self);
-      return flesh_fail(FLESH_ERR_MEMORY, "no memory for displacements of %d unknowns", n);
-    }
-  }
+  size_t apart;
+  self->v = flesh_large_vectors(1 + POINTS, (size_t)n, &apart);
+  if (!self->v) return flesh_fail(FLESH_ERR_MEMORY, "no memory for displacements of %d unknowns", n);
+  for (size_t k = 0; k < POINTS; k++) self->u[k] = self->v + (1 + k) * apart;
   return FLESH_OK;
 }
 
 void flesh_extrapolation_clear(flesh_extrapolation *self)
 {
-  for (int k = 0; k < POINTS; k++) free(self->u[k]);
-  free(self->v);
+  free(self->v); /* and u with it */
   *self = (flesh_extrapolation){0};
 }
 

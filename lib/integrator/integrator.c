@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
 #include "integrator/adaptive.h"
@@ -49,24 +50,22 @@ static int is_adaptive(flesh_method method)
 static int create_memory(flesh_integrator *self)
 {
   flesh_method_memory *memory = &self->memory;
-  const size_t n = (size_t)self->n + 1;
-  int failed = 0, second = flesh_method_order(self->method) > 1;
+  const int second = flesh_method_order(self->method) > 1, returned = second || flesh_system_follows(self->system);
+  double **vectors[7 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
+  size_t count = 5, apart;
   memory->n = self->n;
   flesh_method_options_default(&memory->options);
-  failed |= !(memory->v0 = calloc(n, sizeof(double)));
-  failed |= !(memory->a0 = calloc(n, sizeof(double)));
-  failed |= !(self->start = calloc(n, sizeof(double)));
-  failed |= !(self->guess = calloc(n, sizeof(double)));
-  failed |= !(self->rigid = calloc(n, sizeof(double)));
-  for (int k = 0; k < self->row->vectors; k++)
-    failed |= !(memory->vectors[k] = calloc(n, sizeof(double)));
-  if (second || flesh_system_follows(self->system)) {
-    failed |= !(self->returned.x = calloc(n, sizeof(double)));
-    failed |= !(self->returned.v = calloc(n, sizeof(double)));
+  for (int k = 0; k < self->row->vectors; k++) vectors[count++] = &memory->vectors[k];
+  if (returned) {
+    vectors[count++] = &self->returned.x;
+    vectors[count++] = &self->returned.v;
   }
+  double *first = flesh_large_vectors(count, (size_t)self->n, &apart);
+  for (size_t k = 0; first && k < count; k++) *vectors[k] = first + k * apart;
+  int failed = !first;
   int status = flesh_rigid_parts_create(self->system, &self->parts);
   if (status) return status;
-  if (self->parts.count > 1) failed |= !(self->held = calloc(n, 1));
+  if (self->parts.count > 1) failed |= !(self->held = calloc((size_t)self->n + 1, 1));
   self->costs.effects =
       calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
   if (failed || !self->costs.effects)
@@ -113,18 +112,11 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_untangler_destroy(&(*integrator)->untangler);
   flesh_adaptive_destroy(&(*integrator)->adaptive);
   flesh_prescribed_clear(&(*integrator)->prescribed);
-  free((*integrator)->memory.v0);
-  free((*integrator)->memory.a0);
-  for (int k = 0; k < FLESH_METHOD_VECTORS; k++) free((*integrator)->memory.vectors[k]);
-  free((*integrator)->returned.x);
-  free((*integrator)->returned.v);
+  free((*integrator)->memory.v0); /* and all other vectors with it */
   free((*integrator)->costs.effects);
   flesh_rigid_parts_clear(&(*integrator)->parts);
   flesh_extrapolation_clear(&(*integrator)->extrapolation);
   free((*integrator)->held);
-  free((*integrator)->start);
-  free((*integrator)->guess);
-  free((*integrator)->rigid);
   free(*integrator);
   *integrator = NULL;
 }

@@ -37,12 +37,14 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, 
   if (!status) status = flesh_product_create(A, &halves, &self->product);
   flesh_halves_clear(&halves);
   /* The product has room of its own behind the padding. */
-  const size_t bytes = ((size_t)self->product.nodes + PARTS) * sizeof *self->x;
   flesh_double4 **vectors[] = {&self->x, &self->r, &self->p, &self->z, &self->weights};
+  enum { VECTORS = sizeof vectors / sizeof vectors[0] };
+  size_t apart;
+  double *memory = flesh_large_vectors(VECTORS, 4 * ((size_t)self->product.nodes + PARTS), &apart);
   int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
-  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-    failed |= !(*vectors[k] = flesh_large_zeroed(bytes));
+  for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = (flesh_double4 *)(memory + k * apart);
+  failed |= !memory;
   if (failed && !status)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows);
   if (status) flesh_pcg_space_destroy(space);
@@ -54,11 +56,7 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
   if (!space || !*space) return;
   flesh_pcg_space *self = *space;
   flesh_product_clear(&self->product);
-  free(self->x);
-  free(self->r);
-  free(self->p);
-  free(self->z);
-  free(self->weights);
+  free(self->x); /* and the other vectors with it */
   free(self->sums);
   free(self);
   *space = NULL;

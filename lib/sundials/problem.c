@@ -72,15 +72,16 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   self->system = system;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
-  size_t bytes = (size_t)self->n * sizeof(double);
   self->fixed = calloc((size_t)self->n + 1, 1);
   self->held = calloc((size_t)self->n + 1, sizeof *self->held);
   self->fixed_rows = calloc((size_t)self->n / 3 + 1, sizeof *self->fixed_rows);
-  double **arrays[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
+  double **vectors[] = {&self->u_fixed, &self->x, &self->v, &self->a, &self->step, &self->gradient, &self->residual.u,
                        &self->residual.r, &self->potential.u, &self->reached.x, &self->u_matrix, &self->rest};
-  int failed = !self->fixed || !self->held || !self->fixed_rows || !(self->work = flesh_large(4 * bytes + 1));
-  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
-    failed |= !(*arrays[k] = flesh_large_zeroed(bytes + 1));
+  enum { WORK = 4, VECTORS = sizeof vectors / sizeof vectors[0] };
+  size_t apart;
+  double *memory = self->work = flesh_large_vectors(VECTORS + WORK, (size_t)self->n, &apart);
+  for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + (WORK + k) * apart;
+  const int failed = !self->fixed || !self->held || !self->fixed_rows || !memory;
   status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
@@ -110,19 +111,7 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->fixed);
   free(self->held);
   free(self->fixed_rows);
-  free(self->u_fixed);
-  free(self->x);
-  free(self->v);
-  free(self->a);
-  free(self->work);
-  free(self->step);
-  free(self->gradient);
-  free(self->residual.u);
-  free(self->residual.r);
-  free(self->potential.u);
-  free(self->reached.x);
-  free(self->u_matrix);
-  free(self->rest);
+  free(self->work); /* and all other vectors with it */
   flesh_block_matrix_destroy(&self->K);
   flesh_preconditioner_destroy(&self->preconditioner);
   flesh_pcg_space_destroy(&self->pcg);

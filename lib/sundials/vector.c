@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/large.h"
 #include "base/parts.h"
 
 static const char *kind_of(N_Vector_ID id)
@@ -192,10 +193,17 @@ static N_Vector clone(N_Vector v)
 
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
 {
+  const size_t bytes = (size_t)N_VGetLength(v) * sizeof(double);
   content *grown = realloc(v->content, sizeof *grown);
-  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a vector");
+  if (grown) v->content = grown;
+  double *data = grown && grown->serial.own_data ? flesh_large_zeroed(bytes) : NULL;
+  if (!grown || (grown->serial.own_data && !data)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a vector");
+  if (data) {
+    memcpy(data, grown->serial.data, bytes);
+    free(grown->serial.data);
+    grown->serial.data = data;
+  }
   grown->threads = threads;
-  v->content = grown;
   v->ops->nvclone = clone;
   v->ops->nvlinearsum = linear_sum;
   v->ops->nvconst = constant;
