@@ -22,7 +22,7 @@ typedef struct job {
   const int *slots;
   double *result; /* residual, or values of the matrix */
   double sums[PARTS][2];
-  int round, first_piece;
+  int round, first_stretch;
   _Atomic int status; /* the largest */
 } job;
 
@@ -32,34 +32,40 @@ static void note_status(job *j, int status)
   while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
 }
 
-static void first_order_of_piece(void *data, int task)
+/* The first batch of a stretch, or of what follows the last. */
+static int first_batch(const flesh_tets *self, int64_t stretch)
 {
-  job *j = data;
-  const int *batch = j->self->piece_batch + j->first_piece + task;
-  note_status(j, j->kernel->first_order(&j->self->batches, batch[0], batch[1], j->at, j->result, NULL));
+  return self->piece_batch[self->order.stretch_first[stretch]];
 }
 
-static void second_order_of_piece(void *data, int task)
+static void first_order_of_stretch(void *data, int task)
 {
   job *j = data;
-  const int *batch = j->self->piece_batch + j->first_piece + task;
-  note_status(j, j->kernel->second_order(&j->self->batches, batch[0], batch[1], j->at, j->slots, j->result));
+  const int stretch = j->first_stretch + task, from = first_batch(j->self, stretch), until = first_batch(j->self, stretch + 1);
+  note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, NULL));
 }
 
-/* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
- * pieces of many rounds go to many parts. */
+static void second_order_of_stretch(void *data, int task)
+{
+  job *j = data;
+  const int stretch = j->first_stretch + task, from = first_batch(j->self, stretch), until = first_batch(j->self, stretch + 1);
+  note_status(j, j->kernel->second_order(&j->self->batches, from, until, j->at, j->slots, j->result));
+}
+
+/* A round's stretches are dealt out in shares to the parts, from a part of its own on, so that few
+ * stretches of many rounds go to many parts. */
 static int shares_of_round(const flesh_tet_order *order, int round)
 {
-  int pieces = order->round_first[round + 1] - order->round_first[round];
-  return pieces < PARTS ? pieces : PARTS;
+  int stretches = order->round_first[round + 1] - order->round_first[round];
+  return stretches < PARTS ? stretches : PARTS;
 }
 
 static void batches_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
 {
   int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
-  int64_t pieces = self->order.round_first[round + 1] - first;
-  *from = self->piece_batch[first + pieces * share / shares];
-  *until = self->piece_batch[first + pieces * (share + 1) / shares];
+  int64_t stretches = self->order.round_first[round + 1] - first;
+  *from = first_batch(self, first + stretches * share / shares);
+  *until = first_batch(self, first + stretches * (share + 1) / shares);
 }
 
 /* The same sums in the same order as by both_of_share, round after round. */
@@ -84,12 +90,12 @@ static void both_of_share(void *data, int task)
   note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, sums));
 }
 
-static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
+static int run_stretches(job *j, flesh_threads *threads, flesh_task *task)
 {
   const flesh_tet_order *order = &j->self->order;
   for (int c = 0; c < order->rounds && !j->status; c++) {
-    j->first_piece = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j->first_piece, task, j);
+    j->first_stretch = order->round_first[c];
+    flesh_threads_run(threads, order->round_first[c + 1] - j->first_stretch, task, j);
   }
   return j->status;
 }
@@ -98,7 +104,7 @@ int flesh_tets_first_order(const flesh_tets *self, const flesh_tet_kernel *kerne
                            const flesh_tet_point *at, flesh_threads *threads, double *r, double *sums)
 {
   job j = {.self = self, .kernel = kernel, .at = at, .result = r};
-  if (!sums) return run_pieces(&j, threads, first_order_of_piece);
+  if (!sums) return run_stretches(&j, threads, first_order_of_stretch);
   if (!r) flesh_threads_run(threads, PARTS, sums_of_part, &j);
   for (; r && j.round < self->order.rounds && !j.status; j.round++)
     flesh_threads_run(threads, shares_of_round(&self->order, j.round), both_of_share, &j);
@@ -126,7 +132,7 @@ int flesh_tets_second_order(const flesh_tets *self, const flesh_tet_kernel *kern
                             double *values)
 {
   job j = {.self = self, .kernel = kernel, .at = at, .slots = slots, .result = values};
-  return run_pieces(&j, threads, second_order_of_piece);
+  return run_stretches(&j, threads, second_order_of_stretch);
 }
 
 static const flesh_tet_kernels *kernels_for(flesh_instructions instructions)
@@ -283,5 +289,5 @@ size_t flesh_tets_memory(const flesh_tets *self)
   return tets * 4 * sizeof(int) + batches * 2 * sizeof(int) +
          (self->batches.shapes ? batches * 80 * (size_t)self->kernels->lanes : 0) +
          (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
-         (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
+         (2 * (size_t)self->order.pieces + (size_t)self->order.stretches + (size_t)self->order.rounds) * sizeof(int);
 }
