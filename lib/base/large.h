@@ -12,8 +12,9 @@ void *flesh_large(size_t bytes);
 /* The same, set to zero. */
 void *flesh_large_zeroed(size_t bytes);
 
-/* `count` vectors of n numbers, zero, in one piece, so that short ones lie on large pages, too: vector k begins `*apart`
- * numbers after vector k - 1, at a multiple of 64 bytes. Freeing the first frees all. */
+/* `count` vectors of n numbers, zero, in one piece, so that short ones lie on large pages, too; NULL when there is no
+ * memory. Vector k begins `*apart` numbers after vector k - 1, at a multiple of 64 bytes. Freeing the first frees
+ * all. */
 double *flesh_large_vectors(size_t count, size_t n, size_t *apart);
 
 #endif

@@ -32,23 +32,28 @@ static void note_status(job *j, int status)
   while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
 }
 
-/* The first batch of a stretch, or of what follows the last. */
-static int first_batch(const flesh_tets *self, int64_t stretch)
+/* The batches of the stretches begin <= s < end. */
+static void batches_of(const flesh_tets *self, int64_t begin, int64_t end, int *from, int *until)
 {
-  return self->piece_batch[self->order.stretch_first[stretch]];
+  *from = self->piece_batch[self->order.stretch_first[begin]];
+  *until = self->piece_batch[self->order.stretch_first[end]];
 }
 
 static void first_order_of_stretch(void *data, int task)
 {
   job *j = data;
-  const int stretch = j->first_stretch + task, from = first_batch(j->self, stretch), until = first_batch(j->self, stretch + 1);
+  const int stretch = j->first_stretch + task;
+  int from, until;
+  batches_of(j->self, stretch, stretch + 1, &from, &until);
   note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, NULL));
 }
 
 static void second_order_of_stretch(void *data, int task)
 {
   job *j = data;
-  const int stretch = j->first_stretch + task, from = first_batch(j->self, stretch), until = first_batch(j->self, stretch + 1);
+  const int stretch = j->first_stretch + task;
+  int from, until;
+  batches_of(j->self, stretch, stretch + 1, &from, &until);
   note_status(j, j->kernel->second_order(&j->self->batches, from, until, j->at, j->slots, j->result));
 }
 
@@ -64,8 +69,7 @@ static void batches_of_share(const flesh_tets *self, int round, int share, int *
 {
   int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
   int64_t stretches = self->order.round_first[round + 1] - first;
-  *from = first_batch(self, first + stretches * share / shares);
-  *until = first_batch(self, first + stretches * (share + 1) / shares);
+  batches_of(self, first + stretches * share / shares, first + stretches * (share + 1) / shares, from, until);
 }
 
 /* The same sums in the same order as by both_of_share, round after round. */

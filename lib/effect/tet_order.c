@@ -142,18 +142,18 @@ static int by_turn(const void *a, const void *b)
   return p->piece - q->piece;
 }
 
-/* Writes the order from the pieces as cut and their turns: a round for what is within the parts, a stretch for each part,
- * then a round for every colour of every region, a stretch for each piece. */
+/* Writes the order from the pieces as cut and their turns: a round for what is within the parts, a stretch for each
+ * part, then a round for every colour of every region, a stretch for each piece. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
   qsort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
   order->pieces = cut->pieces;
   for (int p = 0, tet = 0; p < cut->pieces; p++) {
     const turn *now = &turns[p];
-    const int region = p == 0 || now->region != now[-1].region, colour = region || now->colour != now[-1].colour,
-              inner = now->region == INNER;
-    if (inner ? region : colour) order->round_first[order->rounds++] = order->stretches;
-    if (!inner || colour) order->stretch_first[order->stretches++] = p;
+    const int inner = now->region == INNER, other_region = p == 0 || now->region != now[-1].region,
+              other_colour = other_region || now->colour != now[-1].colour;
+    if (inner ? other_region : other_colour) order->round_first[order->rounds++] = order->stretches;
+    if (other_colour || !inner) order->stretch_first[order->stretches++] = p;
     order->piece_first[p] = tet;
     for (int k = cut->piece_first[now->piece]; k < cut->piece_first[now->piece + 1]; k++)
       order->tet[tet++] = places[k].tet;

@@ -25,9 +25,9 @@ void flesh_coarse_destroy(flesh_coarse **coarse);
  * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
-/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, range by range of nodes, each
- * of two parts by one thread at a time; the solve, which is kept inside and returns what is added times scale r; and p +=
- * back P times it for begin <= p < end. Vectors of four lanes a node as the halves order them. */
+/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, range by range of nodes,
+ * each of two parts by one thread at a time; the solve, which is kept inside and returns what is added times scale r;
+ * and p += back P times it for begin <= p < end. Vectors of four lanes a node as the halves order them. */
 enum { FLESH_COARSE_PARTS = 2 };
 void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, double scale, const double *r);
 double flesh_coarse_solve(flesh_coarse *coarse);

@@ -3,8 +3,8 @@
  * a mesh generator, and two threads can work on it.
  *
  * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
- * preconditioner stays the same, but neighbours in the order no longer wait for each other. Runs are short, as what lies
- * in this order is read along the line, too. */
+ * preconditioner stays the same, but neighbours in the order no longer wait for each other. Runs are short, as
+ * products go through vectors in this order, too. */
 #include "sparse/halves.h"
 
 #include <stdlib.h>

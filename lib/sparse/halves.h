@@ -7,8 +7,8 @@
 
 typedef struct flesh_halves {
   /* [rows] nodes: the first half from begin[0] to begin[1], the second from begin[1] to begin[2], those between from
-   * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. Factorisations go this way, and
-   * so lie vectors of four lanes a node and a pattern's rows. */
+   * begin[2] to begin[3] = rows. Both halves run from the body's far ends to the middle. Factorisations go this way,
+   * and so lie vectors of four lanes a node and a pattern's rows. */
   int *order;
   int begin[4];
 } flesh_halves;
