@@ -397,22 +397,20 @@ static void check_order(const int cells[3], int fewest_pieces)
   int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
   char *seen = calloc((size_t)tets, 1);
   CHECK(order.pieces > fewest_pieces && order.rounds > 1 && order.rounds < 30 * (1 + order.pieces / 256));
-  CHECK(order.round_first[order.rounds] == order.stretches && order.stretch_first[order.stretches] == order.pieces);
+  CHECK(order.round_first[order.rounds] == order.pieces);
   CHECK(order.piece_first[order.pieces] == tets);
   for (int c = 0; c < order.rounds; c++) {
     CHECK(order.round_first[c] < order.round_first[c + 1]);
     for (int i = 0; i < nodes; i++) owner[i] = -1;
-    for (int s = order.round_first[c]; s < order.round_first[c + 1]; s++) {
-      const int first = order.stretch_first[s], last = order.stretch_first[s + 1];
-      for (int k = order.piece_first[first]; k < order.piece_first[last]; k++) {
+    for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
+      for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
         twice += seen[order.tet[k]]++;
         for (int a = 0; a < 4; a++) {
           int *own = &owner[flesh_mesh_tets(mesh)[4 * order.tet[k] + a]];
-          conflicts += *own >= 0 && *own != s;
-          *own = s;
+          conflicts += *own >= 0 && *own != p;
+          *own = p;
         }
       }
-    }
   }
   CHECK(conflicts == 0 && twice == 0);
   free(owner);
@@ -422,7 +420,7 @@ static void check_order(const int cells[3], int fewest_pieces)
 }
 
 /* In one region, and in several. */
-static void stretches_of_a_round_share_no_node(void)
+static void pieces_of_a_round_share_no_node(void)
 {
   check_order((int[]){13, 12, 11}, 20);
   check_order((int[]){30, 25, 20}, 300);
@@ -528,7 +526,7 @@ static void instructions_by_name(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(extreme_sizes),
-                   TEST(bad_states_are_told_apart), TEST(stretches_of_a_round_share_no_node),
+                   TEST(bad_states_are_told_apart), TEST(pieces_of_a_round_share_no_node),
                    TEST(threads_give_the_same_bits), TEST(places_are_kept_once),
                    TEST(instructions_by_name));
 }

@@ -22,7 +22,7 @@ typedef struct job {
   const int *slots;
   double *result; /* residual, or values of the matrix */
   double sums[PARTS][2];
-  int round, first_stretch;
+  int round, first_piece;
   _Atomic int status; /* the largest */
 } job;
 
@@ -32,44 +32,34 @@ static void note_status(job *j, int status)
   while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
 }
 
-/* The batches of the stretches begin <= s < end. */
-static void batches_of(const flesh_tets *self, int64_t begin, int64_t end, int *from, int *until)
-{
-  *from = self->piece_batch[self->order.stretch_first[begin]];
-  *until = self->piece_batch[self->order.stretch_first[end]];
-}
-
-static void first_order_of_stretch(void *data, int task)
+static void first_order_of_piece(void *data, int task)
 {
   job *j = data;
-  const int stretch = j->first_stretch + task;
-  int from, until;
-  batches_of(j->self, stretch, stretch + 1, &from, &until);
-  note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, NULL));
+  const int *batch = j->self->piece_batch + j->first_piece + task;
+  note_status(j, j->kernel->first_order(&j->self->batches, batch[0], batch[1], j->at, j->result, NULL));
 }
 
-static void second_order_of_stretch(void *data, int task)
+static void second_order_of_piece(void *data, int task)
 {
   job *j = data;
-  const int stretch = j->first_stretch + task;
-  int from, until;
-  batches_of(j->self, stretch, stretch + 1, &from, &until);
-  note_status(j, j->kernel->second_order(&j->self->batches, from, until, j->at, j->slots, j->result));
+  const int *batch = j->self->piece_batch + j->first_piece + task;
+  note_status(j, j->kernel->second_order(&j->self->batches, batch[0], batch[1], j->at, j->slots, j->result));
 }
 
-/* A round's stretches are dealt out in shares to the parts, from a part of its own on, so that few
- * stretches of many rounds go to many parts. */
+/* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
+ * pieces of many rounds go to many parts. */
 static int shares_of_round(const flesh_tet_order *order, int round)
 {
-  int stretches = order->round_first[round + 1] - order->round_first[round];
-  return stretches < PARTS ? stretches : PARTS;
+  int pieces = order->round_first[round + 1] - order->round_first[round];
+  return pieces < PARTS ? pieces : PARTS;
 }
 
 static void batches_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
 {
   int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
-  int64_t stretches = self->order.round_first[round + 1] - first;
-  batches_of(self, first + stretches * share / shares, first + stretches * (share + 1) / shares, from, until);
+  int64_t pieces = self->order.round_first[round + 1] - first;
+  *from = self->piece_batch[first + pieces * share / shares];
+  *until = self->piece_batch[first + pieces * (share + 1) / shares];
 }
 
 /* The same sums in the same order as by both_of_share, round after round. */
@@ -94,12 +84,12 @@ static void both_of_share(void *data, int task)
   note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, sums));
 }
 
-static int run_stretches(job *j, flesh_threads *threads, flesh_task *task)
+static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
 {
   const flesh_tet_order *order = &j->self->order;
   for (int c = 0; c < order->rounds && !j->status; c++) {
-    j->first_stretch = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j->first_stretch, task, j);
+    j->first_piece = order->round_first[c];
+    flesh_threads_run(threads, order->round_first[c + 1] - j->first_piece, task, j);
   }
   return j->status;
 }
@@ -108,7 +98,7 @@ int flesh_tets_first_order(const flesh_tets *self, const flesh_tet_kernel *kerne
                            const flesh_tet_point *at, flesh_threads *threads, double *r, double *sums)
 {
   job j = {.self = self, .kernel = kernel, .at = at, .result = r};
-  if (!sums) return run_stretches(&j, threads, first_order_of_stretch);
+  if (!sums) return run_pieces(&j, threads, first_order_of_piece);
   if (!r) flesh_threads_run(threads, PARTS, sums_of_part, &j);
   for (; r && j.round < self->order.rounds && !j.status; j.round++)
     flesh_threads_run(threads, shares_of_round(&self->order, j.round), both_of_share, &j);
@@ -136,7 +126,7 @@ int flesh_tets_second_order(const flesh_tets *self, const flesh_tet_kernel *kern
                             double *values)
 {
   job j = {.self = self, .kernel = kernel, .at = at, .slots = slots, .result = values};
-  return run_stretches(&j, threads, second_order_of_stretch);
+  return run_pieces(&j, threads, second_order_of_piece);
 }
 
 static const flesh_tet_kernels *kernels_for(flesh_instructions instructions)
@@ -293,5 +283,5 @@ size_t flesh_tets_memory(const flesh_tets *self)
   return tets * 4 * sizeof(int) + batches * 2 * sizeof(int) +
          (self->batches.shapes ? batches * 80 * (size_t)self->kernels->lanes : 0) +
          (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
-         (2 * (size_t)self->order.pieces + (size_t)self->order.stretches + (size_t)self->order.rounds) * sizeof(int);
+         (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
 }

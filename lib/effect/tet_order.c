@@ -1,8 +1,6 @@
-/* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into few parts, and these into pieces.
- *
- * A part's tets are worked through along the curve, so that what they share is still near. Those that share a node with
- * another part make pieces of their own: they are coloured greedily, and their regions come one by one in the end, each
- * colour by colour. */
+/* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into pieces that are
+ * coloured greedily. The curve's regions are worked through one by one, each colour by colour, so that what a
+ * region's colours share is still near when the next one comes. */
 #include "effect/tet_order.h"
 
 #include <math.h>
@@ -19,21 +17,15 @@ enum { PIECE = 256, MOST_PIECES = 60000 };
 /* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
 enum { REGION = 256 };
 
-/* As many threads can work at first; the more there are, the more tets lie between them. */
-enum { PARTS = 4 };
-
 typedef struct place {
   uint64_t code;
   int tet, group;
-  int part; /* BETWEEN: of those that share a node with another part */
 } place;
 
-/* When a piece is worked through. Those within a part have the region INNER and the part for their colour. */
+/* When a piece is worked through. */
 typedef struct turn {
   int region, colour, piece;
 } turn;
-
-enum { INNER = -1, BETWEEN = PARTS };
 
 static int by_code(const void *a, const void *b)
 {
@@ -75,63 +67,30 @@ static void find_places(const flesh_mesh *mesh, const int *group, place *places)
       for (int a = 0; a < 4; a++) sum += X[3 * (size_t)nodes[4 * (size_t)e + a] + i] - low[i];
       code |= spread((uint64_t)(sum / 4 / extent * 0x1fffff)) << i;
     }
-    places[e] = (place){.code = code, .tet = e, .group = group ? group[e] : 0};
+    places[e] = (place){code, e, group ? group[e] : 0};
   }
   qsort(places, (size_t)tets, sizeof *places, by_code);
 }
 
-static int by_part(const void *a, const void *b)
+/* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
+ * mask holds have one piece each. */
+static int colour_pieces(const flesh_mesh *mesh, const place *places, const flesh_tet_order *cut,
+                         turn *turns)
 {
-  const place *p = a, *q = b;
-  return p->part != q->part ? p->part - q->part : by_code(a, b);
-}
-
-/* Sorts the places, which are in the curve's order, by their parts; `met` [nodes], zero. */
-static void find_parts(const flesh_mesh *mesh, uint64_t *met, place *places)
-{
-  const int *nodes = flesh_mesh_tets(mesh), tets = flesh_mesh_tet_count(mesh);
-  for (int e = 0; e < tets; e++) {
-    places[e].part = (int)((int64_t)e * PARTS / tets);
-    for (int a = 0; a < 4; a++) met[nodes[4 * (size_t)places[e].tet + a]] |= (uint64_t)1 << places[e].part;
-  }
-  for (int e = 0; e < tets; e++) {
-    uint64_t all = 0;
-    for (int a = 0; a < 4; a++) all |= met[nodes[4 * (size_t)places[e].tet + a]];
-    if (all != (uint64_t)1 << places[e].part) places[e].part = BETWEEN;
-  }
-  qsort(places, (size_t)tets, sizeof *places, by_part);
-}
-
-/* Cuts every part into pieces of nearly equal size. */
-static void cut_parts(int tets, const place *places, flesh_tet_order *cut, turn *turns)
-{
-  const int size = tets / MOST_PIECES < PIECE ? PIECE : tets / MOST_PIECES + 1;
-  for (int begin = 0, end; begin < tets; begin = end) {
-    const int part = places[begin].part;
-    for (end = begin; end < tets && places[end].part == part;) end++;
-    const int pieces = end - begin < size ? 1 : (end - begin) / size;
-    for (int p = 0; p < pieces; p++) {
-      turns[cut->pieces] = (turn){part == BETWEEN ? p / REGION : INNER, part, cut->pieces};
-      cut->piece_first[cut->pieces++] = begin + (int)((int64_t)(end - begin) * p / pieces);
-    }
-  }
-  cut->piece_first[cut->pieces] = tets;
-}
-
-/* A colour for every piece that is not within a part: the first that none of its nodes has met. Colours beyond the 64
- * that a mask holds have one piece each. `met` [nodes], zero. */
-static void colour_pieces(const int *nodes, const place *places, const flesh_tet_order *cut, uint64_t *met, turn *turns)
-{
+  const int *nodes = flesh_mesh_tets(mesh);
+  uint64_t *met = calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
+  if (!met) return FLESH_ERR_MEMORY;
   for (int p = 0, extra = 64; p < cut->pieces; p++) {
-    if (turns[p].region == INNER) continue;
     uint64_t taken = 0;
     int c = 0, from = 4 * cut->piece_first[p], until = 4 * cut->piece_first[p + 1];
     for (int k = from; k < until; k++) taken |= met[nodes[4 * (size_t)places[k / 4].tet + k % 4]];
     while (c < 64 && taken >> c & 1) c++;
-    turns[p].colour = c < 64 ? c : extra++;
+    turns[p] = (turn){p / REGION, c < 64 ? c : extra++, p};
     for (int k = from; k < until && c < 64; k++)
       met[nodes[4 * (size_t)places[k / 4].tet + k % 4]] |= (uint64_t)1 << c;
   }
+  free(met);
+  return FLESH_OK;
 }
 
 static int by_turn(const void *a, const void *b)
@@ -142,57 +101,48 @@ static int by_turn(const void *a, const void *b)
   return p->piece - q->piece;
 }
 
-/* Writes the order from the pieces as cut and their turns: a round for what is within the parts, a stretch for each
- * part, then a round for every colour of every region, a stretch for each piece. */
+/* Writes the order from the pieces as cut and their turns: a round for every colour of every region. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
   qsort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
-  order->pieces = cut->pieces;
+  order->rounds = 0;
   for (int p = 0, tet = 0; p < cut->pieces; p++) {
     const turn *now = &turns[p];
-    const int inner = now->region == INNER, other_region = p == 0 || now->region != now[-1].region,
-              other_colour = other_region || now->colour != now[-1].colour;
-    if (inner ? other_region : other_colour) order->round_first[order->rounds++] = order->stretches;
-    if (other_colour || !inner) order->stretch_first[order->stretches++] = p;
+    if (p == 0 || now->region != now[-1].region || now->colour != now[-1].colour)
+      order->round_first[order->rounds++] = p;
     order->piece_first[p] = tet;
     for (int k = cut->piece_first[now->piece]; k < cut->piece_first[now->piece + 1]; k++)
       order->tet[tet++] = places[k].tet;
   }
-  order->round_first[order->rounds] = order->stretches;
-  order->stretch_first[order->stretches] = cut->pieces;
+  order->round_first[order->rounds] = cut->pieces;
   order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
 }
 
 int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
 {
   int tets = flesh_mesh_tet_count(mesh);
-  const size_t pieces = (size_t)(tets / PIECE < MOST_PIECES ? tets / PIECE : MOST_PIECES) + PARTS + 1; /* at most */
-  const size_t nodes = (size_t)flesh_mesh_node_count(mesh);
+  int pieces = tets < PIECE ? 1 : tets / PIECE < MOST_PIECES ? tets / PIECE : MOST_PIECES;
   place *places = malloc(((size_t)tets + 1) * sizeof *places);
-  uint64_t *met = calloc(nodes + 1, sizeof *met);
-  flesh_tet_order cut = {.piece_first = malloc((pieces + 1) * sizeof *cut.piece_first)};
-  turn *turns = malloc((pieces + 1) * sizeof *turns);
+  flesh_tet_order cut = {.pieces = pieces,
+                         .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
+  turn *turns = malloc(((size_t)pieces + 1) * sizeof *turns);
   *order = (flesh_tet_order){
       .tet = malloc(((size_t)tets + 1) * sizeof *order->tet),
-      .piece_first = malloc((pieces + 1) * sizeof *order->piece_first),
-      .stretch_first = malloc((pieces + 1) * sizeof *order->stretch_first),
-      .round_first = malloc((pieces + 1) * sizeof *order->round_first),
+      .pieces = pieces,
+      .piece_first = malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
+      .round_first = malloc(((size_t)pieces + 1) * sizeof *order->round_first),
   };
-  int ok = places && met && cut.piece_first && turns && order->tet && order->piece_first && order->stretch_first &&
-           order->round_first;
+  int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
   if (ok) {
     find_places(mesh, group, places);
-    find_parts(mesh, met, places);
-    cut_parts(tets, places, &cut, turns);
-    for (int p = 0; p < cut.pieces; p++)
+    for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
+    for (int p = 0; p < pieces; p++)
       qsort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
             sizeof *places, by_group);
-    memset(met, 0, nodes * sizeof *met);
-    colour_pieces(flesh_mesh_tets(mesh), places, &cut, met, turns);
-    arrange(places, &cut, turns, order);
+    ok = colour_pieces(mesh, places, &cut, turns) == FLESH_OK;
+    if (ok) arrange(places, &cut, turns, order);
   }
   free(places);
-  free(met);
   free(cut.piece_first);
   free(turns);
   if (ok) return FLESH_OK;
@@ -204,7 +154,6 @@ void flesh_tet_order_clear(flesh_tet_order *order)
 {
   free(order->tet);
   free(order->piece_first);
-  free(order->stretch_first);
   free(order->round_first);
   *order = (flesh_tet_order){0};
 }

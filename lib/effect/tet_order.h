@@ -5,17 +5,15 @@
 
 #include "flesh/mesh.h"
 
-/* Pieces are runs of tets, and stretches are runs of pieces that one thread works through. Those of one round share no
- * node, so that they can add to the nodes (or to the blocks between them) at the same time. Round after round, every
- * node gets its additions in an order that does not depend on how many work. */
+/* Pieces are runs of tets; those of one round share no node, so that they can add to the nodes (or
+ * to the blocks between them) at the same time. Round after round, every node gets its additions
+ * in an order that does not depend on how many work. */
 typedef struct flesh_tet_order {
   int *tet;         /* [tets] the mesh's number of each */
   int pieces;       /* of nearly equal size */
   int *piece_first; /* [pieces+1] first tet of each, in the new order */
-  int stretches;
-  int *stretch_first; /* [stretches+1] first piece of each */
   int rounds;
-  int *round_first; /* [rounds+1] first stretch of each */
+  int *round_first; /* [rounds+1] first piece of each */
 } flesh_tet_order;
 
 /* Tets along a space-filling curve; within a piece sorted by `group` [tets] (NULL: all the same).
