@@ -18,10 +18,10 @@ it_ends_well() {
     has stdout.txt 'memory at 486 tets: integrator'
 }
 
-# 13x2x2 is the bar nearest to 300 tets; 7 kernels on both numbers of threads, 2 others once, 5 cases on both.
+# 13x2x2 is the bar nearest to 300 tets; 10 kernels and 5 cases on both numbers of threads.
 every_measurement_is_a_row() {
   has out/bench.csv '^group,name,energy,poisson,tets,nodes,threads,status,wall_s,cpu_s,scatter,repeats,ns_per_tet,bytes' &&
-    [ "$(lines out/bench.csv)" -eq 113 ] && # (9*2 + 5*2) rows, two sizes, two energies, header
+    [ "$(lines out/bench.csv)" -eq 121 ] && # (10*2 + 5*2) rows, two sizes, two energies, header
     [ "$(value tets 'name=swing;energy=S;threads=1' | tr '\n' ' ')" = '312 486 ' ] &&
     [ -z "$(value name 'status=FLESH_ERR_SOLVE')" ]
 }
@@ -48,7 +48,7 @@ the_json_says_the_same() {
   python3 - <<'END'
 import json
 d = json.load(open('out/bench.json'))
-assert len(d['measurements']) == 112 and len(d['ceilings']) == 2, (len(d['measurements']), len(d['ceilings']))
+assert len(d['measurements']) == 120 and len(d['ceilings']) == 2, (len(d['measurements']), len(d['ceilings']))
 assert all(c['read_bytes_per_s'][l] > 1e6 for c in d['ceilings'] for l in ('L2', 'L3', 'memory'))
 assert 1e4 < d['level_bytes']['L2'] < d['level_bytes']['L3'] < 1e9, d['level_bytes']
 assert d['peak_memory_kB'] > 1000, d['peak_memory_kB']

@@ -216,7 +216,7 @@ static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
     CHECK(slope > 0 && value < before);
     before = value;
   }
-  flesh_pcg_guide guide = {5000, stop_at_third, &asked};
+  flesh_pcg_guide guide = {.beyond = 5000, .stop = stop_at_third, .stop_data = &asked};
   CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-30, 5000, b, x, &result) == FLESH_ERR_BUDGET);
   CHECK(asked == 3 && result.iterations == 32);
 }
@@ -232,7 +232,7 @@ static void conjugate_gradients(void)
   flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0), *indefinite = bar_matrix(&b, 0.3, 0, 0);
   flesh_pcg_result result;
   flesh_pcg_space *space = NULL;
-  CHECK_OK(flesh_pcg_space_create(A, NULL, &space));
+  CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
   int iterations[KINDS];
   randomise(n, right);
   double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);

@@ -111,7 +111,7 @@ static void products_by_halves(void)
     flesh_halves halves;
     flesh_product product;
     CHECK_OK(flesh_halves_create(A, &halves));
-    CHECK_OK(flesh_product_create(A, &halves, &product));
+    CHECK_OK(flesh_product_create(A, &halves, 1, &product));
     CHECK(size != 1 || (halves.begin[1] > 0 && halves.begin[2] > halves.begin[1] && halves.begin[3] > halves.begin[2]));
     for (int p = 0; p < A->rows; p++) /* rows follow one another as vectors do */
       CHECK(A->row_start[halves.order[p]] == (p > 0 ? A->row_end[halves.order[p - 1]] : 0));
@@ -126,7 +126,7 @@ static void products_by_halves(void)
       CHECK_OK(flesh_threads_create(threads, &pool));
       memset(lanes, 0, bytes);
       for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * halves.order[p], 3 * sizeof *x);
-      flesh_product_multiply(&product, A, pool, lanes, out, &curvature[0]);
+      curvature[0] = flesh_product_multiply(&product, A, pool, NULL, NULL, lanes, out);
       if (threads == 1) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
       for (int p = 0; p < A->rows; p++) {
         CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * halves.order[p]), 1e-13);
@@ -136,7 +136,7 @@ static void products_by_halves(void)
       for (int d = 0; d < b.n; d++) expected += x[d] * y[d];
       CHECK_NEAR(curvature[0], expected, 1e-10);
       for (int d = 0; d < 4 * A->rows; d++) lanes[d] = lanes[d] / 2;
-      flesh_product_make_and_multiply(&product, A, pool, twice, lanes, lanes, out, &curvature[1]);
+      curvature[1] = flesh_product_multiply(&product, A, pool, twice, lanes, lanes, out);
       for (int p = 0; p < A->rows; p++) {
         CHECK(!memcmp(lanes + 4 * p, x + 3 * halves.order[p], 3 * sizeof *x));
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));

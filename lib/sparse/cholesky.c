@@ -24,7 +24,7 @@
 #include "sparse/triangle.h"
 
 /* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
-static const double COARSE_SHARE = 0.5;
+static const float COARSE_SHARE = 0.5;
 
 /* The share of its diagonal block's trace that a node may lose to what is dropped. */
 static const double SOFTENED = 0.05;
@@ -363,8 +363,7 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
 typedef struct substitution {
   flesh_cholesky *cholesky;
   flesh_coarse *coarse;
-  double scale;
-  const double *r;
+  const float *r;
   double products[3]; /* of r and z, part by part */
 } substitution;
 
@@ -384,11 +383,10 @@ static void forward(const substitution *s, int part)
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
     if (far) expect(&lower, lower.start[p], FAR);
     *(flesh_float4 *)(y + 4 * (size_t)p) =
-        FLESH_LANES_NARROW(s->scale * *(const flesh_double4 *)(s->r + 4 * (size_t)p)) -
+        *(const flesh_float4 *)(s->r + 4 * (size_t)p) -
         flesh_triangle_product(&lower, lower.start[p], lower.start[p + 1], y);
   }
-  if (s->coarse)
-    flesh_coarse_restrict(s->coarse, part == 1, self->begin[part], self->begin[part + 1], s->scale, s->r);
+  if (s->coarse) flesh_coarse_restrict(s->coarse, part == 1, self->begin[part], self->begin[part + 1], s->r);
 }
 
 /* y = (I + U)^-1 D^-1 y, which is z, on the rows of a part; r.z = y.D^-1 y. */
@@ -414,25 +412,22 @@ static void forward_half(void *data, int half) { forward(data, half); }
 
 static void backward_half(void *data, int half) { backward(data, half); }
 
-double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, double scale, const double *r)
+double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, const float *r)
 {
-  substitution s = {self, coarse, scale, r, {0}};
+  substitution s = {self, coarse, r, {0}};
   flesh_threads_run(self->threads, 2, forward_half, &s);
   forward(&s, 2);
-  const double smooth = coarse ? COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
+  const double smooth = coarse ? (double)COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
   return s.products[0] + s.products[1] + s.products[2] + smooth;
 }
 
-void flesh_cholesky_turn(const flesh_cholesky *self, const flesh_coarse *coarse, int begin, int end, double back,
-                         double beta, double *p)
+void flesh_cholesky_result(const flesh_cholesky *self, const flesh_coarse *coarse, int begin, int end, float *z)
 {
-  for (int k = begin; k < end; k++) {
-    flesh_double4 *pk = (flesh_double4 *)(p + 4 * (size_t)k);
-    *pk = back * FLESH_LANES_WIDE(*(const flesh_float4 *)(self->y + 4 * (size_t)k)) + beta * *pk;
-  }
-  if (coarse) flesh_coarse_add(coarse, begin, end, COARSE_SHARE * back, p);
+  const float *y = self->y + 4 * (size_t)begin;
+  if (coarse) flesh_coarse_add(coarse, begin, end, COARSE_SHARE, y, z);
+  else memcpy(z, y, 4 * (size_t)(end - begin) * sizeof *z);
 }
 
 size_t flesh_cholesky_memory(const flesh_cholesky *self)

@@ -21,13 +21,11 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky);
 int flesh_cholesky_factor(flesh_cholesky *cholesky, const flesh_block_matrix *A, double scale,
                           double shift);
 
-/* z = (what was factored)^-1 (scale * r), where scale * r must suit single precision, r a vector of four lanes a node as
- * the halves order them. z is kept inside. Half of what the coarse level (NULL: none) finds is part of it. Returns
- * scale * r times z. */
-double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, double scale, const double *r);
-/* p = back * z + beta * p for begin <= p < end, as r is ordered; the fourth lane is anything finite. */
-void flesh_cholesky_turn(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin, int end, double back,
-                         double beta, double *p);
+/* z = (what was factored)^-1 r, r of about 1, a vector of four lanes a node as the halves order them. z is kept inside.
+ * Half of what the coarse level (NULL: none) finds is part of it. Returns r.z. */
+double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, const float *r);
+/* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
+void flesh_cholesky_result(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin, int end, float *z);
 
 size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
 

@@ -58,7 +58,7 @@ struct flesh_coarse {
   int pair_count, entry_count;
   int *ranks;              /* [2*entry_count] of the two vertices of each entry, the lower first */
   double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
-  float *load; /* [12*patches] scale P^T r */
+  float *load; /* [12*patches] P^T r */
   flesh_block12 matrix;
 };
 
@@ -336,11 +336,11 @@ static inline flesh_float4 without_held(flesh_float4 x, flesh_float4 local)
   return x;
 }
 
-void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, double scale, const double *r)
+void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, const float *r)
 {
   for (size_t p = (size_t)begin; p < (size_t)end; p++) {
     const flesh_float4 local = self->grid.local[p],
-                       own = without_held(FLESH_LANES_NARROW(scale * *(const flesh_double4 *)(r + 4 * p)), local);
+                       own = without_held(*(const flesh_float4 *)(r + 4 * p), local);
     const flesh_float8 w = weights_at(local);
     flesh_float8 *sum = self->sums[part][self->grid.cell[p]].of;
     for (int c = 0; c < 3; c++) sum[c] += w * own[c];
@@ -383,13 +383,13 @@ double flesh_coarse_solve(flesh_coarse *self)
   return product;
 }
 
-void flesh_coarse_add(const flesh_coarse *self, int begin, int end, double back, double *p)
+void flesh_coarse_add(const flesh_coarse *self, int begin, int end, float share, const float *y, float *z)
 {
-  for (size_t k = (size_t)begin; k < (size_t)end; k++) {
+  for (size_t k = (size_t)begin; k < (size_t)end; k++, y += 4, z += 4) {
     const flesh_float4 at = self->grid.local[k], *m = self->moves[self->grid.cell[k]].of;
     const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
                        high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
-    *(flesh_double4 *)(p + 4 * k) += back * FLESH_LANES_WIDE(without_held(low + high * at[2], at));
+    *(flesh_float4 *)z = *(const flesh_float4 *)y + share * without_held(low + high * at[2], at);
   }
 }
 

@@ -25,13 +25,13 @@ void flesh_coarse_destroy(flesh_coarse **coarse);
  * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
-/* What is added for a residual r, in three steps: scale P^T r, `scale` taking r to about 1, range by range of nodes,
- * each of two parts by one thread at a time; the solve, which is kept inside and returns what is added times scale r;
- * and p += back P times it for begin <= p < end. Vectors of four lanes a node as the halves order them. */
+/* What is added for a residual r of about 1, in three steps: P^T r, range by range of nodes, each of two parts by one
+ * thread at a time; the solve, which is kept inside and returns what is added times r; and z = y + share P times it for
+ * begin <= p < end, which y and z begin with. Vectors of four lanes a node as the halves order them. */
 enum { FLESH_COARSE_PARTS = 2 };
-void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, double scale, const double *r);
+void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
 double flesh_coarse_solve(flesh_coarse *coarse);
-void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, double back, double *p);
+void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);
 

@@ -12,8 +12,9 @@ typedef struct flesh_pcg_result {
 /* The vectors of a solve and the order of its products. */
 typedef struct flesh_pcg_space flesh_pcg_space;
 
-/* For matrices of A's pattern; `threads` (may be NULL) is borrowed. Returns new. */
-int flesh_pcg_space_create(const flesh_block_matrix *A, flesh_threads *threads, flesh_pcg_space **space);
+/* For matrices of A's pattern; `single`: solves in single precision may be asked for. `threads` (may be NULL) is
+ * borrowed. Returns new. */
+int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
 void flesh_pcg_space_destroy(flesh_pcg_space **space);
 size_t flesh_pcg_space_memory(const flesh_pcg_space *space);
 
@@ -38,6 +39,10 @@ typedef struct flesh_pcg_guide {
   /* Asked every few iterations: a status that is not FLESH_OK ends the solve with it. NULL: not asked. */
   int (*stop)(void *data);
   void *stop_data;
+  /* A may be rounded to single precision, and what is not summed up, too. It is where that leaves the tolerance, and
+   * weights are all the same. */
+  int single;
+  int same; /* A is that of the last solve in this space */
 } flesh_pcg_guide;
 
 int flesh_pcg_guided(flesh_pcg_space *space, const flesh_block_matrix *A,

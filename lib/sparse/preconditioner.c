@@ -15,9 +15,9 @@
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
   int rows;
-  double *inverse; /* [9*rows] of the diagonal blocks */
+  float *inverse; /* [9*rows] of the diagonal blocks of scale A */
   flesh_cholesky *cholesky;
-  double scale;    /* of the matrix that is factored */
+  double scale;    /* of the matrix that is factored, or inverted by blocks */
   double shift;    /* that the last factorisation needed, relative to the diagonal */
   double less;     /* the share of it to be tried first the next time */
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
@@ -25,9 +25,8 @@ struct flesh_preconditioner_data {
   int two_levels;       /* it serves for the matrix at hand */
   flesh_threads *threads;
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
-  double *r;        /* [4*rows] where vectors come in the mesh's order */
-  double *z;        /* [4*rows] of the last solve by blocks; the others keep it themselves */
-  double back;      /* from what they keep to z */
+  float *r;         /* [4*rows] where vectors come in the mesh's order */
+  float *z;         /* [4*rows] of the last solve by blocks; the others keep it themselves */
 };
 
 /* Nodes from which on there is a coarse level, and nodes to a vertex of it. Fewer give fewer iterations, but the cost of
@@ -63,6 +62,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
   self->rows = A->rows;
   self->threads = threads;
+  self->scale = 1;
   self->less = 0.5;
   const size_t rows = (size_t)A->rows;
   int *order = self->order = malloc((rows + 1) * sizeof *order);
@@ -98,21 +98,24 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   *preconditioner = NULL;
 }
 
+double flesh_power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
+
+/* Of an inverse block's entries: products with them stay in the range of single precision. */
+static const double LARGEST = 1e30;
+
 static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
   self->by_diagonal = 1;
   for (int k = 0; k < self->rows; k++) {
-    const double *block = A->values + 9 * (size_t)A->row_start[k];
-    double *inverse = self->inverse + 9 * (size_t)k;
-    double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
-    if (flesh_block_invert(block, inverse)) continue;
-    memset(inverse, 0, 9 * sizeof *inverse);
-    for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
+    const double *of_A = A->values + 9 * (size_t)A->row_start[k];
+    double block[9], inverse[9] = {0};
+    for (int e = 0; e < 9; e++) block[e] = self->scale * of_A[e];
+    const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
+    if (!flesh_block_invert(block, inverse))
+      for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
+    for (int e = 0; e < 9; e++) self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
   }
 }
-
-/* A power of two that takes x to about 1. */
-static double power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
 
 /* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
  * not negative make a poor preconditioner. */
@@ -130,11 +133,11 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
       if (size > largest) largest = size;
     }
   self->by_diagonal = 0;
+  self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
     set_jacobi(self, A);
     return FLESH_OK;
   }
-  self->scale = power_to_one(largest);
   self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
   /* What was needed last is needed again, or nearly so: try half of it first, and much less where that serves. */
   const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
@@ -152,16 +155,16 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
 }
 
 /* By the diagonal blocks alone, or not at all. */
-static double solve_blocks(flesh_preconditioner_data *self, const double *r)
+static double solve_blocks(flesh_preconditioner_data *self, const float *r)
 {
   double product = 0;
   for (size_t p = 0; p < (size_t)self->rows; p++) {
-    const double *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->order[p];
-    const double *x = r + 4 * p;
-    double *z = self->z + 4 * p;
+    const float *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->order[p];
+    const float *x = r + 4 * p;
+    float *z = self->z + 4 * p;
     for (int c = 0; c < 3; c++) {
       z[c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
-      product += x[c] * z[c];
+      product += (double)x[c] * (double)z[c];
     }
   }
   return product;
@@ -172,45 +175,39 @@ static int by_blocks(const flesh_preconditioner_data *self)
   return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
 }
 
-double flesh_preconditioner_solve(flesh_preconditioner_data *self, double norm, const double *r)
+double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
 {
   if (by_blocks(self)) return solve_blocks(self, r);
-  const double scale = power_to_one(norm);
-  self->back = self->scale / scale;
-  return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, scale, r) * self->back / scale;
+  return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
 }
 
-void flesh_preconditioner_turn(const flesh_preconditioner_data *self, int begin, int end, double beta, double *p)
+double flesh_preconditioner_scale(const flesh_preconditioner_data *self) { return self->scale; }
+
+void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
-  if (by_blocks(self)) {
-    for (size_t e = 4 * (size_t)begin; e < 4 * (size_t)end; e++) p[e] = self->z[e] + beta * p[e];
-    return;
-  }
-  flesh_cholesky_turn(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, self->back, beta, p);
+  if (by_blocks(self)) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+  else flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
 {
   double square = 0;
+  for (size_t d = 0; d < 3 * (size_t)self->rows; d++) square += r[d] * r[d];
+  const double scale = flesh_power_to_one(sqrt(square)), back = self->scale / scale;
   for (size_t p = 0; p < (size_t)self->rows; p++)
-    for (size_t c = 0; c < 3; c++) {
-      const double value = r[3 * (size_t)self->order[p] + c];
-      self->r[4 * p + c] = value;
-      square += value * value;
-    }
-  flesh_preconditioner_solve(self, sqrt(square), self->r);
-  double *p = self->r; /* not needed any more */
-  memset(p, 0, 4 * (size_t)self->rows * sizeof *p);
-  flesh_preconditioner_turn(self, 0, self->rows, 0, p);
-  for (size_t k = 0; k < (size_t)self->rows; k++) {
-    memcpy(z + 3 * (size_t)self->order[k], p + 4 * k, 3 * sizeof *z);
-    p[4 * k + 3] = 0;
+    for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);
+  flesh_preconditioner_solve(self, self->r);
+  float *result = self->r; /* not needed any more */
+  flesh_preconditioner_result(self, 0, self->rows, result);
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    for (size_t c = 0; c < 3; c++) z[3 * (size_t)self->order[p] + c] = back * (double)result[4 * p + c];
+    result[4 * p + 3] = 0;
   }
 }
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(double) + sizeof(int));
+  size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
   return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0);

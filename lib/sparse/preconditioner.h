@@ -13,6 +13,9 @@ extern const char *const flesh_preconditioner_names[];
 
 typedef struct flesh_preconditioner_data flesh_preconditioner_data;
 
+/* A power of two that takes x to about 1; of what has none, 1. */
+double flesh_power_to_one(double x);
+
 /* Symbolic set-up for the pattern of A, all memory included. `positions` [3*rows] at rest are what
  * the two-level kind goes by (NULL: it has one level); `threads` (may be NULL) is borrowed. Returns
  * new. */
@@ -31,12 +34,13 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
 /* z = P^-1 r, both [3*rows]; z may be r. */
 void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
                                 double *z);
-/* The same on four lanes per node, as the halves of the pattern store them, the fourth of r 0; `norm` of r. z is kept
- * inside. Returns r.z. */
-double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, double norm, const double *r);
-/* p = z + beta p for begin <= p < end, vectors as above; the fourth lane is anything finite. */
-void flesh_preconditioner_turn(const flesh_preconditioner_data *preconditioner, int begin, int end, double beta,
-                               double *p);
+/* The same on four lanes per node, as the halves of the pattern store them, in single precision and for `scale` times
+ * the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of an r of about 1. z
+ * is kept inside. Returns r.z. */
+double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
+double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
+/* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
+void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end, float *z);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 

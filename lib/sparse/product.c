@@ -18,7 +18,11 @@ static int first_twin(const flesh_product *product)
   return (product->begin[3] + padding - 1) / padding * padding;
 }
 
-int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_product *product)
+enum {
+  GAP = 4 /* numbers between the parts' rounded blocks: a block's last row is stored with the number after it */
+};
+
+int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, int single, flesh_product *product)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows];
   *product = (flesh_product){0};
@@ -28,8 +32,10 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
   product->rows = malloc((rows + 1) * sizeof *product->rows);
   product->first = malloc((rows + 1) * sizeof *product->first);
   product->place = flesh_large((blocks + 1) * sizeof *product->place);
+  if (single) product->rounded = flesh_large((9 * blocks + 3 * GAP) * sizeof *product->rounded);
   int *place = malloc((rows + 1) * sizeof *place);
-  if (!product->rows || !product->first || !product->place || !place || product->nodes > INT_MAX / 4) {
+  if (!product->rows || !product->first || !product->place || !place || (single && !product->rounded) ||
+      product->nodes > INT_MAX / 4) {
     free(place);
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
@@ -52,81 +58,95 @@ void flesh_product_clear(flesh_product *product)
   free(product->rows);
   free(product->first);
   free(product->place);
+  free(product->rounded);
   *product = (flesh_product){0};
 }
 
 size_t flesh_product_memory(const flesh_product *product)
 {
-  return 2 * (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof(int);
+  const size_t blocks = (size_t)product->blocks;
+  return 2 * (size_t)product->begin[3] * sizeof(int) + blocks * sizeof(int) +
+         (product->rounded ? 9 * blocks * sizeof *product->rounded : 0);
 }
 
 /* Matrices beyond the caches, of MANY blocks, are fetched AHEAD blocks ahead. Of others the processor fetches itself
  * what comes next, and faster, if every row asks for two lines so that it does not forget to. */
-enum { MANY = 200000, AHEAD = 128, APART = 4 };
+enum { MANY = 200000, AHEAD = 128, APART = 4, LINE = 64 };
 
 typedef struct multiplication {
   flesh_product *product;
-  const flesh_block_matrix *A;
-  double *x, *y, curvature[3];
+  const flesh_block_matrix *A; /* NULL: its rounded blocks */
+  double scale;
+  int single; /* which x and y are */
+  void *x, *y;
+  double curvature[3];
   void (*make)(void *data, int begin, int end); /* NULL: x is ready */
   void *data;
 } multiplication;
 
-static flesh_double4 *at(double *vector, int place) { return (flesh_double4 *)(vector + 4 * (size_t)place); }
-
-/* The rows of a part. */
-static inline __attribute__((always_inline)) double multiply_part(const multiplication *m, int part, int far)
+/* A block's rows as they are. */
+static inline __attribute__((always_inline)) void take_double(const multiplication *m, const double **block,
+                                                              const double **exact, int rounding, flesh_double4 row[3])
 {
-  const flesh_product *product = m->product;
-  const int *place = product->place;
-  double *x = m->x, *y = m->y;
-  int k = product->first[product->begin[part]];
-  const double *block = m->A->values + 9 * (size_t)k;
-  flesh_double4 curvature = {0};
-  for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
-    const int end = product->first[p + 1];
-    const flesh_double4 xi = *at(x, p);
-    for (int line = 0; line < 2 && !far; line++) FLESH_EXPECT_ONCE(block + 9 * AHEAD + 8 * APART * line);
-    const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
-    flesh_double4 row0 = FLESH_LANES_DOUBLE(block), row1 = FLESH_LANES_DOUBLE(block + 3),
-                  row2 = {block[6], block[7], block[8], 0};
-    /* The diagonal block is symmetric. */
-    flesh_double4 diagonal = row0 * x0 + row1 * x1 + row2 * x2, sum0 = {0}, sum1 = {0}, sum2 = {0};
-    block += 9;
-    for (k++; k < end; k++, block += 9) {
-      if (far) FLESH_EXPECT_ONCE(block + 9 * AHEAD);
-      const int j = place[k];
-      const flesh_double4 xj = *(const flesh_double4 *)(x + j);
-      flesh_double4 *yj = (flesh_double4 *)(y + j);
-      row0 = FLESH_LANES_DOUBLE(block);
-      row1 = FLESH_LANES_DOUBLE(block + 3);
-      row2 = FLESH_LANES_DOUBLE(block + 6);
-      FLESH_LANES_KEEP(row0);
-      FLESH_LANES_KEEP(row1);
-      FLESH_LANES_KEEP(row2);
-      sum0 += row0 * xj;
-      sum1 += row1 * xj;
-      sum2 += row2 * xj;
-      *yj += row0 * x0 + row1 * x1 + row2 * x2;
-    }
-    const flesh_double4 upper = FLESH_LANES_SUMS(sum0, sum1, sum2);
-    *at(y, p) += diagonal + upper;
-    curvature += xi * (diagonal + upper + upper);
-  }
-  return (curvature[0] + curvature[1]) + curvature[2];
+  (void)m, (void)exact, (void)rounding;
+  for (int r = 0; r < 3; r++) row[r] = FLESH_LANES_DOUBLE(*block + 3 * r);
+  *block += 9;
 }
+
+/* Its rounded rows, which are made at first. */
+static inline __attribute__((always_inline)) void take_single(const multiplication *m, float **block,
+                                                              const double **exact, int rounding, flesh_float4 row[3])
+{
+  for (int r = 0; r < 3; r++) {
+    flesh_float4_loose *rounded = (flesh_float4_loose *)(*block + 3 * r);
+    if (rounding) *rounded = row[r] = FLESH_LANES_NARROW(m->scale * FLESH_LANES_DOUBLE(*exact + 3 * r));
+    else row[r] = *rounded;
+  }
+  *block += 9;
+  if (rounding) *exact += 9;
+}
+
+#define ROWS rows_double
+#define REAL double
+#define LANES flesh_double4
+#define BLOCK const double
+#define FIRST_BLOCK(m, part, k) ((m)->A->values + 9 * (size_t)(k))
+#define TAKE take_double
+#include "sparse/product_rows.h"
+#undef ROWS
+#undef REAL
+#undef LANES
+#undef BLOCK
+#undef FIRST_BLOCK
+#undef TAKE
+
+#define ROWS rows_single
+#define REAL float
+#define LANES flesh_float4
+#define BLOCK float
+#define FIRST_BLOCK(m, part, k) ((m)->product->rounded + 9 * (size_t)(k) + GAP * (part))
+#define TAKE take_single
+#include "sparse/product_rows.h"
 
 static double multiply_rows(const multiplication *m, int part)
 {
-  return m->product->blocks > MANY ? multiply_part(m, part, 1) : multiply_part(m, part, 0);
+  const int far = m->product->blocks > MANY;
+  if (!m->single) return far ? rows_double(m, part, 1, 0) : rows_double(m, part, 0, 0);
+  if (m->A) return rows_single(m, part, 1, 1);
+  return far ? rows_single(m, part, 1, 0) : rows_single(m, part, 0, 0);
 }
+
+/* Bytes of a node in vectors. */
+static size_t size_of(const multiplication *m) { return 4 * (m->single ? sizeof(float) : sizeof(double)); }
+
+static void *at(const multiplication *m, void *vector, int place) { return (char *)vector + size_of(m) * (size_t)place; }
 
 /* x of a part before its rows are multiplied, and y = 0. */
 static void make_ready(const multiplication *m, int part)
 {
   const int begin = m->product->begin[part], end = m->product->begin[part + 1];
   if (m->make) m->make(m->data, begin, end);
-  memset(at(m->y, begin), 0, (size_t)(end - begin) * sizeof(flesh_double4));
+  memset(at(m, m->y, begin), 0, (size_t)(end - begin) * size_of(m));
 }
 
 static void multiply_half(void *data, int half)
@@ -136,31 +156,39 @@ static void multiply_half(void *data, int half)
   m->curvature[half] = multiply_rows(m, half);
 }
 
+/* What the second half has added to the twins of the nodes between. */
+static void add_twins(const multiplication *m, int first, int between, int twin)
+{
+  for (int e = 0; e < 4 * between; e++) {
+    if (m->single) ((float *)m->y)[4 * (size_t)first + (size_t)e] += ((float *)m->y)[4 * (size_t)twin + (size_t)e];
+    else ((double *)m->y)[4 * (size_t)first + (size_t)e] += ((double *)m->y)[4 * (size_t)twin + (size_t)e];
+  }
+}
+
 static double multiply(multiplication *m, flesh_threads *threads)
 {
   const flesh_product *product = m->product;
   const int first = product->begin[2], between = product->begin[3] - first, twin = first_twin(product);
   make_ready(m, 2);
-  for (int b = 0; b < between; b++) {
-    *at(m->x, twin + b) = *at(m->x, first + b);
-    *at(m->y, twin + b) = (flesh_double4){0};
-  }
+  memcpy(at(m, m->x, twin), at(m, m->x, first), (size_t)between * size_of(m));
+  memset(at(m, m->y, twin), 0, (size_t)between * size_of(m));
   flesh_threads_run(threads, 2, multiply_half, m);
-  for (int b = 0; b < between; b++) *at(m->y, first + b) += *at(m->y, twin + b);
+  add_twins(m, first, between, twin);
   m->curvature[2] = multiply_rows(m, 2);
   return m->curvature[0] + m->curvature[1] + m->curvature[2];
 }
 
-void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                            double *x, double *y, double *curvature)
+double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y)
 {
-  *curvature = multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y}, threads);
+  return multiply(&(multiplication){.product = product, .A = A, .x = x, .y = y, .make = make, .data = data}, threads);
 }
 
-void flesh_product_make_and_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                                     void (*make)(void *data, int begin, int end), void *data, double *x, double *y,
-                                     double *curvature)
+double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
+                                     flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
+                                     float *x, float *y)
 {
-  multiplication m = {.product = product, .A = A, .x = x, .y = y, .make = make, .data = data};
-  *curvature = multiply(&m, threads);
+  multiplication m = {.product = product, .A = A, .scale = scale, .single = 1, .x = x, .y = y, .make = make,
+                      .data = data};
+  return multiply(&m, threads);
 }

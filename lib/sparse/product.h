@@ -1,5 +1,5 @@
-/* product.h: the product y = A x by threads, on vectors of four lanes per node in the order in which halves store
- * them. */
+/* product.h: the product y = A x by threads, in double or single precision, on vectors of four lanes per node in the
+ * order in which halves store them. */
 #ifndef FLESH_SPARSE_PRODUCT_H
 #define FLESH_SPARSE_PRODUCT_H
 
@@ -16,23 +16,25 @@ typedef struct flesh_product {
   int begin[4];
   int blocks;
   int *place;   /* [blocks] four times the place in x and y of each block's column */
+  float *rounded; /* [9*blocks] and gaps: those of the last matrix in single precision, scaled; NULL: not asked for */
   int nodes;    /* that x and y have room for */
 } flesh_product;
 
-/* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. */
-int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, flesh_product *product);
+/* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. `single`: products in
+ * single precision will be asked for. */
+int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, int single, flesh_product *product);
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);
 
 /* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of
- * y anything, and the last belong to the product; *curvature = x.A x. */
-void flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                            double *x, double *y, double *curvature);
+ * y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)` makes it
+ * so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
+double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
 
-/* The same where x is not ready: `make(data, begin, end)` makes it so for begin <= p < end, every p once, by the thread
- * that will need it next. */
-void flesh_product_make_and_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
-                                     void (*make)(void *data, int begin, int end), void *data, double *x, double *y,
-                                     double *curvature);
+/* The same of scale * A, rounded to single precision, in single precision. A NULL: what it was the last time. */
+double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
+                                     flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
+                                     float *x, float *y);
 
 #endif

@@ -17,6 +17,7 @@ static int assemble_mass(flesh_problem *self, double t, const double *x, const d
   const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
                              .threads = self->threads, .costs = self->costs};
   self->age = -1;
+  self->solved = 0;
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 

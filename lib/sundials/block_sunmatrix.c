@@ -13,10 +13,11 @@ typedef struct content {
 
 static int is_view(const content *A) { return A->K == A->problem->K; }
 
-/* A view that was set to 0 becomes so when its entries are asked for. */
+/* A view that was set to 0 becomes so when its entries are asked for, which may then change. */
 static content *open_matrix(SUNMatrix matrix)
 {
   content *A = matrix->content;
+  if (is_view(A)) A->problem->solved = 0;
   if (is_view(A) && A->problem->zeroed) {
     flesh_block_combine(0, A->K, NULL);
     A->problem->zeroed = 0;

@@ -58,7 +58,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
     status =
         flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
                                     self->threads, &self->preconditioner);
-    if (!status) status = flesh_pcg_space_create(self->K, self->threads, &self->pcg);
+    if (!status) status = flesh_pcg_space_create(self->K, 0, self->threads, &self->pcg);
   }
   if (status) {
     flesh_ida_problem_destroy(&self);

@@ -23,6 +23,7 @@ struct flesh_problem {
   int *fixed_rows, fixed_row_count; /* [n/3] the rows of K that know of any */
   double *u_fixed;     /* [n] values of the fixed unknowns */
   double fixed_scale;  /* typical stiffness, of the constrained rows */
+  float *inertia;      /* [n] diagonal of the mass matrix; NULL: it is not asked for */
   double *x, *v, *a;   /* [n] the point last evaluated */
   flesh_block_matrix *K;
   flesh_preconditioner_data *preconditioner;
@@ -56,6 +57,7 @@ struct flesh_problem {
   double *rest;          /* [n] zeros: the lagged velocities where the stage has none */
   int projected;         /* whether K is */
   int kept;              /* K is that of an earlier iterate of the stage: its factor serves, too */
+  int solved;            /* K is that of the last solve by PCG */
   int filtered;          /* how its elements' negative eigenvalues are treated, a flesh_projected */
   /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
    * is asked for. */
@@ -64,6 +66,7 @@ struct flesh_problem {
    * many (0: not known), and how many more than that the solves since then have taken in all. */
   double paces[2], lost;
   flesh_shift factored; /* what the preconditioner was made for */
+  int single;           /* then K was one that PCG may round to single precision */
   /* Of matrices kept: the last departure from what a new K foretold, over the square of the residual before (0: not
    * known); how many times as large as foretold departures from a kept one may be; what the next was foretold to be. */
   double bend, softness, next_departure;
