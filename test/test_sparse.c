@@ -99,6 +99,35 @@ static void twice(void *data, int begin, int end)
   for (int d = 4 * begin; d < 4 * end; d++) x[d] *= 2;
 }
 
+static void twice_single(void *data, int begin, int end)
+{
+  float *x = data;
+  for (int d = 4 * begin; d < 4 * end; d++) x[d] *= 2;
+}
+
+/* The same products in single precision: of a matrix that is rounded, and of the rounded one again. */
+static void check_single(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads, const int *order,
+                         const double *x, const double *y, double expected, float *first)
+{
+  const size_t bytes = 4 * (size_t)product->nodes * sizeof(float);
+  float *lanes = aligned_alloc(32, bytes + 32), *out = aligned_alloc(32, bytes + 32);
+  for (int again = 0; again < 2; again++) {
+    memset(lanes, 0, bytes);
+    for (int p = 0; p < A->rows; p++)
+      for (int c = 0; c < 3; c++) lanes[4 * p + c] = (float)x[3 * order[p] + c] / 2;
+    const double curvature = flesh_product_multiply_single(product, again ? NULL : A, 8, threads, twice_single, lanes,
+                                                           lanes, out);
+    CHECK_NEAR(curvature, 8 * expected, 1e-4);
+    if (first[0] == 0) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
+    for (int p = 0; p < A->rows; p++) {
+      for (int c = 0; c < 3; c++) CHECK_NEAR((double)out[4 * p + c], 8 * y[3 * order[p] + c], 1e-4);
+      CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
+    }
+  }
+  free(lanes);
+  free(out);
+}
+
 /* Products by halves, on vectors of four lanes in their order that are ready or made so, against the plain
  * product: bodies with two halves and such that are too small for them; the same bits for any number of threads. */
 static void products_by_halves(void)
@@ -118,6 +147,7 @@ static void products_by_halves(void)
     const size_t numbers = 4 * (size_t)product.nodes, bytes = numbers * sizeof(double);
     double *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y);
     double *lanes = aligned_alloc(32, bytes), *out = aligned_alloc(32, bytes), *first = malloc(bytes);
+    float *single = calloc(numbers, sizeof *single);
     randomise(b.n, x);
     flesh_block_multiply(A, x, y);
     for (int threads = 1; threads < 4; threads++) {
@@ -142,6 +172,7 @@ static void products_by_halves(void)
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
       }
       CHECK(curvature[1] == curvature[0]);
+      check_single(&product, A, pool, halves.order, x, y, expected, single);
       flesh_threads_destroy(&pool);
     }
     free(x);
@@ -149,6 +180,7 @@ static void products_by_halves(void)
     free(lanes);
     free(out);
     free(first);
+    free(single);
     flesh_product_clear(&product);
     flesh_halves_clear(&halves);
     flesh_block_matrix_destroy(&A);

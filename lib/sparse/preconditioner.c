@@ -124,7 +124,6 @@ static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                const uint8_t *fixed)
 {
-  if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
   double largest = 0;
   for (int k = 0; k < self->rows; k++)
     for (int c = 0; c < 3; c++) {
@@ -134,6 +133,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
     }
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
+  if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
     set_jacobi(self, A);
     return FLESH_OK;

@@ -474,8 +474,8 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
 }
 
 /* Whether K rounded to single precision is as good as K. Rounding moves a row by few units in the last place of its
- * diagonal, and inertia is what the softest displacements have at least: where the one is this many times the other,
- * steps take as many iterations (up to 7e4) or up to a hundredth more. */
+ * diagonal, and inertia is what the softest displacements have at least. Where the one is this many times the other,
+ * their stiffness changes by less than a hundredth; steps take as many iterations up to 7e4, a hundredth more at 1e5. */
 static int may_be_rounded(const flesh_problem *self)
 {
   static const double most = 1e5;

@@ -1,0 +1,80 @@
+/* test_rounding.c: matrices are rounded to single precision only where inertia is large beside what that changes. */
+#include <gsl/gsl_eigen.h>
+#include <stdlib.h>
+
+#include "matrices.h"
+#include "sundials/problem.h"
+#include "test.h"
+
+/* The most that rounding K changes x.K x, over x.M x times shift.a, over all x that leave the fixed dofs alone. */
+static double worst_change(const flesh_problem *problem)
+{
+  const flesh_block_matrix *K = problem->K;
+  const size_t n = (size_t)problem->n;
+  const int numbers = 9 * K->row_start[K->rows];
+  flesh_block_matrix change = *K;
+  change.values = malloc((size_t)numbers * sizeof *change.values);
+  for (int e = 0; e < numbers; e++) change.values[e] = K->values[e] - (double)(float)K->values[e];
+  double *dense = test_dense(&change);
+  gsl_matrix *E = gsl_matrix_calloc(n, n);
+  gsl_vector *values = gsl_vector_alloc(n);
+  gsl_eigen_symm_workspace *room = gsl_eigen_symm_alloc(n);
+  for (size_t d = 0; d < n; d++)
+    for (size_t e = 0; e < n; e++)
+      if (!problem->fixed[d] && !problem->fixed[e])
+        gsl_matrix_set(E, d, e, dense[d * n + e] / (problem->stage.shift.a * sqrt((double)problem->inertia[d]) *
+                                                    sqrt((double)problem->inertia[e])));
+  gsl_eigen_symm(E, values, room);
+  const double worst = fmax(gsl_vector_max(values), -gsl_vector_min(values));
+  gsl_eigen_symm_free(room);
+  gsl_vector_free(values);
+  gsl_matrix_free(E);
+  free(dense);
+  free(change.values);
+  return worst;
+}
+
+/* From steps of a hundredth of a second to those of minutes, bodies of soft and nearly incompressible rubber. */
+static void inertia_covers_what_rounding_changes(void)
+{
+  static const double ratios[] = {0.3, 0.49, 0.4999};
+  double largest = 0, smallest_refused = INFINITY;
+  for (int k = 0; k < 3; k++) {
+    test_body b;
+    flesh_solver_options options;
+    flesh_problem *problem = NULL;
+    int before = 1;
+    const flesh_material material = test_material(FLESH_ENERGY_S, ratios[k]);
+    CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.2, 0.02), material, 1000, FLESH_MASS_LUMPED, 1, &b)); /* flat tets */
+    CHECK_OK(flesh_system_finish(b.system));
+    flesh_solver_options_default(&options);
+    CHECK_OK(flesh_problem_create(b.system, &options, &problem));
+    test_jitter(b.n, 0.002, 5, b.state.x);
+    for (double h = 0.001; h < 1000; h *= 3) {
+      const flesh_stage stage = {.load = 1, .share = 1, .shift = {.x = 1, .a = 1 / (h * h)}, .x0 = b.state.x};
+      CHECK_OK(flesh_problem_set_stage(problem, &stage));
+      CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
+      CHECK_OK(flesh_problem_factor(problem));
+      const double change = worst_change(problem);
+      if (problem->single) largest = fmax(largest, change);
+      else smallest_refused = fmin(smallest_refused, change);
+      CHECK(before || !problem->single); /* longer steps have less inertia */
+      before = problem->single;
+    }
+    CHECK(!before);
+    const flesh_stage statics = {.load = 1, .share = 1, .shift = {.x = 1}, .x0 = b.state.x};
+    CHECK_OK(flesh_problem_set_stage(problem, &statics));
+    CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
+    CHECK_OK(flesh_problem_factor(problem));
+    CHECK(!problem->single);
+    flesh_problem_destroy(&problem);
+    test_body_destroy(&b);
+  }
+  printf("# rounding changes at most %.2g where it is done, and at least %.2g where it is not\n", largest,
+         smallest_refused);
+  CHECK(largest > 1e-4);
+  CHECK_BELOW(largest, 0.005);
+  CHECK(smallest_refused > 1e-3);
+}
+
+int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(inertia_covers_what_rounding_changes)); }
