@@ -29,7 +29,7 @@ static double per_newton(const flesh_bench_row *row)
 static void print_row(const flesh_bench_row *row)
 {
   double time = flesh_bench_seconds(row);
-  printf("%-22s %-4s %-5g %8d %3d ", row->name, flesh_energy_name(row->energy), row->poisson,
+  printf("%-24s %-4s %-5g %8d %3d ", row->name, flesh_energy_name(row->energy), row->poisson,
          row->tets, row->threads);
   if (row->status) {
     printf("%12s\n", "failed");

@@ -50,6 +50,7 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
     figures->first_inverted_t = record->state->t;
   figures->newton += stats->newton;
   figures->linear += stats->linear;
+  figures->linear_single += stats->linear_single;
   figures->direct += stats->direct;
   figures->assemblies += stats->assemblies;
   figures->projections += stats->projections;
@@ -256,6 +257,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "untangled_nodes", figures->untangled_nodes);
   set_integer(object, "newton", figures->newton);
   set_integer(object, "linear", figures->linear);
+  set_integer(object, "linear_single", figures->linear_single);
   set_integer(object, "direct", figures->direct);
   set_integer(object, "assemblies", figures->assemblies);
   set_integer(object, "projections", figures->projections);

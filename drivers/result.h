@@ -18,7 +18,8 @@ typedef struct flesh_figures {
   double min_J_t;            /* when */
   int max_inverted;
   double first_inverted_t; /* first time with a J <= 0; NaN: never */
-  long newton, linear, direct, assemblies, projections, backtracks, patches, patch_newton, detours, solves;
+  long newton, linear, linear_single, direct, assemblies, projections, backtracks, detours, solves;
+  long patches, patch_newton;
   long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
   long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */
   double energy_gain; /* flesh_integrator_energy_gain */

@@ -170,6 +170,7 @@ static void add_counts(const flesh_problem *problem, flesh_solve_stats *stats)
 {
   stats->newton += problem->stats.newton;
   stats->linear += problem->stats.linear;
+  stats->linear_single += problem->stats.linear_single;
   stats->direct += problem->stats.direct;
   stats->assemblies += problem->stats.assemblies;
   stats->projections += problem->stats.projections;

@@ -18,6 +18,7 @@
   X(detours, "Detours")                                  \
   X(potential_rises, "Potential rises")                  \
   X(linear, "LS iters")                                  \
+  X(linear_single, "LS iters in single")                 \
   X(direct, "LS by factorisation")                       \
   X(assemblies, "Jac fn evals")                          \
   X(projections, "Projected Jac fn evals")               \

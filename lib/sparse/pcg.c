@@ -330,7 +330,7 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
     w.unscale = self->unit * flesh_preconditioner_scale(preconditioner);
     w.common = common * self->unit;
   }
-  *result = (flesh_pcg_result){0};
+  *result = (flesh_pcg_result){.single = self->single};
   flesh_threads_run(self->threads, self->chunks, load, &w);
   int status = iterate(self, A, guide, tolerance, max_iterations, &w, result);
   flesh_threads_run(self->threads, self->chunks, store, &w);

@@ -7,6 +7,7 @@
 typedef struct flesh_pcg_result {
   int iterations;
   double first, residual; /* weighted 2-norms at the start and at the end */
+  int single;             /* it was solved in single precision */
 } flesh_pcg_result;
 
 /* The vectors of a solve and the order of its products. */

@@ -80,6 +80,7 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;
   problem->stats.linear += result.iterations;
+  if (result.single) problem->stats.linear_single += result.iterations;
   if (status == FLESH_NOT_POSITIVE && guide.beyond) {
     problem->beyond = 1;
     return FLESH_OK;
