@@ -2,8 +2,8 @@
  * which is padding that no sum takes in.
  *
  * The residual, the direction and its product with A are in double or in single precision. In single precision they are
- * those of a scaled system, whose right-hand side and largest entry are about 1. Whatever is done node by node is done in
- * double precision and rounded when it is stored. */
+ * those of a scaled system, whose right-hand side and largest entry are about 1; what is done node by node is done in
+ * double precision all the same, and rounded when it is stored. */
 #include "sparse/pcg.h"
 
 #include <math.h>
@@ -87,12 +87,11 @@ typedef struct work {
   flesh_pcg_space *space;
   const double *b, *weights; /* NULL: all are `common` */
   double *x, common;
-  double scale;  /* of b, and `unscale` from that to x */
-  double unscale;
+  double scale, unscale; /* of b to the system that is solved, and from that to x */
   flesh_preconditioner_data *preconditioner;
   double alpha;    /* of z, to be taken from r */
-  double to_round; /* scale of r for the preconditioner, and `back` of what comes from there */
-  double back, beta;
+  double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
+  double beta;
   double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
 } work;
 
@@ -242,8 +241,8 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
   while (result->iterations < last) {
     if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
     w->back = self->single ? 1 : scale / w->to_round;
-    const double rz = flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back /
-                      (self->single ? 1 : w->to_round);
+    const double rz =
+        flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
@@ -326,6 +325,7 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
   if (self->single) {
     self->rounded = self->r;
     w.scale = to_one;
+    w.to_round = 1;
     self->unit = 1 / to_one;
     w.unscale = self->unit * flesh_preconditioner_scale(preconditioner);
     w.common = common * self->unit;
