@@ -110,7 +110,7 @@ static void check_single(flesh_product *product, const flesh_block_matrix *A, fl
                          const double *x, const double *y, double expected, float *first)
 {
   const size_t bytes = 4 * (size_t)product->nodes * sizeof(float);
-  float *lanes = aligned_alloc(32, bytes + 32), *out = aligned_alloc(32, bytes + 32);
+  float *lanes = aligned_alloc(16, bytes), *out = aligned_alloc(16, bytes);
   for (int again = 0; again < 2; again++) {
     memset(lanes, 0, bytes);
     for (int p = 0; p < A->rows; p++)
