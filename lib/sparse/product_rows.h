@@ -1,5 +1,7 @@
-/* product_rows.h: a part's rows of y += A x in the precision REAL, vectors of four LANES: product.c includes it once for
- * each. TAKE is how the next block comes in. */
+/* product_rows.h: a part's rows of y += A x as a function ROWS, in the precision REAL on vectors of four LANES; returns
+ * its share of x.A x. product.c includes it once for each precision. FIRST_BLOCK is where the part's numbers, BLOCKs,
+ * begin, and TAKE loads the next block's rows and moves on. `far`: A lies beyond the caches; `rounding`: from A's own
+ * blocks, which TAKE rounds and stores. */
 static inline __attribute__((always_inline)) double ROWS(const multiplication *m, int part, int far, int rounding)
 {
   const flesh_product *product = m->product;

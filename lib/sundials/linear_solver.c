@@ -71,8 +71,9 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
   flesh_problem *problem = self->problem;
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration dearer, not fewer. */
-  const flesh_pcg_guide guide = {problem->follow && !problem->projected ? 3 : 0, asked_to_stop, problem,
-                                 problem->single, problem->solved};
+  const flesh_pcg_guide guide = {.beyond = problem->follow && !problem->projected ? 3 : 0,
+                                 .stop = asked_to_stop, .stop_data = problem,
+                                 .single = problem->single, .same = problem->solved};
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
   int status = flesh_pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance, limit,
                                 b, p, &result);

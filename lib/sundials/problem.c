@@ -31,7 +31,7 @@ static double typical_stiffness(flesh_problem *self)
   return count ? sum / count : 1;
 }
 
-/* Inertia at rest, dof by dof. */
+/* Inertia at rest, dof by dof; 0 where it has no value, so that nothing is rounded. */
 static int find_inertia(flesh_problem *self)
 {
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
@@ -475,8 +475,8 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
 
 /* Whether K rounded to single precision is as good as K. Rounding moves a row by few units in the last place of its
  * diagonal, and inertia is what the softest displacements have at least. Where the one is this many times the other,
- * their stiffness changes by less than a hundredth. Steps take as many iterations up to 7e4, and some hundredths more
- * from 1e5 on, in less time all the same. */
+ * their stiffness changes by less than a hundredth (or two where the mass is consistent, as that may be half of its
+ * diagonal). Steps take as many iterations up to 7e4, and some hundredths more from 1e5 on, in less time all the same. */
 static int may_be_rounded(const flesh_problem *self)
 {
   static const double most = 4e5;
@@ -490,7 +490,6 @@ static int may_be_rounded(const flesh_problem *self)
 int flesh_problem_factor(flesh_problem *self)
 {
   self->single = self->pcg && may_be_rounded(self);
-
   self->paces[0] = self->paces[1] = self->lost = 0;
   self->factored = self->stage.shift;
   return self->direct ? flesh_direct_factor(self->direct, self->K)
