@@ -17,6 +17,7 @@
 typedef struct batch {
   tets t;
   const flesh_material *material;
+  flesh_real d[3][3];    /* x_a - x_0 */
   flesh_real F[9], C[9]; /* C = cof F */
   flesh_real I_C, J;
   flesh_psi_real psi;
@@ -51,7 +52,7 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
 {
   load_tets(batches, index, &b->t);
   b->material = &batches->materials[b->t.material];
-  gradient_of(&b->t, x, b->F);
+  gradient_of(&b->t, x, b->d, b->F);
   flesh_mat3_cofactor(b->F, b->C);
   b->J = flesh_vec3_dot(b->F, b->C);
   b->I_C = flesh_mat3_norm2(b->F);
@@ -96,39 +97,69 @@ static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int f
   return FLESH_OK;
 }
 
-/* The exact Hessian: blocks K_11 K_12 K_13 K_22 K_23 K_33. d cof(F) in direction e_j g_b^T,
- * times g_a, is e_j x F(g_a x g_b). */
-static inline void true_blocks(const batch *b, flesh_real scale, flesh_real pair[6][9])
+/* The exact Hessian of the batch at `index`. With p_a = F g_a and q_a = cof(F) g_a
+ *
+ *   K_ab = volume * (4 psi_II p_a p_b^T + 2 psi_IJ (p_a q_b^T + q_a p_b^T) + psi_JJ q_a q_b^T
+ *                    + 2 psi_I (g_a . g_b) I + psi_J D_ab),
+ *
+ * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of the
+ * edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in turn. */
+static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
+                                  double *values)
 {
-  flesh_real p[3][3], q[3][3];
-  for (int a = 0; a < 3; a++) {
-    flesh_mat3_times(b->F, b->t.g[a], p[a]);
-    flesh_mat3_times(b->C, b->t.g[a], q[a]);
+  /* F(g_a x g_b) for a < b is the edge between the other two nodes, from one to the other. */
+  static const unsigned char one[4][4] = {{0, 2, 3, 1}, {0, 0, 0, 2}};
+  static const unsigned char other[4][4] = {{0, 3, 1, 2}, {0, 0, 3, 0}, {0, 0, 0, 1}};
+  batch b;
+  int status = load(batches, index, at->x, 0, &b);
+  if (status) return status;
+  flesh_real g[4][3], p[4][3], q[4][3], x[4][3], cross[3]; /* x: positions from x_0, times det and psi_J */
+  for (int a = 1; a < 4; a++) {
+    shape_gradient(&b.t, a, g[a]);
+    flesh_mat3_times(b.F, g[a], p[a]);
+    flesh_vec3_cross(b.d[a % 3], b.d[(a + 1) % 3], q[a]);
   }
-  flesh_real same = 2 * scale * b->psi.I, II = 4 * scale * b->psi.II, IJ = 2 * scale * b->psi.IJ,
-             JJ = scale * b->psi.JJ, turn = scale * b->psi.J;
-  for (int a = 0, n = 0; a < 3; a++)
-    for (int c = a; c < 3; c++, n++) {
-      flesh_real *K = pair[n];
-      for (int i = 0; i < 3; i++) {
-        flesh_real u = II * p[a][i] + IJ * q[a][i], w = IJ * p[a][i] + JJ * q[a][i];
-        for (int j = 0; j < 3; j++) K[3 * i + j] = u * p[c][j] + w * q[c][j];
-      }
-      flesh_real diagonal = same * flesh_vec3_dot(b->t.g[a], b->t.g[c]);
-      K[0] += diagonal;
-      K[4] += diagonal;
-      K[8] += diagonal;
-      if (a == c) continue;
-      flesh_real cross[3], h[3];
-      flesh_vec3_cross(b->t.g[a], b->t.g[c], cross);
-      flesh_mat3_times(b->F, cross, h);
-      K[1] += turn * h[2];
-      K[2] -= turn * h[1];
-      K[3] -= turn * h[2];
-      K[5] += turn * h[0];
-      K[6] += turn * h[1];
-      K[7] -= turn * h[0];
+  flesh_vec3_cross(g[2], g[3], cross);
+  flesh_real det = flesh_vec3_dot(g[1], cross), scale = at->scale * b.t.volume, turn = scale * b.psi.J * det;
+  flesh_real same = 2 * scale * b.psi.I, II = 4 * scale * b.psi.II, IJ = 2 * scale * b.psi.IJ, JJ = scale * b.psi.JJ;
+  for (int i = 0; i < 3; i++) {
+    for (int a = 1; a < 4; a++) {
+      q[a][i] *= det;
+      x[a][i] = turn * b.d[a - 1][i];
     }
+    g[0][i] = -(g[1][i] + g[2][i] + g[3][i]);
+    p[0][i] = -(p[1][i] + p[2][i] + p[3][i]);
+    q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
+    x[0][i] = flesh_all(0);
+  }
+  blocks to;
+  open_blocks(&b.t, slots, values, &to);
+#pragma GCC unroll 4
+  for (int a = 0, n = 0; a < 4; a++) {
+    flesh_real u[3], w[3];
+    for (int i = 0; i < 3; i++) {
+      u[i] = II * p[a][i] + IJ * q[a][i];
+      w[i] = IJ * p[a][i] + JJ * q[a][i];
+    }
+#pragma GCC unroll 4
+    for (int c = a; c < 4; c++, n++) {
+      flesh_real K[9], diagonal = same * flesh_vec3_dot(g[a], g[c]);
+      for (int i = 0; i < 3; i++) {
+        for (int j = a == c ? i : 0; j < 3; j++) K[3 * i + j] = u[i] * p[c][j] + w[i] * q[c][j];
+        K[4 * i] += diagonal;
+      }
+      for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        flesh_real turned = x[other[a][c]][k] - x[one[a][c]][k];
+        if (a != c) K[3 * i + j] += turned, K[3 * j + i] -= turned;
+        else if (i < j) K[3 * j + i] = K[3 * i + j];
+        else K[3 * i + j] = K[3 * j + i];
+      }
+      add_block(K, n, &to);
+    }
+  }
+  close_blocks(&b.t, slots, values, &to);
+  return FLESH_OK;
 }
 
 /* Singular values of any size. */
@@ -154,18 +185,23 @@ INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spe
 }
 
 /* The Hessian with its negative eigenvalues filtered, from the closed-form spectrum. */
-static int projected_blocks(const batch *b, flesh_real scale, flesh_filter filter,
-                            flesh_real pair[6][9])
+static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                       const int *slots, double *values)
 {
-  flesh_real U[9], V[9], g[3][3];
+  const flesh_filter filter = at->project == FLESH_PROJECTED_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
+  batch b;
+  flesh_real U[9], V[9], g[3][3], pair[6][9];
   flesh_spectrum spectrum;
-  int status = decompose(b, U, V, &spectrum);
+  int status = load(batches, index, at->x, 0, &b);
+  if (!status) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
-  if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) {
-    true_blocks(b, scale, pair);
-    return FLESH_OK;
+  if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) return add_true(batches, index, at, slots, values);
+  for (int a = 0; a < 3; a++) {
+    flesh_real gradient[3];
+    shape_gradient(&b.t, a + 1, gradient);
+    flesh_mat3_transposed_times(V, gradient, g[a]);
   }
-  for (int a = 0; a < 3; a++) flesh_mat3_transposed_times(V, b->t.g[a], g[a]);
+  flesh_real scale = at->scale * b.t.volume;
   for (int a = 0, n = 0; a < 3; a++)
     for (int c = a; c < 3; c++, n++) {
       flesh_real B[9], UB[9];
@@ -174,27 +210,17 @@ static int projected_blocks(const batch *b, flesh_real scale, flesh_filter filte
       flesh_mat3_multiply_transposed(UB, U, pair[n]);
       for (int k = 0; k < 9; k++) pair[n][k] *= scale;
     }
+  scatter_blocks(&b.t, pair, slots, values);
   return FLESH_OK;
 }
 
 static int elastic_second_order(const flesh_batches *batches, int from, int until,
                                 const flesh_tet_point *at, const int *slots, double *values)
 {
-  const flesh_filter filter =
-      at->project == FLESH_PROJECTED_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
   for (int k = from; k < until; k++) {
-    batch b;
-    flesh_real pair[6][9];
     expect_blocks(batches, k, slots, values);
-    int status = load(batches, k, at->x, 0, &b);
+    int status = at->project ? add_projected(batches, k, at, slots, values) : add_true(batches, k, at, slots, values);
     if (status) return status;
-    if (at->project) {
-      status = projected_blocks(&b, at->scale * b.t.volume, filter, pair);
-      if (status) return status;
-    } else {
-      true_blocks(&b, at->scale * b.t.volume, pair);
-    }
-    scatter_blocks(&b.t, pair, slots, values);
   }
   return FLESH_OK;
 }
@@ -221,10 +247,10 @@ static COMPILED_ONCE int stiffness_first_order(const flesh_batches *batches, int
   flesh_real sum = flesh_all(0);
   for (int k = from; k < until; k++) {
     batch b;
-    flesh_real rate[9], P[9], f[4][3];
+    flesh_real edges[3][3], rate[9], P[9], f[4][3];
     int status = load(batches, k, at->x, 0, &b);
     if (status) return status;
-    gradient_of(&b.t, at->v, rate);
+    gradient_of(&b.t, at->v, edges, rate);
     status = stress_rate(&b, rate, P);
     if (status) return status;
     for (int c = 0; c < 9; c++) P[c] *= at->scale * b.t.volume;

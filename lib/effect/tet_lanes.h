@@ -7,6 +7,7 @@
 #define FLESH_EFFECT_TET_LANES_H
 
 #include <stddef.h>
+#include <string.h>
 
 #include "effect/tet_kernel.h"
 #include "math/mat3.h"
@@ -34,31 +35,37 @@ extern const flesh_tet_kernel FLESH_OF_SET(flesh_elastic), FLESH_OF_SET(flesh_st
  * out of the caches. */
 #define AHEAD 4
 
-/* A batch's tets. */
+/* A batch's tets. Their shapes are read where they are: copied, most would be stored once more. */
 typedef struct tets {
   const int *node; /* of its first tet */
   int first, used, material;
-  flesh_real g[3][3], volume;
+  const flesh_real_at *shape; /* [9]: g_1, g_2, g_3 */
+  flesh_real volume;
 } tets;
 
 INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
 {
-  const flesh_real_at *shape =
-      (const flesh_real_at *)(batches->shapes + (size_t)index * 10 * FLESH_LANES);
+  const double *shapes = batches->shapes + (size_t)index * 10 * FLESH_LANES;
   if (index + AHEAD < batches->count)
     for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* a line of 64 bytes each */
-      __builtin_prefetch(batches->shapes + (size_t)(index + AHEAD) * 10 * FLESH_LANES + k, 0, 0);
+      __builtin_prefetch(shapes + (size_t)AHEAD * 10 * FLESH_LANES + k, 0, 0);
+  t->shape = (const flesh_real_at *)shapes;
   t->material = batches->material[index];
   t->first = batches->first[index];
   t->used = batches->first[index + 1] - t->first;
   t->node = batches->nodes + 4 * (size_t)t->first;
-  for (int a = 0; a < 3; a++)
-    for (int j = 0; j < 3; j++) t->g[a][j] = shape[3 * a + j];
-  t->volume = shape[9];
+  t->volume = t->shape[9];
 }
 
-/* sum over nodes of x_a g_a^T: the deformation gradient of positions, its rate of velocities. */
-INLINE void gradient_of(const tets *t, const double *x, flesh_real F[9])
+/* g_a for a = 1, 2, 3. */
+INLINE void shape_gradient(const tets *t, int a, flesh_real g[3])
+{
+  for (int j = 0; j < 3; j++) g[j] = t->shape[3 * (a - 1) + j];
+}
+
+/* F = sum over nodes of x_a g_a^T, the deformation gradient of positions, its rate of velocities, and the edges
+ * d[a-1] = x_a - x_0 that it is made of. */
+INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
 {
   int repeated[4 * FLESH_LANES];
   const int *node = t->node;
@@ -74,22 +81,28 @@ INLINE void gradient_of(const tets *t, const double *x, flesh_real F[9])
 #define SECOND(l)      POSITION(1, l)
 #define THIRD(l)       POSITION(2, l)
 #define FOURTH(l)      POSITION(3, l)
-    flesh_real x0 = FLESH_EACH_LANE(FIRST), d1 = FLESH_EACH_LANE(SECOND) - x0;
-    flesh_real d2 = FLESH_EACH_LANE(THIRD) - x0, d3 = FLESH_EACH_LANE(FOURTH) - x0;
+    flesh_real x0 = FLESH_EACH_LANE(FIRST);
+    d[0][i] = FLESH_EACH_LANE(SECOND) - x0;
+    d[1][i] = FLESH_EACH_LANE(THIRD) - x0;
+    d[2][i] = FLESH_EACH_LANE(FOURTH) - x0;
 #undef FOURTH
 #undef THIRD
 #undef SECOND
 #undef FIRST
 #undef POSITION
     for (int j = 0; j < 3; j++)
-      F[3 * i + j] = d1 * t->g[0][j] + d2 * t->g[1][j] + d3 * t->g[2][j];
+      F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
   }
 }
 
 /* Row i of the forces on the nodes, by row i of volume * P. */
 INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[4][3])
 {
-  for (int a = 0; a < 3; a++) f[a + 1][i] = flesh_vec3_dot(P, t->g[a]);
+  for (int a = 1; a < 4; a++) {
+    flesh_real g[3];
+    shape_gradient(t, a, g);
+    f[a][i] = flesh_vec3_dot(P, g);
+  }
   f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
 }
 
@@ -127,16 +140,45 @@ INLINE void expect_blocks(const flesh_batches *batches, int index, const int *sl
   }
 }
 
-/* Adds every lane's block to its place; slots are 10 apart from tet to tet. */
-static inline void add_block(const flesh_real block[9], const int *slot, int used, double *values)
+/* Where a batch's blocks are added: pair p of lane l at values + 9 * slot[10 * l + p]. A batch with lanes that are not
+ * used has a place of its own at first, so that the others need not ask which are. */
+typedef struct blocks {
+  const int *slot;
+  double *values, own[FLESH_LANES * 90];
+  int own_slot[FLESH_LANES * 10];
+} blocks;
+
+/* Before a batch's blocks are added, and after. */
+INLINE void open_blocks(const tets *t, const int *slots, double *values, blocks *to)
+{
+  to->slot = slots + 10 * (size_t)t->first;
+  to->values = values;
+  if (t->used == FLESH_LANES) return;
+  for (int k = 0; k < 10 * FLESH_LANES; k++) to->own_slot[k] = k;
+  memset(to->own, 0, sizeof to->own);
+  to->slot = to->own_slot;
+  to->values = to->own;
+}
+
+INLINE void close_blocks(const tets *t, const int *slots, double *values, const blocks *to)
+{
+  if (t->used == FLESH_LANES) return;
+  const int *slot = slots + 10 * (size_t)t->first;
+  for (int k = 0; k < 10 * t->used; k++)
+    for (int c = 0; c < 9; c++) values[9 * (size_t)slot[k] + c] += to->own[9 * k + c];
+}
+
+/* Adds every lane's block `pair` to its place. */
+INLINE void add_block(const flesh_real block[9], int pair, const blocks *to)
 {
   flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
   for (int part = 0; part < 8 / FLESH_LANES; part++) {
     for (int c = 0; c < FLESH_LANES; c++) by_tet[part][c] = block[part * FLESH_LANES + c];
     flesh_transpose(by_tet[part]);
   }
-  for (int l = 0; l < FLESH_LANES && l < used; l++) {
-    double *place = values + 9 * (size_t)slot[10 * l];
+#pragma GCC unroll 8
+  for (int l = 0; l < FLESH_LANES; l++) {
+    double *place = to->values + 9 * (size_t)to->slot[10 * l + pair];
     for (int part = 0; part < 8 / FLESH_LANES; part++)
       *(flesh_real_at *)(place + part * FLESH_LANES) += by_tet[part][l];
     place[8] += flesh_lane(block[8], l);
@@ -148,8 +190,9 @@ static inline void add_block(const flesh_real block[9], const int *slot, int use
 static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], const int *slots,
                                   double *values)
 {
-  const int *slot = slots + 10 * (size_t)t->first;
   flesh_real k0[3][9], k00[9];
+  blocks to;
+  open_blocks(t, slots, values, &to);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       int c = 3 * i + j, s = 3 * j + i;
@@ -165,9 +208,10 @@ static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], co
       k00[c] = k00[s] =
           -0.5 * ((k0[0][c] + k0[1][c] + k0[2][c]) + (k0[0][s] + k0[1][s] + k0[2][s]));
     }
-  add_block(k00, slot, t->used, values);
-  for (int p = 0; p < 3; p++) add_block(k0[p], slot + 1 + p, t->used, values);
-  for (int p = 0; p < 6; p++) add_block(pair[p], slot + 4 + p, t->used, values);
+  add_block(k00, 0, &to);
+  for (int p = 0; p < 3; p++) add_block(k0[p], 1 + p, &to);
+  for (int p = 0; p < 6; p++) add_block(pair[p], 4 + p, &to);
+  close_blocks(t, slots, values, &to);
 }
 
 /* Adds a batch's sums lane by lane. */

@@ -5,7 +5,8 @@
 
 INLINE void frame_at(const tets *t, const double *x, flesh_real F[9])
 {
-  if (x) gradient_of(t, x, F);
+  flesh_real edges[3][3];
+  if (x) gradient_of(t, x, edges, F);
   else flesh_mat3_identity(F);
 }
 
@@ -33,10 +34,10 @@ static COMPILED_ONCE int first_order(const flesh_batches *batches, int from, int
   flesh_real sum = flesh_all(0);
   for (int k = from; k < until; k++) {
     tets t;
-    flesh_real F[9], rate[9], G[9], S[9], f[4][3];
+    flesh_real edges[3][3], F[9], rate[9], G[9], S[9], f[4][3];
     load_tets(batches, k, &t);
     frame_at(&t, at->x, F);
-    gradient_of(&t, at->v, rate);
+    gradient_of(&t, at->v, edges, rate);
     flesh_mat3_transposed_multiply(F, rate, G);
     flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
     if (sums) sum += scale * density;
@@ -60,7 +61,7 @@ static int second_order(const flesh_batches *batches, int from, int until, const
 {
   for (int k = from; k < until; k++) {
     tets t;
-    flesh_real F[9], FF[9], p[3][3], pair[6][9];
+    flesh_real F[9], FF[9], g[3][3], p[3][3], pair[6][9];
     load_tets(batches, k, &t);
     expect_blocks(batches, k, slots, values);
     frame_at(&t, at->x, F);
@@ -68,10 +69,13 @@ static int second_order(const flesh_batches *batches, int from, int until, const
     flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);
     flesh_real turned = scale * (m->shear - m->spin), trace = scale * (m->bulk - 2 * m->shear / 3);
     flesh_mat3_multiply_transposed(F, F, FF);
-    for (int a = 0; a < 3; a++) flesh_mat3_times(F, t.g[a], p[a]);
+    for (int a = 0; a < 3; a++) {
+      shape_gradient(&t, a + 1, g[a]);
+      flesh_mat3_times(F, g[a], p[a]);
+    }
     for (int a = 0, n = 0; a < 3; a++)
       for (int b = a; b < 3; b++, n++) {
-        flesh_real gg = same * flesh_vec3_dot(t.g[a], t.g[b]);
+        flesh_real gg = same * flesh_vec3_dot(g[a], g[b]);
         for (int i = 0; i < 3; i++)
           for (int j = 0; j < 3; j++)
             pair[n][3 * i + j] =

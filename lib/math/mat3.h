@@ -94,9 +94,7 @@ static inline flesh_real flesh_mat3_trace(const flesh_real A[9]) { return A[0] +
 /* A : B. */
 static inline flesh_real flesh_mat3_inner(const flesh_real A[9], const flesh_real B[9])
 {
-  flesh_real sum = A[0] * B[0];
-  for (int k = 1; k < 9; k++) sum += A[k] * B[k];
-  return sum;
+  return flesh_vec3_dot(A, B) + flesh_vec3_dot(A + 3, B + 3) + flesh_vec3_dot(A + 6, B + 6);
 }
 
 /* tr(A^T A), the squared Frobenius norm. */
