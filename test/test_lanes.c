@@ -63,8 +63,17 @@ static void transposition(void)
   CHECK(v[0][0] == 1 && v[0][1] == 3 && v[1][0] == 2 && v[1][1] == 4);
 }
 
+static void loads_of_four(void)
+{
+  const double numbers[] = {1, 2, 3, 4, 5, 6, 7};
+  const double *const place[] = {numbers, numbers + 3};
+  flesh_real v[4];
+  flesh_load_four(place, v);
+  for (int k = 0; k < 4; k++) CHECK(v[k][0] == 1 + k && v[k][1] == 4 + k);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(logarithms), TEST(cube_roots), TEST(selections),
-                   TEST(transposition));
+                   TEST(transposition), TEST(loads_of_four));
 }

@@ -74,25 +74,23 @@ INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], fles
       repeated[l] = node[l < 4 * t->used ? l : 4 * t->used - 4 + l % 4];
     node = repeated;
   }
+  /* Four numbers are loaded at once, of which a tet's first node, never the mesh's last, has one behind its three, and
+   * the others, never the mesh's first, one before. */
+  flesh_real x_0[4], x_a[4];
+  const double *place[FLESH_LANES];
+#pragma GCC unroll 8
+  for (int l = 0; l < FLESH_LANES; l++) place[l] = x + 3 * (size_t)node[4 * l];
+  flesh_load_four(place, x_0);
 #pragma GCC unroll 3
-  for (int i = 0; i < 3; i++) {
-#define POSITION(a, l) x[3 * (size_t)node[4 * (l) + (a)] + i]
-#define FIRST(l)       POSITION(0, l)
-#define SECOND(l)      POSITION(1, l)
-#define THIRD(l)       POSITION(2, l)
-#define FOURTH(l)      POSITION(3, l)
-    flesh_real x0 = FLESH_EACH_LANE(FIRST);
-    d[0][i] = FLESH_EACH_LANE(SECOND) - x0;
-    d[1][i] = FLESH_EACH_LANE(THIRD) - x0;
-    d[2][i] = FLESH_EACH_LANE(FOURTH) - x0;
-#undef FOURTH
-#undef THIRD
-#undef SECOND
-#undef FIRST
-#undef POSITION
+  for (int a = 1; a < 4; a++) {
+#pragma GCC unroll 8
+    for (int l = 0; l < FLESH_LANES; l++) place[l] = x + 3 * (size_t)node[4 * l + a] - 1;
+    flesh_load_four(place, x_a);
+    for (int i = 0; i < 3; i++) d[a - 1][i] = x_a[1 + i] - x_0[i];
+  }
+  for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
-  }
 }
 
 /* Row i of the forces on the nodes, by row i of volume * P. */
@@ -106,7 +104,17 @@ INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[
   f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
 }
 
-/* Adds every lane's forces f [4 nodes][3] to its nodes, x and y together. */
+/* Adds a lane's forces to its nodes, x and y together. */
+INLINE void add_forces(const tets *t, int lane, double xy[4][2][FLESH_LANES], double z[4][FLESH_LANES], double *r)
+{
+  for (int a = 0; a < 4; a++) {
+    double *place = r + 3 * (size_t)t->node[4 * lane + a];
+    *(flesh_two_at *)place += *(const flesh_two_at *)(xy[a][lane & 1] + (lane & ~1));
+    place[2] += z[a][lane];
+  }
+}
+
+/* Adds every lane's forces f [4 nodes][3]. */
 static inline void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
 {
   double xy[4][2][FLESH_LANES], z[4][FLESH_LANES];
@@ -116,12 +124,12 @@ static inline void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
     *(flesh_real_at *)xy[a][1] = f[a][1];
     *(flesh_real_at *)z[a] = f[a][2];
   }
-  for (int l = 0; l < t->used; l++)
-    for (int a = 0; a < 4; a++) {
-      double *place = r + 3 * (size_t)t->node[4 * l + a];
-      *(flesh_two_at *)place += *(const flesh_two_at *)(xy[a][l & 1] + (l & ~1));
-      place[2] += z[a][l];
-    }
+  if (t->used == FLESH_LANES) {
+#pragma GCC unroll 8
+    for (int l = 0; l < FLESH_LANES; l++) add_forces(t, l, xy, z, r);
+  } else {
+    for (int l = 0; l < t->used; l++) add_forces(t, l, xy, z, r);
+  }
 }
 
 /* Where a matrix is beyond the caches (that of MANY tets), the blocks of the tets this far ahead are asked for: both

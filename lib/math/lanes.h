@@ -123,21 +123,30 @@ static inline void flesh_transpose(flesh_real v[FLESH_LANES])
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
 
-/* The vector of f(0) ... f(lanes - 1). */
-#if FLESH_LANES == 8
-#define FLESH_EACH_LANE(f)                                                                         \
-  (flesh_real) { f(0), f(1), f(2), f(3), f(4), f(5), f(6), f(7) }
-#elif FLESH_LANES == 4
-#define FLESH_EACH_LANE(f)                                                                         \
-  (flesh_real) { f(0), f(1), f(2), f(3) }
-#else
-#define FLESH_EACH_LANE(f)                                                                         \
-  (flesh_real) { f(0), f(1) }
-#endif
-
 /* n doubles, and two, anywhere in memory. */
 typedef flesh_real flesh_real_at __attribute__((aligned(8), may_alias));
 typedef double flesh_two_at __attribute__((vector_size(16), aligned(8), may_alias));
+
+/* v[k] = the number k of the four at place[lane], for every lane. */
+static inline void flesh_load_four(const double *const place[FLESH_LANES], flesh_real v[4])
+{
+#if FLESH_LANES == 8
+  typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++)
+    v[k] = __builtin_shufflevector(*(const four *)place[k], *(const four *)place[k + 4], 0, 1, 2, 3, 4, 5, 6, 7);
+#elif FLESH_LANES == 4
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k];
+#else
+  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)(place[k % 2] + (k & 2));
+#endif
+#pragma GCC unroll 2
+  for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; k++)
+      if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
+}
 
 #endif
 
