@@ -104,8 +104,8 @@ static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int f
  *
  * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of the
  * edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in turn. */
-static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
-                                  double *values)
+INLINE int true_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
+                        double *values, int far)
 {
   /* F(g_a x g_b) for a < b is the edge between the other two nodes, from one to the other. */
   static const unsigned char one[4][4] = {{0, 2, 3, 1}, {0, 0, 0, 2}};
@@ -133,7 +133,7 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
     x[0][i] = flesh_all(0);
   }
   blocks to;
-  open_blocks(&b.t, slots, values, &to);
+  open_blocks(batches, &b.t, slots, values, &to);
 #pragma GCC unroll 4
   for (int a = 0, n = 0; a < 4; a++) {
     flesh_real u[3], w[3];
@@ -155,11 +155,29 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
         else if (i < j) K[3 * j + i] = K[3 * i + j];
         else K[3 * i + j] = K[3 * j + i];
       }
-      add_block(K, n, &to);
+      add_block(K, n, far, &to);
     }
   }
-  close_blocks(&b.t, slots, values, &to);
+  close_blocks(&b.t, slots, &to);
   return FLESH_OK;
+}
+
+/* For matrices in the caches and beyond. */
+static COMPILED_ONCE int add_near(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
+                                  double *values)
+{
+  return true_hessian(batches, index, at, slots, values, 0);
+}
+
+static COMPILED_ONCE int add_far(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
+                                 double *values)
+{
+  return true_hessian(batches, index, at, slots, values, 1);
+}
+
+static int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots, double *values)
+{
+  return (is_far(batches) ? add_far : add_near)(batches, index, at, slots, values);
 }
 
 /* Singular values of any size. */
@@ -210,7 +228,7 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
       flesh_mat3_multiply_transposed(UB, U, pair[n]);
       for (int k = 0; k < 9; k++) pair[n][k] *= scale;
     }
-  scatter_blocks(&b.t, pair, slots, values);
+  scatter_blocks(batches, &b.t, pair, slots, values);
   return FLESH_OK;
 }
 
@@ -218,7 +236,6 @@ static int elastic_second_order(const flesh_batches *batches, int from, int unti
                                 const flesh_tet_point *at, const int *slots, double *values)
 {
   for (int k = from; k < until; k++) {
-    expect_blocks(batches, k, slots, values);
     int status = at->project ? add_projected(batches, k, at, slots, values) : add_true(batches, k, at, slots, values);
     if (status) return status;
   }

@@ -132,35 +132,27 @@ static inline void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
   }
 }
 
-/* Where a matrix is beyond the caches (that of MANY tets), the blocks of the tets this far ahead are asked for: both
- * lines that each may lie in. */
-enum { TETS_AHEAD = 32, MANY = 130000 };
+/* Where a matrix is beyond the caches (that of MANY tets), the blocks of the tets this far ahead are asked for. */
+enum { TETS_AHEAD = 16, MANY = 80000 };
 
-INLINE void expect_blocks(const flesh_batches *batches, int index, const int *slots, const double *values)
-{
-  const int ahead = index + TETS_AHEAD / FLESH_LANES;
-  if (batches->first[batches->count] < MANY || ahead >= batches->count) return;
-  const int *slot = slots + 10 * (size_t)batches->first[ahead], *end = slots + 10 * (size_t)batches->first[ahead + 1];
-  for (; slot < end; slot++) {
-    const double *block = values + 9 * (size_t)*slot;
-    __builtin_prefetch(block, 1);
-    __builtin_prefetch(block + 8, 1);
-  }
-}
+INLINE int is_far(const flesh_batches *batches) { return batches->first[batches->count] >= MANY; }
 
 /* Where a batch's blocks are added: pair p of lane l at values + 9 * slot[10 * l + p]. A batch with lanes that are not
  * used has a place of its own at first, so that the others need not ask which are. */
 typedef struct blocks {
-  const int *slot;
-  double *values, own[FLESH_LANES * 90];
+  const int *slot, *ahead; /* of the batch, and of the one that is asked for meanwhile */
+  double *values, *matrix;
+  double own[FLESH_LANES * 90];
   int own_slot[FLESH_LANES * 10];
 } blocks;
 
 /* Before a batch's blocks are added, and after. */
-INLINE void open_blocks(const tets *t, const int *slots, double *values, blocks *to)
+INLINE void open_blocks(const flesh_batches *batches, const tets *t, const int *slots, double *values, blocks *to)
 {
+  const int last = batches->first[batches->count] - FLESH_LANES, ahead = t->first + TETS_AHEAD;
   to->slot = slots + 10 * (size_t)t->first;
-  to->values = values;
+  to->ahead = slots + 10 * (size_t)(ahead < last ? ahead : last); /* of matrices of many tets only */
+  to->values = to->matrix = values;
   if (t->used == FLESH_LANES) return;
   for (int k = 0; k < 10 * FLESH_LANES; k++) to->own_slot[k] = k;
   memset(to->own, 0, sizeof to->own);
@@ -168,16 +160,16 @@ INLINE void open_blocks(const tets *t, const int *slots, double *values, blocks 
   to->values = to->own;
 }
 
-INLINE void close_blocks(const tets *t, const int *slots, double *values, const blocks *to)
+INLINE void close_blocks(const tets *t, const int *slots, const blocks *to)
 {
   if (t->used == FLESH_LANES) return;
   const int *slot = slots + 10 * (size_t)t->first;
   for (int k = 0; k < 10 * t->used; k++)
-    for (int c = 0; c < 9; c++) values[9 * (size_t)slot[k] + c] += to->own[9 * k + c];
+    for (int c = 0; c < 9; c++) to->matrix[9 * (size_t)slot[k] + c] += to->own[9 * k + c];
 }
 
-/* Adds every lane's block `pair` to its place. */
-INLINE void add_block(const flesh_real block[9], int pair, const blocks *to)
+/* Adds every lane's block `pair` to its place. `far`: is_far(batches). */
+INLINE void add_block(const flesh_real block[9], int pair, int far, const blocks *to)
 {
   flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
   for (int part = 0; part < 8 / FLESH_LANES; part++) {
@@ -191,16 +183,24 @@ INLINE void add_block(const flesh_real block[9], int pair, const blocks *to)
       *(flesh_real_at *)(place + part * FLESH_LANES) += by_tet[part][l];
     place[8] += flesh_lane(block[8], l);
   }
+  if (!far) return;
+#pragma GCC unroll 8
+  for (int l = 0; l < FLESH_LANES; l++) { /* a few at a time, as memory takes them */
+    const double *place = to->matrix + 9 * (size_t)to->ahead[10 * l + pair];
+    __builtin_prefetch(place, 1);
+    __builtin_prefetch(place + 8, 1); /* the other line that it may lie in */
+  }
 }
 
 /* Adds the six blocks between nodes 1, 2, 3 (11 12 13 22 23 33) and, by the zero row sum, the four of
  * node 0. `slots` are those of all tets. */
-static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], const int *slots,
-                                  double *values)
+static inline void scatter_blocks(const flesh_batches *batches, const tets *t, const flesh_real pair[6][9],
+                                  const int *slots, double *values)
 {
+  const int far = is_far(batches);
   flesh_real k0[3][9], k00[9];
   blocks to;
-  open_blocks(t, slots, values, &to);
+  open_blocks(batches, t, slots, values, &to);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       int c = 3 * i + j, s = 3 * j + i;
@@ -216,10 +216,10 @@ static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], co
       k00[c] = k00[s] =
           -0.5 * ((k0[0][c] + k0[1][c] + k0[2][c]) + (k0[0][s] + k0[1][s] + k0[2][s]));
     }
-  add_block(k00, 0, &to);
-  for (int p = 0; p < 3; p++) add_block(k0[p], 1 + p, &to);
-  for (int p = 0; p < 6; p++) add_block(pair[p], 4 + p, &to);
-  close_blocks(t, slots, values, &to);
+  add_block(k00, 0, far, &to);
+  for (int p = 0; p < 3; p++) add_block(k0[p], 1 + p, far, &to);
+  for (int p = 0; p < 6; p++) add_block(pair[p], 4 + p, far, &to);
+  close_blocks(t, slots, &to);
 }
 
 /* Adds a batch's sums lane by lane. */

@@ -63,7 +63,6 @@ static int second_order(const flesh_batches *batches, int from, int until, const
     tets t;
     flesh_real F[9], FF[9], g[3][3], p[3][3], pair[6][9];
     load_tets(batches, k, &t);
-    expect_blocks(batches, k, slots, values);
     frame_at(&t, at->x, F);
     const flesh_viscous *m = &at->viscous[t.material];
     flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);
@@ -81,7 +80,7 @@ static int second_order(const flesh_batches *batches, int from, int until, const
             pair[n][3 * i + j] =
                 gg * FF[3 * i + j] + turned * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
       }
-    scatter_blocks(&t, pair, slots, values);
+    scatter_blocks(batches, &t, pair, slots, values);
   }
   return FLESH_OK;
 }
