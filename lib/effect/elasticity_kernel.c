@@ -219,14 +219,13 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
     shape_gradient(&b.t, a + 1, gradient);
     flesh_mat3_transposed_times(V, gradient, g[a]);
   }
-  flesh_real scale = at->scale * b.t.volume;
+  flesh_spectrum_scale(&spectrum, at->scale * b.t.volume);
   for (int a = 0, n = 0; a < 3; a++)
     for (int c = a; c < 3; c++, n++) {
       flesh_real B[9], UB[9];
       flesh_spectrum_block(&spectrum, g[a], g[c], B);
       flesh_mat3_multiply(U, B, UB);
       flesh_mat3_multiply_transposed(UB, U, pair[n]);
-      for (int k = 0; k < 9; k++) pair[n][k] *= scale;
     }
   scatter_blocks(batches, &b.t, pair, slots, values);
   return FLESH_OK;

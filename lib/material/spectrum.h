@@ -61,8 +61,9 @@ static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_fi
 {
   flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];
   for (int k = 0; k < 9; k++) largest = flesh_max(largest, flesh_abs(A[k]));
-  largest = flesh_select(largest > 0, largest, flesh_all(1));
-  for (int k = 0; k < 9; k++) scaled[k] = A[k] / largest;
+  largest = flesh_select(largest > FLESH_EIG3_SMALLEST, largest, flesh_all(1));
+  flesh_real inverse = 1 / largest;
+  for (int k = 0; k < 9; k++) scaled[k] = A[k] * inverse;
   flesh_eig3_core(scaled, w, Q);
   flesh_mask negative = (w[0] < 0) | (w[1] < 0) | (w[2] < 0);
   for (int k = 0; k < 3; k++) w[k] = flesh_spectrum_filtered(w[k], filter) * largest;
@@ -85,6 +86,12 @@ static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_f
   if (flesh_any(flesh_spectrum_definite(spectrum->A) == 0))
     changed |= flesh_spectrum_filter_scaling(spectrum->A, filter);
   return changed;
+}
+
+static inline void flesh_spectrum_scale(flesh_spectrum *spectrum, flesh_real factor)
+{
+  for (int k = 0; k < 9; k++) spectrum->A[k] *= factor;
+  for (int k = 0; k < 3; k++) spectrum->twist[k] *= factor, spectrum->flip[k] *= factor;
 }
 
 /* The second derivative in direction Y, both in the singular frame: S = d2 psi : Y. */
