@@ -149,10 +149,9 @@ typedef struct blocks {
 /* Before a batch's blocks are added, and after. */
 INLINE void open_blocks(const flesh_batches *batches, const tets *t, const int *slots, double *values, blocks *to)
 {
-  const int last = batches->first[batches->count] - FLESH_LANES, ahead = t->first + TETS_AHEAD;
-  to->slot = slots + 10 * (size_t)t->first;
-  to->ahead = slots + 10 * (size_t)(ahead < last ? ahead : last); /* of matrices of many tets only */
+  to->slot = to->ahead = slots + 10 * (size_t)t->first;
   to->values = to->matrix = values;
+  if (t->first + TETS_AHEAD + FLESH_LANES <= batches->first[batches->count]) to->ahead += 10 * TETS_AHEAD;
   if (t->used == FLESH_LANES) return;
   for (int k = 0; k < 10 * FLESH_LANES; k++) to->own_slot[k] = k;
   memset(to->own, 0, sizeof to->own);
