@@ -194,7 +194,8 @@ static int take_nodes(flesh_tets *self, const flesh_body *body, const int *tet)
   return nodes ? FLESH_OK : no_memory(self->cells.count);
 }
 
-/* The gradients g_1, g_2, g_3 (rows) of a tet's shape functions at the rest positions X; returns its volume. */
+/* The gradients g_1, g_2, g_3 (rows) of a tet's shape functions at the rest positions X; returns its volume,
+ * negative where the nodes wind the other way. */
 static double shape_of(const double *X, const int node[4], double gradient[9])
 {
   double D[9];
@@ -203,7 +204,7 @@ static double shape_of(const double *X, const int node[4], double gradient[9])
       D[3 * i + a] = X[3 * (size_t)node[a + 1] + i] - X[3 * (size_t)node[0] + i];
   /* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the
    * ascending nodes wind. */
-  return fabs(flesh_mat3_inverse(D, gradient)) / 6;
+  return flesh_mat3_inverse(D, gradient) / 6;
 }
 
 static int take_shapes(flesh_tets *self, const flesh_body *body)

@@ -11,8 +11,9 @@ typedef struct flesh_batches {
   int count;
   const int *first;     /* [count+1] first tet of each */
   const int *material;  /* [count] index into materials */
-  const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume;
-                           lanes that are not used repeat the last tet with no volume; NULL: masses */
+  const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the
+                           nodes wind the other way; lanes that are not used repeat the last tet with no volume;
+                           NULL: masses */
   const double *masses; /* [tets] rho V/20, kg; NULL: shapes */
   const int *nodes;     /* [tets][4], ascending within a tet */
   const flesh_material *materials;

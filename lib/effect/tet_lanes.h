@@ -39,7 +39,7 @@ extern const flesh_tet_kernel FLESH_OF_SET(flesh_elastic), FLESH_OF_SET(flesh_st
 typedef struct tets {
   const int *node; /* of its first tet */
   int first, used, material;
-  const flesh_real_at *shape; /* [9]: g_1, g_2, g_3 */
+  const flesh_real_at *shape; /* [10]: g_1, g_2, g_3, volume with a sign */
   flesh_real volume;
 } tets;
 
@@ -54,7 +54,7 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
   t->first = batches->first[index];
   t->used = batches->first[index + 1] - t->first;
   t->node = batches->nodes + 4 * (size_t)t->first;
-  t->volume = t->shape[9];
+  t->volume = flesh_abs(t->shape[9]);
 }
 
 /* g_a for a = 1, 2, 3. */

@@ -61,8 +61,8 @@ static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_fi
 {
   flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];
   for (int k = 0; k < 9; k++) largest = flesh_max(largest, flesh_abs(A[k]));
-  largest = flesh_select(largest > FLESH_EIG3_SMALLEST, largest, flesh_all(1));
-  flesh_real inverse = 1 / largest;
+  largest = flesh_select(largest > 1e-300, largest, flesh_all(1));
+  flesh_real inverse = 1 / largest; /* finite */
   for (int k = 0; k < 9; k++) scaled[k] = A[k] * inverse;
   flesh_eig3_core(scaled, w, Q);
   flesh_mask negative = (w[0] < 0) | (w[1] < 0) | (w[2] < 0);
@@ -88,6 +88,7 @@ static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_f
   return changed;
 }
 
+/* The Hessian times a positive factor. */
 static inline void flesh_spectrum_scale(flesh_spectrum *spectrum, flesh_real factor)
 {
   for (int k = 0; k < 9; k++) spectrum->A[k] *= factor;
