@@ -1,10 +1,8 @@
 /* test_elasticity.c: the batched kernels (elasticity's, damping's, viscosity's, mass's), with every set of
- * instructions that this machine has, against one tet at a time through flesh/material.h; pieces, rounds and
- * threads. */
+ * instructions that this machine has, against one tet at a time through flesh/material.h; tiles and threads. */
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/tet_order.h"
 #include "test.h"
 #include "test_matrix.h"
 
@@ -47,11 +45,10 @@ typedef struct problem {
   int n; /* unknowns */
 } problem;
 
-static void problem_open(int energy, const int cells[3], problem *p)
+/* Takes the mesh. */
+static void problem_of(int energy, flesh_mesh *mesh, problem *p)
 {
-  *p = (problem){0};
-  CHECK_OK(flesh_mesh_box(cells, (double[]){cells[0], cells[1], cells[2]}, (double[]){1, -2, 0.5},
-                          &p->mesh));
+  *p = (problem){.mesh = mesh};
   int tets = flesh_mesh_tet_count(p->mesh);
   p->n = 3 * flesh_mesh_node_count(p->mesh);
   p->materials[0] = material_number(energy, 10);
@@ -64,6 +61,13 @@ static void problem_open(int energy, const int cells[3], problem *p)
   p->v = malloc((size_t)p->n * sizeof *p->v);
   p->r = malloc((size_t)p->n * sizeof *p->r);
   p->K = malloc((size_t)p->n * (size_t)p->n * sizeof *p->K);
+}
+
+static void problem_open(int energy, const int cells[3], problem *p)
+{
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_box(cells, (double[]){cells[0], cells[1], cells[2]}, (double[]){1, -2, 0.5}, &mesh));
+  problem_of(energy, mesh, p);
 }
 
 static void problem_close(problem *p)
@@ -337,6 +341,40 @@ static void batches_agree_with_single_tets(void)
     }
 }
 
+/* Tets that share nothing but their first `shared` nodes: tiles run out of room for nodes where there are none, and for
+ * pairs where there are two. */
+static void open_apart(int tets, int shared, problem *p)
+{
+  const int own = 4 - shared, nodes = shared + tets * own;
+  double *X = malloc(3 * (size_t)nodes * sizeof *X);
+  int *node = malloc(4 * (size_t)tets * sizeof *node);
+  for (int i = 0; i < nodes; i++) { /* around an axis, or on it */
+    const int on_axis = i < shared || i % own == 3;
+    const double angle = i / own + 1.1 * (i % own), height = i < shared ? i : on_axis;
+    const double corner[3] = {on_axis ? 0 : cos(angle), on_axis ? 0 : sin(angle), height};
+    for (int c = 0; c < 3; c++) X[3 * i + c] = corner[c] + 0.1 * uniform();
+  }
+  for (int k = 0; k < 4 * tets; k++) node[k] = k % 4 < shared ? k % 4 : shared + k / 4 * own + k % 4 - shared;
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_create(nodes, X, tets, node, NULL, &mesh));
+  problem_of(FLESH_ENERGY_S, mesh, p);
+  free(X);
+  free(node);
+}
+
+static void tiles_run_out_of_room(void)
+{
+  for (int shared = 0; shared < 4; shared += 2) {
+    problem p;
+    open_apart(shared ? 230 : 130, shared, &p);
+    deform(&p, 1);
+    for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
+      for (int kind = 0; kind < KINDS && available(set); kind++)
+        compare(&p, (enum kind)kind, (flesh_instructions)set, FLESH_ENERGY_S, 1);
+    problem_close(&p);
+  }
+}
+
 /* Tets flattened until their gradients are all but parallel: a matrix is as exact as those, not as their determinant. */
 static void slivers(void)
 {
@@ -420,45 +458,6 @@ static void bad_states_are_told_apart(void)
       }
 }
 
-static void check_order(const int cells[3], int fewest_pieces)
-{
-  flesh_mesh *mesh;
-  flesh_tet_order order;
-  CHECK_OK(flesh_mesh_box(cells, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
-  CHECK_OK(flesh_tet_order_create(mesh, NULL, &order));
-  int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
-  int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
-  char *seen = calloc((size_t)tets, 1);
-  CHECK(order.pieces > fewest_pieces && order.rounds > 1 && order.rounds < 30 * (1 + order.pieces / 256));
-  CHECK(order.round_first[order.rounds] == order.pieces);
-  CHECK(order.piece_first[order.pieces] == tets);
-  for (int c = 0; c < order.rounds; c++) {
-    CHECK(order.round_first[c] < order.round_first[c + 1]);
-    for (int i = 0; i < nodes; i++) owner[i] = -1;
-    for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
-      for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
-        twice += seen[order.tet[k]]++;
-        for (int a = 0; a < 4; a++) {
-          int *own = &owner[flesh_mesh_tets(mesh)[4 * order.tet[k] + a]];
-          conflicts += *own >= 0 && *own != p;
-          *own = p;
-        }
-      }
-  }
-  CHECK(conflicts == 0 && twice == 0);
-  free(owner);
-  free(seen);
-  flesh_tet_order_clear(&order);
-  flesh_mesh_destroy(&mesh);
-}
-
-/* In one region, and in several. */
-static void pieces_of_a_round_share_no_node(void)
-{
-  check_order((int[]){13, 12, 11}, 20);
-  check_order((int[]){30, 25, 20}, 300);
-}
-
 /* A body of many pieces, and of many parts of nodes. */
 static void open_large(problem *p)
 {
@@ -535,7 +534,10 @@ static void places_are_kept_once(void)
   CHECK_OK(flesh_system_create(p.mesh, &system));
   for (int k = 0; k < 4; k++) CHECK_OK(flesh_system_add_effect(system, &effects[k]));
   CHECK_OK(flesh_system_finish(system));
-  const size_t slots = (size_t)flesh_mesh_tet_count(p.mesh) * 10 * sizeof(int);
+  const flesh_effect *first = flesh_system_effect(system, 0);
+  const flesh_cells *cells = first->operations->cells(first);
+  const size_t slots = (size_t)cells->pair_count * sizeof(int);
+  CHECK(cells->pairs && cells->pair_count > cells->count && cells->pair_count < 5 * cells->count);
   for (int k = 0; k < 4; k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
     const size_t beside = flesh_system_effect_memory(system, k) - effect->operations->memory(effect);
@@ -558,8 +560,7 @@ static void instructions_by_name(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(slivers), TEST(extreme_sizes),
-                   TEST(bad_states_are_told_apart), TEST(pieces_of_a_round_share_no_node),
-                   TEST(threads_give_the_same_bits), TEST(places_are_kept_once),
-                   TEST(instructions_by_name));
+  return RUN_TESTS(argc, argv, TEST(batches_agree_with_single_tets), TEST(tiles_run_out_of_room), TEST(slivers),
+                   TEST(extreme_sizes), TEST(bad_states_are_told_apart), TEST(threads_give_the_same_bits),
+                   TEST(places_are_kept_once), TEST(instructions_by_name));
 }

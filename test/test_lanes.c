@@ -63,17 +63,33 @@ static void transposition(void)
   CHECK(v[0][0] == 1 && v[0][1] == 3 && v[1][0] == 2 && v[1][1] == 4);
 }
 
-static void loads_of_four(void)
+/* Four numbers of each lane, from another four of each. */
+static void differences_of_four(void)
 {
-  const double numbers[] = {1, 2, 3, 4, 5, 6, 7};
-  const double *const place[] = {numbers, numbers + 3};
+  const double numbers[16] __attribute__((aligned(32))) = {1, 2, 3, 4, 50, 60, 70, 80, 100, 300, 500, 700, 0, 1, 1, 2};
+  const double *const from[] = {numbers, numbers + 12}, *const place[] = {numbers + 8, numbers + 4};
   flesh_real v[4];
-  flesh_load_four(place, v);
-  for (int k = 0; k < 4; k++) CHECK(v[k][0] == 1 + k && v[k][1] == 4 + k);
+  flesh_load_from(from, place, v);
+  for (int k = 0; k < 4; k++) {
+    CHECK(v[k][0] == numbers[8 + k] - numbers[k]);
+    CHECK(v[k][1] == numbers[4 + k] - numbers[12 + k]);
+  }
+}
+
+/* Lanes add one after the other, also to one place. */
+static void additions_of_four(void)
+{
+  double sums[8] __attribute__((aligned(32))) = {0, 0, 0, 0, 1000, 2000, 3000, 4000};
+  double *apart[] = {sums + 4, sums}, *together[] = {sums, sums};
+  flesh_real v[4] = {{1, 10}, {2, 20}, {3, 30}, {4, 40}}, same[4] = {{1, 10}, {2, 20}, {3, 30}, {4, 40}};
+  flesh_add_four(apart, v);
+  for (int k = 0; k < 4; k++) CHECK(sums[k] == 10 * (k + 1) && sums[4 + k] == 1001 * (k + 1));
+  flesh_add_four(together, same);
+  for (int k = 0; k < 4; k++) CHECK(sums[k] == 21 * (k + 1));
 }
 
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(logarithms), TEST(cube_roots), TEST(selections),
-                   TEST(transposition), TEST(loads_of_four));
+                   TEST(transposition), TEST(differences_of_four), TEST(additions_of_four));
 }

@@ -83,7 +83,7 @@ static const flesh_effect_operations chain = {
 static void open_damped(flesh_mass mass, owned *o)
 {
   static const int nodes[] = {0, 1, 1, 2, 2, 3, 3, 7};
-  static flesh_cells cells = {4, 2, nodes};
+  static flesh_cells cells = {.count = 4, .nodes_per_cell = 2, .nodes = nodes};
   flesh_solver_options options;
   flesh_effect *effect;
   flesh_derivative_report report;

@@ -106,7 +106,7 @@ static void pattern_is_that_of_the_cells(void)
 
   /* An effect with cells of its own widens it, and its blocks land where they belong. */
   static const int ends[] = {0, 35, 1, 34, 0, 1};
-  springs data = {{3, 2, ends}, 700};
+  springs data = {{.count = 3, .nodes_per_cell = 2, .nodes = ends}, 700};
   make(test_box(3, 2, 2, 3, 2, 2), FLESH_MASS_LUMPED, 0, &b);
   flesh_effect *effect = springs_create(&data);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
@@ -295,7 +295,7 @@ static void bad_arguments_are_sentences(void)
 
   static const int wrong[][2] = {{4, 2}, {3, 3}, {0, 8}, {-1, 2}};
   for (int k = 0; k < 4; k++) {
-    springs data = {{1, 2, wrong[k]}, 1};
+    springs data = {{.count = 1, .nodes_per_cell = 2, .nodes = wrong[k]}, 1};
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
     effect = springs_create(&data);
     CHECK_OK(flesh_system_add_effect(b.system, &effect));

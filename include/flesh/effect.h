@@ -81,10 +81,14 @@ typedef struct flesh_shift {
 } flesh_shift;
 
 /* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
- * local indices is a block of the upper triangle. */
+ * local indices is a block of the upper triangle: pairs (0,0) (0,1) ... (1,1) ..., of which a cell
+ * has m = nodes_per_cell * (nodes_per_cell + 1) / 2. */
 typedef struct flesh_cells {
   int count, nodes_per_cell;
   const int *nodes; /* [count * nodes_per_cell] */
+  /* Pairs whose blocks the effect asks for, pair p of cell c as c*m + p; NULL: all in order. */
+  int pair_count;
+  const int *pairs; /* [pair_count] */
 } flesh_cells;
 
 /* Symmetric matrix of 3x3 blocks, upper triangle by rows: row i holds the blocks (i, column[k]) for
@@ -116,8 +120,8 @@ typedef struct flesh_effect_operations {
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
-  /* `slots`: for cell c and pair number p (pairs (a,b), a <= b, in the order (0,0) (0,1) ... (1,1)
-   * ...) the block K->values + 9*slots[c*pairs + p]; the diagonal block of node i is at
+  /* `slots`: pair k of the cells' has the block K->values + 9*slots[k], which is pair p of cell c
+   * for k = c*m + p where the cells ask for all; the diagonal block of node i is at
    * 9*row_start[i]. */
   int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   flesh_block_matrix *K, const int *slots);

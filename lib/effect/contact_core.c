@@ -39,7 +39,7 @@ int flesh_contact_core_create(const flesh_mesh *mesh, const flesh_obstacle *obst
   core->points = flesh_obstacle_core(obstacle, &core->radius, core->centres);
   memcpy(nodes, surface, 3 * (size_t)faces * sizeof *nodes);
   for (int t = 0; t < faces; t++) sort_corners(nodes + 3 * (size_t)t);
-  core->faces = (flesh_cells){faces, 3, nodes};
+  core->faces = (flesh_cells){.count = faces, .nodes_per_cell = 3, .nodes = nodes};
   return flesh_surface_weights(flesh_mesh_node_count(mesh), faces, nodes, &core->edge_weight,
                                &core->vertex_weight);
 }

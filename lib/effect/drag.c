@@ -193,7 +193,7 @@ int flesh_effect_drag(const flesh_body *body, const double point[3], double stif
     return status;
   }
   attach(body->mesh, point, self);
-  self->cells = (flesh_cells){1, self->count, self->nodes};
+  self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
   self->stiffness = stiffness;
   self->from = from;
   self->until = until;

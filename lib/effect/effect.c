@@ -49,7 +49,7 @@ int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
         tet[j - 1] = swap;
       }
   }
-  *cells = (flesh_cells){count, 4, nodes};
+  *cells = (flesh_cells){.count = count, .nodes_per_cell = 4, .nodes = nodes};
   return FLESH_OK;
 }
 

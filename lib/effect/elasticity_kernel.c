@@ -52,6 +52,8 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
 {
   load_tets(batches, index, &b->t);
   b->material = &batches->materials[b->t.material];
+  /* Asked before lanes are in registers, which a call would store. */
+  const int own = b->material->psi != flesh_psi_builtin(b->material->energy);
   gradient_of(&b->t, x, b->d, b->F);
   flesh_mat3_cofactor(b->F, b->C);
   b->J = flesh_vec3_dot(b->F, b->C);
@@ -60,7 +62,7 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
   flesh_energy energy = b->material->energy;
   flesh_real smallest = flesh_all(flesh_psi_needs_volume(energy) ? SMALLEST : -LARGEST);
   flesh_mask ordinary = (b->I_C < LARGEST) & (b->J < LARGEST) & (b->J > smallest);
-  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_builtin(energy)) {
+  if (flesh_any(ordinary == 0) || own) {
     flesh_real I_C = b->I_C, J = b->J;
     flesh_psi_real psi;
     int status = psi_one_by_one(b->material, &I_C, &J, &psi);
@@ -71,13 +73,17 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int from, int until,
-                                             const flesh_tet_point *at, double *r, double *sums)
+static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int tile, const flesh_tet_point *at,
+                                             double *r, double *sums)
 {
+  const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0), size = flesh_all(0);
-  for (int k = from; k < until; k++) {
+  tile_vector x, forces;
+  tile_gather(tiles, tile, at->x, x);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     batch b;
-    int status = load(batches, k, at->x, sums != NULL, &b);
+    int status = load(batches, k, x, sums != NULL, &b);
     if (status) return status;
     if (sums) {
       sum += b.t.volume * b.psi.value;
@@ -91,8 +97,9 @@ static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int f
       for (int j = 0; j < 3; j++) P[j] = pI * b.F[3 * i + j] + pJ * b.C[3 * i + j];
       force_row(&b.t, i, P, f);
     }
-    scatter_forces(&b.t, f, r);
+    scatter_forces(&b.t, f, forces);
   }
+  if (r) tile_add(tiles, tile, forces, r);
   add_sums(sum, size, sums);
   return FLESH_OK;
 }
@@ -102,16 +109,17 @@ static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int f
  *   K_ab = volume * (4 psi_II p_a p_b^T + 2 psi_IJ (p_a q_b^T + q_a p_b^T) + psi_JJ q_a q_b^T
  *                    + 2 psi_I (g_a . g_b) I + psi_J D_ab),
  *
- * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of the
- * edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in turn. */
-INLINE int true_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
-                        double *values, int far)
+ * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of
+ * the edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in
+ * turn. `position` are those of the tile's nodes. */
+static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                  const double *position, tile_blocks *to)
 {
   /* F(g_a x g_b) for a < b is the edge between the other two nodes, from one to the other. */
   static const unsigned char one[4][4] = {{0, 2, 3, 1}, {0, 0, 0, 2}};
   static const unsigned char other[4][4] = {{0, 3, 1, 2}, {0, 0, 3, 0}, {0, 0, 0, 1}};
   batch b;
-  int status = load(batches, index, at->x, 0, &b);
+  int status = load(batches, index, position, 0, &b);
   if (status) return status;
   flesh_real g[4][3], p[4][3], q[4][3], x[4][3]; /* x: positions from x_0, times det and psi_J */
   for (int a = 1; a < 4; a++) {
@@ -132,8 +140,6 @@ INLINE int true_hessian(const flesh_batches *batches, int index, const flesh_tet
     q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
     x[0][i] = flesh_all(0);
   }
-  blocks to;
-  open_blocks(batches, &b.t, slots, values, &to);
 #pragma GCC unroll 4
   for (int a = 0, n = 0; a < 4; a++) {
     flesh_real u[3], w[3];
@@ -155,29 +161,10 @@ INLINE int true_hessian(const flesh_batches *batches, int index, const flesh_tet
         else if (i < j) K[3 * j + i] = K[3 * i + j];
         else K[3 * i + j] = K[3 * j + i];
       }
-      add_block(K, n, far, &to);
+      add_block(&b.t, K, n, to);
     }
   }
-  close_blocks(&b.t, slots, &to);
   return FLESH_OK;
-}
-
-/* For matrices in the caches and beyond. */
-static COMPILED_ONCE int add_near(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
-                                  double *values)
-{
-  return true_hessian(batches, index, at, slots, values, 0);
-}
-
-static COMPILED_ONCE int add_far(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots,
-                                 double *values)
-{
-  return true_hessian(batches, index, at, slots, values, 1);
-}
-
-static int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at, const int *slots, double *values)
-{
-  return (is_far(batches) ? add_far : add_near)(batches, index, at, slots, values);
 }
 
 /* Singular values of any size. */
@@ -204,16 +191,16 @@ INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spe
 
 /* The Hessian with its negative eigenvalues filtered, from the closed-form spectrum. */
 static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, const flesh_tet_point *at,
-                                       const int *slots, double *values)
+                                       const double *position, tile_blocks *to)
 {
   const flesh_filter filter = at->project == FLESH_PROJECTED_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
   batch b;
   flesh_real U[9], V[9], g[3][3], pair[6][9];
   flesh_spectrum spectrum;
-  int status = load(batches, index, at->x, 0, &b);
+  int status = load(batches, index, position, 0, &b);
   if (!status) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
-  if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) return add_true(batches, index, at, slots, values);
+  if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) return add_true(batches, index, at, position, to);
   for (int a = 0; a < 3; a++) {
     flesh_real gradient[3];
     shape_gradient(&b.t, a + 1, gradient);
@@ -227,17 +214,24 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
       flesh_mat3_multiply(U, B, UB);
       flesh_mat3_multiply_transposed(UB, U, pair[n]);
     }
-  scatter_blocks(batches, &b.t, pair, slots, values);
+  scatter_blocks(&b.t, pair, to);
   return FLESH_OK;
 }
 
-static int elastic_second_order(const flesh_batches *batches, int from, int until,
-                                const flesh_tet_point *at, const int *slots, double *values)
+static int elastic_second_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                                double *values)
 {
-  for (int k = from; k < until; k++) {
-    int status = at->project ? add_projected(batches, k, at, slots, values) : add_true(batches, k, at, slots, values);
+  const flesh_tiles *tiles = &batches->tiles;
+  tile_vector x;
+  tile_blocks own;
+  tile_gather(tiles, tile, at->x, x);
+  tile_open(tiles, tile, &own);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    int status = (at->project ? add_projected : add_true)(batches, k, at, x, &own);
     if (status) return status;
+    tile_expect(tiles, tile, k, slots, values);
   }
+  tile_close(tiles, tile, &own, slots, values);
   return FLESH_OK;
 }
 
@@ -257,24 +251,30 @@ INLINE int stress_rate(const batch *b, const flesh_real rate[9], flesh_real P[9]
   return FLESH_OK;
 }
 
-static COMPILED_ONCE int stiffness_first_order(const flesh_batches *batches, int from, int until,
-                                               const flesh_tet_point *at, double *r, double *sums)
+static COMPILED_ONCE int stiffness_first_order(const flesh_batches *batches, int tile, const flesh_tet_point *at,
+                                               double *r, double *sums)
 {
+  const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0);
-  for (int k = from; k < until; k++) {
+  tile_vector x, v, forces;
+  tile_gather(tiles, tile, at->x, x);
+  tile_gather(tiles, tile, at->v, v);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     batch b;
     flesh_real edges[3][3], rate[9], P[9], f[4][3];
-    int status = load(batches, k, at->x, 0, &b);
+    int status = load(batches, k, x, 0, &b);
     if (status) return status;
-    gradient_of(&b.t, at->v, edges, rate);
+    gradient_of(&b.t, v, edges, rate);
     status = stress_rate(&b, rate, P);
     if (status) return status;
     for (int c = 0; c < 9; c++) P[c] *= at->scale * b.t.volume;
     if (sums) sum += 0.5 * flesh_mat3_inner(rate, P);
     if (!r) continue;
     for (int i = 0; i < 3; i++) force_row(&b.t, i, P + 3 * i, f);
-    scatter_forces(&b.t, f, r);
+    scatter_forces(&b.t, f, forces);
   }
+  if (r) tile_add(tiles, tile, forces, r);
   add_sums(sum, sum, sums);
   return FLESH_OK;
 }

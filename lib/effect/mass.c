@@ -89,10 +89,10 @@ static void add_part(void *data, int task)
 }
 
 /* Of a tet M x = rho V/20 (sum of x over its nodes + x), a kernel without lanes: `v` stands for x. */
-static int first_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at, double *r,
-                       double *sums)
+static int first_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
 {
-  for (int e = batches->first[from]; e < batches->first[until]; e++) {
+  const int *batch = batches->tiles.batch + tile;
+  for (int e = batches->first[batch[0]]; e < batches->first[batch[1]]; e++) {
     const int *node = batches->nodes + 4 * (size_t)e;
     const double m = at->scale * batches->masses[e];
     double value = 0;
@@ -111,17 +111,21 @@ static int first_order(const flesh_batches *batches, int from, int until, const 
   return FLESH_OK;
 }
 
-static int second_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
-                        const int *slots, double *values)
+static int second_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                        double *values)
 {
-  for (int e = batches->first[from]; e < batches->first[until]; e++) {
-    const double m = at->scale * batches->masses[e];
-    const int *slot = slots + 10 * (size_t)e;
-    for (int a = 0; a < 4; a++)
-      for (int b = a; b < 4; b++, slot++) {
-        double *block = values + 9 * (size_t)*slot;
-        for (int c = 0; c < 3; c++) block[4 * c] += a == b ? 2 * m : m;
-      }
+  const flesh_tiles *tiles = &batches->tiles;
+  const int *slot = slots + tiles->pair_first[tile];
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    const uint16_t *pair = tiles->pairs + 10 * (size_t)batches->lanes * (size_t)k;
+    for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
+      const double m = at->scale * batches->masses[e];
+      for (int a = 0; a < 4; a++)
+        for (int b = a; b < 4; b++) {
+          double *block = values + 9 * (size_t)slot[*pair++ / 8];
+          for (int c = 0; c < 3; c++) block[4 * c] += a == b ? 2 * m : m;
+        }
+    }
   }
   return FLESH_OK;
 }

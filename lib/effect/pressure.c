@@ -259,7 +259,7 @@ static int find_edges(pressure *self)
 {
   int count = 3 * self->triangle_count, *nodes = malloc((size_t)count * 2 * sizeof *nodes);
   side *sides = malloc((size_t)count * sizeof *sides);
-  self->edges = (flesh_cells){0, 2, nodes};
+  self->edges = (flesh_cells){.count = 0, .nodes_per_cell = 2, .nodes = nodes};
   self->wings = malloc((size_t)count * sizeof *self->wings);
   self->rim = malloc((size_t)count * 2 * sizeof *self->rim);
   if (!sides || !nodes || !self->wings || !self->rim) {

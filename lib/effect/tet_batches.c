@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/large.h"
+#include "effect/tet_tiles.h"
 #include "math/mat3.h"
 
 /* Parts whose potentials are summed one by one, however many threads there are. */
@@ -32,18 +33,25 @@ static void note_status(job *j, int status)
   while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
 }
 
+/* From one tile until another; r and sums as the kernel takes them. */
+static void first_order(job *j, int from, int until, double *r, double *sums)
+{
+  for (int k = from; k < until; k++) note_status(j, j->kernel->first_order(&j->self->batches, k, j->at, r, sums));
+}
+
 static void first_order_of_piece(void *data, int task)
 {
   job *j = data;
-  const int *batch = j->self->piece_batch + j->first_piece + task;
-  note_status(j, j->kernel->first_order(&j->self->batches, batch[0], batch[1], j->at, j->result, NULL));
+  const int *tile = j->self->piece_tile + j->first_piece + task;
+  first_order(j, tile[0], tile[1], j->result, NULL);
 }
 
 static void second_order_of_piece(void *data, int task)
 {
   job *j = data;
-  const int *batch = j->self->piece_batch + j->first_piece + task;
-  note_status(j, j->kernel->second_order(&j->self->batches, batch[0], batch[1], j->at, j->slots, j->result));
+  const int *tile = j->self->piece_tile + j->first_piece + task;
+  for (int k = tile[0]; k < tile[1]; k++)
+    note_status(j, j->kernel->second_order(&j->self->batches, k, j->at, j->slots, j->result));
 }
 
 /* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
@@ -54,12 +62,12 @@ static int shares_of_round(const flesh_tet_order *order, int round)
   return pieces < PARTS ? pieces : PARTS;
 }
 
-static void batches_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
+static void tiles_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
 {
   int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
   int64_t pieces = self->order.round_first[round + 1] - first;
-  *from = self->piece_batch[first + pieces * share / shares];
-  *until = self->piece_batch[first + pieces * (share + 1) / shares];
+  *from = self->piece_tile[first + pieces * share / shares];
+  *until = self->piece_tile[first + pieces * (share + 1) / shares];
 }
 
 /* The same sums in the same order as by both_of_share, round after round. */
@@ -70,8 +78,8 @@ static void sums_of_part(void *data, int task)
   for (int c = 0, from, until; c < order->rounds; c++) {
     int share = (task - order->round_first[c] % PARTS + PARTS) % PARTS;
     if (share >= shares_of_round(order, c)) continue;
-    batches_of_share(j->self, c, share, &from, &until);
-    note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, NULL, j->sums[task]));
+    tiles_of_share(j->self, c, share, &from, &until);
+    first_order(j, from, until, NULL, j->sums[task]);
   }
 }
 
@@ -80,8 +88,8 @@ static void both_of_share(void *data, int task)
   job *j = data;
   double *sums = j->sums[(j->self->order.round_first[j->round] + task) % PARTS];
   int from, until;
-  batches_of_share(j->self, j->round, task, &from, &until);
-  note_status(j, j->kernel->first_order(&j->self->batches, from, until, j->at, j->result, sums));
+  tiles_of_share(j->self, j->round, task, &from, &until);
+  first_order(j, from, until, j->result, sums);
 }
 
 static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
@@ -153,14 +161,14 @@ static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *firs
 }
 
 /* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
- * is NULL, else fills it with the tets' new order. */
+ * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile tells the pieces' first batches. */
 static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int *first,
                        int *material)
 {
   const flesh_tet_order *order = &self->order;
   int count = 0;
   for (int p = 0; p < order->pieces; p++) {
-    self->piece_batch[p] = count;
+    self->piece_tile[p] = count;
     for (int k = order->piece_first[p], n; k < order->piece_first[p + 1]; k += n) {
       int own = tet_material ? tet_material[order->tet[k]] : 0;
       if (own >= self->materials) self->materials = own + 1;
@@ -172,7 +180,7 @@ static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int 
       count += batches;
     }
   }
-  self->piece_batch[order->pieces] = count;
+  self->piece_tile[order->pieces] = count;
   if (tet) first[count] = order->piece_first[order->pieces];
   return count;
 }
@@ -188,7 +196,7 @@ static int take_nodes(flesh_tets *self, const flesh_body *body, const int *tet)
   int *nodes = flesh_large((size_t)given.count * 4 * sizeof *nodes);
   for (int k = 0; nodes && k < given.count; k++)
     memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
-  self->cells = (flesh_cells){given.count, 4, nodes};
+  self->cells = (flesh_cells){.count = given.count, .nodes_per_cell = 4, .nodes = nodes};
   self->batches.nodes = nodes;
   flesh_cells_clear(&given);
   return nodes ? FLESH_OK : no_memory(self->cells.count);
@@ -245,17 +253,25 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   int tets = flesh_mesh_tet_count(body->mesh);
   status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
   if (status) return status;
-  self->piece_batch = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
-  if (!self->piece_batch) return no_memory(tets);
+  self->piece_tile = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
+  if (!self->piece_tile) return no_memory(tets);
   int count = cut_batches(self, body->tet_material, NULL, NULL, NULL);
   int *first = malloc(((size_t)count + 1) * sizeof *first);
   int *material = malloc(((size_t)count + 1) * sizeof *material);
   int *tet = malloc(((size_t)tets + 1) * sizeof *tet);
-  self->batches = (flesh_batches){
-      .count = count, .first = first, .material = material, .materials = body->materials};
+  self->batches = (flesh_batches){.count = count,
+                                  .lanes = self->kernels->lanes,
+                                  .first = first,
+                                  .material = material,
+                                  .materials = body->materials};
   if (first && material && tet) {
     cut_batches(self, body->tet_material, tet, first, material);
     status = take_nodes(self, body, tet);
+    if (!status)
+      status =
+          flesh_tiles_create(&self->batches, flesh_mesh_node_count(body->mesh), self->order.pieces, self->piece_tile);
+    self->cells.pair_count = status ? 0 : self->batches.tiles.pair_first[self->batches.tiles.count];
+    self->cells.pairs = self->batches.tiles.pair;
     if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body);
   } else {
     status = no_memory(tets);
@@ -274,7 +290,8 @@ void flesh_tets_clear(flesh_tets *self)
   free((void *)self->batches.material);
   free((void *)self->batches.shapes);
   free((void *)self->batches.masses);
-  free(self->piece_batch);
+  flesh_tiles_clear(&self->batches.tiles);
+  free(self->piece_tile);
   *self = (flesh_tets){0};
 }
 
@@ -282,6 +299,7 @@ size_t flesh_tets_memory(const flesh_tets *self)
 {
   const size_t batches = (size_t)self->batches.count, tets = (size_t)self->cells.count;
   return tets * 4 * sizeof(int) + batches * 2 * sizeof(int) +
+         flesh_tiles_memory(&self->batches) +
          (self->batches.shapes ? batches * 80 * (size_t)self->kernels->lanes : 0) +
          (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
          (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);

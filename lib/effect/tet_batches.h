@@ -13,7 +13,7 @@ typedef struct flesh_tets {
   const flesh_tet_kernels *kernels;
   flesh_instructions instructions; /* never AUTO */
   flesh_tet_order order;           /* without .tet */
-  int *piece_batch;                /* [pieces+1] first batch of each piece */
+  int *piece_tile;                 /* [pieces+1] first tile of each piece */
   int materials;                   /* different ones that the batches name */
 } flesh_tets;
 

@@ -3,12 +3,31 @@
 #ifndef FLESH_EFFECT_TET_KERNEL_H
 #define FLESH_EFFECT_TET_KERNEL_H
 
+#include <stdint.h>
+
 #include "flesh/effect.h"
 #include "flesh/material.h"
 
+/* What a tile may have of nodes and of pairs of nodes. */
+enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536 };
+
+/* Tiles are runs of batches. Kernels hold a tile's positions, forces and blocks by themselves, near and without gaps:
+ * each is fetched from the body's once, and added to them once. */
+typedef struct flesh_tiles {
+  int count;
+  const int *batch;      /* [count+1] first batch of each */
+  const int *node_first; /* [count+1] first of its nodes in node */
+  const int *node;       /* the mesh's numbers of the tiles' nodes */
+  const int *pair_first; /* [count+1] first of its pairs in pair */
+  const int *pair;       /* pairs of nodes as flesh_effect_operations.blocks names them */
+  const uint16_t *nodes; /* [batches][lanes][4] four times each node's number in its tile */
+  const uint16_t *pairs; /* [batches][lanes][10] eight times each pair's; that of pairs where lanes are not used */
+} flesh_tiles;
+
 /* Tets in batches of at most as many as the kernels have lanes, of one material each. */
 typedef struct flesh_batches {
-  int count;
+  int count, lanes;
+  flesh_tiles tiles;
   const int *first;     /* [count+1] first tet of each */
   const int *material;  /* [count] index into materials */
   const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the
@@ -34,16 +53,15 @@ typedef struct flesh_tet_point {
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
 } flesh_tet_point;
 
-/* Everything for the batches from <= b < until, in that order, which is that of the additions.
- * Returns FLESH_OK, FLESH_UNDEFINED or FLESH_NONFINITE. */
+/* Everything for one tile, batch by batch, which is the order of the additions. Returns FLESH_OK, FLESH_UNDEFINED or
+ * FLESH_NONFINITE. */
 typedef struct flesh_tet_kernel {
   /* r += the gradient unless r is NULL; sums[0] += its potential and sums[1] += the size of the terms
    * of that unless `sums` is NULL. The same bits whether the other is asked for or not. */
-  int (*first_order)(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
-                     double *r, double *sums);
-  /* values += the matrix. */
-  int (*second_order)(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
-                      const int *slots, double *values);
+  int (*first_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums);
+  /* values += the matrix; `slots` are those of all tiles' pairs. */
+  int (*second_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                      double *values);
 } flesh_tet_kernel;
 
 typedef struct flesh_tet_kernels {

@@ -10,9 +10,9 @@
 
 #include "base/error.h"
 
-/* Tets of a piece: what they touch fits a second-level cache, and there are many pieces to share
- * out. */
-enum { PIECE = 256, MOST_PIECES = 60000 };
+/* Most tets of a piece, unless there are very many: they fit a tile, whose blocks nearly fit the first cache, and there
+ * are several pieces to share out. */
+enum { PIECE = 512, MOST_PIECES = 60000 };
 
 /* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
 enum { REGION = 256 };
@@ -121,7 +121,7 @@ static void arrange(const place *places, const flesh_tet_order *cut, turn *turns
 int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
 {
   int tets = flesh_mesh_tet_count(mesh);
-  int pieces = tets < PIECE ? 1 : tets / PIECE < MOST_PIECES ? tets / PIECE : MOST_PIECES;
+  int pieces = tets <= PIECE ? 1 : tets / PIECE < MOST_PIECES ? (tets - 1) / PIECE + 1 : MOST_PIECES;
   place *places = malloc(((size_t)tets + 1) * sizeof *places);
   flesh_tet_order cut = {.pieces = pieces,
                          .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};

@@ -28,16 +28,21 @@ INLINE flesh_real stress(const flesh_viscous *m, const flesh_real G[9], flesh_re
   return m->shear * (straight + 0.5 * sheared) + 0.5 * m->spin * turned + 0.5 * m->bulk * trace * trace;
 }
 
-static COMPILED_ONCE int first_order(const flesh_batches *batches, int from, int until,
-                                     const flesh_tet_point *at, double *r, double *sums)
+static COMPILED_ONCE int first_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                     double *sums)
 {
+  const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0);
-  for (int k = from; k < until; k++) {
+  tile_vector x, v, forces;
+  if (at->x) tile_gather(tiles, tile, at->x, x);
+  tile_gather(tiles, tile, at->v, v);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     flesh_real edges[3][3], F[9], rate[9], G[9], S[9], f[4][3];
     load_tets(batches, k, &t);
-    frame_at(&t, at->x, F);
-    gradient_of(&t, at->v, edges, rate);
+    frame_at(&t, at->x ? x : NULL, F);
+    gradient_of(&t, v, edges, rate);
     flesh_mat3_transposed_multiply(F, rate, G);
     flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
     if (sums) sum += scale * density;
@@ -48,22 +53,28 @@ static COMPILED_ONCE int first_order(const flesh_batches *batches, int from, int
       for (int j = 0; j < 3; j++) P[j] *= scale;
       force_row(&t, i, P, f);
     }
-    scatter_forces(&t, f, r);
+    scatter_forces(&t, f, forces);
   }
+  if (r) tile_add(tiles, tile, forces, r);
   add_sums(sum, sum, sums);
   return FLESH_OK;
 }
 
 /* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T
  * + (bulk - 2/3 shear) p_a p_b^T. */
-static int second_order(const flesh_batches *batches, int from, int until, const flesh_tet_point *at,
-                        const int *slots, double *values)
+static int second_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                        double *values)
 {
-  for (int k = from; k < until; k++) {
+  const flesh_tiles *tiles = &batches->tiles;
+  tile_vector x;
+  tile_blocks own;
+  if (at->x) tile_gather(tiles, tile, at->x, x);
+  tile_open(tiles, tile, &own);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     flesh_real F[9], FF[9], g[3][3], p[3][3], pair[6][9];
     load_tets(batches, k, &t);
-    frame_at(&t, at->x, F);
+    frame_at(&t, at->x ? x : NULL, F);
     const flesh_viscous *m = &at->viscous[t.material];
     flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);
     flesh_real turned = scale * (m->shear - m->spin), trace = scale * (m->bulk - 2 * m->shear / 3);
@@ -80,8 +91,10 @@ static int second_order(const flesh_batches *batches, int from, int until, const
             pair[n][3 * i + j] =
                 gg * FF[3 * i + j] + turned * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
       }
-    scatter_blocks(batches, &t, pair, slots, values);
+    scatter_blocks(&t, pair, &own);
+    tile_expect(tiles, tile, k, slots, values);
   }
+  tile_close(tiles, tile, &own, slots, values);
   return FLESH_OK;
 }
 

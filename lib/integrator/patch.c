@@ -240,7 +240,7 @@ static int add_background(patch *self, int couples)
     return no_memory(self);
   }
   if (pairs) list_pairs(self, others->pair);
-  others->cells = (flesh_cells){pairs, 2, others->pair};
+  others->cells = (flesh_cells){.count = pairs, .nodes_per_cell = 2, .nodes = others->pair};
   flesh_effect *effect = NULL;
   int status = flesh_effect_create(&background_operations, others, &effect);
   self->others = others;

@@ -126,26 +126,52 @@ static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 /* n doubles, and two, anywhere in memory. */
 typedef flesh_real flesh_real_at __attribute__((aligned(8), may_alias));
 typedef double flesh_two_at __attribute__((vector_size(16), aligned(8), may_alias));
+/* Four at a multiple of 32 bytes. */
+typedef double flesh_four __attribute__((vector_size(32), may_alias));
 
-/* v[k] = the number k of the four at place[lane], for every lane. */
-static inline void flesh_load_four(const double *const place[FLESH_LANES], flesh_real v[4])
+/* v[k] = the number k of the four at place[lane] less that of the four at from[lane], for every lane; both are aligned to
+ * 32 bytes. */
+static inline void flesh_load_from(const double *const from[FLESH_LANES], const double *const place[FLESH_LANES],
+                                   flesh_real v[4])
 {
 #if FLESH_LANES == 8
-  typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
 #pragma GCC unroll 4
   for (int k = 0; k < 4; k++)
-    v[k] = __builtin_shufflevector(*(const four *)place[k], *(const four *)place[k + 4], 0, 1, 2, 3, 4, 5, 6, 7);
+    v[k] = __builtin_shufflevector(*(const flesh_four *)place[k], *(const flesh_four *)place[k + 4], 0, 1, 2, 3, 4, 5, 6, 7) -
+           __builtin_shufflevector(*(const flesh_four *)from[k], *(const flesh_four *)from[k + 4], 0, 1, 2, 3, 4, 5, 6, 7);
 #elif FLESH_LANES == 4
 #pragma GCC unroll 4
-  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k];
+  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real *)place[k] - *(const flesh_real *)from[k];
 #else
-  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)(place[k % 2] + (k & 2));
+  for (int k = 0; k < 4; k++)
+    v[k] = *(const flesh_real *)(place[k % 2] + (k & 2)) - *(const flesh_real *)(from[k % 2] + (k & 2));
 #endif
 #pragma GCC unroll 2
   for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
 #pragma GCC unroll 4
     for (int k = 0; k < 4; k++)
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
+}
+
+/* The four numbers at place[lane] += v[k]'s lane, for every lane in turn; places are aligned to 32 bytes. */
+static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v[4])
+{
+#pragma GCC unroll 2
+  for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; k++)
+      if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
+#if FLESH_LANES == 8
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) *(flesh_four *)place[k] += __builtin_shufflevector(v[k], v[k], 0, 1, 2, 3);
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) *(flesh_four *)place[k + 4] += __builtin_shufflevector(v[k], v[k], 4, 5, 6, 7);
+#elif FLESH_LANES == 4
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) *(flesh_real_at *)place[k] += v[k];
+#else
+  for (int k = 0; k < 4; k++) *(flesh_real_at *)(place[k % 2] + (k & 2)) += v[k];
+#endif
 }
 
 #endif

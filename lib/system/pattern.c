@@ -127,18 +127,29 @@ int flesh_pattern_find(const int *columns, int from, int until, int column)
   return -1;
 }
 
+static size_t pairs_per_cell(const flesh_cells *cells)
+{
+  return (size_t)cells->nodes_per_cell * ((size_t)cells->nodes_per_cell + 1) / 2;
+}
+
+size_t flesh_pattern_pairs(const flesh_cells *cells)
+{
+  return cells->pairs ? (size_t)cells->pair_count : (size_t)cells->count * pairs_per_cell(cells);
+}
+
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
-  int m = cells->nodes_per_cell, pairs = m * (m + 1) / 2;
-  *slots = flesh_large(((size_t)cells->count * pairs + 1) * sizeof **slots);
+  const size_t count = flesh_pattern_pairs(cells), per_cell = pairs_per_cell(cells), m = (size_t)cells->nodes_per_cell;
+  *slots = flesh_large((count + 1) * sizeof **slots);
   if (!*slots)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
-  int *slot = *slots;
-  for (int e = 0; e < cells->count; e++) {
-    const int *node = cells->nodes + (size_t)e * m;
-    for (int a = 0; a < m; a++)
-      for (int b = a; b < m; b++)
-        *slot++ = flesh_pattern_find(pattern->column, pattern->row_start[node[a]], pattern->row_end[node[a]], node[b]);
+  for (size_t k = 0; k < count; k++) {
+    const size_t named = cells->pairs ? (size_t)cells->pairs[k] : k;
+    const int *node = cells->nodes + named / per_cell * m;
+    size_t a = 0, b = named % per_cell;
+    for (; b >= m - a; a++) b -= m - a;
+    (*slots)[k] =
+        flesh_pattern_find(pattern->column, pattern->row_start[node[a]], pattern->row_end[node[a]], node[a + b]);
   }
   return FLESH_OK;
 }

@@ -2,6 +2,8 @@
 #ifndef FLESH_SYSTEM_PATTERN_H
 #define FLESH_SYSTEM_PATTERN_H
 
+#include <stddef.h>
+
 #include "flesh/effect.h"
 
 typedef struct flesh_pattern {
@@ -20,7 +22,10 @@ void flesh_pattern_clear(flesh_pattern *pattern);
 /* Which of a row's columns [from..until) is `column`; -1: none. */
 int flesh_pattern_find(const int *columns, int from, int until, int column);
 
-/* Slots [cells->count * pairs] of every cell's pairs. Returns new in *slots. */
+/* How many pairs the cells ask for. */
+size_t flesh_pattern_pairs(const flesh_cells *cells);
+
+/* Slots of these pairs. Returns new in *slots. */
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots);
 
 #endif

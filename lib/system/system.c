@@ -136,6 +136,14 @@ static int same_cells(const flesh_cells *a, const flesh_cells *b)
           !memcmp(a->nodes, b->nodes, (size_t)a->count * a->nodes_per_cell * sizeof *a->nodes));
 }
 
+/* And whether they ask for the same pairs. */
+static int same_pairs(const flesh_cells *a, const flesh_cells *b)
+{
+  return !a->pairs == !b->pairs &&
+         (!a->pairs || (a->pair_count == b->pair_count &&
+                        !memcmp(a->pairs, b->pairs, (size_t)a->pair_count * sizeof *a->pairs)));
+}
+
 static const flesh_cells *cells_of(const flesh_effect *effect)
 {
   return effect->operations->cells ? effect->operations->cells(effect) : NULL;
@@ -179,7 +187,7 @@ int flesh_system_finish(flesh_system *system)
     if (!own) continue;
     for (int j = 0; j < k && !e->slots; j++) {
       const flesh_cells *other = cells_of(system->entries[j].effect);
-      if (other && same_cells(other, own)) e->slots = system->entries[j].slots;
+      if (other && same_cells(other, own) && same_pairs(other, own)) e->slots = system->entries[j].slots;
     }
     if (e->slots) continue;
     status = flesh_pattern_slots(&system->pattern, own, &e->slots);
@@ -213,10 +221,7 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index)
   const flesh_cells *cells = cells_of(e->effect);
   if (!e->effect->operations->memory) return 0;
   size_t bytes = e->effect->operations->memory(e->effect);
-  if (e->owns_slots) {
-    size_t pairs = (size_t)cells->nodes_per_cell * (size_t)(cells->nodes_per_cell + 1) / 2;
-    bytes += (size_t)cells->count * pairs * sizeof *e->slots;
-  }
+  if (e->owns_slots) bytes += flesh_pattern_pairs(cells) * sizeof *e->slots;
   return bytes + sizeof *e + sizeof *e->effect;
 }
 

@@ -1,0 +1,84 @@
+/* tile.h: what a kernel holds of the tile (tet_kernel.h) that it works in, how it comes from the body and goes there.
+ *
+ * It fits the first two caches, nothing in it crosses a line of memory, and what lies far away is asked for in time. */
+#ifndef FLESH_EFFECT_TILE_H
+#define FLESH_EFFECT_TILE_H
+
+#include <string.h>
+
+#include "effect/tet_kernel.h"
+#include "math/lanes.h"
+
+/* The compiler must see through these to keep a batch in registers. */
+#define INLINE static inline __attribute__((always_inline))
+
+/* A vector of the tile's nodes, three numbers of each and one that pads. */
+typedef double tile_vector[4 * FLESH_TILE_NODES] __attribute__((aligned(64)));
+
+/* x of the body [3*n]. */
+INLINE void tile_gather(const flesh_tiles *tiles, int tile, const double *x, double *own)
+{
+  const int first = tiles->node_first[tile], count = tiles->node_first[tile + 1] - first;
+  for (int k = 0; k < count; k++) {
+    const double *place = x + 3 * (size_t)tiles->node[first + k];
+    *(flesh_four *)(own + 4 * k) =
+        __builtin_shufflevector(*(const flesh_two_at *)place, (flesh_two_at){place[2], 0}, 0, 1, 2, 3);
+  }
+}
+
+INLINE void tile_clear(const flesh_tiles *tiles, int tile, double *own)
+{
+  memset(own, 0, 4 * (size_t)(tiles->node_first[tile + 1] - tiles->node_first[tile]) * sizeof *own);
+}
+
+/* r of the body [3*n] += own. */
+INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, double *r)
+{
+  const int first = tiles->node_first[tile], count = tiles->node_first[tile + 1] - first;
+  for (int k = 0; k < count; k++) {
+    double *place = r + 3 * (size_t)tiles->node[first + k];
+    *(flesh_two_at *)place += *(const flesh_two_at *)(own + 4 * k);
+    place[2] += own[4 * k + 2];
+  }
+}
+
+/* Blocks of the tile's pairs: the first eight numbers of each, which are a line, and the ninth. One is for lanes that
+ * are not used. */
+typedef struct tile_blocks {
+  double eight[8 * (FLESH_TILE_PAIRS + 1)] __attribute__((aligned(64)));
+  double ninth[FLESH_TILE_PAIRS + 1];
+} tile_blocks;
+
+INLINE void tile_open(const flesh_tiles *tiles, int tile, tile_blocks *own)
+{
+  const size_t count = (size_t)(tiles->pair_first[tile + 1] - tiles->pair_first[tile]);
+  memset(own->eight, 0, 8 * count * sizeof *own->eight);
+  memset(own->ninth, 0, count * sizeof *own->ninth);
+}
+
+/* Asks for the places of the tile's blocks, batch by batch a share of them. They wait in the second cache, as the
+ * tile's own fill the first. */
+INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int *slots, const double *values)
+{
+  const int first = tiles->pair_first[tile], count = tiles->pair_first[tile + 1] - first;
+  const int batches = tiles->batch[tile + 1] - tiles->batch[tile], before = batch - tiles->batch[tile];
+  for (int k = count * before / batches, end = count * (before + 1) / batches; k < end; k++) {
+    const double *block = values + 9 * (size_t)slots[first + k];
+    __builtin_prefetch(block, 0, 2);
+    __builtin_prefetch(block + 8, 0, 2); /* the other line that it may lie in */
+  }
+}
+
+/* The body's blocks += own. */
+INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, const int *slots, double *values)
+{
+  const int first = tiles->pair_first[tile], count = tiles->pair_first[tile + 1] - first;
+  for (int k = 0; k < count; k++) {
+    double *block = values + 9 * (size_t)slots[first + k];
+    for (int c = 0; c < 8; c += FLESH_LANES)
+      *(flesh_real_at *)(block + c) += *(const flesh_real_at *)(own->eight + 8 * k + c);
+    block[8] += own->ninth[k];
+  }
+}
+
+#endif

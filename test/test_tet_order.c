@@ -1,0 +1,47 @@
+/* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a round. */
+#include <stdlib.h>
+
+#include "effect/tet_order.h"
+#include "flesh/mesh.h"
+#include "test.h"
+
+static void check_order(const int cells[3], int fewest_pieces)
+{
+  flesh_mesh *mesh;
+  flesh_tet_order order;
+  CHECK_OK(flesh_mesh_box(cells, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
+  CHECK_OK(flesh_tet_order_create(mesh, NULL, &order));
+  int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
+  int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
+  char *seen = calloc((size_t)tets, 1);
+  CHECK(order.pieces > fewest_pieces && order.rounds > 1 && order.rounds < 30 * (1 + order.pieces / 256));
+  CHECK(order.round_first[order.rounds] == order.pieces);
+  CHECK(order.piece_first[order.pieces] == tets);
+  for (int c = 0; c < order.rounds; c++) {
+    CHECK(order.round_first[c] < order.round_first[c + 1]);
+    for (int i = 0; i < nodes; i++) owner[i] = -1;
+    for (int p = order.round_first[c]; p < order.round_first[c + 1]; p++)
+      for (int k = order.piece_first[p]; k < order.piece_first[p + 1]; k++) {
+        twice += seen[order.tet[k]]++;
+        for (int a = 0; a < 4; a++) {
+          int *own = &owner[flesh_mesh_tets(mesh)[4 * order.tet[k] + a]];
+          conflicts += *own >= 0 && *own != p;
+          *own = p;
+        }
+      }
+  }
+  CHECK(conflicts == 0 && twice == 0);
+  free(owner);
+  free(seen);
+  flesh_tet_order_clear(&order);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* In one region, and in several. */
+static void pieces_of_a_round_share_no_node(void)
+{
+  check_order((int[]){13, 12, 11}, 20);
+  check_order((int[]){40, 35, 30}, 300);
+}
+
+int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(pieces_of_a_round_share_no_node)); }
