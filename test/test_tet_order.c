@@ -41,7 +41,7 @@ static void check_order(const int cells[3], int fewest_pieces)
 static void pieces_of_a_round_share_no_node(void)
 {
   check_order((int[]){13, 12, 11}, 20);
-  check_order((int[]){40, 35, 30}, 300);
+  check_order((int[]){30, 30, 25}, 300);
 }
 
 int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(pieces_of_a_round_share_no_node)); }
