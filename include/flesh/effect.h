@@ -125,6 +125,11 @@ typedef struct flesh_effect_operations {
    * 9*row_start[i]. */
   int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   flesh_block_matrix *K, const int *slots);
+  /* The same, but K's blocks of the cells' pairs become what `jacobian` adds to them, whatever they
+   * were: for one effect of a system, called before the others, so that they need not be cleared.
+   * NULL: they are. */
+  int (*jacobian_anew)(const flesh_effect *effect, const flesh_point *point,
+                       const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
   /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
    * measured against). NULL: the effect has none. */
   int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,

@@ -1,6 +1,7 @@
 /* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected)
  * Hessian. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
@@ -25,14 +26,28 @@ static int elasticity_residual(const flesh_effect *effect, const flesh_point *po
   return first_order(effect, point, r, NULL);
 }
 
+static int second_order(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int anew,
+                        const int *slots, double *values)
+{
+  const flesh_tets *tets = effect->data;
+  const flesh_tet_point at = {
+      .x = point->x, .scale = shift->x, .project = (flesh_projected)shift->project, .anew = anew};
+  return flesh_tets_second_order(tets, tets->kernels->elastic, &at, point->threads, slots, values);
+}
+
 static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *point,
                                const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  if (shift->x == 0) return FLESH_OK;
-  const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {
-      .x = point->x, .scale = shift->x, .project = (flesh_projected)shift->project};
-  return flesh_tets_second_order(tets, tets->kernels->elastic, &at, point->threads, slots, K->values);
+  return shift->x == 0 ? FLESH_OK : second_order(effect, point, shift, 0, slots, K->values);
+}
+
+static int elasticity_jacobian_anew(const flesh_effect *effect, const flesh_point *point,
+                                    const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
+{
+  if (shift->x != 0) return second_order(effect, point, shift, 1, slots, K->values);
+  for (int k = 0; k < elasticity_cells(effect)->pair_count; k++)
+    memset(K->values + 9 * (size_t)slots[k], 0, 9 * sizeof *K->values);
+  return FLESH_OK;
 }
 
 static int elasticity_evaluate(const flesh_effect *effect, const flesh_point *point,
@@ -102,6 +117,7 @@ static const flesh_effect_operations elasticity_operations = {
     .cells = elasticity_cells,
     .residual = elasticity_residual,
     .jacobian = elasticity_jacobian,
+    .jacobian_anew = elasticity_jacobian_anew,
     .potential = elasticity_potential,
     .evaluate = elasticity_evaluate,
     .energy = elasticity_energy,

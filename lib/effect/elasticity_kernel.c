@@ -231,7 +231,7 @@ static int elastic_second_order(const flesh_batches *batches, int tile, const fl
     if (status) return status;
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, slots, values);
+  tile_close(tiles, tile, &own, at->anew, slots, values);
   return FLESH_OK;
 }
 

@@ -19,7 +19,8 @@ typedef struct flesh_tiles {
   const int *node_first; /* [count+1] first of its nodes in node */
   const int *node;       /* the mesh's numbers of the tiles' nodes */
   const int *pair_first; /* [count+1] first of its pairs in pair */
-  const int *pair;       /* pairs of nodes as flesh_effect_operations.blocks names them */
+  const int *pair;       /* pairs of nodes as flesh_cells names them */
+  const int *fresh;      /* [count] how many of its pairs, the first, no tile before has */
   const uint16_t *nodes; /* [batches][lanes][4] four times each node's number in its tile */
   const uint16_t *pairs; /* [batches][lanes][10] eight times each pair's; that of pairs where lanes are not used */
 } flesh_tiles;
@@ -50,6 +51,7 @@ typedef struct flesh_tet_point {
   const double *v; /* [3*n] velocities, of kernels of rates */
   double scale;    /* of forces and energies of rates, and of matrices */
   flesh_projected project;      /* of matrices of elasticity */
+  int anew;                     /* matrices are not added to what was there before */
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
 } flesh_tet_point;
 
@@ -59,7 +61,8 @@ typedef struct flesh_tet_kernel {
   /* r += the gradient unless r is NULL; sums[0] += its potential and sums[1] += the size of the terms
    * of that unless `sums` is NULL. The same bits whether the other is asked for or not. */
   int (*first_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums);
-  /* values += the matrix; `slots` are those of all tiles' pairs. */
+  /* values += the matrix, or, where `at` says so, values = it for pairs that no tile before has; `slots` are those of all
+   * tiles' pairs. */
   int (*second_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                       double *values);
 } flesh_tet_kernel;

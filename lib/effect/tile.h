@@ -69,12 +69,20 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
   }
 }
 
-/* The body's blocks += own. */
-INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, const int *slots, double *values)
+/* The body's blocks += own; `anew`: those that no tile before has = own. */
+INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, int anew, const int *slots,
+                       double *values)
 {
-  const int first = tiles->pair_first[tile], count = tiles->pair_first[tile + 1] - first;
-  for (int k = 0; k < count; k++) {
-    double *block = values + 9 * (size_t)slots[first + k];
+  const int *slot = slots + tiles->pair_first[tile];
+  const int count = tiles->pair_first[tile + 1] - tiles->pair_first[tile], fresh = anew ? tiles->fresh[tile] : 0;
+  for (int k = 0; k < fresh; k++) {
+    double *block = values + 9 * (size_t)slot[k];
+    for (int c = 0; c < 8; c += FLESH_LANES)
+      *(flesh_real_at *)(block + c) = *(const flesh_real_at *)(own->eight + 8 * k + c);
+    block[8] = own->ninth[k];
+  }
+  for (int k = fresh; k < count; k++) {
+    double *block = values + 9 * (size_t)slot[k];
     for (int c = 0; c < 8; c += FLESH_LANES)
       *(flesh_real_at *)(block + c) += *(const flesh_real_at *)(own->eight + 8 * k + c);
     block[8] += own->ninth[k];

@@ -94,7 +94,7 @@ static int second_order(const flesh_batches *batches, int tile, const flesh_tet_
     scatter_blocks(&t, pair, &own);
     tile_expect(tiles, tile, k, slots, values);
   }
-  tile_close(tiles, tile, &own, slots, values);
+  tile_close(tiles, tile, &own, at->anew, slots, values);
   return FLESH_OK;
 }
 

@@ -153,3 +153,19 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
   }
   return FLESH_OK;
 }
+
+int flesh_pattern_rest(const flesh_pattern *pattern, size_t pairs, const int *slots, int *count, int **rest)
+{
+  const int blocks = pattern->row_start[pattern->rows];
+  char *named = calloc((size_t)blocks + 1, 1);
+  int n = 0;
+  *rest = NULL;
+  for (size_t k = 0; named && k < pairs; k++) named[slots[k]] = 1;
+  for (int k = 0; named && k < blocks; k++) n += !named[k];
+  if (named) *rest = malloc(((size_t)n + 1) * sizeof **rest);
+  *count = 0;
+  for (int k = 0; *rest && k < blocks; k++)
+    if (!named[k]) (*rest)[(*count)++] = k;
+  free(named);
+  return *rest ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d blocks", blocks);
+}

@@ -28,4 +28,7 @@ size_t flesh_pattern_pairs(const flesh_cells *cells);
 /* Slots of these pairs. Returns new in *slots. */
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots);
 
+/* The blocks that are none of the slots [pairs]. Returns new in *rest. */
+int flesh_pattern_rest(const flesh_pattern *pattern, size_t pairs, const int *slots, int *count, int **rest);
+
 #endif

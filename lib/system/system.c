@@ -33,6 +33,8 @@ struct flesh_system {
   entry *entries;
   constraint *constraints;
   flesh_pattern pattern;
+  int leader;            /* the entry whose `jacobian_anew` is called; -1: none */
+  int left_count, *left; /* blocks that it does not set; NULL: all */
 };
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
@@ -59,6 +61,7 @@ void flesh_system_destroy(flesh_system **system)
   free(self->entries);
   free(self->constraints);
   flesh_pattern_clear(&self->pattern);
+  free(self->left);
   free(self);
   *system = NULL;
 }
@@ -165,6 +168,22 @@ static int check_cells(const flesh_system *system, const flesh_effect *effect)
   return FLESH_OK;
 }
 
+/* The effect that sets the most blocks, and the blocks that it leaves. */
+static int find_leader(flesh_system *system)
+{
+  size_t most = 0;
+  system->leader = -1;
+  for (int k = 0; k < system->entry_count; k++) {
+    const entry *e = &system->entries[k];
+    if (!e->effect->operations->jacobian_anew || !e->slots) continue;
+    const size_t pairs = flesh_pattern_pairs(cells_of(e->effect));
+    if (pairs > most) most = pairs, system->leader = k;
+  }
+  if (system->leader < 0) return FLESH_OK;
+  return flesh_pattern_rest(&system->pattern, most, system->entries[system->leader].slots, &system->left_count,
+                            &system->left);
+}
+
 int flesh_system_finish(flesh_system *system)
 {
   int status = still_open(system);
@@ -193,6 +212,7 @@ int flesh_system_finish(flesh_system *system)
     status = flesh_pattern_slots(&system->pattern, own, &e->slots);
     e->owns_slots = !status;
   }
+  if (!status) status = find_leader(system);
   system->finished = !status;
   return status;
 }
@@ -315,32 +335,47 @@ int flesh_system_load(const flesh_system *system, const flesh_point *point, doub
   return sum_residuals(system, point, 1, r);
 }
 
-/* A part of the matrix that a thread clears. */
+/* What threads clear, in parts: the blocks that the leader leaves, or all. */
+typedef struct clearing {
+  const flesh_system *system;
+  flesh_block_matrix *K;
+} clearing;
+
 enum { CLEARED_PARTS = 64 };
 
 static void clear_part(void *data, int task)
 {
-  const flesh_block_matrix *K = data;
-  size_t count = 9 * (size_t)K->row_start[K->rows];
-  size_t from = count * (size_t)task / CLEARED_PARTS;
-  size_t until = count * (size_t)(task + 1) / CLEARED_PARTS;
-  memset(K->values + from, 0, (until - from) * sizeof *K->values);
+  const clearing *c = data;
+  const int *left = c->system->left;
+  const size_t count = (size_t)(left ? c->system->left_count : c->K->row_start[c->K->rows]);
+  const size_t from = count * (size_t)task / CLEARED_PARTS, until = count * (size_t)(task + 1) / CLEARED_PARTS;
+  if (!left) memset(c->K->values + 9 * from, 0, 9 * (until - from) * sizeof *c->K->values);
+  for (size_t k = from; left && k < until; k++)
+    memset(c->K->values + 9 * (size_t)left[k], 0, 9 * sizeof *c->K->values);
+}
+
+static int add_jacobian(const flesh_system *system, int k, int anew, const flesh_point *full, const flesh_shift *shift,
+                        flesh_block_matrix *K)
+{
+  const entry *e = &system->entries[k];
+  const flesh_effect_operations *can = e->effect->operations;
+  const double start = processor_time(full->costs);
+  int status = (anew ? can->jacobian_anew : can->jacobian)(e->effect, full, shift, K, e->slots);
+  count(full->costs, k, CALL_JACOBIAN, start);
+  return status;
 }
 
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
   const flesh_point full = with_lag(point);
-  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, K);
-  for (int k = 0; k < system->entry_count; k++) {
-    const entry *e = &system->entries[k];
-    if (!e->effect->operations->jacobian) continue;
-    const double start = processor_time(full.costs);
-    int status = e->effect->operations->jacobian(e->effect, &full, shift, K, e->slots);
-    count(full.costs, k, CALL_JACOBIAN, start);
-    if (status) return status;
-  }
-  return FLESH_OK;
+  int status = FLESH_OK;
+  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, &(clearing){system, K});
+  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, &full, shift, K);
+  for (int k = 0; k < system->entry_count && !status; k++)
+    if (k != system->leader && system->entries[k].effect->operations->jacobian)
+      status = add_jacobian(system, k, 0, &full, shift, K);
+  return status;
 }
 
 /* The potential from its two parts, the others and what is placed, which is known from before or now. */
