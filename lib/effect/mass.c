@@ -3,6 +3,7 @@
 
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
@@ -115,17 +116,20 @@ static int second_order(const flesh_batches *batches, int tile, const flesh_tet_
                         double *values)
 {
   const flesh_tiles *tiles = &batches->tiles;
-  const int *slot = slots + tiles->pair_first[tile];
+  const int count = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+  double own[FLESH_TILE_PAIRS]; /* of each pair what its block is of the identity */
+  memset(own, 0, (size_t)count * sizeof *own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     const uint16_t *pair = tiles->pairs + 10 * (size_t)batches->lanes * (size_t)k;
     for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
       const double m = at->scale * batches->masses[e];
       for (int a = 0; a < 4; a++)
-        for (int b = a; b < 4; b++) {
-          double *block = values + 9 * (size_t)slot[*pair++ / 8];
-          for (int c = 0; c < 3; c++) block[4 * c] += a == b ? 2 * m : m;
-        }
+        for (int b = a; b < 4; b++) own[*pair++ / 8] += a == b ? 2 * m : m;
     }
+  }
+  for (int k = 0; k < count; k++) {
+    double *block = values + 9 * (size_t)slots[tiles->pair_first[tile] + k];
+    for (int c = 0; c < 3; c++) block[4 * c] += own[k];
   }
   return FLESH_OK;
 }

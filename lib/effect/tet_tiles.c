@@ -21,8 +21,8 @@ typedef struct census {
   int *node, *pair;  /* its part of those of all tiles */
   pair_list own;     /* by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
-  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS]; /* of each of its pairs a tet's that it is, and its first node */
-  uint16_t rank[FLESH_TILE_PAIRS + 1];                  /* the order in which they are listed */
+  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS]; /* of its pairs: as flesh_cells names them; the first node */
+  uint16_t rank[FLESH_TILE_PAIRS];                      /* the order in which they are listed */
 } census;
 
 /* What becomes of flesh_tiles. */

@@ -129,23 +129,9 @@ typedef double flesh_two_at __attribute__((vector_size(16), aligned(8), may_alia
 /* Four at a multiple of 32 bytes. */
 typedef double flesh_four __attribute__((vector_size(32), may_alias));
 
-/* v[k] = the number k of the four at place[lane] less that of the four at from[lane], for every lane; both are aligned to
- * 32 bytes. */
-static inline void flesh_load_from(const double *const from[FLESH_LANES], const double *const place[FLESH_LANES],
-                                   flesh_real v[4])
+/* From four numbers of a lane side by side to the same number of all lanes, and back. */
+static inline void flesh_mix_four(flesh_real v[4])
 {
-#if FLESH_LANES == 8
-#pragma GCC unroll 4
-  for (int k = 0; k < 4; k++)
-    v[k] = __builtin_shufflevector(*(const flesh_four *)place[k], *(const flesh_four *)place[k + 4], 0, 1, 2, 3, 4, 5, 6, 7) -
-           __builtin_shufflevector(*(const flesh_four *)from[k], *(const flesh_four *)from[k + 4], 0, 1, 2, 3, 4, 5, 6, 7);
-#elif FLESH_LANES == 4
-#pragma GCC unroll 4
-  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real *)place[k] - *(const flesh_real *)from[k];
-#else
-  for (int k = 0; k < 4; k++)
-    v[k] = *(const flesh_real *)(place[k % 2] + (k & 2)) - *(const flesh_real *)(from[k % 2] + (k & 2));
-#endif
 #pragma GCC unroll 2
   for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
 #pragma GCC unroll 4
@@ -153,14 +139,40 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
 
-/* The four numbers at place[lane] += v[k]'s lane, for every lane in turn; places are aligned to 32 bytes. */
+/* v[k] = the number k of the four at place[lane] less that of the four at from[lane], for every lane; places are
+ * multiples of 32 bytes. */
+static inline void flesh_load_from(const double *const from[FLESH_LANES], const double *const place[FLESH_LANES],
+                                   flesh_real v[4])
+{
+#if FLESH_LANES == 8
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) {
+    const flesh_four *to = (const flesh_four *)place[k], *next = (const flesh_four *)place[k + 4];
+    const flesh_four *less = (const flesh_four *)from[k], *next_less = (const flesh_four *)from[k + 4];
+    v[k] = __builtin_shufflevector(*to, *next, 0, 1, 2, 3, 4, 5, 6, 7) -
+           __builtin_shufflevector(*less, *next_less, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  flesh_mix_four(v);
+#elif FLESH_LANES == 4
+#pragma GCC unroll 4
+  for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k] - *(const flesh_real_at *)from[k];
+  flesh_mix_four(v);
+#else /* what is mixed from `from` serves for other places, too */
+  flesh_real less[4];
+  for (int k = 0; k < 4; k++) {
+    v[k] = *(const flesh_real_at *)(place[k % 2] + (k & 2));
+    less[k] = *(const flesh_real_at *)(from[k % 2] + (k & 2));
+  }
+  flesh_mix_four(v);
+  flesh_mix_four(less);
+  for (int k = 0; k < 4; k++) v[k] -= less[k];
+#endif
+}
+
+/* The four numbers at place[lane] += v[k]'s lane, for every lane in turn; places are multiples of 32 bytes. */
 static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v[4])
 {
-#pragma GCC unroll 2
-  for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
-#pragma GCC unroll 4
-    for (int k = 0; k < 4; k++)
-      if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
+  flesh_mix_four(v);
 #if FLESH_LANES == 8
 #pragma GCC unroll 4
   for (int k = 0; k < 4; k++) *(flesh_four *)place[k] += __builtin_shufflevector(v[k], v[k], 0, 1, 2, 3);
