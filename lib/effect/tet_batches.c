@@ -161,7 +161,7 @@ static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *firs
 }
 
 /* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
- * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile tells the pieces' first batches. */
+ * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile tells of batches. */
 static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int *first,
                        int *material)
 {

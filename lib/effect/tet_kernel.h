@@ -61,8 +61,8 @@ typedef struct flesh_tet_kernel {
   /* r += the gradient unless r is NULL; sums[0] += its potential and sums[1] += the size of the terms
    * of that unless `sums` is NULL. The same bits whether the other is asked for or not. */
   int (*first_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums);
-  /* values += the matrix, or, where `at` says so, values = it for pairs that no tile before has; `slots` are those of all
-   * tiles' pairs. */
+  /* values += the matrix, or, where `at` says so, values = it for pairs that no tile before has; `slots` are those of
+   * all tiles' pairs. */
   int (*second_order)(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                       double *values);
 } flesh_tet_kernel;

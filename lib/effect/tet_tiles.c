@@ -1,5 +1,5 @@
-/* tet_tiles.c: a tile's nodes and pairs are numbered in the order in which its tets meet them, pairs that no tile before
- * has first. */
+/* tet_tiles.c: a tile's nodes and pairs are numbered in the order in which its tets meet them, but those pairs first
+ * that no tile before has. */
 #include "effect/tet_tiles.h"
 
 #include <stdlib.h>
