@@ -310,6 +310,17 @@ static void bad_arguments_are_sentences(void)
     REFUSED(flesh_system_finish(b.system), "effect springs: cell 0 has node");
     test_body_destroy(&b);
   }
+  static const int ends[] = {3, 4}, pairs[][2] = {{0, 3}, {0, -1}};
+  for (int k = 0; k < 2; k++) {
+    springs data = {{.count = 1, .nodes_per_cell = 2, .nodes = ends, .pair_count = 2, .pairs = pairs[k]}, 1};
+    flesh_derivative_report report;
+    make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
+    effect = springs_create(&data);
+    REFUSED(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 1, &report), "effect springs: pair 1 is");
+    CHECK_OK(flesh_system_add_effect(b.system, &effect));
+    REFUSED(flesh_system_finish(b.system), "its cells have the pairs 0 to 2");
+    test_body_destroy(&b);
+  }
 }
 
 int main(int argc, char **argv)

@@ -242,7 +242,8 @@ static int check_open(check *c, const flesh_mesh *mesh)
   int nodes = flesh_mesh_node_count(mesh);
   const flesh_effect_operations *operations = c->effect->operations;
   const flesh_cells *cells = operations->cells ? operations->cells(c->effect) : NULL;
-  int status = flesh_pattern_create(nodes, cells != NULL, &cells, &c->pattern);
+  int status = cells ? flesh_pattern_check(operations->name, nodes, cells) : FLESH_OK;
+  if (!status) status = flesh_pattern_create(nodes, cells != NULL, &cells, &c->pattern);
   if (!status && cells) status = flesh_pattern_slots(&c->pattern, cells, &c->slots);
   if (status) return status;
   double *values = calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);

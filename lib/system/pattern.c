@@ -137,6 +137,25 @@ size_t flesh_pattern_pairs(const flesh_cells *cells)
   return cells->pairs ? (size_t)cells->pair_count : (size_t)cells->count * pairs_per_cell(cells);
 }
 
+int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
+{
+  const int m = cells->nodes_per_cell;
+  for (int e = 0; e < cells->count; e++)
+    for (int a = 0; a < m; a++) {
+      const int *node = cells->nodes + (size_t)e * (size_t)m + a;
+      if (*node < 0 || *node >= nodes || (a > 0 && *node <= node[-1]))
+        return flesh_fail(FLESH_ERR_ARGUMENT,
+                          "effect %s: cell %d has node %d at place %d; nodes of a cell must ascend within 0 to %d",
+                          effect, e, *node, a, nodes - 1);
+    }
+  const long long all = (long long)cells->count * (long long)pairs_per_cell(cells);
+  for (int k = 0; cells->pairs && k < cells->pair_count; k++)
+    if (cells->pairs[k] < 0 || cells->pairs[k] >= all)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s: pair %d is %d; its cells have the pairs 0 to %lld", effect, k,
+                        cells->pairs[k], all - 1);
+  return FLESH_OK;
+}
+
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
   const size_t count = flesh_pattern_pairs(cells), per_cell = pairs_per_cell(cells), m = (size_t)cells->nodes_per_cell;

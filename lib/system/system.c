@@ -152,22 +152,6 @@ static const flesh_cells *cells_of(const flesh_effect *effect)
   return effect->operations->cells ? effect->operations->cells(effect) : NULL;
 }
 
-static int check_cells(const flesh_system *system, const flesh_effect *effect)
-{
-  const flesh_cells *cells = cells_of(effect);
-  for (int e = 0; cells && e < cells->count; e++)
-    for (int a = 0; a < cells->nodes_per_cell; a++) {
-      int node = cells->nodes[(size_t)e * cells->nodes_per_cell + a];
-      if (node < 0 || node >= system->nodes ||
-          (a > 0 && node <= cells->nodes[(size_t)e * cells->nodes_per_cell + a - 1]))
-        return flesh_fail(FLESH_ERR_ARGUMENT,
-                          "effect %s: cell %d has node %d at place %d; nodes of a cell must ascend "
-                          "within 0 to %d",
-                          effect->operations->name, e, node, a, system->nodes - 1);
-    }
-  return FLESH_OK;
-}
-
 /* The effect that sets the most blocks, and the blocks that it leaves. */
 static int find_leader(flesh_system *system)
 {
@@ -192,8 +176,8 @@ int flesh_system_finish(flesh_system *system)
   if (!cells) return flesh_fail(FLESH_ERR_MEMORY, "no memory to finish a system");
   int count = 0;
   for (int k = 0; k < system->entry_count && !status; k++) {
-    status = check_cells(system, system->entries[k].effect);
     const flesh_cells *own = cells_of(system->entries[k].effect);
+    if (own) status = flesh_pattern_check(system->entries[k].effect->operations->name, system->nodes, own);
     int known = !own;
     for (int j = 0; j < count && !known; j++) known = same_cells(cells[j], own);
     if (!known) cells[count++] = own;
