@@ -52,8 +52,6 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
 {
   load_tets(batches, index, &b->t);
   b->material = &batches->materials[b->t.material];
-  /* Asked before lanes are in registers, which a call would store. */
-  const int own = b->material->psi != flesh_psi_builtin(b->material->energy);
   gradient_of(&b->t, x, b->d, b->F);
   flesh_mat3_cofactor(b->F, b->C);
   b->J = flesh_vec3_dot(b->F, b->C);
@@ -62,7 +60,7 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
   flesh_energy energy = b->material->energy;
   flesh_real smallest = flesh_all(flesh_psi_needs_volume(energy) ? SMALLEST : -LARGEST);
   flesh_mask ordinary = (b->I_C < LARGEST) & (b->J < LARGEST) & (b->J > smallest);
-  if (flesh_any(ordinary == 0) || own) {
+  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_builtin(energy)) {
     flesh_real I_C = b->I_C, J = b->J;
     flesh_psi_real psi;
     int status = psi_one_by_one(b->material, &I_C, &J, &psi);

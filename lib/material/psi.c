@@ -25,30 +25,9 @@ BUILTIN(psi_d, FLESH_ENERGY_D)
 BUILTIN(psi_e, FLESH_ENERGY_E)
 BUILTIN(psi_s, FLESH_ENERGY_S)
 
-flesh_psi_function flesh_psi_builtin(flesh_energy energy)
-{
-  switch (energy) {
-  case FLESH_ENERGY_NEO:
-    return psi_neo;
-  case FLESH_ENERGY_A:
-    return psi_a;
-  case FLESH_ENERGY_B:
-    return psi_b;
-  case FLESH_ENERGY_C:
-    return psi_c;
-  case FLESH_ENERGY_M:
-    return psi_m;
-  case FLESH_ENERGY_D:
-    return psi_d;
-  case FLESH_ENERGY_E:
-    return psi_e;
-  case FLESH_ENERGY_S:
-    return psi_s;
-  case FLESH_ENERGY_USER:
-    break;
-  }
-  return NULL;
-}
+const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT] = {
+    [FLESH_ENERGY_NEO] = psi_neo, [FLESH_ENERGY_A] = psi_a, [FLESH_ENERGY_B] = psi_b, [FLESH_ENERGY_C] = psi_c,
+    [FLESH_ENERGY_M] = psi_m,     [FLESH_ENERGY_D] = psi_d, [FLESH_ENERGY_E] = psi_e, [FLESH_ENERGY_S] = psi_s};
 
 int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J)
 {

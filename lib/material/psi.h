@@ -2,10 +2,17 @@
 #ifndef FLESH_MATERIAL_PSI_H
 #define FLESH_MATERIAL_PSI_H
 
+#include <stddef.h>
+
 #include "flesh/material.h"
 
+extern const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT];
+
 /* The function of a built-in energy; NULL for FLESH_ENERGY_USER and anything unknown. */
-flesh_psi_function flesh_psi_builtin(flesh_energy energy);
+static inline flesh_psi_function flesh_psi_builtin(flesh_energy energy)
+{
+  return (unsigned)energy < FLESH_ENERGY_COUNT ? flesh_psi_builtins[energy] : NULL;
+}
 
 /* psi and its derivatives at F, with I_C and J; FLESH_NONFINITE for a non-finite F or where
  * anything overflows, else what psi returns. Nothing is written unless FLESH_OK. */
