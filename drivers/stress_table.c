@@ -230,8 +230,9 @@ static void say_slowest(const flesh_stress_plan *plan, FILE *stream)
     const flesh_stress_figures *f = &order[k]->figures;
     char title[80];
     flesh_stress_setting_title(order[k]->setting, title);
-    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear, worst step %.3g times the median\n",
-        f->cpu_s, order[k]->row->name, title, f->newton, f->linear, f->newton_ratio);
+    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
+    if (isfinite(f->newton_ratio)) SAY(", worst step %.3g times the median", f->newton_ratio);
+    SAY("\n");
   }
   free(order);
 }
