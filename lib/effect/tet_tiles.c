@@ -2,6 +2,7 @@
  * that no tile before has. */
 #include "effect/tet_tiles.h"
 
+#include <limits.h>
 #include <stdlib.h>
 
 #include "base/error.h"
@@ -25,13 +26,14 @@ typedef struct census {
   uint16_t rank[FLESH_TILE_PAIRS];                      /* the order in which they are listed */
 } census;
 
-/* What becomes of flesh_tiles. */
+/* The arrays of flesh_tiles while they are made. */
 typedef struct tile_lists {
   int count;
   int *batch, *node_first, *node, *pair_first, *pair, *fresh;
   uint16_t *nodes, *pairs;
 } tile_lists;
 
+/* Its number in the tile, the next one where it is new. */
 static int number_of_node(census *c, int node)
 {
   if (c->number[node] < 0) {
@@ -42,6 +44,7 @@ static int number_of_node(census *c, int node)
   return c->number[node];
 }
 
+/* The pair's number, the next one where it is new. */
 static int number_of_pair(pair_list *list, int first, int second)
 {
   for (int pair = list->last[first]; pair >= 0; pair = list->before[pair])
@@ -51,6 +54,7 @@ static int number_of_pair(pair_list *list, int first, int second)
   return list->last[first] = list->count++;
 }
 
+/* For another batch, whatever its tets share. */
 static int has_room(const census *c, int lanes)
 {
   return c->nodes + 4 * lanes <= FLESH_TILE_NODES && c->own.count + 10 * lanes <= FLESH_TILE_PAIRS;
@@ -138,6 +142,9 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
 {
   const size_t most = (size_t)batches->count, seats = most * (size_t)batches->lanes;
   const size_t tets = (size_t)batches->first[batches->count], mesh = (size_t)nodes_of_mesh;
+  if (tets > INT_MAX / 10)
+    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %d have not", tets,
+                      INT_MAX / 10);
   tile_lists to = {0, room_for(most), room_for(most), room_for(4 * tets), room_for(most), room_for(10 * tets),
                    room_for(most), flesh_large((4 * seats + 1) * sizeof(uint16_t)),
                    flesh_large((10 * seats + 1) * sizeof(uint16_t))};
