@@ -14,6 +14,7 @@ typedef enum spoiled {
   SPOIL_POTENTIAL,
   SPOIL_JACOBIAN,
   SPOIL_EVALUATE,
+  SPOIL_ANEW,
   SPOIL_PROJECTION
 } spoiled;
 
@@ -65,10 +66,21 @@ static int jacobian(const flesh_effect *effect, const flesh_point *point, const 
   return status;
 }
 
+static int jacobian_anew(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  const flesh_effect *inner = of(effect)->inner;
+  int status = inner->operations->jacobian_anew(inner, point, shift, K, slots);
+  if (of(effect)->what == SPOIL_ANEW) K->values[9 * slots[3] + 1] *= 1.0001;
+  if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
+  return status;
+}
+
 static const flesh_effect_operations spoiled_operations = {.name = "spoiled",
                                                            .cells = cells,
                                                            .residual = residual,
                                                            .jacobian = jacobian,
+                                                           .jacobian_anew = jacobian_anew,
                                                            .potential = potential,
                                                            .evaluate = evaluate};
 
@@ -190,6 +202,21 @@ static void a_wrong_jacobian_is_seen(void)
   drop(&s);
 }
 
+/* One that is set wrong, and one that adds to what was there. */
+static void a_wrong_beginning_is_seen(void)
+{
+  set_up s;
+  make(&s, 1);
+  flesh_derivative_report report = report_spoiled(&s, SPOIL_ANEW);
+  CHECK(report.jacobian[0] > 1e-8 && report.jacobian[1] > 1e-8 && report.potential[0] < 1e-8);
+  CHECK(!flesh_derivative_report_passes(&report, 1e-8));
+  flesh_effect_operations adds = *s.elasticity->operations;
+  adds.jacobian_anew = adds.jacobian;
+  report = report_of(&(flesh_effect){&adds, s.elasticity->data}, &s);
+  CHECK(report.jacobian[0] == INFINITY && report.jacobian[1] == INFINITY);
+  drop(&s);
+}
+
 static void negative_curvature_is_seen(void)
 {
   set_up s;
@@ -205,6 +232,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(right_effects_pass), TEST(a_wrong_residual_is_seen),
                    TEST(a_wrong_evaluation_is_seen),
-                   TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen),
+                   TEST(a_wrong_potential_is_seen), TEST(a_wrong_jacobian_is_seen), TEST(a_wrong_beginning_is_seen),
                    TEST(negative_curvature_is_seen));
 }

@@ -198,7 +198,7 @@ enum { FLESH_CHECK_SHIFTS = 2 };
 /* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
 typedef struct flesh_derivative_report {
   double potential[FLESH_CHECK_SHIFTS]; /* |d phi - r.du| / sum |r_i du_i| */
-  double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du| */
+  double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; `jacobian_anew` against it */
   double evaluate[FLESH_CHECK_SHIFTS];  /* `evaluate` against residual and potential */
   double asymmetry;                     /* of the diagonal blocks (the others are stored once) */
   double negative; /* most negative curvature of the projected Jacobian found, over its largest
@@ -206,12 +206,12 @@ typedef struct flesh_derivative_report {
 } flesh_derivative_report;
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
- * its residual, by differences, and whether its `evaluate` gives the same as both: at (t, x) with
- * random velocities and accelerations (zero for statics), x_lag near x and v_lag random, along
- * random directions that move nodes by a small part of the mesh's mean edge; each error is the best
- * of several step lengths. x [3*nodes] should be generic (not the rest state, where gradients
- * vanish). Returns the effect's status where it cannot be evaluated (FLESH_UNDEFINED: choose
- * another x). */
+ * its residual, by differences, and whether `evaluate` and `jacobian_anew` give the same as what
+ * they stand for: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
+ * x and v_lag random, along random directions that move nodes by a small part of the mesh's mean
+ * edge; each error is the best of several step lengths. x [3*nodes] should be generic (not the rest
+ * state, where gradients vanish). Returns the effect's status where it cannot be evaluated
+ * (FLESH_UNDEFINED: choose another x). */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

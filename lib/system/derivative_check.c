@@ -153,6 +153,27 @@ static int check_jacobian(check *c, const flesh_shift *shift, double *worst)
   return FLESH_OK;
 }
 
+/* The blocks of the cells' pairs set, whatever was in them, against those added. */
+static int check_anew(check *c, const flesh_shift *shift, double *worst)
+{
+  const flesh_effect_operations *can = c->effect->operations;
+  const size_t numbers = 9 * (size_t)c->K.row_start[c->K.rows], pairs = flesh_pattern_pairs(can->cells(c->effect));
+  flesh_block_matrix K = c->K;
+  K.values = calloc(numbers + 1, sizeof *K.values);
+  if (!K.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+  for (size_t k = 0; k < 9 * pairs; k++) K.values[9 * (size_t)c->slots[k / 9] + k % 9] = NAN;
+  const flesh_point point = moved(c, shift, 0);
+  const int status = can->jacobian_anew(c->effect, &point, shift, &K, c->slots);
+  double error = 0, size = 0;
+  for (size_t k = 0; k < numbers; k++) {
+    error += (K.values[k] - c->K.values[k]) * (K.values[k] - c->K.values[k]);
+    size += c->K.values[k] * c->K.values[k];
+  }
+  free(K.values);
+  *worst = fmax(*worst, error < INFINITY ? ratio(sqrt(error), sqrt(size)) : INFINITY); /* else some are no numbers */
+  return status;
+}
+
 /* One pass against two. */
 static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
 {
@@ -223,6 +244,8 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   int status = assemble(c, shift);
   if (status) return status;
   report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
+  if (operations->jacobian && operations->jacobian_anew && c->slots)
+    status = check_anew(c, shift, &report->jacobian[s]);
   for (int d = 0; d < DIRECTIONS && !status; d++) {
     randomize(c, c->du, c->edge);
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
