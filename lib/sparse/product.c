@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/large.h"
-#include "sparse/lanes.h"
+#include "sparse/six.h"
 
 /* Where the twins of the nodes between begin in x and y: behind the padding. */
 static int first_twin(const flesh_product *product)
@@ -19,7 +19,7 @@ static int first_twin(const flesh_product *product)
 }
 
 enum {
-  GAP = 4 /* numbers between the parts' rounded blocks: a block's last row is stored with the number after it */
+  GAP = 8 /* numbers between the parts' rounded blocks: rows are loaded with numbers after them */
 };
 
 int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, int single, flesh_product *product)
@@ -47,7 +47,7 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
       place[product->rows[p]] = part == 1 && p >= product->begin[2] ? first_twin(product) + p - product->begin[2] : p;
     for (int p = product->begin[part]; p < product->begin[part + 1]; p++)
       for (int k = A->row_start[product->rows[p]]; k < A->row_end[product->rows[p]]; k++)
-        product->place[k] = 4 * place[A->column[k]];
+        product->place[k] = 4 * (unsigned)place[A->column[k]];
   }
   free(place);
   return FLESH_OK;
@@ -69,8 +69,7 @@ size_t flesh_product_memory(const flesh_product *product)
          (product->rounded ? 9 * blocks * sizeof *product->rounded : 0);
 }
 
-/* Matrices beyond the caches, of MANY blocks, are fetched AHEAD blocks ahead. Of others the processor fetches itself
- * what comes next, and faster, if every row asks for two lines so that it does not forget to. */
+/* Matrices beyond the caches, of MANY blocks, are fetched AHEAD blocks ahead. */
 enum { MANY = 200000, AHEAD = 128, APART = 4, LINE = 64 };
 
 typedef struct multiplication {
@@ -84,54 +83,151 @@ typedef struct multiplication {
   void *data;
 } multiplication;
 
-/* A block's rows as they are. */
-static inline __attribute__((always_inline)) void take_double(const multiplication *m, const double **block,
-                                                              const double **exact, int rounding, flesh_double4 row[3])
+/* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor fetches
+ * itself what comes next, and faster, if every row asks for two lines so that it does not forget to. */
+static inline __attribute__((always_inline)) double rows_double(const multiplication *m, int part, int far)
 {
-  (void)m, (void)exact, (void)rounding;
-  for (int r = 0; r < 3; r++) row[r] = FLESH_LANES_DOUBLE(*block + 3 * r);
-  *block += 9;
-}
-
-/* Its rounded rows, which are made at first. */
-static inline __attribute__((always_inline)) void take_single(const multiplication *m, float **block,
-                                                              const double **exact, int rounding, flesh_float4 row[3])
-{
-  for (int r = 0; r < 3; r++) {
-    flesh_float4_loose *rounded = (flesh_float4_loose *)(*block + 3 * r);
-    if (rounding) *rounded = row[r] = FLESH_LANES_NARROW(m->scale * FLESH_LANES_DOUBLE(*exact + 3 * r));
-    else row[r] = *rounded;
+  const flesh_product *product = m->product;
+  const unsigned *place = product->place;
+  double *x = m->x, *y = m->y;
+  int k = product->first[product->begin[part]];
+  const double *block = m->A->values + 9 * (size_t)k;
+  flesh_double4 curvature = {0};
+  for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
+    const int end = product->first[p + 1];
+    const flesh_double4 xi = *(const flesh_double4 *)(x + 4 * (size_t)p);
+    const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
+    flesh_double4 row[3], sum[3] = {{0}};
+    for (int line = 0; line < 2 && !far; line++)
+      FLESH_EXPECT_ONCE((const char *)(block + 9 * AHEAD) + LINE * APART * line);
+    for (int r = 0; r < 3; r++) row[r] = FLESH_LANES_DOUBLE(block + 3 * r);
+    /* The diagonal block is symmetric. */
+    const flesh_double4 diagonal = row[0] * x0 + row[1] * x1 + row[2] * x2;
+    for (k++, block += 9; k < end; k++, block += 9) {
+      if (far) FLESH_EXPECT_ONCE(block + 9 * AHEAD);
+      const flesh_double4 xj = *(const flesh_double4 *)(x + place[k]);
+      flesh_double4 *yj = (flesh_double4 *)(y + place[k]);
+      for (int r = 0; r < 3; r++) {
+        row[r] = FLESH_LANES_DOUBLE(block + 3 * r);
+        FLESH_LANES_KEEP(row[r]);
+        sum[r] += row[r] * xj;
+      }
+      *yj += row[0] * x0 + row[1] * x1 + row[2] * x2;
+    }
+    const flesh_double4 upper = FLESH_LANES_SUMS(sum[0], sum[1], sum[2]);
+    *(flesh_double4 *)(y + 4 * (size_t)p) += diagonal + upper;
+    curvature += xi * (diagonal + upper + upper);
   }
-  *block += 9;
-  if (rounding) *exact += 9;
+  return (curvature[0] + curvature[1]) + curvature[2];
 }
 
-#define ROWS rows_double
-#define REAL double
-#define LANES flesh_double4
-#define BLOCK const double
-#define FIRST_BLOCK(m, part, k) ((m)->A->values + 9 * (size_t)(k))
-#define TAKE take_double
-#include "sparse/product_rows.h"
-#undef ROWS
-#undef REAL
-#undef LANES
-#undef BLOCK
-#undef FIRST_BLOCK
-#undef TAKE
+/* In single precision a row's blocks go two by two: row r of two blocks are six numbers side by side. The first is the
+ * diagonal one's half, which makes it like any other; where their number is odd, it goes alone. */
 
-#define ROWS rows_single
-#define REAL float
-#define LANES flesh_float4
-#define BLOCK float
-#define FIRST_BLOCK(m, part, k) ((m)->product->rounded + 9 * (size_t)(k) + GAP * (part))
-#define TAKE take_single
-#include "sparse/product_rows.h"
+/* Row r of two blocks; `exact`, where the first one is as it was, has it rounded and stored, and what is behind it
+ * overwritten. */
+static inline __attribute__((always_inline)) flesh_six row_of_two(float *block, int r, const double *exact,
+                                                                  double scale, double next_scale)
+{
+  if (!exact) return flesh_six_row(block + 6 * r);
+  const flesh_float4 first = flesh_six_rounded(scale, exact + 3 * r);
+  const flesh_float4 second = flesh_six_rounded(next_scale, exact + 9 + 3 * r);
+  *(flesh_float4_loose *)(block + 6 * r) = first;
+  *(flesh_float4_loose *)(block + 6 * r + 3) = second;
+  return flesh_six_both(first, second);
+}
+
+/* The same of one. */
+static inline __attribute__((always_inline)) flesh_six row_of_one(float *block, int r, const double *exact, double scale)
+{
+  flesh_float4_loose *row = (flesh_float4_loose *)(block + 3 * r);
+  if (exact) *row = flesh_six_rounded(scale, exact + 3 * r);
+  return flesh_six_one(*row);
+}
+
+/* The rows' transposes times x. */
+static inline __attribute__((always_inline)) flesh_six transposed(const flesh_six row[3], const flesh_six x[3])
+{
+  return flesh_six_sum(flesh_six_sum(flesh_six_product(row[0], x[0]), row[1], x[1]), row[2], x[2]);
+}
+
+/* Asks for two blocks that are AHEAD. */
+static inline __attribute__((always_inline)) void expect_two(const float *block, const double *exact)
+{
+  for (int b = AHEAD; b < AHEAD + 2; b++)
+    FLESH_EXPECT_ONCE(exact ? (const void *)(exact + 9 * b) : (const void *)(block + 9 * b));
+}
+
+/* As rows_double; `rounding`: from A's own blocks. */
+static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int far, int rounding)
+{
+  enum { RUN = 16 }; /* rows whose curvature is summed up in single precision */
+  const flesh_product *product = m->product;
+  const int *first = product->first, begin = product->begin[part], end = product->begin[part + 1];
+  const unsigned *place = product->place + first[begin];
+  const double *exact = rounding ? m->A->values + 9 * (size_t)first[begin] : NULL, scale = m->scale;
+  const float *x = m->x;
+  float *y = m->y, *block = product->rounded + 9 * (size_t)first[begin] + GAP * (size_t)part;
+  double curvature = 0;
+  for (int p = begin, run_end; p < end;) {
+    flesh_float4 of_run = {0};
+    for (run_end = end - p > RUN ? p + RUN : end; p < run_end; p++) {
+      const int n = first[p + 1] - first[p];
+      const float *last = block + 9 * (size_t)n, *xi = x + 4 * (size_t)p;
+      const flesh_six own[3] = {flesh_six_all(xi[0]), flesh_six_all(xi[1]), flesh_six_all(xi[2])};
+      flesh_six row[3], sum[3], from, turned;
+      if (far) expect_two(block, exact);
+      if (n % 2) {
+        from = flesh_six_one(*(const flesh_float4 *)xi);
+        for (int r = 0; r < 3; r++) {
+          row[r] = row_of_one(block, r, rounding ? exact : NULL, 0.5 * scale);
+          sum[r] = flesh_six_product(row[r], from);
+        }
+        turned = transposed(row, own);
+        block += 9, place++;
+        if (rounding) exact += 9;
+      } else {
+        const size_t k = place[1];
+        from = flesh_six_nodes(xi, x + k);
+        for (int r = 0; r < 3; r++) {
+          row[r] = row_of_two(block, r, rounding ? exact : NULL, 0.5 * scale, scale);
+          FLESH_SIX_KEEP(row[r]);
+          sum[r] = flesh_six_product(row[r], from);
+        }
+        turned = transposed(row, own);
+        *(flesh_float4 *)(y + k) += flesh_six_second(turned);
+        block += 18, place += 2;
+        if (rounding) exact += 18;
+      }
+      const flesh_float4 diagonal = flesh_six_first(turned);
+      for (; block != last; block += 18, place += 2) {
+        const size_t j = place[0], k = place[1];
+        if (far) expect_two(block, exact);
+        from = flesh_six_nodes(x + j, x + k);
+        for (int r = 0; r < 3; r++) {
+          row[r] = row_of_two(block, r, rounding ? exact : NULL, scale, scale);
+          FLESH_SIX_KEEP(row[r]);
+          sum[r] = flesh_six_sum(sum[r], row[r], from);
+        }
+        turned = transposed(row, own);
+        *(flesh_float4 *)(y + j) += flesh_six_first(turned);
+        *(flesh_float4 *)(y + k) += flesh_six_second(turned);
+        if (rounding) exact += 18;
+      }
+      const flesh_float4 upper = flesh_six_sums(sum[0], sum[1], sum[2]);
+      *(flesh_float4 *)(y + 4 * (size_t)p) += upper + diagonal;
+      of_run += *(const flesh_float4 *)xi * upper;
+    }
+    const flesh_double4 half = FLESH_LANES_WIDE(of_run);
+    curvature += 2 * ((half[0] + half[1]) + half[2]);
+  }
+  return curvature;
+}
 
 static double multiply_rows(const multiplication *m, int part)
 {
   const int far = m->product->blocks > MANY;
-  if (!m->single) return far ? rows_double(m, part, 1, 0) : rows_double(m, part, 0, 0);
+  if (!m->single) return far ? rows_double(m, part, 1) : rows_double(m, part, 0);
   if (m->A) return rows_single(m, part, 1, 1);
   return far ? rows_single(m, part, 1, 0) : rows_single(m, part, 0, 0);
 }

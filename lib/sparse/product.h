@@ -15,8 +15,9 @@ typedef struct flesh_product {
   int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
   int begin[4];
   int blocks;
-  int *place;   /* [blocks] four times the place in x and y of each block's column */
-  float *rounded; /* [9*blocks] and gaps: those of the last matrix in single precision, scaled; NULL: not asked for */
+  unsigned *place; /* [blocks] four times the place in x and y of each block's column */
+  float *rounded; /* [9*blocks] and gaps: those of the last matrix in single precision, scaled, two by two; NULL: not
+                     asked for */
   int nodes;    /* that x and y have room for */
 } flesh_product;
 
