@@ -138,26 +138,25 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
     q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
     x[0][i] = flesh_all(0);
   }
-#pragma GCC unroll 4
-  for (int a = 0, n = 0; a < 4; a++) {
+#pragma GCC unroll 3
+  for (int a = 0, n = 0; a < 3; a++) {
     flesh_real u[3], w[3];
     for (int i = 0; i < 3; i++) {
       u[i] = II * p[a][i] + IJ * q[a][i];
       w[i] = IJ * p[a][i] + JJ * q[a][i];
     }
-#pragma GCC unroll 4
-    for (int c = a; c < 4; c++, n++) {
+#pragma GCC unroll 3
+    for (int c = a + 1; c < 4; c++, n++) {
       flesh_real K[9], diagonal = same * flesh_vec3_dot(g[a], g[c]);
       for (int i = 0; i < 3; i++) {
-        for (int j = a == c ? i : 0; j < 3; j++) K[3 * i + j] = u[i] * p[c][j] + w[i] * q[c][j];
+        for (int j = 0; j < 3; j++) K[3 * i + j] = u[i] * p[c][j] + w[i] * q[c][j];
         K[4 * i] += diagonal;
       }
       for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
         flesh_real turned = x[other[a][c]][k] - x[one[a][c]][k];
-        if (a != c) K[3 * i + j] += turned, K[3 * j + i] -= turned;
-        else if (i < j) K[3 * j + i] = K[3 * i + j];
-        else K[3 * i + j] = K[3 * j + i];
+        K[3 * i + j] += turned;
+        K[3 * j + i] -= turned;
       }
       add_block(&b.t, K, n, to);
     }

@@ -116,20 +116,23 @@ static int second_order(const flesh_batches *batches, int tile, const flesh_tet_
                         double *values)
 {
   const flesh_tiles *tiles = &batches->tiles;
-  const int count = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
-  double own[FLESH_TILE_PAIRS]; /* of each pair what its block is of the identity */
-  memset(own, 0, (size_t)count * sizeof *own);
+  const int pairs = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+  const int nodes = tiles->node_first[tile + 1] - tiles->node_first[tile];
+  double own[FLESH_TILE_PAIRS], with_itself[FLESH_TILE_NODES]; /* what their blocks are of the identity */
+  memset(own, 0, (size_t)pairs * sizeof *own);
+  memset(with_itself, 0, (size_t)nodes * sizeof *with_itself);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    const uint16_t *pair = tiles->pairs + 10 * (size_t)batches->lanes * (size_t)k;
+    const uint16_t *pair = tiles->pairs + 6 * (size_t)batches->lanes * (size_t)k;
+    const uint16_t *node = tiles->nodes + 4 * (size_t)batches->lanes * (size_t)k;
     for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
       const double m = at->scale * batches->masses[e];
-      for (int a = 0; a < 4; a++)
-        for (int b = a; b < 4; b++) own[*pair++ / 8] += a == b ? 2 * m : m;
+      for (int p = 0; p < 6; p++) own[*pair++ / 8] += m;
+      for (int a = 0; a < 4; a++) with_itself[*node++ / 4] += 2 * m;
     }
   }
-  for (int k = 0; k < count; k++) {
-    double *block = values + 9 * (size_t)slots[tiles->pair_first[tile] + k];
-    for (int c = 0; c < 3; c++) block[4 * c] += own[k];
+  for (int k = 0; k < pairs + nodes; k++) {
+    double *block = values + 9 * (size_t)slots[tiles->pair_first[tile] + tiles->node_first[tile] + k];
+    for (int c = 0; c < 3; c++) block[4 * c] += k < pairs ? own[k] : with_itself[k - pairs];
   }
   return FLESH_OK;
 }

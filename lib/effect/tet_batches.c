@@ -270,8 +270,8 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
     if (!status)
       status =
           flesh_tiles_create(&self->batches, flesh_mesh_node_count(body->mesh), self->order.pieces, self->piece_tile);
-    self->cells.pair_count = status ? 0 : self->batches.tiles.pair_first[self->batches.tiles.count];
-    self->cells.pairs = self->batches.tiles.pair;
+    self->cells.pair_count = status ? 0 : flesh_tiles_blocks(&self->batches.tiles);
+    self->cells.pairs = self->batches.tiles.block;
     if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body);
   } else {
     status = no_memory(tets);

@@ -8,7 +8,7 @@
 #include "flesh/effect.h"
 #include "flesh/material.h"
 
-/* What a tile may have of nodes and of pairs of nodes. */
+/* What a tile may have of nodes and of pairs of different nodes. */
 enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536 };
 
 /* Tiles are runs of batches. Kernels hold a tile's positions, forces and blocks by themselves, near and without gaps:
@@ -18,11 +18,15 @@ typedef struct flesh_tiles {
   const int *batch;      /* [count+1] first batch of each */
   const int *node_first; /* [count+1] first of its nodes in node */
   const int *node;       /* the mesh's numbers of the tiles' nodes */
-  const int *pair_first; /* [count+1] first of its pairs in pair */
-  const int *pair;       /* pairs of nodes as flesh_cells names them */
-  const int *fresh;      /* [count] how many of its pairs, the first, no tile before has */
+  const int *pair_first; /* [count+1] first of its pairs of different nodes in ends */
+  const uint16_t *ends;  /* [][2] eight times the numbers of a pair's nodes in its tile */
+  const int *block; /* of each tile first its pairs of different nodes, then its nodes with themselves, as flesh_cells
+                       names them; the tile's first is at pair_first + node_first */
+  const int *fresh; /* [count][2] how many of its pairs of different nodes, and of its nodes, the first, no tile before
+                       has */
   const uint16_t *nodes; /* [batches][lanes][4] four times each node's number in its tile */
-  const uint16_t *pairs; /* [batches][lanes][10] eight times each pair's; that of pairs where lanes are not used */
+  const uint16_t *pairs; /* [batches][lanes][6] eight times each pair's (01 02 03 12 13 23); that of pairs where lanes
+                            are not used */
 } flesh_tiles;
 
 /* Tets in batches of at most as many as the kernels have lanes, of one material each. */

@@ -48,7 +48,7 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
   t->shape = (const flesh_real_at *)shapes;
   t->material = batches->material[index];
   t->node = batches->tiles.nodes + (size_t)index * 4 * FLESH_LANES;
-  t->pair = batches->tiles.pairs + (size_t)index * 10 * FLESH_LANES;
+  t->pair = batches->tiles.pairs + (size_t)index * 6 * FLESH_LANES;
   t->volume = flesh_abs(t->shape[9]);
 }
 
@@ -102,7 +102,7 @@ INLINE void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
   }
 }
 
-/* Adds every lane's block `pair` to those of its tile. */
+/* Adds every lane's block of a pair of different nodes (01 02 03 12 13 23) to those of its tile. */
 INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
 {
   flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
@@ -112,18 +112,18 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_b
   }
 #pragma GCC unroll 8
   for (int l = 0; l < FLESH_LANES; l++) {
-    const size_t place = t->pair[10 * l + pair];
+    const size_t place = t->pair[6 * l + pair];
     for (int part = 0; part < 8 / FLESH_LANES; part++)
       *(flesh_real_at *)(to->eight + place + part * FLESH_LANES) += by_tet[part][l];
     *(double *)((char *)to->ninth + place) += flesh_lane(block[8], l);
   }
 }
 
-/* Adds the six blocks between nodes 1, 2, 3 (11 12 13 22 23 33) and, by the zero row sum, the four of
- * node 0. */
+/* Adds those of the six blocks between nodes 1, 2, 3 (11 12 13 22 23 33) that are not a node's own, and, by the zero
+ * row sum, the three of node 0. */
 static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], tile_blocks *to)
 {
-  flesh_real k0[3][9], k00[9];
+  flesh_real k0[3][9];
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       int c = 3 * i + j, s = 3 * j + i;
@@ -132,16 +132,10 @@ static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], ti
       k0[1][c] = -(pair[1][c] + pair[3][c] + pair[4][s]);
       k0[2][c] = -(pair[2][c] + pair[4][c] + pair[5][c]);
     }
-  /* K_00 = -(K_01 + K_02 + K_03), symmetric: the mean of both orders. */
-  for (int i = 0; i < 3; i++)
-    for (int j = i; j < 3; j++) {
-      int c = 3 * i + j, s = 3 * j + i;
-      k00[c] = k00[s] =
-          -0.5 * ((k0[0][c] + k0[1][c] + k0[2][c]) + (k0[0][s] + k0[1][s] + k0[2][s]));
-    }
-  add_block(t, k00, 0, to);
-  for (int p = 0; p < 3; p++) add_block(t, k0[p], 1 + p, to);
-  for (int p = 0; p < 6; p++) add_block(t, pair[p], 4 + p, to);
+  for (int p = 0; p < 3; p++) add_block(t, k0[p], p, to);
+  add_block(t, pair[1], 3, to);
+  add_block(t, pair[2], 4, to);
+  add_block(t, pair[4], 5, to);
 }
 
 /* Adds a batch's sums lane by lane. */

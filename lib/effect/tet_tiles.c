@@ -1,5 +1,5 @@
-/* tet_tiles.c: a tile's nodes and pairs are numbered in the order in which its tets meet them, but those pairs first
- * that no tile before has. */
+/* tet_tiles.c: a tile's nodes and pairs are numbered in the order in which its tets meet them, but those first that no
+ * tile before has. */
 #include "effect/tet_tiles.h"
 
 #include <limits.h>
@@ -15,30 +15,34 @@ typedef struct pair_list {
   int *before, *second; /* of a pair: the one that its first node had before, -1: none; its other node */
 } pair_list;
 
-/* The tile at hand. */
+/* The tile at hand. Its numbers are final only when it is done. */
 typedef struct census {
-  int *number; /* [nodes of the mesh] in the tile; -1: it is not there */
+  int *number;  /* [nodes of the mesh] in the tile; -1: it is not there */
+  uint8_t *met; /* [nodes of the mesh] by a tile before */
   int nodes;
-  int *node, *pair;  /* its part of those of all tiles */
-  pair_list own;     /* by numbers in the tile */
+  int *node, *block; /* its part of those of all tiles */
+  uint16_t *ends;
+  pair_list own;     /* of different nodes, by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
-  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS]; /* of its pairs: as flesh_cells names them; the first node */
-  uint16_t rank[FLESH_TILE_PAIRS];                      /* the order in which they are listed */
+  int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES]; /* of its nodes: the mesh's numbers; as flesh_cells names */
+  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS];      /* of its pairs: as flesh_cells names them; the first node */
+  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[FLESH_TILE_PAIRS]; /* their final numbers */
 } census;
 
 /* The arrays of flesh_tiles while they are made. */
 typedef struct tile_lists {
   int count;
-  int *batch, *node_first, *node, *pair_first, *pair, *fresh;
-  uint16_t *nodes, *pairs;
+  int *batch, *node_first, *node, *pair_first, *block, *fresh;
+  uint16_t *ends, *nodes, *pairs;
 } tile_lists;
 
 /* Its number in the tile, the next one where it is new. */
-static int number_of_node(census *c, int node)
+static int number_of_node(census *c, int node, int with_itself)
 {
   if (c->number[node] < 0) {
     c->own.last[c->nodes] = -1;
-    c->node[c->nodes] = node;
+    c->here[c->nodes] = node;
+    c->with_itself[c->nodes] = with_itself;
     c->number[node] = c->nodes++;
   }
   return c->number[node];
@@ -57,7 +61,7 @@ static int number_of_pair(pair_list *list, int first, int second)
 /* For another batch, whatever its tets share. */
 static int has_room(const census *c, int lanes)
 {
-  return c->nodes + 4 * lanes <= FLESH_TILE_NODES && c->own.count + 10 * lanes <= FLESH_TILE_PAIRS;
+  return c->nodes + 4 * lanes <= FLESH_TILE_NODES && c->own.count + 6 * lanes <= FLESH_TILE_PAIRS;
 }
 
 /* Pairs of lanes that are not used, until all are ranked. */
@@ -69,37 +73,52 @@ static void add_batch(const flesh_batches *batches, int batch, census *c, uint16
   for (int l = 0; l < batches->lanes; l++) {
     const int tet = first + (l < used ? l : used - 1);
     int own[4];
-    for (int a = 0; a < 4; a++) {
-      own[a] = number_of_node(c, batches->nodes[4 * (size_t)tet + (size_t)a]);
-      *nodes++ = (uint16_t)(4 * own[a]);
-    }
-    for (int a = 0, n = 0; a < 4; a++)
-      for (int b = a; b < 4; b++, n++) {
+    for (int a = 0, n = 0; a < 4; n += 4 - a++)
+      *nodes++ = (uint16_t)(own[a] = number_of_node(c, batches->nodes[4 * (size_t)tet + (size_t)a], 10 * tet + n));
+    for (int a = 0, n = 0; a < 4; a++, n++)
+      for (int b = a + 1; b < 4; b++) {
         const int pair = number_of_pair(&c->own, own[a], own[b]);
-        c->named[pair] = 10 * tet + n;
+        c->named[pair] = 10 * tet + ++n;
         c->first[pair] = own[a];
         *pairs++ = l < used ? (uint16_t)pair : NOT_USED;
       }
   }
 }
 
-/* Lists the tile's pairs, those first that no tile before has; returns how many these are. */
-static int rank_pairs(census *c)
+/* Those that are fresh come first; returns how many they are. */
+static int rank(int count, const uint8_t *fresh, uint16_t *ranks)
 {
-  uint8_t fresh[FLESH_TILE_PAIRS];
   int place[2] = {0, 0}; /* of the next one that is not fresh, and that is */
+  for (int k = 0; k < count; k++) place[0] += fresh[k];
+  const int first = place[0];
+  for (int k = 0; k < count; k++) ranks[k] = (uint16_t)place[fresh[k]]++;
+  return first;
+}
+
+/* Lists the tile's nodes and pairs; `fresh` [2] as in flesh_tiles. */
+static void list(census *c, int *fresh)
+{
+  uint8_t is_fresh[FLESH_TILE_PAIRS > FLESH_TILE_NODES ? FLESH_TILE_PAIRS : FLESH_TILE_NODES];
+  for (int i = 0; i < c->nodes; i++) is_fresh[i] = !c->met[c->here[i]];
+  fresh[1] = rank(c->nodes, is_fresh, c->node_rank);
+  for (int i = 0; i < c->nodes; i++) {
+    c->met[c->here[i]] = 1;
+    c->number[c->here[i]] = -1;
+    c->node[c->node_rank[i]] = c->here[i];
+    c->block[c->own.count + c->node_rank[i]] = c->with_itself[i];
+  }
   for (int k = 0; k < c->own.count; k++) {
     const int met = c->of_mesh.count;
-    number_of_pair(&c->of_mesh, c->node[c->first[k]], c->node[c->own.second[k]]);
-    fresh[k] = c->of_mesh.count > met;
-    place[0] += fresh[k];
+    number_of_pair(&c->of_mesh, c->here[c->first[k]], c->here[c->own.second[k]]);
+    is_fresh[k] = c->of_mesh.count > met;
   }
-  const int count = place[0];
+  fresh[0] = rank(c->own.count, is_fresh, c->pair_rank);
   for (int k = 0; k < c->own.count; k++) {
-    c->rank[k] = place[fresh[k]]++;
-    c->pair[c->rank[k]] = c->named[k];
+    uint16_t *ends = c->ends + 2 * c->pair_rank[k];
+    ends[0] = (uint16_t)(8 * c->node_rank[c->first[k]]);
+    ends[1] = (uint16_t)(8 * c->node_rank[c->own.second[k]]);
+    c->block[c->pair_rank[k]] = c->named[k];
   }
-  return count;
 }
 
 /* Tiles of as many batches of a piece as there is room for. */
@@ -114,13 +133,15 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
       to->batch[k] = b;
       c->nodes = c->own.count = 0;
       for (; b < piece[p + 1] && has_room(c, batches->lanes); b++)
-        add_batch(batches, b, c, to->nodes + 4 * lanes * (size_t)b, to->pairs + 10 * lanes * (size_t)b);
-      to->fresh[k] = rank_pairs(c);
-      for (size_t l = 10 * lanes * (size_t)to->batch[k]; l < 10 * lanes * (size_t)b; l++)
-        to->pairs[l] = (uint16_t)(8 * (to->pairs[l] == NOT_USED ? c->own.count : c->rank[to->pairs[l]]));
-      for (int i = 0; i < c->nodes; i++) c->number[c->node[i]] = -1;
+        add_batch(batches, b, c, to->nodes + 4 * lanes * (size_t)b, to->pairs + 6 * lanes * (size_t)b);
+      list(c, to->fresh + 2 * k);
+      for (size_t l = 4 * lanes * (size_t)to->batch[k]; l < 4 * lanes * (size_t)b; l++)
+        to->nodes[l] = (uint16_t)(4 * c->node_rank[to->nodes[l]]);
+      for (size_t l = 6 * lanes * (size_t)to->batch[k]; l < 6 * lanes * (size_t)b; l++)
+        to->pairs[l] = (uint16_t)(8 * (to->pairs[l] == NOT_USED ? c->own.count : c->pair_rank[to->pairs[l]]));
       c->node += c->nodes;
-      c->pair += c->own.count;
+      c->ends += 2 * c->own.count;
+      c->block += c->nodes + c->own.count;
       to->node_first[k + 1] = to->node_first[k] + c->nodes;
       to->pair_first[k + 1] = to->pair_first[k] + c->own.count;
     }
@@ -129,14 +150,14 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
   to->batch[to->count] = batches->count;
 }
 
-/* As little memory as n numbers take. */
-static int *shrink(int *numbers, int n)
+/* As little memory as n bytes take. */
+static void *shrink(void *memory, size_t n)
 {
-  int *less = realloc(numbers, ((size_t)n + 1) * sizeof *numbers);
-  return less ? less : numbers;
+  void *less = realloc(memory, n + 1);
+  return less ? less : memory;
 }
 
-static int *room_for(size_t n) { return malloc((n + 1) * sizeof(int)); }
+static void *room_for(size_t n, size_t size) { return malloc((n + 1) * size); }
 
 int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, int *piece)
 {
@@ -145,31 +166,41 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   if (tets > INT_MAX / 10)
     return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %d have not", tets,
                       INT_MAX / 10);
-  tile_lists to = {0, room_for(most), room_for(most), room_for(4 * tets), room_for(most), room_for(10 * tets),
-                   room_for(most), flesh_large((4 * seats + 1) * sizeof(uint16_t)),
-                   flesh_large((10 * seats + 1) * sizeof(uint16_t))};
+  tile_lists to = {.batch = room_for(most, sizeof(int)),
+                   .node_first = room_for(most, sizeof(int)),
+                   .node = room_for(4 * tets, sizeof(int)),
+                   .pair_first = room_for(most, sizeof(int)),
+                   .block = room_for(10 * tets, sizeof(int)),
+                   .fresh = room_for(2 * most, sizeof(int)),
+                   .ends = room_for(12 * tets, sizeof(uint16_t)),
+                   .nodes = flesh_large((4 * seats + 1) * sizeof(uint16_t)),
+                   .pairs = flesh_large((6 * seats + 1) * sizeof(uint16_t))};
   census *c = malloc(sizeof *c);
-  int *of_nodes = room_for(2 * mesh), *of_pairs = room_for(20 * tets);
-  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.pair && to.fresh && to.nodes && to.pairs &&
-                 c && of_nodes && of_pairs;
+  int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
+  uint8_t *met = calloc(mesh + 1, 1);
+  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.ends && to.nodes &&
+                 to.pairs && c && of_nodes && of_pairs && met;
   if (ok) {
     int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
-    *c = (census){.number = of_nodes, .node = to.node, .pair = to.pair, .own = {0, last, before, second},
-                  .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 10 * tets}};
+    *c = (census){.number = of_nodes, .met = met, .node = to.node, .block = to.block, .ends = to.ends,
+                  .own = {0, last, before, second}, .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
     for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
     cut(batches, pieces, piece, c, &to);
-    to.batch = shrink(to.batch, to.count);
-    to.node_first = shrink(to.node_first, to.count);
-    to.node = shrink(to.node, to.node_first[to.count]);
-    to.pair_first = shrink(to.pair_first, to.count);
-    to.pair = shrink(to.pair, to.pair_first[to.count]);
-    to.fresh = shrink(to.fresh, to.count);
+    const size_t tiles = (size_t)to.count, nodes = (size_t)to.node_first[tiles], pairs = (size_t)to.pair_first[tiles];
+    to.batch = shrink(to.batch, (tiles + 1) * sizeof(int));
+    to.node_first = shrink(to.node_first, (tiles + 1) * sizeof(int));
+    to.node = shrink(to.node, nodes * sizeof(int));
+    to.pair_first = shrink(to.pair_first, (tiles + 1) * sizeof(int));
+    to.block = shrink(to.block, (nodes + pairs) * sizeof(int));
+    to.fresh = shrink(to.fresh, 2 * tiles * sizeof(int));
+    to.ends = shrink(to.ends, 2 * pairs * sizeof(uint16_t));
   }
   free(c);
   free(of_nodes);
   free(of_pairs);
-  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first, to.pair, to.fresh, to.nodes,
-                                 to.pairs};
+  free(met);
+  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first, to.ends, to.block, to.fresh,
+                                 to.nodes, to.pairs};
   return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
 }
 
@@ -179,17 +210,20 @@ void flesh_tiles_clear(flesh_tiles *tiles)
   free((void *)tiles->node_first);
   free((void *)tiles->node);
   free((void *)tiles->pair_first);
-  free((void *)tiles->pair);
+  free((void *)tiles->ends);
+  free((void *)tiles->block);
   free((void *)tiles->fresh);
   free((void *)tiles->nodes);
   free((void *)tiles->pairs);
   *tiles = (flesh_tiles){0};
 }
 
+int flesh_tiles_blocks(const flesh_tiles *tiles) { return tiles->pair_first[tiles->count] + tiles->node_first[tiles->count]; }
+
 size_t flesh_tiles_memory(const flesh_batches *batches)
 {
   const flesh_tiles *tiles = &batches->tiles;
-  const size_t listed = (size_t)tiles->node_first[tiles->count] + (size_t)tiles->pair_first[tiles->count];
-  return (4 * ((size_t)tiles->count + 1) + listed) * sizeof(int) +
-         14 * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t);
+  const size_t nodes = (size_t)tiles->node_first[tiles->count], pairs = (size_t)tiles->pair_first[tiles->count];
+  return (5 * ((size_t)tiles->count + 1) + 2 * nodes + pairs) * sizeof(int) + 2 * pairs * sizeof(uint16_t) +
+         10 * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t);
 }

@@ -12,6 +12,9 @@
 int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, int *piece);
 void flesh_tiles_clear(flesh_tiles *tiles);
 
+/* How many blocks they list. */
+int flesh_tiles_blocks(const flesh_tiles *tiles);
+
 /* Bytes that the tiles of these batches hold. */
 size_t flesh_tiles_memory(const flesh_batches *batches);
 

@@ -42,16 +42,32 @@ INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, doub
   }
 }
 
-/* Blocks of the tile's pairs: the first eight numbers of each, which are a line, and the ninth. One is for lanes that
- * are not used. */
+/* Blocks of the tile's pairs of different nodes: the first eight numbers of each, which are a line, and the ninth. One
+ * is for lanes that are not used. */
 typedef struct tile_blocks {
   double eight[8 * (FLESH_TILE_PAIRS + 1)] __attribute__((aligned(64)));
   double ninth[FLESH_TILE_PAIRS + 1];
 } tile_blocks;
 
+INLINE int tile_pairs(const flesh_tiles *tiles, int tile)
+{
+  return tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+}
+
+INLINE int tile_nodes(const flesh_tiles *tiles, int tile)
+{
+  return tiles->node_first[tile + 1] - tiles->node_first[tile];
+}
+
+/* Slots of the tile's blocks: its pairs', then its nodes'. */
+INLINE const int *tile_slots(const flesh_tiles *tiles, int tile, const int *slots)
+{
+  return slots + tiles->pair_first[tile] + tiles->node_first[tile];
+}
+
 INLINE void tile_open(const flesh_tiles *tiles, int tile, tile_blocks *own)
 {
-  const size_t count = (size_t)(tiles->pair_first[tile + 1] - tiles->pair_first[tile]);
+  const size_t count = (size_t)tile_pairs(tiles, tile);
   memset(own->eight, 0, 8 * count * sizeof *own->eight);
   memset(own->ninth, 0, count * sizeof *own->ninth);
 }
@@ -60,32 +76,63 @@ INLINE void tile_open(const flesh_tiles *tiles, int tile, tile_blocks *own)
  * tile's own fill the first. */
 INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int *slots, const double *values)
 {
-  const int first = tiles->pair_first[tile], count = tiles->pair_first[tile + 1] - first;
+  const int *slot = tile_slots(tiles, tile, slots), count = tile_pairs(tiles, tile) + tile_nodes(tiles, tile);
   const int batches = tiles->batch[tile + 1] - tiles->batch[tile], before = batch - tiles->batch[tile];
   for (int k = count * before / batches, end = count * (before + 1) / batches; k < end; k++) {
-    const double *block = values + 9 * (size_t)slots[first + k];
+    const double *block = values + 9 * (size_t)slot[k];
     __builtin_prefetch(block, 0, 2);
     __builtin_prefetch(block + 8, 0, 2); /* the other line that it may lie in */
   }
 }
 
-/* The body's blocks += own; `anew`: those that no tile before has = own. */
+/* from -= the symmetric part of a block: its 00, 11, 22, and twice 01, 02, 12, and two that pad. */
+INLINE void subtract_block(const double *eight, double ninth, double *from)
+{
+#if FLESH_LANES == 8
+  const flesh_real b = *(const flesh_real *)eight;
+  const flesh_real upper = __builtin_shufflevector(b, flesh_all(ninth), 0, 4, 8, 1, 2, 5, 8, 8);
+  const flesh_real lower = __builtin_shufflevector(b, flesh_all(0), 8, 8, 8, 3, 6, 7, 8, 8);
+  *(flesh_real *)from -= upper + lower;
+#else
+  from[0] -= eight[0];
+  from[1] -= eight[4];
+  from[2] -= ninth;
+  from[3] -= eight[1] + eight[3];
+  from[4] -= eight[2] + eight[6];
+  from[5] -= eight[5] + eight[7];
+#endif
+}
+
+/* The body's block = or += own. */
+INLINE void put_block(const double *eight, double ninth, int anew, double *block)
+{
+  for (int c = 0; c < 8; c += FLESH_LANES) {
+    const flesh_real own = *(const flesh_real_at *)(eight + c);
+    if (anew) *(flesh_real_at *)(block + c) = own;
+    else *(flesh_real_at *)(block + c) += own;
+  }
+  block[8] = anew ? ninth : block[8] + ninth;
+}
+
+/* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
+ * a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
 INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, int anew, const int *slots,
                        double *values)
 {
-  const int *slot = slots + tiles->pair_first[tile];
-  const int count = tiles->pair_first[tile + 1] - tiles->pair_first[tile], fresh = anew ? tiles->fresh[tile] : 0;
-  for (int k = 0; k < fresh; k++) {
-    double *block = values + 9 * (size_t)slot[k];
-    for (int c = 0; c < 8; c += FLESH_LANES)
-      *(flesh_real_at *)(block + c) = *(const flesh_real_at *)(own->eight + 8 * k + c);
-    block[8] = own->ninth[k];
+  const int *slot = tile_slots(tiles, tile, slots), pairs = tile_pairs(tiles, tile), nodes = tile_nodes(tiles, tile);
+  const int *fresh = tiles->fresh + 2 * tile;
+  const uint16_t *ends = tiles->ends + 2 * (size_t)tiles->pair_first[tile];
+  double diagonal[8 * FLESH_TILE_NODES] __attribute__((aligned(64)));
+  memset(diagonal, 0, 8 * (size_t)nodes * sizeof *diagonal);
+  for (int k = 0; k < pairs; k++) {
+    subtract_block(own->eight + 8 * k, own->ninth[k], diagonal + ends[2 * k]);
+    subtract_block(own->eight + 8 * k, own->ninth[k], diagonal + ends[2 * k + 1]);
+    put_block(own->eight + 8 * k, own->ninth[k], anew && k < fresh[0], values + 9 * (size_t)slot[k]);
   }
-  for (int k = fresh; k < count; k++) {
-    double *block = values + 9 * (size_t)slot[k];
-    for (int c = 0; c < 8; c += FLESH_LANES)
-      *(flesh_real_at *)(block + c) += *(const flesh_real_at *)(own->eight + 8 * k + c);
-    block[8] += own->ninth[k];
+  for (int i = 0; i < nodes; i++) {
+    const double *d = diagonal + 8 * i, xy = 0.5 * d[3], xz = 0.5 * d[4], yz = 0.5 * d[5];
+    const double eight[8] = {d[0], xy, xz, xy, d[1], yz, xz, yz};
+    put_block(eight, d[2], anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
   }
 }
 
