@@ -18,8 +18,9 @@ typedef struct flesh_tiles {
   const int *batch;      /* [count+1] first batch of each */
   const int *node_first; /* [count+1] first of its nodes in node */
   const int *node;       /* the mesh's numbers of the tiles' nodes */
-  const int *pair_first; /* [count+1] first of its pairs of different nodes in ends */
-  const uint16_t *ends;  /* [][2] eight times the numbers of a pair's nodes in its tile */
+  const int *pair_first; /* [count+1] how many pairs of different nodes those before have */
+  const uint16_t *degree; /* of the tiles' nodes: how many of the tile's pairs they are in */
+  const uint16_t *star;   /* eight times these pairs' numbers, node by node; the tile's first is at 2 * pair_first */
   const int *block; /* of each tile first its pairs of different nodes, then its nodes with themselves, as flesh_cells
                        names them; the tile's first is at pair_first + node_first */
   const int *fresh; /* [count][2] how many of its pairs of different nodes, and of its nodes, the first, no tile before

@@ -1,5 +1,5 @@
-/* tet_tiles.c: a tile's nodes and pairs are numbered in the order in which its tets meet them, but those first that no
- * tile before has. */
+/* tet_tiles.c: a tile's pairs are numbered in the order in which its tets meet them, its nodes by how many pairs they are
+ * in, so that the loops over these end alike one after the other; but those come first that no tile before has. */
 #include "effect/tet_tiles.h"
 
 #include <limits.h>
@@ -21,7 +21,7 @@ typedef struct census {
   uint8_t *met; /* [nodes of the mesh] by a tile before */
   int nodes;
   int *node, *block; /* its part of those of all tiles */
-  uint16_t *ends;
+  uint16_t *degree, *star;
   pair_list own;     /* of different nodes, by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
   int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES]; /* of its nodes: the mesh's numbers; as flesh_cells names */
@@ -33,7 +33,7 @@ typedef struct census {
 typedef struct tile_lists {
   int count;
   int *batch, *node_first, *node, *pair_first, *block, *fresh;
-  uint16_t *ends, *nodes, *pairs;
+  uint16_t *degree, *star, *nodes, *pairs;
 } tile_lists;
 
 /* Its number in the tile, the next one where it is new. */
@@ -85,13 +85,17 @@ static void add_batch(const flesh_batches *batches, int batch, census *c, uint16
   }
 }
 
-/* Those that are fresh come first; returns how many they are. */
-static int rank(int count, const uint8_t *fresh, uint16_t *ranks)
+/* Ranks by what is fresh, then by `key`, if there is one; returns how many are fresh. */
+static int rank(int count, const uint8_t *fresh, const uint16_t *key, uint16_t *ranks)
 {
-  int place[2] = {0, 0}; /* of the next one that is not fresh, and that is */
-  for (int k = 0; k < count; k++) place[0] += fresh[k];
-  const int first = place[0];
-  for (int k = 0; k < count; k++) ranks[k] = (uint16_t)place[fresh[k]]++;
+  int next = 0, first = 0, largest = 0;
+  for (int k = 0; k < count && key; k++) largest = key[k] > largest ? key[k] : largest;
+  for (int turn = 1; turn >= 0; turn--) {
+    for (int now = 0; now <= largest; now++)
+      for (int k = 0; k < count; k++)
+        if (fresh[k] == turn && (!key || key[k] == now)) ranks[k] = (uint16_t)next++;
+    if (turn) first = next;
+  }
   return first;
 }
 
@@ -99,24 +103,30 @@ static int rank(int count, const uint8_t *fresh, uint16_t *ranks)
 static void list(census *c, int *fresh)
 {
   uint8_t is_fresh[FLESH_TILE_PAIRS > FLESH_TILE_NODES ? FLESH_TILE_PAIRS : FLESH_TILE_NODES];
-  for (int i = 0; i < c->nodes; i++) is_fresh[i] = !c->met[c->here[i]];
-  fresh[1] = rank(c->nodes, is_fresh, c->node_rank);
-  for (int i = 0; i < c->nodes; i++) {
-    c->met[c->here[i]] = 1;
-    c->number[c->here[i]] = -1;
-    c->node[c->node_rank[i]] = c->here[i];
-    c->block[c->own.count + c->node_rank[i]] = c->with_itself[i];
-  }
+  uint16_t degree[FLESH_TILE_NODES] = {0};
+  int first_of_star[FLESH_TILE_NODES + 1] = {0};
   for (int k = 0; k < c->own.count; k++) {
     const int met = c->of_mesh.count;
     number_of_pair(&c->of_mesh, c->here[c->first[k]], c->here[c->own.second[k]]);
     is_fresh[k] = c->of_mesh.count > met;
+    degree[c->first[k]]++;
+    degree[c->own.second[k]]++;
   }
-  fresh[0] = rank(c->own.count, is_fresh, c->pair_rank);
+  fresh[0] = rank(c->own.count, is_fresh, NULL, c->pair_rank);
+  for (int i = 0; i < c->nodes; i++) is_fresh[i] = !c->met[c->here[i]];
+  fresh[1] = rank(c->nodes, is_fresh, degree, c->node_rank);
+  for (int i = 0; i < c->nodes; i++) {
+    const int place = c->node_rank[i];
+    c->met[c->here[i]] = 1;
+    c->number[c->here[i]] = -1;
+    c->node[place] = c->here[i];
+    c->degree[place] = degree[i];
+    c->block[c->own.count + place] = c->with_itself[i];
+  }
+  for (int i = 0; i < c->nodes; i++) first_of_star[i + 1] = first_of_star[i] + c->degree[i];
   for (int k = 0; k < c->own.count; k++) {
-    uint16_t *ends = c->ends + 2 * c->pair_rank[k];
-    ends[0] = (uint16_t)(8 * c->node_rank[c->first[k]]);
-    ends[1] = (uint16_t)(8 * c->node_rank[c->own.second[k]]);
+    const int ends[2] = {c->node_rank[c->first[k]], c->node_rank[c->own.second[k]]};
+    for (int end = 0; end < 2; end++) c->star[first_of_star[ends[end]]++] = (uint16_t)(8 * c->pair_rank[k]);
     c->block[c->pair_rank[k]] = c->named[k];
   }
 }
@@ -140,7 +150,8 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
       for (size_t l = 6 * lanes * (size_t)to->batch[k]; l < 6 * lanes * (size_t)b; l++)
         to->pairs[l] = (uint16_t)(8 * (to->pairs[l] == NOT_USED ? c->own.count : c->pair_rank[to->pairs[l]]));
       c->node += c->nodes;
-      c->ends += 2 * c->own.count;
+      c->degree += c->nodes;
+      c->star += 2 * c->own.count;
       c->block += c->nodes + c->own.count;
       to->node_first[k + 1] = to->node_first[k] + c->nodes;
       to->pair_first[k + 1] = to->pair_first[k] + c->own.count;
@@ -172,17 +183,18 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
                    .pair_first = room_for(most, sizeof(int)),
                    .block = room_for(10 * tets, sizeof(int)),
                    .fresh = room_for(2 * most, sizeof(int)),
-                   .ends = room_for(12 * tets, sizeof(uint16_t)),
+                   .degree = room_for(4 * tets, sizeof(uint16_t)),
+                   .star = room_for(12 * tets, sizeof(uint16_t)),
                    .nodes = flesh_large((4 * seats + 1) * sizeof(uint16_t)),
                    .pairs = flesh_large((6 * seats + 1) * sizeof(uint16_t))};
   census *c = malloc(sizeof *c);
   int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
   uint8_t *met = calloc(mesh + 1, 1);
-  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.ends && to.nodes &&
-                 to.pairs && c && of_nodes && of_pairs && met;
+  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree && to.star &&
+                 to.nodes && to.pairs && c && of_nodes && of_pairs && met;
   if (ok) {
     int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
-    *c = (census){.number = of_nodes, .met = met, .node = to.node, .block = to.block, .ends = to.ends,
+    *c = (census){.number = of_nodes, .met = met, .node = to.node, .block = to.block, .degree = to.degree, .star = to.star,
                   .own = {0, last, before, second}, .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
     for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
     cut(batches, pieces, piece, c, &to);
@@ -193,13 +205,14 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
     to.pair_first = shrink(to.pair_first, (tiles + 1) * sizeof(int));
     to.block = shrink(to.block, (nodes + pairs) * sizeof(int));
     to.fresh = shrink(to.fresh, 2 * tiles * sizeof(int));
-    to.ends = shrink(to.ends, 2 * pairs * sizeof(uint16_t));
+    to.degree = shrink(to.degree, nodes * sizeof(uint16_t));
+    to.star = shrink(to.star, 2 * pairs * sizeof(uint16_t));
   }
   free(c);
   free(of_nodes);
   free(of_pairs);
   free(met);
-  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first, to.ends, to.block, to.fresh,
+  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first, to.degree, to.star, to.block, to.fresh,
                                  to.nodes, to.pairs};
   return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
 }
@@ -210,7 +223,8 @@ void flesh_tiles_clear(flesh_tiles *tiles)
   free((void *)tiles->node_first);
   free((void *)tiles->node);
   free((void *)tiles->pair_first);
-  free((void *)tiles->ends);
+  free((void *)tiles->degree);
+  free((void *)tiles->star);
   free((void *)tiles->block);
   free((void *)tiles->fresh);
   free((void *)tiles->nodes);
@@ -224,6 +238,6 @@ size_t flesh_tiles_memory(const flesh_batches *batches)
 {
   const flesh_tiles *tiles = &batches->tiles;
   const size_t nodes = (size_t)tiles->node_first[tiles->count], pairs = (size_t)tiles->pair_first[tiles->count];
-  return (5 * ((size_t)tiles->count + 1) + 2 * nodes + pairs) * sizeof(int) + 2 * pairs * sizeof(uint16_t) +
+  return (5 * ((size_t)tiles->count + 1) + 2 * nodes + pairs) * sizeof(int) + (nodes + 2 * pairs) * sizeof(uint16_t) +
          10 * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t);
 }

@@ -85,24 +85,6 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
   }
 }
 
-/* from -= the symmetric part of a block: its 00, 11, 22, and twice 01, 02, 12, and two that pad. */
-INLINE void subtract_block(const double *eight, double ninth, double *from)
-{
-#if FLESH_LANES == 8
-  const flesh_real b = *(const flesh_real *)eight;
-  const flesh_real upper = __builtin_shufflevector(b, flesh_all(ninth), 0, 4, 8, 1, 2, 5, 8, 8);
-  const flesh_real lower = __builtin_shufflevector(b, flesh_all(0), 8, 8, 8, 3, 6, 7, 8, 8);
-  *(flesh_real *)from -= upper + lower;
-#else
-  from[0] -= eight[0];
-  from[1] -= eight[4];
-  from[2] -= ninth;
-  from[3] -= eight[1] + eight[3];
-  from[4] -= eight[2] + eight[6];
-  from[5] -= eight[5] + eight[7];
-#endif
-}
-
 /* The body's block = or += own. */
 INLINE void put_block(const double *eight, double ninth, int anew, double *block)
 {
@@ -121,18 +103,22 @@ INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *ow
 {
   const int *slot = tile_slots(tiles, tile, slots), pairs = tile_pairs(tiles, tile), nodes = tile_nodes(tiles, tile);
   const int *fresh = tiles->fresh + 2 * tile;
-  const uint16_t *ends = tiles->ends + 2 * (size_t)tiles->pair_first[tile];
-  double diagonal[8 * FLESH_TILE_NODES] __attribute__((aligned(64)));
-  memset(diagonal, 0, 8 * (size_t)nodes * sizeof *diagonal);
-  for (int k = 0; k < pairs; k++) {
-    subtract_block(own->eight + 8 * k, own->ninth[k], diagonal + ends[2 * k]);
-    subtract_block(own->eight + 8 * k, own->ninth[k], diagonal + ends[2 * k + 1]);
+  const uint16_t *degree = tiles->degree + tiles->node_first[tile];
+  const uint16_t *star = tiles->star + 2 * (size_t)tiles->pair_first[tile];
+  for (int k = 0; k < pairs; k++)
     put_block(own->eight + 8 * k, own->ninth[k], anew && k < fresh[0], values + 9 * (size_t)slot[k]);
-  }
   for (int i = 0; i < nodes; i++) {
-    const double *d = diagonal + 8 * i, xy = 0.5 * d[3], xz = 0.5 * d[4], yz = 0.5 * d[5];
-    const double eight[8] = {d[0], xy, xz, xy, d[1], yz, xz, yz};
-    put_block(eight, d[2], anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
+    flesh_real sum[8 / FLESH_LANES] = {{0}};
+    double ninth = 0, eight[8];
+    for (const uint16_t *end = star + degree[i]; star < end; star++) {
+      for (int c = 0; c < 8 / FLESH_LANES; c++) sum[c] -= *(const flesh_real *)(own->eight + *star + FLESH_LANES * c);
+      ninth -= own->ninth[*star / 8];
+    }
+    for (int c = 0; c < 8; c++) eight[c] = flesh_lane(sum[c / FLESH_LANES], c % FLESH_LANES);
+    eight[1] = eight[3] = 0.5 * (eight[1] + eight[3]);
+    eight[2] = eight[6] = 0.5 * (eight[2] + eight[6]);
+    eight[5] = eight[7] = 0.5 * (eight[5] + eight[7]);
+    put_block(eight, ninth, anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
   }
 }
 
