@@ -85,15 +85,32 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
   }
 }
 
+/* Eight numbers of a block, and their places in vectors. */
+enum { PARTS_OF_EIGHT = 8 / FLESH_LANES };
+
 /* The body's block = or += own. */
-INLINE void put_block(const double *eight, double ninth, int anew, double *block)
+INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int anew, double *block)
 {
-  for (int c = 0; c < 8; c += FLESH_LANES) {
-    const flesh_real own = *(const flesh_real_at *)(eight + c);
-    if (anew) *(flesh_real_at *)(block + c) = own;
-    else *(flesh_real_at *)(block + c) += own;
+  for (int part = 0; part < PARTS_OF_EIGHT; part++) {
+    flesh_real_at *place = (flesh_real_at *)(block + part * FLESH_LANES);
+    if (anew) *place = own[part];
+    else *place += own[part];
   }
   block[8] = anew ? ninth : block[8] + ninth;
+}
+
+/* The first eight numbers of a symmetric block from those of one that has this symmetric part. */
+INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
+{
+#if FLESH_LANES == 8
+  own[0] = 0.5 * (own[0] + __builtin_shufflevector(own[0], own[0], 0, 3, 6, 1, 4, 7, 2, 5));
+#else
+  static const int upper[3] = {1, 2, 5}, lower[3] = {3, 6, 7};
+  double eight[8];
+  for (int c = 0; c < 8; c++) eight[c] = flesh_lane(own[c / FLESH_LANES], c % FLESH_LANES);
+  for (int k = 0; k < 3; k++) eight[upper[k]] = eight[lower[k]] = 0.5 * (eight[upper[k]] + eight[lower[k]]);
+  for (int c = 0; c < 8; c++) flesh_set_lane(&own[c / FLESH_LANES], c % FLESH_LANES, eight[c]);
+#endif
 }
 
 /* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
@@ -106,19 +123,18 @@ INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *ow
   const uint16_t *degree = tiles->degree + tiles->node_first[tile];
   const uint16_t *star = tiles->star + 2 * (size_t)tiles->pair_first[tile];
   for (int k = 0; k < pairs; k++)
-    put_block(own->eight + 8 * k, own->ninth[k], anew && k < fresh[0], values + 9 * (size_t)slot[k]);
+    put_block((const flesh_real *)(own->eight + 8 * k), own->ninth[k], anew && k < fresh[0],
+              values + 9 * (size_t)slot[k]);
   for (int i = 0; i < nodes; i++) {
-    flesh_real sum[8 / FLESH_LANES] = {{0}};
-    double ninth = 0, eight[8];
+    flesh_real sum[PARTS_OF_EIGHT] = {{0}};
+    double ninth = 0;
     for (const uint16_t *end = star + degree[i]; star < end; star++) {
-      for (int c = 0; c < 8 / FLESH_LANES; c++) sum[c] -= *(const flesh_real *)(own->eight + *star + FLESH_LANES * c);
-      ninth -= own->ninth[*star / 8];
+      const flesh_real *block = (const flesh_real *)(own->eight + *star);
+      for (int part = 0; part < PARTS_OF_EIGHT; part++) sum[part] -= block[part];
+      ninth -= *(const double *)((const char *)own->ninth + *star);
     }
-    for (int c = 0; c < 8; c++) eight[c] = flesh_lane(sum[c / FLESH_LANES], c % FLESH_LANES);
-    eight[1] = eight[3] = 0.5 * (eight[1] + eight[3]);
-    eight[2] = eight[6] = 0.5 * (eight[2] + eight[6]);
-    eight[5] = eight[7] = 0.5 * (eight[5] + eight[7]);
-    put_block(eight, ninth, anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
+    make_symmetric(sum);
+    put_block(sum, ninth, anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
   }
 }
 
