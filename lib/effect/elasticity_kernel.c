@@ -138,12 +138,17 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
     q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
     x[0][i] = flesh_all(0);
   }
+  const int mixed = flesh_any(IJ != 0);
 #pragma GCC unroll 3
   for (int a = 0, n = 0; a < 3; a++) {
     flesh_real u[3], w[3];
     for (int i = 0; i < 3; i++) {
-      u[i] = II * p[a][i] + IJ * q[a][i];
-      w[i] = IJ * p[a][i] + JJ * q[a][i];
+      u[i] = II * p[a][i];
+      w[i] = JJ * q[a][i];
+    }
+    for (int i = 0; i < 3 && mixed; i++) {
+      u[i] += IJ * q[a][i];
+      w[i] += IJ * p[a][i];
     }
 #pragma GCC unroll 3
     for (int c = a + 1; c < 4; c++, n++) {

@@ -80,8 +80,8 @@ INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int
   const int batches = tiles->batch[tile + 1] - tiles->batch[tile], before = batch - tiles->batch[tile];
   for (int k = count * before / batches, end = count * (before + 1) / batches; k < end; k++) {
     const double *block = values + 9 * (size_t)slot[k];
-    __builtin_prefetch(block, 0, 2);
-    __builtin_prefetch(block + 8, 0, 2); /* the other line that it may lie in */
+    __builtin_prefetch(block, 1, 2);
+    __builtin_prefetch(block + 8, 1, 2); /* the other line that it may lie in */
   }
 }
 
