@@ -12,7 +12,7 @@
 
 /* Most tets of a piece, unless there are very many: they fit a tile, whose blocks nearly fit the first cache, and there
  * are several pieces to share out. */
-enum { PIECE = 320, MOST_PIECES = 60000 };
+enum { PIECE = 352, MOST_PIECES = 60000 };
 
 /* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
 enum { REGION = 256 };
