@@ -109,7 +109,7 @@ static COMPILED_ONCE int elastic_first_order(const flesh_batches *batches, int t
  *
  * where column j of D_ab is (d cof(F) in direction e_j g_b^T) g_a = e_j x F(g_a x g_b). The g_a are the dual basis of
  * the edges at rest: with det = g_1 . (g_2 x g_3), F(g_1 x g_2) = det d_3, cof(F) g_1 = det d_2 x d_3, and so on in
- * turn. `position` are those of the tile's nodes. */
+ * turn. Blocks K_aa follow from the others (tile_close). `position` are those of the tile's nodes. */
 static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                   const double *position, tile_blocks *to)
 {
@@ -138,7 +138,7 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
     q[0][i] = -(q[1][i] + q[2][i] + q[3][i]);
     x[0][i] = flesh_all(0);
   }
-  const int mixed = flesh_any(IJ != 0);
+  const int mixed = flesh_any(IJ != 0); /* not in most forms */
 #pragma GCC unroll 3
   for (int a = 0, n = 0; a < 3; a++) {
     flesh_real u[3], w[3];

@@ -1,5 +1,5 @@
-/* tet_tiles.c: a tile's pairs are numbered in the order in which its tets meet them, its nodes by how many pairs they are
- * in, so that the loops over these end alike one after the other; but those come first that no tile before has. */
+/* tet_tiles.c: a tile's pairs are numbered in the order in which its tets meet them, its nodes by how many pairs they
+ * are in, so that one loop over these ends like the one before; but those come first that no tile before has. */
 #include "effect/tet_tiles.h"
 
 #include <limits.h>
@@ -194,8 +194,14 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
                  to.nodes && to.pairs && c && of_nodes && of_pairs && met;
   if (ok) {
     int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
-    *c = (census){.number = of_nodes, .met = met, .node = to.node, .block = to.block, .degree = to.degree, .star = to.star,
-                  .own = {0, last, before, second}, .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
+    *c = (census){.number = of_nodes,
+                  .met = met,
+                  .node = to.node,
+                  .block = to.block,
+                  .degree = to.degree,
+                  .star = to.star,
+                  .own = {0, last, before, second},
+                  .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
     for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
     cut(batches, pieces, piece, c, &to);
     const size_t tiles = (size_t)to.count, nodes = (size_t)to.node_first[tiles], pairs = (size_t)to.pair_first[tiles];
@@ -212,8 +218,8 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   free(of_nodes);
   free(of_pairs);
   free(met);
-  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first, to.degree, to.star, to.block, to.fresh,
-                                 to.nodes, to.pairs};
+  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first,
+                                 to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs};
   return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
 }
 
@@ -232,7 +238,10 @@ void flesh_tiles_clear(flesh_tiles *tiles)
   *tiles = (flesh_tiles){0};
 }
 
-int flesh_tiles_blocks(const flesh_tiles *tiles) { return tiles->pair_first[tiles->count] + tiles->node_first[tiles->count]; }
+int flesh_tiles_blocks(const flesh_tiles *tiles)
+{
+  return tiles->pair_first[tiles->count] + tiles->node_first[tiles->count];
+}
 
 size_t flesh_tiles_memory(const flesh_batches *batches)
 {
