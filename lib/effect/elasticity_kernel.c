@@ -197,26 +197,27 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
 {
   const flesh_filter filter = at->project == FLESH_PROJECTED_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
   batch b;
-  flesh_real U[9], V[9], g[3][3], pair[6][9];
+  flesh_real U[9], V[9], g[4][3];
   flesh_spectrum spectrum;
   int status = load(batches, index, position, 0, &b);
   if (!status) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
   if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) return add_true(batches, index, at, position, to);
-  for (int a = 0; a < 3; a++) {
+  for (int a = 1; a < 4; a++) {
     flesh_real gradient[3];
-    shape_gradient(&b.t, a + 1, gradient);
+    shape_gradient(&b.t, a, gradient);
     flesh_mat3_transposed_times(V, gradient, g[a]);
   }
+  for (int i = 0; i < 3; i++) g[0][i] = -(g[1][i] + g[2][i] + g[3][i]);
   flesh_spectrum_scale(&spectrum, at->scale * b.t.volume);
   for (int a = 0, n = 0; a < 3; a++)
-    for (int c = a; c < 3; c++, n++) {
-      flesh_real B[9], UB[9];
+    for (int c = a + 1; c < 4; c++, n++) {
+      flesh_real B[9], UB[9], K[9];
       flesh_spectrum_block(&spectrum, g[a], g[c], B);
       flesh_mat3_multiply(U, B, UB);
-      flesh_mat3_multiply_transposed(UB, U, pair[n]);
+      flesh_mat3_multiply_transposed(UB, U, K);
+      add_block(&b.t, K, n, to);
     }
-  scatter_blocks(&b.t, pair, to);
   return FLESH_OK;
 }
 

@@ -119,25 +119,6 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_b
   }
 }
 
-/* Adds those of the six blocks between nodes 1, 2, 3 (11 12 13 22 23 33) that are not a node's own, and, by the zero
- * row sum, the three of node 0. */
-static inline void scatter_blocks(const tets *t, const flesh_real pair[6][9], tile_blocks *to)
-{
-  flesh_real k0[3][9];
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      int c = 3 * i + j, s = 3 * j + i;
-      /* K_0b = -(K_1b + K_2b + K_3b). */
-      k0[0][c] = -(pair[0][c] + pair[1][s] + pair[2][s]);
-      k0[1][c] = -(pair[1][c] + pair[3][c] + pair[4][s]);
-      k0[2][c] = -(pair[2][c] + pair[4][c] + pair[5][c]);
-    }
-  for (int p = 0; p < 3; p++) add_block(t, k0[p], p, to);
-  add_block(t, pair[1], 3, to);
-  add_block(t, pair[2], 4, to);
-  add_block(t, pair[4], 5, to);
-}
-
 /* Adds a batch's sums lane by lane. */
 INLINE void add_sums(flesh_real value, flesh_real size, double *sums)
 {

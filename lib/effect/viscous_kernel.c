@@ -61,7 +61,7 @@ static COMPILED_ONCE int first_order(const flesh_batches *batches, int tile, con
 }
 
 /* With p_a = F g_a: K_ab = (shear + spin) (g_a.g_b) F F^T + (shear - spin) p_b p_a^T
- * + (bulk - 2/3 shear) p_a p_b^T. */
+ * + (bulk - 2/3 shear) p_a p_b^T; blocks K_aa follow from the others (tile_close). */
 static int second_order(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                         double *values)
 {
@@ -72,26 +72,29 @@ static int second_order(const flesh_batches *batches, int tile, const flesh_tet_
   tile_open(tiles, tile, &own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
-    flesh_real F[9], FF[9], g[3][3], p[3][3], pair[6][9];
+    flesh_real F[9], FF[9], g[4][3], p[4][3];
     load_tets(batches, k, &t);
     frame_at(&t, at->x ? x : NULL, F);
     const flesh_viscous *m = &at->viscous[t.material];
     flesh_real scale = at->scale * t.volume, same = scale * (m->shear + m->spin);
     flesh_real turned = scale * (m->shear - m->spin), trace = scale * (m->bulk - 2 * m->shear / 3);
     flesh_mat3_multiply_transposed(F, F, FF);
-    for (int a = 0; a < 3; a++) {
-      shape_gradient(&t, a + 1, g[a]);
+    for (int a = 1; a < 4; a++) {
+      shape_gradient(&t, a, g[a]);
       flesh_mat3_times(F, g[a], p[a]);
     }
+    for (int i = 0; i < 3; i++) {
+      g[0][i] = -(g[1][i] + g[2][i] + g[3][i]);
+      p[0][i] = -(p[1][i] + p[2][i] + p[3][i]);
+    }
     for (int a = 0, n = 0; a < 3; a++)
-      for (int b = a; b < 3; b++, n++) {
-        flesh_real gg = same * flesh_vec3_dot(g[a], g[b]);
+      for (int b = a + 1; b < 4; b++, n++) {
+        flesh_real gg = same * flesh_vec3_dot(g[a], g[b]), K[9];
         for (int i = 0; i < 3; i++)
           for (int j = 0; j < 3; j++)
-            pair[n][3 * i + j] =
-                gg * FF[3 * i + j] + turned * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
+            K[3 * i + j] = gg * FF[3 * i + j] + turned * p[b][i] * p[a][j] + trace * p[a][i] * p[b][j];
+        add_block(&t, K, n, &own);
       }
-    scatter_blocks(&t, pair, &own);
     tile_expect(tiles, tile, k, slots, values);
   }
   tile_close(tiles, tile, &own, at->anew, slots, values);
