@@ -210,7 +210,9 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
   }
   for (int i = 0; i < 3; i++) g[0][i] = -(g[1][i] + g[2][i] + g[3][i]);
   flesh_spectrum_scale(&spectrum, at->scale * b.t.volume);
+#pragma GCC unroll 3
   for (int a = 0, n = 0; a < 3; a++)
+#pragma GCC unroll 3
     for (int c = a + 1; c < 4; c++, n++) {
       flesh_real B[9], UB[9], K[9];
       flesh_spectrum_block(&spectrum, g[a], g[c], B);
