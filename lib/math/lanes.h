@@ -157,9 +157,21 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
                                    flesh_real v[4])
 {
 #if FLESH_LANES == 8
+  /* Lanes in an order that shuffles of quarters turn into the right one. */
+  static const int low[4] = {0, 1, 4, 5};
+  flesh_real by_lane[4], even[2], odd[2];
 #pragma GCC unroll 4
-  for (int k = 0; k < 4; k++) v[k] = flesh_two_fours(place[k], place[k + 4]) - flesh_two_fours(from[k], from[k + 4]);
-  flesh_mix_four(v);
+  for (int k = 0; k < 4; k++)
+    by_lane[k] = flesh_two_fours(place[low[k]], place[low[k] + 2]) - flesh_two_fours(from[low[k]], from[low[k] + 2]);
+#pragma GCC unroll 2
+  for (int h = 0; h < 2; h++) {
+    even[h] = __builtin_shufflevector(by_lane[2 * h], by_lane[2 * h + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    odd[h] = __builtin_shufflevector(by_lane[2 * h], by_lane[2 * h + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  v[0] = __builtin_shufflevector(even[0], even[1], 0, 1, 4, 5, 8, 9, 12, 13);
+  v[1] = __builtin_shufflevector(odd[0], odd[1], 0, 1, 4, 5, 8, 9, 12, 13);
+  v[2] = __builtin_shufflevector(even[0], even[1], 2, 3, 6, 7, 10, 11, 14, 15);
+  v[3] = __builtin_shufflevector(odd[0], odd[1], 2, 3, 6, 7, 10, 11, 14, 15);
 #elif FLESH_LANES == 4
 #pragma GCC unroll 4
   for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k] - *(const flesh_real_at *)from[k];
