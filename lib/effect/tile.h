@@ -15,10 +15,20 @@
 /* A vector of the tile's nodes, three numbers of each and one that pads. */
 typedef double tile_vector[4 * FLESH_TILE_NODES] __attribute__((aligned(64)));
 
+INLINE int tile_pairs(const flesh_tiles *tiles, int tile)
+{
+  return tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+}
+
+INLINE int tile_nodes(const flesh_tiles *tiles, int tile)
+{
+  return tiles->node_first[tile + 1] - tiles->node_first[tile];
+}
+
 /* x of the body [3*n]. */
 INLINE void tile_gather(const flesh_tiles *tiles, int tile, const double *x, double *own)
 {
-  const int first = tiles->node_first[tile], count = tiles->node_first[tile + 1] - first;
+  const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
   for (int k = 0; k < count; k++) {
     const double *place = x + 3 * (size_t)tiles->node[first + k];
     *(flesh_four *)(own + 4 * k) =
@@ -28,13 +38,13 @@ INLINE void tile_gather(const flesh_tiles *tiles, int tile, const double *x, dou
 
 INLINE void tile_clear(const flesh_tiles *tiles, int tile, double *own)
 {
-  memset(own, 0, 4 * (size_t)(tiles->node_first[tile + 1] - tiles->node_first[tile]) * sizeof *own);
+  memset(own, 0, 4 * (size_t)tile_nodes(tiles, tile) * sizeof *own);
 }
 
 /* r of the body [3*n] += own. */
 INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, double *r)
 {
-  const int first = tiles->node_first[tile], count = tiles->node_first[tile + 1] - first;
+  const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
   for (int k = 0; k < count; k++) {
     double *place = r + 3 * (size_t)tiles->node[first + k];
     *(flesh_two_at *)place += *(const flesh_two_at *)(own + 4 * k);
@@ -48,16 +58,6 @@ typedef struct tile_blocks {
   double eight[8 * (FLESH_TILE_PAIRS + 1)] __attribute__((aligned(64)));
   double ninth[FLESH_TILE_PAIRS + 1];
 } tile_blocks;
-
-INLINE int tile_pairs(const flesh_tiles *tiles, int tile)
-{
-  return tiles->pair_first[tile + 1] - tiles->pair_first[tile];
-}
-
-INLINE int tile_nodes(const flesh_tiles *tiles, int tile)
-{
-  return tiles->node_first[tile + 1] - tiles->node_first[tile];
-}
 
 /* Slots of the tile's blocks: its pairs', then its nodes'. */
 INLINE const int *tile_slots(const flesh_tiles *tiles, int tile, const int *slots)
