@@ -40,6 +40,7 @@ SIX_INLINE flesh_six flesh_six_nodes(const float *a, const float *b)
 }
 
 SIX_INLINE flesh_six flesh_six_product(flesh_six a, flesh_six b) { return a * b; }
+
 /* sum + a b; where the compiler chose what to fuse, products by the same matrix would differ in bits. */
 SIX_INLINE flesh_six flesh_six_sum(flesh_six sum, flesh_six a, flesh_six b)
 {
