@@ -211,7 +211,8 @@ static void close_bench(bench *b)
  * positions and sums of the nodes (24 bytes each way), blocks (72 bytes, which an assembly writes once, and a column). A
  * preconditioner reads a matrix twice and writes two triangles of eight binary digits; for its coarse level it reads
  * where every block goes (16 bytes) and where every node is (20).
- * Operations by hand from lib/effect/elasticity_kernel.c for S, a division or root as one. */
+ * Operations by hand from lib/effect/elasticity_kernel.c for S, a division or root as one; two in single precision count
+ * as one, as the ceiling is that of double precision. */
 typedef struct kernel {
   const char *name;
   int (*work)(void *data);
@@ -227,9 +228,9 @@ static const kernel kernels[] = {
     {"true Hessian", hessian, 0, 114, 24, 72, 72, 610, 0, 0},
     {"projected Hessian", hessian, 1, 114, 24, 72, 72, 1640, 0, 0},
     {"matrix-vector product", product, 0, 0, 96, 76, 76, 0, 0, 36},
-    {"single-precision product", single_product, 0, 0, 48, 40, 40, 0, 0, 36},
+    {"single-precision product", single_product, 0, 0, 48, 40, 40, 0, 0, 18},
     {"preconditioner set-up", set_up, 0, 0, 0, 200, 200, 0, 0, 0},
-    {"preconditioner solve", apply, 0, 0, 104, 44, 44, 0, 0, 36},
+    {"preconditioner solve", apply, 0, 0, 104, 44, 44, 0, 0, 18},
     {"dot product", dot, 0, 0, 48, 0, 0, 0, 6, 0},
     {"vector sum", combine, 0, 0, 72, 0, 0, 0, 6, 0},
 };

@@ -70,7 +70,7 @@ size_t flesh_product_memory(const flesh_product *product)
 }
 
 /* Matrices beyond the caches, of MANY blocks, are fetched AHEAD blocks ahead. */
-enum { MANY = 200000, AHEAD = 128, APART = 4, LINE = 64 };
+enum { MANY = 200000, AHEAD = 128 };
 
 typedef struct multiplication {
   flesh_product *product;
@@ -84,7 +84,7 @@ typedef struct multiplication {
 } multiplication;
 
 /* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor fetches
- * itself what comes next, and faster, if every row asks for two lines so that it does not forget to. */
+ * itself what comes next. */
 static inline __attribute__((always_inline)) double rows_double(const multiplication *m, int part, int far)
 {
   const flesh_product *product = m->product;
@@ -98,8 +98,6 @@ static inline __attribute__((always_inline)) double rows_double(const multiplica
     const flesh_double4 xi = *(const flesh_double4 *)(x + 4 * (size_t)p);
     const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
     flesh_double4 row[3], sum[3] = {{0}};
-    for (int line = 0; line < 2 && !far; line++)
-      FLESH_EXPECT_ONCE((const char *)(block + 9 * AHEAD) + LINE * APART * line);
     for (int r = 0; r < 3; r++) row[r] = FLESH_LANES_DOUBLE(block + 3 * r);
     /* The diagonal block is symmetric. */
     const flesh_double4 diagonal = row[0] * x0 + row[1] * x1 + row[2] * x2;
@@ -158,6 +156,22 @@ static inline __attribute__((always_inline)) void expect_two(const float *block,
     FLESH_EXPECT_ONCE(exact ? (const void *)(exact + 9 * b) : (const void *)(block + 9 * b));
 }
 
+/* A row whose blocks have been multiplied. Its end, which waits for its sums, comes after the next row's blocks: no more
+ * than two rows' instructions are on their way at once, and those that wait would hold up the others. */
+typedef struct single_row {
+  flesh_six sum[3];
+  flesh_float4 diagonal, x;
+  float *y;
+} single_row;
+
+/* Adds it to y; returns half its terms of x.A x. */
+static inline __attribute__((always_inline)) flesh_float4 end_single(const single_row *row)
+{
+  const flesh_float4 upper = flesh_six_sums(row->sum[0], row->sum[1], row->sum[2]);
+  *(flesh_float4 *)row->y += upper + row->diagonal;
+  return row->x * upper;
+}
+
 /* As rows_double; `rounding`: from A's own blocks. */
 static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int far, int rounding)
 {
@@ -168,20 +182,22 @@ static inline __attribute__((always_inline)) double rows_single(const multiplica
   const double *exact = rounding ? m->A->values + 9 * (size_t)first[begin] : NULL, scale = m->scale;
   const float *x = m->x;
   float *y = m->y, *block = product->rounded + 9 * (size_t)first[begin] + GAP * (size_t)part;
+  single_row before = {.y = y + 4 * (size_t)begin};
   double curvature = 0;
   for (int p = begin, run_end; p < end;) {
     flesh_float4 of_run = {0};
     for (run_end = end - p > RUN ? p + RUN : end; p < run_end; p++) {
       const int n = first[p + 1] - first[p];
       const float *last = block + 9 * (size_t)n, *xi = x + 4 * (size_t)p;
-      const flesh_six own[3] = {flesh_six_all(xi[0]), flesh_six_all(xi[1]), flesh_six_all(xi[2])};
-      flesh_six row[3], sum[3], from, turned;
+      single_row now = {.x = *(const flesh_float4 *)xi, .y = y + 4 * (size_t)p};
+      flesh_six own[3], row[3], from, turned;
+      flesh_six_spread(xi, own);
       if (far) expect_two(block, exact);
       if (n % 2) {
-        from = flesh_six_one(*(const flesh_float4 *)xi);
+        from = flesh_six_one(now.x);
         for (int r = 0; r < 3; r++) {
           row[r] = row_of_one(block, r, rounding ? exact : NULL, 0.5 * scale);
-          sum[r] = flesh_six_product(row[r], from);
+          now.sum[r] = flesh_six_product(row[r], from);
         }
         turned = transposed(row, own);
         block += 9, place++;
@@ -192,14 +208,14 @@ static inline __attribute__((always_inline)) double rows_single(const multiplica
         for (int r = 0; r < 3; r++) {
           row[r] = row_of_two(block, r, rounding ? exact : NULL, 0.5 * scale, scale);
           FLESH_SIX_KEEP(row[r]);
-          sum[r] = flesh_six_product(row[r], from);
+          now.sum[r] = flesh_six_product(row[r], from);
         }
         turned = transposed(row, own);
         *(flesh_float4 *)(y + k) += flesh_six_second(turned);
         block += 18, place += 2;
         if (rounding) exact += 18;
       }
-      const flesh_float4 diagonal = flesh_six_first(turned);
+      now.diagonal = flesh_six_first(turned);
       for (; block != last; block += 18, place += 2) {
         const size_t j = place[0], k = place[1];
         if (far) expect_two(block, exact);
@@ -207,17 +223,17 @@ static inline __attribute__((always_inline)) double rows_single(const multiplica
         for (int r = 0; r < 3; r++) {
           row[r] = row_of_two(block, r, rounding ? exact : NULL, scale, scale);
           FLESH_SIX_KEEP(row[r]);
-          sum[r] = flesh_six_sum(sum[r], row[r], from);
+          now.sum[r] = flesh_six_sum(now.sum[r], row[r], from);
         }
         turned = transposed(row, own);
         *(flesh_float4 *)(y + j) += flesh_six_first(turned);
         *(flesh_float4 *)(y + k) += flesh_six_second(turned);
         if (rounding) exact += 18;
       }
-      const flesh_float4 upper = flesh_six_sums(sum[0], sum[1], sum[2]);
-      *(flesh_float4 *)(y + 4 * (size_t)p) += upper + diagonal;
-      of_run += *(const flesh_float4 *)xi * upper;
+      of_run += end_single(&before);
+      before = now;
     }
+    if (p == end) of_run += end_single(&before);
     const flesh_double4 half = FLESH_LANES_WIDE(of_run);
     curvature += 2 * ((half[0] + half[1]) + half[2]);
   }
