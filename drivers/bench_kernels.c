@@ -10,7 +10,7 @@
 #include "bench.h"
 #include "sparse/block_matrix.h"
 #include "sparse/preconditioner.h"
-#include "sparse/product.h"
+#include "sparse/linear.h"
 #include "sundials/compatibility.h"
 #include "sundials/vector.h"
 
@@ -19,6 +19,7 @@ typedef struct bench {
   const flesh_effect *elasticity;
   flesh_block_matrix *K, *A; /* elasticity alone; with inertia, as in a step of 1/60 s */
   flesh_preconditioner_data *preconditioner;
+  const flesh_linear *linear;
   flesh_product product;
   flesh_point point;
   int projected;
@@ -52,14 +53,14 @@ static int hessian(void *data)
 static int product(void *data)
 {
   bench *b = data;
-  b->sum += flesh_product_multiply(&b->product, b->A, b->point.threads, NULL, NULL, b->from, b->to);
+  b->sum += b->linear->product_multiply(&b->product, b->A, b->point.threads, NULL, NULL, b->from, b->to);
   return FLESH_OK;
 }
 
 static int single_product(void *data)
 {
   bench *b = data;
-  b->sum += flesh_product_multiply_single(&b->product, NULL, 1, b->point.threads, NULL, NULL, b->single_from,
+  b->sum += b->linear->product_multiply_single(&b->product, NULL, 1, b->point.threads, NULL, NULL, b->single_from,
                                           b->single_to);
   return FLESH_OK;
 }
@@ -67,13 +68,13 @@ static int single_product(void *data)
 static int set_up(void *data)
 {
   bench *b = data;
-  return flesh_preconditioner_setup(b->preconditioner, b->A, NULL);
+  return b->linear->preconditioner_setup(b->preconditioner, b->A, NULL);
 }
 
 static int apply(void *data)
 {
   bench *b = data;
-  b->sum += flesh_preconditioner_solve(b->preconditioner, b->single_from);
+  b->sum += b->linear->preconditioner_solve(b->preconditioner, b->single_from);
   return FLESH_OK;
 }
 
@@ -141,11 +142,12 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     for (int i = 0; i < nodes; i++)
       if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
     flesh_block_fix(b->A, fixed, 1, NULL);
-    status = flesh_preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, b->point.threads, &b->preconditioner);
+    status = b->linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, b->point.threads,
+                                              &b->preconditioner);
   }
   flesh_halves halves = {0};
   if (!status) status = flesh_halves_create(b->A, &halves);
-  if (!status) status = flesh_product_create(b->A, &halves, 1, &b->product);
+  if (!status) status = b->linear->product_create(b->A, &halves, 1, &b->product);
   flesh_halves_clear(&halves);
   size_t apart;
   const size_t length = 4 * (size_t)b->product.nodes;
@@ -157,8 +159,8 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     b->single_to = (float *)(b->from + 3 * apart);
     for (size_t i = 0; i < b->n / 3; i++)
       for (size_t c = 0; c < 3; c++) b->single_from[4 * i + c] = (float)(b->from[4 * i + c] = b->x[3 * i + c]);
-    flesh_product_multiply_single(&b->product, b->A, flesh_preconditioner_scale(b->preconditioner), b->point.threads,
-                                  NULL, NULL, b->single_from, b->single_to);
+    b->linear->product_multiply_single(&b->product, b->A, b->linear->preconditioner_scale(b->preconditioner),
+                                       b->point.threads, NULL, NULL, b->single_from, b->single_to);
   }
   free(mass);
   free(fixed);
@@ -167,6 +169,7 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
 
 static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
 {
+  b->linear = flesh_linear_for(bar->body.instructions);
   b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
   b->x = malloc(b->n * sizeof *b->x);
   b->r = calloc(b->n, sizeof *b->r);
@@ -191,7 +194,7 @@ static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
 
 static void close_bench(bench *b)
 {
-  flesh_preconditioner_destroy(&b->preconditioner);
+  b->linear->preconditioner_destroy(&b->preconditioner);
   flesh_block_matrix_destroy(&b->K);
   flesh_block_matrix_destroy(&b->A);
   flesh_system_destroy(&b->system);
@@ -202,7 +205,7 @@ static void close_bench(bench *b)
   free(b->x);
   free(b->r);
   free(b->z);
-  flesh_product_clear(&b->product);
+  b->linear->product_clear(&b->product);
   free(b->from); /* and the others with it */
 }
 

@@ -140,13 +140,8 @@ json_t *flesh_provenance_scene(const flesh_scene *scene, const char *path)
                       json_pack("{sisisisisisf}", "nodes", info.nodes, "tets", info.tets,
                                 "surface_triangles", info.triangles, "flipped_tets", info.flipped,
                                 "unused_nodes", info.unused_nodes, "volume", info.volume));
-  const flesh_system *system = flesh_scene_system(scene);
-  for (int k = 0; k < flesh_system_effect_count(system); k++) {
-    flesh_instructions used = flesh_effect_instructions(flesh_system_effect(system, k));
-    if (used != FLESH_INSTRUCTIONS_AUTO)
-      json_object_set_new(inputs, "element_instructions",
-                          json_string(flesh_instructions_name(used)));
-  }
+  const flesh_instructions used = flesh_system_instructions(flesh_scene_system(scene));
+  json_object_set_new(inputs, "instructions", json_string(flesh_instructions_name(used)));
   json_object_set_new(inputs, "seed", json_integer(flesh_scene_outputs(scene)->seed));
   return inputs;
 }

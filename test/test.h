@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "flesh/instructions.h"
 #include "flesh/status.h"
 
 typedef struct test_case {
@@ -72,8 +73,26 @@ static int test_failures; /* of the running test */
     }                                                                                     \
   } while (0)
 
+/* Whether the test program is made of instructions that this machine lacks. */
+static int test_lacks_set(void)
+{
+#ifdef FLESH_SET
+#define TEST_TEXT(token)       #token
+#define TEST_TEXT_VALUE(token) TEST_TEXT(token)
+  flesh_instructions set = FLESH_INSTRUCTIONS_PORTABLE;
+  while (strcmp(flesh_instructions_name(set), TEST_TEXT_VALUE(FLESH_SET))) set++;
+  return flesh_instructions_find(set, &set) != FLESH_OK;
+#else
+  return 0;
+#endif
+}
+
 static int test_run_all(int argc, char **argv, const test_case *cases, int count)
 {
+  if (test_lacks_set()) {
+    puts("1..0 # SKIP this machine lacks the instructions");
+    return 0;
+  }
   int failed = 0, number = 0, planned = 0;
   for (int c = 0; c < count; c++) {
     int wanted = argc < 2;

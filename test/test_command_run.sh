@@ -37,7 +37,7 @@ a_good_run_writes_everything() {
   [ "$(grep -c DataSet out/bar/frames/frames.pvd)" -eq 31 ] || return 1
   rows out/bar/state.txt 63 || return 1
   has out/bar/result.json '"status": "complete"' && has out/bar/result.json '"steps": 30' &&
-    has out/bar/result.json '"element_instructions": "[a-z0-9]*"' &&
+    has out/bar/result.json '"instructions": "[a-z0-9]*"' &&
     has out/bar/result.json "$(sha256sum bar.yaml | cut -d ' ' -f 1)" &&
     has out/bar/result.json "$(sha256sum bar.msh | cut -d ' ' -f 1)" || return 1
   ! find . -name '*.part-*' | grep .

@@ -111,7 +111,7 @@ static void the_rest_of_the_body_is_there(void)
     flesh_pcg_result result;
     for (int d = 0; d < b.n; d++) r[d] = -r[d];
     if (!status && k < 11)
-      status = flesh_pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-8, 2000, r, w, &result);
+      status = problem->linear->pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-8, 2000, r, w, &result);
     CHECK_OK(status);
     for (int d = 0; d < b.n && k < 11; d++) u[d] += w[d];
   }
@@ -174,7 +174,7 @@ static void patches_that_raise_the_potential_are_refused(void)
     CHECK_OK(flesh_problem_factor(problem));
     for (int d = 0; d < b.n; d++) p[d] = -r[d];
     memcpy(alone, p, (size_t)b.n * sizeof *p);
-    CHECK_OK(flesh_pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-3, 2000, alone, p, &result));
+    CHECK_OK(problem->linear->pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-3, 2000, alone, p, &result));
     CHECK_OK(flesh_guard_step(problem, u, r, p));
     memcpy(k ? with : without, p, (size_t)b.n * sizeof *p);
   }

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "sundials/problem.h"
 #include "test.h"
 
 static void make(flesh_mesh *mesh, flesh_mass mass, int inertia, test_body *b)
@@ -323,9 +324,46 @@ static void bad_arguments_are_sentences(void)
   }
 }
 
+/* Of a body on elasticity's and inertia's instructions, what its linear solver uses. */
+static const flesh_linear *linear_of(flesh_instructions elasticity, flesh_instructions inertia)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_problem *problem = NULL;
+  const flesh_solver_options options = test_options(1e-8);
+  make(test_box(2, 1, 1, 1, 0.5, 0.5), FLESH_MASS_CONSISTENT, 0, &b);
+  flesh_system_destroy(&b.system);
+  CHECK_OK(flesh_system_create(b.mesh, &b.system));
+  b.body.instructions = elasticity;
+  CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  b.body.instructions = inertia;
+  CHECK_OK(flesh_effect_inertia(&b.body, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_problem_create(b.system, &options, &problem));
+  const flesh_linear *linear = problem ? problem->linear : NULL;
+  flesh_problem_destroy(&problem);
+  test_body_destroy(&b);
+  return linear;
+}
+
+static void linear_solvers_use_the_instructions_of_effects(void)
+{
+  flesh_instructions best, set;
+  CHECK_OK(flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best));
+  CHECK(flesh_linear_for(FLESH_INSTRUCTIONS_AUTO) == flesh_linear_for(best));
+  CHECK(linear_of(FLESH_INSTRUCTIONS_AUTO, FLESH_INSTRUCTIONS_AUTO) == flesh_linear_for(best));
+  for (set = FLESH_INSTRUCTIONS_PORTABLE; set <= best; set++) {
+    CHECK(set == FLESH_INSTRUCTIONS_PORTABLE || flesh_linear_for(set) != flesh_linear_for(set - 1));
+    CHECK(linear_of(set, FLESH_INSTRUCTIONS_AUTO) == flesh_linear_for(set));
+    CHECK(linear_of(best, set) == flesh_linear_for(set)); /* the least */
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(pattern_is_that_of_the_cells), TEST(sums_and_loads),
                    TEST(constraints_hold_and_release), TEST(unused_nodes_are_fixed),
-                   TEST(bad_arguments_are_sentences));
+                   TEST(bad_arguments_are_sentences), TEST(linear_solvers_use_the_instructions_of_effects));
 }

@@ -28,8 +28,9 @@ typedef struct flesh_body {
   flesh_mass mass;
   int part_count;               /* 0: one body without a name */
   const flesh_body_part *parts; /* [part_count] */
-  flesh_instructions instructions; /* of effects that go tet by tet; with some that the machine
-                                      lacks, making these fails with FLESH_ERR_ARGUMENT */
+  flesh_instructions instructions; /* of effects that go tet by tet, and of linear solvers (see
+                                      flesh_system_instructions); with some that the machine
+                                      lacks, making these effects fails with FLESH_ERR_ARGUMENT */
 } flesh_body;
 
 /* Points of a motion in time: linear between keyframes, constant before the first and after the

@@ -1,5 +1,5 @@
-/* instructions.h: which vector instructions the element kernels use. Results are the same bits with
- * the same instructions; with others they agree to rounding. */
+/* instructions.h: which vector instructions elements and linear solvers use. Results are the same
+ * bits with the same instructions; with others they agree to rounding. */
 #ifndef FLESH_INSTRUCTIONS_H
 #define FLESH_INSTRUCTIONS_H
 

@@ -46,6 +46,9 @@ FLESH_API const flesh_mesh *flesh_system_mesh(const flesh_system *system);
 FLESH_API int flesh_system_unknowns(const flesh_system *system); /* 3 * nodes */
 FLESH_API int flesh_system_effect_count(const flesh_system *system);
 FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, int index);
+/* What its effects that go tet by tet use, the least where they differ, and the best of this
+ * machine where there are none: linear solvers use the same. Never AUTO. */
+FLESH_API flesh_instructions flesh_system_instructions(const flesh_system *system);
 /* Whether an effect of that name ("inertia", ...) is present. */
 FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *name);
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a

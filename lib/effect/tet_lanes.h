@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 
+#include "base/set.h"
 #include "effect/tile.h"
 #include "math/mat3.h"
 
@@ -18,11 +19,6 @@
 #else
 #define COMPILED_ONCE __attribute__((noinline, noclone))
 #endif
-
-/* flesh_elastic -> flesh_elastic_avx2 */
-#define FLESH_PASTE(name, set)       name##_##set
-#define FLESH_PASTE_VALUE(name, set) FLESH_PASTE(name, set)
-#define FLESH_OF_SET(name)           FLESH_PASTE_VALUE(name, FLESH_SET)
 
 extern const flesh_tet_kernel FLESH_OF_SET(flesh_elastic), FLESH_OF_SET(flesh_stiffness),
     FLESH_OF_SET(flesh_viscous);

@@ -4,6 +4,8 @@
 
 #include <stddef.h>
 
+#include "sparse/set_names.h"
+
 enum { FLESH_BLOCK12 = 12, FLESH_BLOCK12_SIZE = 144 };
 
 typedef struct flesh_block12 {

@@ -6,6 +6,7 @@
 
 #include "sparse/coarse.h"
 #include "sparse/halves.h"
+#include "sparse/set_names.h"
 
 typedef struct flesh_cholesky flesh_cholesky;
 

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "sparse/halves.h"
+#include "sparse/set_names.h"
 
 typedef struct flesh_coarse flesh_coarse;
 

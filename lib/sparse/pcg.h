@@ -3,6 +3,7 @@
 #define FLESH_SPARSE_PCG_H
 
 #include "sparse/preconditioner.h"
+#include "sparse/set_names.h"
 
 typedef struct flesh_pcg_result {
   int iterations;

@@ -29,22 +29,9 @@ struct flesh_preconditioner_data {
   float *z;         /* [4*rows] of the last solve by blocks; the others keep it themselves */
 };
 
-/* Nodes from which on there is a coarse level, and nodes to a vertex of it. Fewer give fewer iterations, but the cost of
- * the coarse factor rises faster than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
-enum { FEWEST_NODES = 600, VERTEX_NODES = 50, MANY_NODES = 36000 };
-
-const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
-
-const char *flesh_preconditioner_name(flesh_preconditioner kind)
-{
-  return (unsigned)kind <= FLESH_PRECONDITIONER_NONE ? flesh_preconditioner_names[kind] : NULL;
-}
-
-flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)
-{
-  if (kind != FLESH_PRECONDITIONER_AUTO) return kind;
-  return nodes >= FEWEST_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
-}
+/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster than
+ * the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
+enum { VERTEX_NODES = 50, MANY_NODES = 36000 };
 
 static int vertices_for(int nodes)
 {

@@ -7,6 +7,7 @@
 
 #include "flesh/effect.h"
 #include "flesh/solver.h"
+#include "sparse/set_names.h"
 
 /* By kind; NULL ends them. */
 extern const char *const flesh_preconditioner_names[];

@@ -6,6 +6,7 @@
 #include <stddef.h>
 
 #include "sparse/halves.h"
+#include "sparse/set_names.h"
 
 /* Nodes that vectors are padded to a multiple of, so that they can be summed up as many at a time. */
 enum { FLESH_PRODUCT_PADDING = 4 };

@@ -35,7 +35,7 @@ static int solve_mass(flesh_problem *self, const double *right, double *y)
   if (status) return status;
   if (self->direct) return flesh_direct_solve(self->direct, right, y);
   flesh_pcg_result result;
-  status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, 1e-13 * norm, self->options.max_linear, right,
+  status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, 1e-13 * norm, self->options.max_linear, right,
                      y, &result);
   self->stats.linear += result.iterations;
   return status;

@@ -116,7 +116,7 @@ int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval
   double *values = flesh_vector_data(z, problem->n);
   if (!values) return FLESH_ERR_ARGUMENT;
   if (!problem->direct) {
-    flesh_preconditioner_apply(problem->preconditioner, values, values);
+    problem->linear->preconditioner_apply(problem->preconditioner, values, values);
     return 0;
   }
   int status = flesh_direct_solve(problem->direct, values, problem->work);

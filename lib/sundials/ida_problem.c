@@ -37,6 +37,7 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
   self->self = self;
   self->system = system;
+  self->linear = flesh_linear_of(system);
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   self->event = INFINITY;
@@ -55,10 +56,10 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   if (!status && options->linear_solver != FLESH_LINEAR_PCG)
     status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
   else if (!status) {
-    status =
-        flesh_preconditioner_create(options->preconditioner, self->K, flesh_mesh_positions(flesh_system_mesh(system)),
-                                    self->threads, &self->preconditioner);
-    if (!status) status = flesh_pcg_space_create(self->K, 0, self->threads, &self->pcg);
+    status = self->linear->preconditioner_create(options->preconditioner, self->K,
+                                                 flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
+                                                 &self->preconditioner);
+    if (!status) status = self->linear->pcg_space_create(self->K, 0, self->threads, &self->pcg);
   }
   if (status) {
     flesh_ida_problem_destroy(&self);
@@ -84,8 +85,8 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
   flesh_block_matrix_destroy(&self->D);
-  flesh_preconditioner_destroy(&self->preconditioner);
-  flesh_pcg_space_destroy(&self->pcg);
+  self->linear->preconditioner_destroy(&self->preconditioner);
+  self->linear->pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_threads_destroy(&self->threads);
   flesh_scalar_view_clear(&self->view);
@@ -220,7 +221,7 @@ int flesh_ida_condense(flesh_ida_problem *self)
 int flesh_ida_factor(flesh_ida_problem *self)
 {
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
+                      : self->linear->preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, double *x)
@@ -228,7 +229,7 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
   tolerance *= flesh_norm(self->threads, self->n, b);
-  int status = flesh_pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b, x,
+  int status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b, x,
                          &result);
   self->stats.linear += result.iterations;
   return status;
@@ -272,8 +273,8 @@ size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
   size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 13 : 12) * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
-  if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
-  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
+  if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   return bytes;
 }

@@ -7,7 +7,7 @@
 
 #include "flesh/ida.h"
 #include "sparse/direct.h"
-#include "sparse/pcg.h"
+#include "sparse/linear.h"
 #include "sparse/scalar_view.h"
 
 /* What the matrix K holds. */
@@ -37,6 +37,7 @@ struct flesh_ida_problem {
   double cj; /* of K and D */
   /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `held` (1) times x and v. */
   double from_x, from_v, held;
+  const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
   flesh_pcg_space *pcg;
   flesh_direct *direct;

@@ -83,6 +83,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
   self->self = self;
   self->system = system;
+  self->linear = flesh_linear_of(system);
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   self->fixed = calloc((size_t)self->n + 1, 1);
@@ -102,10 +103,10 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
     if (options->linear_solver != FLESH_LINEAR_PCG)
       status = flesh_direct_create(options->linear_solver, self->K, &self->direct);
     else {
-      status = flesh_preconditioner_create(options->preconditioner, self->K,
-                                           flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
-                                           &self->preconditioner);
-      if (!status) status = flesh_pcg_space_create(self->K, 1, self->threads, &self->pcg);
+      status = self->linear->preconditioner_create(options->preconditioner, self->K,
+                                                   flesh_mesh_positions(flesh_system_mesh(system)), self->threads,
+                                                   &self->preconditioner);
+      if (!status) status = self->linear->pcg_space_create(self->K, 1, self->threads, &self->pcg);
       if (!status) status = find_inertia(self);
     }
   }
@@ -128,8 +129,8 @@ void flesh_problem_destroy(flesh_problem **problem)
   free(self->inertia);
   free(self->work); /* and all other vectors with it */
   flesh_block_matrix_destroy(&self->K);
-  flesh_preconditioner_destroy(&self->preconditioner);
-  flesh_pcg_space_destroy(&self->pcg);
+  self->linear->preconditioner_destroy(&self->preconditioner);
+  self->linear->pcg_space_destroy(&self->pcg);
   flesh_direct_destroy(&self->direct);
   flesh_direct_destroy(&self->rescue);
   flesh_threads_destroy(&self->threads);
@@ -373,7 +374,7 @@ int flesh_problem_evaluate(flesh_problem *self, const double *u, double *phi, do
 /* How far the residual is from what K foretold at the last linear solve. */
 static double departure_of(const flesh_problem *self, const double *residual)
 {
-  return self->pcg ? flesh_pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
+  return self->pcg ? self->linear->pcg_departure(self->pcg, residual) : flesh_norm(self->threads, self->n, residual);
 }
 
 /* How far K of an earlier stage was off by the end of this one, at u. */
@@ -493,7 +494,7 @@ int flesh_problem_factor(flesh_problem *self)
   self->paces[0] = self->paces[1] = self->lost = 0;
   self->factored = self->stage.shift;
   return self->direct ? flesh_direct_factor(self->direct, self->K)
-                      : flesh_preconditioner_setup(self->preconditioner, self->K, self->fixed);
+                      : self->linear->preconditioner_setup(self->preconditioner, self->K, self->fixed);
 }
 
 int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
@@ -560,8 +561,8 @@ size_t flesh_problem_memory(const flesh_problem *self)
   size_t bytes = sizeof *self + (size_t)self->n * (16 * sizeof(double) + sizeof(int) + 1) +
                  (size_t)self->n / 3 * sizeof(int);
   bytes += (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
-  if (self->preconditioner) bytes += flesh_preconditioner_memory(self->preconditioner);
-  if (self->pcg) bytes += flesh_pcg_space_memory(self->pcg);
+  if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   if (self->rescue) bytes += flesh_direct_memory(self->rescue);
   return bytes;

@@ -8,7 +8,7 @@
 #include "base/parts.h"
 #include "flesh/kinsol.h"
 #include "sparse/direct.h"
-#include "sparse/pcg.h"
+#include "sparse/linear.h"
 #include "sparse/scalar_view.h"
 #include "system/placed.h"
 
@@ -26,6 +26,7 @@ struct flesh_problem {
   float *inertia;      /* [n] diagonal of the mass matrix; NULL: it is not asked for */
   double *x, *v, *a;   /* [n] the point last evaluated */
   flesh_block_matrix *K;
+  const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
   flesh_pcg_space *pcg;
   flesh_direct *direct;

@@ -49,12 +49,12 @@ void flesh_rhs_problem_destroy(flesh_rhs_problem **problem)
 {
   if (!problem || !*problem) return;
   flesh_rhs_problem *self = *problem;
+  if (self->condensed.preconditioner) self->motion->linear->preconditioner_destroy(&self->condensed.preconditioner);
   flesh_ida_problem_destroy(&self->motion);
   flesh_block_matrix_destroy(&self->K);
   flesh_block_matrix_destroy(&self->C);
   flesh_block_matrix_destroy(&self->condensed.A);
   flesh_block_matrix_destroy(&self->condensed.C);
-  flesh_preconditioner_destroy(&self->condensed.preconditioner);
   flesh_direct_destroy(&self->condensed.direct);
   flesh_scalar_view_clear(&self->view);
   free(self->K_values);
@@ -213,9 +213,9 @@ int flesh_rhs_make_condensed(flesh_rhs_problem *self)
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
   if (status || c->preconditioner || c->direct) return status;
   return options->linear_solver == FLESH_LINEAR_PCG
-             ? flesh_preconditioner_create(options->preconditioner, c->A,
-                                           flesh_mesh_positions(flesh_system_mesh(self->motion->system)),
-                                           self->motion->threads, &c->preconditioner)
+             ? self->motion->linear->preconditioner_create(options->preconditioner, c->A,
+                                                           flesh_mesh_positions(flesh_system_mesh(self->motion->system)),
+                                                           self->motion->threads, &c->preconditioner)
              : flesh_direct_create(options->linear_solver, c->A, &c->direct);
 }
 
@@ -223,7 +223,7 @@ int flesh_rhs_factor(flesh_rhs_problem *self)
 {
   const flesh_rhs_condensed *c = &self->condensed;
   return c->direct ? flesh_direct_factor(c->direct, c->A)
-                   : flesh_preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
+                   : self->motion->linear->preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
 }
 
 int flesh_rhs_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,
@@ -285,7 +285,7 @@ int flesh_rhs_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vec
   double *w = product;
   int status = FLESH_OK;
   if (c->direct) status = flesh_direct_solve(c->direct, right, w);
-  else flesh_preconditioner_apply(c->preconditioner, right, w);
+  else self->motion->linear->preconditioner_apply(c->preconditioner, right, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {
     const double first = r1[d], second = r2[d];

@@ -88,7 +88,7 @@ static int solve_condensed(solver *self, double from_v, double tolerance, double
     tolerance = motion->options.linear_tolerance * sqrt(square);
   }
   flesh_pcg_result result;
-  int status = flesh_pcg(motion->pcg, c->A, c->preconditioner, self->weights, tolerance,
+  int status = motion->linear->pcg(motion->pcg, c->A, c->preconditioner, self->weights, tolerance,
                          motion->options.max_linear, self->right, w, &result);
   self->report.iterations = result.iterations;
   self->report.residual = result.residual;

@@ -212,6 +212,17 @@ const flesh_effect *flesh_system_effect(const flesh_system *system, int index)
   return system->entries[index].effect;
 }
 
+flesh_instructions flesh_system_instructions(const flesh_system *system)
+{
+  flesh_instructions least;
+  flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &least);
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_instructions used = flesh_effect_instructions(system->entries[k].effect);
+    if (used != FLESH_INSTRUCTIONS_AUTO && used < least) least = used;
+  }
+  return least;
+}
+
 int flesh_system_has_effect(const flesh_system *system, const char *name)
 {
   for (int k = 0; k < system->entry_count; k++)
