@@ -14,11 +14,6 @@
 enum {
   N = FLESH_BLOCK12,
   SIZE = FLESH_BLOCK12_SIZE,
-#ifdef __AVX512F__
-  PAIRS = 6, /* of columns whose sums fit the registers */
-#else
-  PAIRS = 2,
-#endif
   AHEAD = 16 /* blocks that are fetched ahead: between two solves all else passes through the caches */
 };
 
@@ -208,6 +203,9 @@ static void divide(double *restrict B, const double *restrict L, const double *i
   }
 }
 
+#ifdef __AVX512F__
+enum { PAIRS = 6 }; /* of columns whose sums fit the registers */
+
 /* Two columns of twelve are three vectors of eight: eight of the first, its last four and four of the second, and that
  * one's other eight. The rows of either, repeated so: */
 typedef struct rows {
@@ -241,6 +239,27 @@ static void subtract(double *restrict C, const double *restrict P, const double 
       for (int p = 0; p < 3; p++) FLESH_LANES_DOUBLE8(C + N * (s + 2 * t) + 8 * p) = sums[t][p];
   }
 }
+#else
+/* C -= P Q^T, four columns at a time: P's are loaded once for them, and their sums stay in registers. */
+static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
+{
+  for (int s = 0; s < N; s += 4) {
+    flesh_double4 sums[4][3];
+    for (int t = 0; t < 4; t++)
+      for (int p = 0; p < 3; p++) sums[t][p] = FLESH_LANES_DOUBLE(C + N * (s + t) + 4 * p);
+    for (int m = 0; m < N; m++) {
+      const double *column = P + N * m;
+      const flesh_double4 rows[3] = {FLESH_LANES_DOUBLE(column), FLESH_LANES_DOUBLE(column + 4),
+                                     FLESH_LANES_DOUBLE(column + 8)};
+#pragma GCC unroll 4
+      for (int t = 0; t < 4; t++)
+        for (int p = 0; p < 3; p++) sums[t][p] -= rows[p] * Q[N * m + s + t];
+    }
+    for (int t = 0; t < 4; t++)
+      for (int p = 0; p < 3; p++) *(flesh_double4_loose *)(C + N * (s + t) + 4 * p) = sums[t][p];
+  }
+}
+#endif
 
 int flesh_block12_factor(flesh_block12 *self)
 {

@@ -243,11 +243,31 @@ typedef struct assembly {
   const flesh_block_matrix *A;
 } assembly;
 
+/* Corners of a pair's second cell side by side, as many as leave room for nine of these vectors in registers. */
+#if defined(__AVX512F__)
+enum { ASIDE = 8 };
+#elif defined(__AVX__)
+enum { ASIDE = 4 };
+#else
+enum { ASIDE = 2 };
+#endif
+typedef double aside __attribute__((vector_size(8 * ASIDE)));
+typedef float aside_floats __attribute__((vector_size(4 * ASIDE)));
+
+/* Weights of the corners from `first` on. */
+static inline aside weights_of_some(flesh_float4 local, int first)
+{
+  const flesh_float8 all = weights_at(local);
+  aside_floats some;
+  memcpy(&some, (const float *)&all + first, sizeof some);
+  return __builtin_convertvector(some, aside);
+}
+
 /* T[3 c + d] += A[c][d] w_other. */
-static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, flesh_double8 T[9])
+static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first, aside T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const flesh_double8 w = __builtin_convertvector(weights_at(self->grid.local[t->other]), flesh_double8);
+  const aside w = weights_of_some(self->grid.local[t->other], first);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
@@ -257,16 +277,18 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
-/* Adds the sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
- * cell and all corners of the second are in sum[a]. */
-static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, flesh_double8 sum[CORNERS][9])
+/* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first cell
+ * and corners of the second from `first` on are in sum[a]. */
+static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, int first,
+                     aside sum[CORNERS][9])
 {
   const int end = p[1].first;
+  memset(sum, 0, CORNERS * sizeof *sum);
   for (int k = p->first; k < end;) {
     const int node = self->terms[k].node;
     const flesh_float8 w = weights_at(self->grid.local[node]);
-    flesh_double8 T[9] = {{0}};
-    for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], T);
+    aside T[9] = {{0}};
+    for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], first, T);
     for (int a = 0; a < CORNERS; a++)
       for (int e = 0; e < 9; e++) sum[a][e] += (double)w[a] * T[e];
   }
@@ -284,16 +306,18 @@ static void assemble_part(void *data, int part)
   for (int k = 0; k < self->pair_count; k++) {
     const pair *p = &self->pairs[k];
     if (p->first < terms * part / PARTS || p->first >= terms * (part + 1) / PARTS) continue;
-    flesh_double8 sum[CORNERS][9] = {{{0}}};
-    sum_pair(self, s->A, p, sum);
+    aside sum[CORNERS / ASIDE][CORNERS][9];
+    for (int first = 0; first < CORNERS; first += ASIDE) sum_pair(self, s->A, p, first, sum[first / ASIDE]);
     for (int e = 0; e < CORNERS * CORNERS; e++) {
       const int a = e / CORNERS, b = e % CORNERS, at = p->entry[e];
       const int own = corner[CORNERS * p->low + a] == corner[CORNERS * p->high + b];
       double *to = entries + 9 * (size_t)(at < 0 ? ~at : at);
+      const aside *of_corner = sum[b / ASIDE][a];
       for (int c = 0; c < 3; c++)
         for (int d = 0; d < 3; d++) {
-          if (at >= 0) to[3 * c + d] += sum[a][3 * c + d][b];
-          if (at < 0 || own) to[3 * d + c] += sum[a][3 * c + d][b];
+          const double value = of_corner[3 * c + d][b % ASIDE];
+          if (at >= 0) to[3 * c + d] += value;
+          if (at < 0 || own) to[3 * d + c] += value;
         }
     }
   }
