@@ -83,6 +83,34 @@ typedef struct multiplication {
   void *data;
 } multiplication;
 
+/* Four times a number, and the sums of three vectors' first three lanes. Where a register holds two, compilers would take
+ * each lane through memory by itself, and what is then loaded as two waits until both have arrived there. */
+#ifdef __AVX__
+static inline flesh_double4 all_of(double number) { return number - (flesh_double4){0}; }
+static inline flesh_double4 sums_of(const flesh_double4 s[3]) { return FLESH_LANES_SUMS(s[0], s[1], s[2]); }
+#else
+typedef double two_doubles __attribute__((vector_size(16)));
+
+static inline flesh_double4 both_of(two_doubles first, two_doubles second)
+{
+  const two_doubles halves[2] = {first, second};
+  flesh_double4 both;
+  memcpy(&both, halves, sizeof both);
+  return both;
+}
+
+static inline flesh_double4 all_of(double number)
+{
+  return both_of((two_doubles){number, number}, (two_doubles){number, number});
+}
+
+static inline flesh_double4 sums_of(const flesh_double4 s[3])
+{
+  return both_of((two_doubles){(s[0][0] + s[0][1]) + s[0][2], (s[1][0] + s[1][1]) + s[1][2]},
+                 (two_doubles){(s[2][0] + s[2][1]) + s[2][2], 0});
+}
+#endif
+
 /* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor fetches
  * itself what comes next. */
 static inline __attribute__((always_inline)) double rows_double(const multiplication *m, int part, int far)
@@ -96,7 +124,7 @@ static inline __attribute__((always_inline)) double rows_double(const multiplica
   for (int p = product->begin[part]; p < product->begin[part + 1]; p++) {
     const int end = product->first[p + 1];
     const flesh_double4 xi = *(const flesh_double4 *)(x + 4 * (size_t)p);
-    const double x0 = xi[0], x1 = xi[1], x2 = xi[2];
+    const flesh_double4 x0 = all_of(xi[0]), x1 = all_of(xi[1]), x2 = all_of(xi[2]);
     flesh_double4 row[3], sum[3] = {{0}};
     for (int r = 0; r < 3; r++) row[r] = FLESH_LANES_DOUBLE(block + 3 * r);
     /* The diagonal block is symmetric. */
@@ -112,7 +140,7 @@ static inline __attribute__((always_inline)) double rows_double(const multiplica
       }
       *yj += row[0] * x0 + row[1] * x1 + row[2] * x2;
     }
-    const flesh_double4 upper = FLESH_LANES_SUMS(sum[0], sum[1], sum[2]);
+    const flesh_double4 upper = sums_of(sum);
     *(flesh_double4 *)(y + 4 * (size_t)p) += diagonal + upper;
     curvature += xi * (diagonal + upper + upper);
   }
