@@ -189,10 +189,11 @@ static void try_guess(flesh_problem *problem, const double *guess, double *u)
 {
   double value, guessed, size;
   if (flesh_problem_potential(problem, u, &value, &size)) value = INFINITY;
-  for (int d = 0; d < problem->n; d++) problem->step[d] = problem->fixed[d] ? u[d] : guess[d];
+  flesh_copy(problem->threads, problem->n, guess, problem->step);
+  for (int k = 0; k < problem->held_count; k++) problem->step[problem->held[k]] = u[problem->held[k]];
   if (!flesh_problem_reaches(problem, problem->step)) return;
   if (!flesh_problem_evaluate(problem, problem->step, &guessed, &size) && guessed < value)
-    memcpy(u, problem->step, (size_t)problem->n * sizeof *u);
+    flesh_copy(problem->threads, problem->n, problem->step, u);
 }
 
 /* Whether a solve still gets somewhere: its last iterations, since the potential was *reached (NAN: the first), took at

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/large.h"
+#include "base/parts.h"
 #include "sparse/block_matrix.h"
 #include "sparse/cholesky.h"
 #include "sparse/coarse.h"
@@ -108,16 +109,32 @@ static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix
  * not negative make a poor preconditioner. */
 static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
 
+typedef struct diagonal {
+  const flesh_block_matrix *A;
+  double largest[FLESH_PARTS_MAX];
+} diagonal;
+
+/* Of some rows' entries; infinite where one is no number. */
+static void largest_of_part(void *data, int k, int begin, int end)
+{
+  diagonal *d = data;
+  double largest = 0;
+  for (int i = begin; i < end; i++)
+    for (int c = 0; c < 3; c++) {
+      const double size = fabs(d->A->values[9 * (size_t)d->A->row_start[i] + 4 * (size_t)c]);
+      if (!(size <= largest)) largest = size < INFINITY ? size : INFINITY;
+    }
+  d->largest[k] = largest;
+}
+
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                const uint8_t *fixed)
 {
+  diagonal d = {.A = A};
+  const int parts = flesh_parts_run(self->threads, self->rows, largest_of_part, &d);
   double largest = 0;
-  for (int k = 0; k < self->rows; k++)
-    for (int c = 0; c < 3; c++) {
-      double size = fabs(A->values[9 * (size_t)A->row_start[k] + 4 * c]);
-      if (!(size < INFINITY)) return FLESH_NONFINITE;
-      if (size > largest) largest = size;
-    }
+  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
+  if (!(largest < INFINITY)) return FLESH_NONFINITE;
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;

@@ -4,6 +4,7 @@
 #include <float.h>
 #include <limits.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -146,6 +147,10 @@ int flesh_problem_find_fixed(flesh_problem *self, double t)
   flesh_system_fixed(self->system, t, self->fixed);
   if (!memcmp(before, self->fixed, (size_t)self->n)) return 0;
   self->fixed_row_count = flesh_block_rows_to_fix(self->K, self->fixed, self->fixed_rows);
+  self->held_count = 0;
+  for (int d = 0; d < self->n; d++)
+    if (self->fixed[d]) self->held[self->held_count++] = d;
+  memset(self->u_fixed, 0, (size_t)self->n * sizeof *self->u_fixed);
   return 1;
 }
 
@@ -183,14 +188,11 @@ int flesh_problem_set_stage(flesh_problem *self, const flesh_stage *stage)
   if (self->stalled > 0) self->stalled = 0; /* what is too dear stays so */
   self->model_ratio = self->first_potential = NAN;
   keep_what_serves(self);
-  flesh_copy(self->threads, self->n, stage->x0, self->u_fixed);
+  const int *held = self->held, count = self->held_count;
+  for (int k = 0; k < count; k++) self->u_fixed[held[k]] = stage->x0[held[k]];
   flesh_system_prescribe(self->system, stage->t, self->u_fixed);
-  self->held_count = 0;
-  for (int d = 0; d < self->n; d++) {
-    if (self->fixed[d]) self->held[self->held_count++] = d;
-    self->u_fixed[d] =
-        self->fixed[d] ? stage->share * (self->u_fixed[d] - stage->x0[d]) / stage->shift.x : 0;
-  }
+  for (int k = 0; k < count; k++)
+    self->u_fixed[held[k]] = stage->share * (self->u_fixed[held[k]] - stage->x0[held[k]]) / stage->shift.x;
   return FLESH_OK;
 }
 
@@ -474,18 +476,34 @@ int flesh_problem_keep_matrix(flesh_problem *self, const double *u, const double
   return 1;
 }
 
-/* Whether K rounded to single precision is as good as K. Rounding moves a row by few units in the last place of its
- * diagonal, and inertia is what the softest displacements have at least. Where the one is this many times the other,
- * their stiffness changes by less than a hundredth (or two where the mass is consistent, as that may be half of its
- * diagonal). Steps take as many iterations up to 7e4, and some hundredths more from 1e5 on, in less time all the same. */
+typedef struct search {
+  const flesh_problem *problem;
+  _Atomic int found;
+} search;
+
+/* Rounding moves a row by few units in the last place of its diagonal, and inertia is what the softest displacements have
+ * at least. Where the one is this many times the other, their stiffness changes by less than a hundredth (or two where
+ * the mass is consistent, as that may be half of its diagonal). Steps take as many iterations up to 7e4, and some
+ * hundredths more from 1e5 on, in less time all the same. */
+static void seek_too_stiff(void *data, int k, int begin, int end)
+{
+  (void)k;
+  static const double most = 4e5;
+  search *s = data;
+  const flesh_problem *self = s->problem;
+  for (int d = begin; d < end && !atomic_load_explicit(&s->found, memory_order_relaxed); d++) {
+    const double stiffness = self->K->values[9 * (size_t)self->K->row_start[d / 3] + 4 * (size_t)(d % 3)];
+    if (!self->fixed[d] && !(stiffness < most * self->stage.shift.a * (double)self->inertia[d]))
+      atomic_store_explicit(&s->found, 1, memory_order_relaxed);
+  }
+}
+
+/* Whether K rounded to single precision is as good as K. */
 static int may_be_rounded(const flesh_problem *self)
 {
-  static const double most = 4e5;
-  for (int d = 0; d < self->n; d++) {
-    const double stiffness = self->K->values[9 * (size_t)self->K->row_start[d / 3] + 4 * (size_t)(d % 3)];
-    if (!self->fixed[d] && !(stiffness < most * self->stage.shift.a * (double)self->inertia[d])) return 0;
-  }
-  return 1;
+  search s = {.problem = self};
+  flesh_parts_run(self->threads, self->n, seek_too_stiff, &s);
+  return !s.found;
 }
 
 int flesh_problem_factor(flesh_problem *self)
@@ -503,8 +521,7 @@ int flesh_problem_load_norm(flesh_problem *self, const double *u, double *norm)
   double *r = self->work;
   int status = flesh_system_load(self->system, &point, r);
   if (status) return status;
-  for (int d = 0; d < self->n; d++)
-    if (self->fixed[d]) r[d] = 0;
+  for (int k = 0; k < self->held_count; k++) r[self->held[k]] = 0;
   *norm = flesh_norm(self->threads, self->n, r);
   return *norm < INFINITY ? FLESH_OK : FLESH_NONFINITE;
 }

@@ -19,9 +19,9 @@ struct flesh_problem {
   int n; /* unknowns */
   flesh_stage stage;
   uint8_t *fixed;      /* [n] */
-  int *held, held_count; /* [n] the unknowns fixed in this stage */
+  int *held, held_count; /* [n] the numbers of those that are */
   int *fixed_rows, fixed_row_count; /* [n/3] the rows of K that know of any */
-  double *u_fixed;     /* [n] values of the fixed unknowns */
+  double *u_fixed;     /* [n] values of the fixed unknowns; 0 elsewhere */
   double fixed_scale;  /* typical stiffness, of the constrained rows */
   float *inertia;      /* [n] diagonal of the mass matrix; NULL: it is not asked for */
   double *x, *v, *a;   /* [n] the point last evaluated */
