@@ -57,7 +57,8 @@ static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double
   free(lanes);
 }
 
-/* Whether the coarse solve finds u, zero at the `fixed` dofs (NULL: none), from r = A u with at most so many vertices. */
+/* Whether the coarse solve finds u, zero at the `fixed` dofs (NULL: none), from r = A u with at most so many
+ * vertices. */
 static void find(const test_body *b, const flesh_block_matrix *A, int vertices, const uint8_t *fixed, const double *u)
 {
   double *r = malloc((size_t)b->n * sizeof *r), *z = malloc((size_t)b->n * sizeof *z);
@@ -93,7 +94,8 @@ static void affine_displacements_are_found(void)
       for (int d = 0; d < b.n; d++) {
         const double *at = X + d - d % 3, *row = B + 3 * (d % 3);
         u[d] = fixed[d] ? 0 : 0.1 * (1 + d % 3) + row[0] * at[0] + row[1] * at[1] + row[2] * at[2];
-        if (curved && !fixed[d]) u[d] += row[1] * at[0] * at[1] + row[2] * at[1] * at[2] + row[0] * at[0] * at[1] * at[2];
+        if (curved && !fixed[d])
+          u[d] += row[1] * at[0] * at[1] + row[2] * at[1] * at[2] + row[0] * at[0] * at[1] * at[2];
       }
       for (size_t k = 0; k < (curved ? 2 : sizeof vertices / sizeof vertices[0]); k++)
         find(&b, A, vertices[k], held ? fixed : NULL, u);
@@ -112,7 +114,8 @@ static void unconnected_parts_move_by_themselves(void)
   flesh_mesh *block = test_box(6, 2, 8, 3, 1, 4), *fork = NULL;
   const int tets = flesh_mesh_tet_count(block), nodes = flesh_mesh_node_count(block), *corners = flesh_mesh_tets(block);
   const double *X = flesh_mesh_positions(block);
-  int *kept = malloc(4 * (size_t)tets * sizeof *kept), count = 0, *number = malloc((size_t)nodes * sizeof *number), used = 0;
+  int *kept = malloc(4 * (size_t)tets * sizeof *kept), *number = malloc((size_t)nodes * sizeof *number);
+  int count = 0, used = 0;
   double *x = malloc(3 * (size_t)nodes * sizeof *x);
   for (int i = 0; i < nodes; i++) number[i] = -1;
   for (int t = 0; t < tets; t++) {

@@ -317,5 +317,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(the_lowest_mode_decays_as_rayleigh_says),
                    TEST(viscosity_does_not_feel_rigid_motion), TEST(a_spinning_body_keeps_its_energy),
-                   TEST(damping_never_feeds_energy), TEST(calm_winds_down_and_lets_be), TEST(bad_coefficients_are_sentences));
+                   TEST(damping_never_feeds_energy), TEST(calm_winds_down_and_lets_be),
+                   TEST(bad_coefficients_are_sentences));
 }

@@ -378,7 +378,8 @@ static void tiles_run_out_of_room(void)
   }
 }
 
-/* Tets flattened until their gradients are all but parallel: a matrix is as exact as those, not as their determinant. */
+/* Tets flattened until their gradients are all but parallel: a matrix is as exact as those, not as their
+ * determinant. */
 static void slivers(void)
 {
   static const double along[3] = {0.5, 0.7, 0.509901951359278}, flat = 1e-7;

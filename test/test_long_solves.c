@@ -1,6 +1,6 @@
-/* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps that are
- * lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one, whose potential
- * or way is the case's. */
+/* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps
+ * that are lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one,
+ * whose potential or way is the case's. */
 #include "body.h"
 #include "test.h"
 
@@ -43,7 +43,8 @@ static int spring_potential(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
-static double spring_way(const flesh_effect *effect, double t_from, const double *x_from, double t_to, const double *x_to)
+static double spring_way(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                         const double *x_to)
 {
   const spring *s = effect->data;
   const double from = distance(s, x_from), way = fabs(distance(s, x_to) - from);

@@ -1,5 +1,5 @@
-/* test_patch.c: few nodes that carry a residual are solved for alone: with every effect, in fewer iterations, with the same
- * result, and not where nothing goes astray. */
+/* test_patch.c: few nodes that carry a residual are solved for alone: with every effect, in fewer iterations, with
+ * the same result, and not where nothing goes astray. */
 #include "body.h"
 #include "integrator/patch.h"
 #include "test.h"
@@ -19,7 +19,8 @@ static void make_block(flesh_mass mass, test_body *b)
 
 static int in_ball(const double X[3]) { return hypot(hypot(X[0] - 0.1, X[1] - 0.05), X[2] - 0.05) < 0.016; }
 
-/* How far a tangle's nodes are thrown, m: with a thousandth more, rounding decides which of two equilibria it ends in. */
+/* How far a tangle's nodes are thrown, m: with a thousandth more, rounding decides which of two equilibria it ends
+ * in. */
 static const double TANGLE = 0.017;
 
 static void throw_about(const test_body *b, double amplitude, double *x)
@@ -103,8 +104,8 @@ static void the_rest_of_the_body_is_there(void)
   double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(4 * (size_t)b.n * sizeof *r), *w = r + b.n;
   double *after = r + 2 * b.n, *there = r + 3 * b.n;
   for (int d = 0; d < b.n; d++) b.state.v[d] = 0.1 * sin(d);
-  const flesh_stage stage = {.t = h, .load = 1, .share = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)}, .x0 = b.state.x,
-                             .x_lag = b.state.x, .v_lag = b.state.v};
+  const flesh_stage stage = {.t = h, .load = 1, .share = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
+                             .x0 = b.state.x, .x_lag = b.state.x, .v_lag = b.state.v};
   CHECK_OK(flesh_problem_set_stage(problem, &stage));
   /* Everywhere in balance but in the ball, which has moved since K was assembled. */
   for (int k = 0; k < 12; k++) {
@@ -136,7 +137,8 @@ static void the_rest_of_the_body_is_there(void)
   CHECK(lower < before);
   for (int d = 0; d < b.n; d++)
     if (w[d] == 0) after[d] = 0;
-  printf("# %d unknowns moved, residual %.3g, then %.3g\n", moved, flesh_norm(NULL, b.n, r), flesh_norm(NULL, b.n, after));
+  printf("# %d unknowns moved, residual %.3g, then %.3g\n", moved, flesh_norm(NULL, b.n, r),
+         flesh_norm(NULL, b.n, after));
   CHECK_BELOW(flesh_norm(NULL, b.n, after), 0.01 * flesh_norm(NULL, b.n, r));
   free(u);
   free(r);
@@ -177,7 +179,8 @@ static void patches_that_raise_the_potential_are_refused(void)
     CHECK_OK(flesh_problem_factor(problem));
     for (int d = 0; d < b.n; d++) p[d] = -r[d];
     memcpy(alone, p, (size_t)b.n * sizeof *p);
-    CHECK_OK(problem->linear->pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-3, 2000, alone, p, &result));
+    CHECK_OK(problem->linear->pcg(problem->pcg, problem->K, problem->preconditioner, NULL, 1e-3, 2000, alone, p,
+                                  &result));
     CHECK_OK(flesh_guard_step(problem, u, r, p));
     memcpy(k ? with : without, p, (size_t)b.n * sizeof *p);
   }

@@ -107,9 +107,9 @@ static void incomplete_cholesky_leaves_fixed_components_alone(void)
   test_body_destroy(&b);
 }
 
-/* The diagonal block of P at node i is that of A, plus the smallest shift, less a share of the symmetric part of what P has
- * outside the pattern in the same rows: all of it where that stiffens, else at most a twentieth of the trace of A. Returns by
- * how much it is off. */
+/* The diagonal block of P at node i is that of A, plus the smallest shift, less a share of the symmetric part of
+ * what P has outside the pattern in the same rows: all of it where that stiffens, else at most a twentieth of the
+ * trace of A. Returns by how much it is off. */
 static double off_the_diagonal(const double *P, const double *dense, const flesh_block_matrix *A, int i)
 {
   const int n = 3 * A->rows;
@@ -308,8 +308,8 @@ static double residual_of(const flesh_block_matrix *A, const double *b, const do
   return test_norm(3 * A->rows, Ax);
 }
 
-/* Where single precision is asked for, solves take as many iterations and end as near, within its rounding, whatever the
- * units; they are in double precision where that would show, or where weights differ. */
+/* Where single precision is asked for, solves take as many iterations and end as near, within its rounding, whatever
+ * the units; they are in double precision where that would show, or where weights differ. */
 static void conjugate_gradients_in_single_precision(void)
 {
   test_body b;

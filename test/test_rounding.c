@@ -45,7 +45,8 @@ static void inertia_covers_what_rounding_changes(void)
     flesh_problem *problem = NULL;
     int before = 1;
     const flesh_material material = test_material(FLESH_ENERGY_S, ratios[k]);
-    CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.2, 0.02), material, 1000, FLESH_MASS_LUMPED, 1, &b)); /* flat tets */
+    /* Flat tets. */
+    CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.2, 0.02), material, 1000, FLESH_MASS_LUMPED, 1, &b));
     CHECK_OK(flesh_system_finish(b.system));
     flesh_solver_options_default(&options);
     CHECK_OK(flesh_problem_create(b.system, &options, &problem));

@@ -354,8 +354,8 @@ static void direct_solvers_solve(void)
   test_body_destroy(&b);
 }
 
-/* Rows of none to five blocks in eight binary digits, against sums of what was set: within a unit of the last digit, and
- * whether a block is the first or the second of a pair makes no difference at all. */
+/* Rows of none to five blocks in eight binary digits, against sums of what was set: within a unit of the last digit,
+ * and whether a block is the first or the second of a pair makes no difference at all. */
 static void triangles_round_alike(void)
 {
   enum { ROWS = 6, MOST = 5 };

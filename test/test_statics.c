@@ -156,7 +156,8 @@ static void drags_pull_and_let_go(void)
   test_body_destroy(&b);
 }
 
-/* A block that starts deformed by z += shear x, x *= stretch, and comes back to rest, to 1e-8; its Newton iterations. */
+/* A block that starts deformed by z += shear x, x *= stretch, and comes back to rest, to 1e-8; its Newton
+ * iterations. */
 static int comes_back(flesh_energy energy, int cells, double stretch, double shear, flesh_filtering filtering)
 {
   test_body b;

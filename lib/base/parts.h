@@ -9,7 +9,8 @@ enum { FLESH_PARTS_MAX = 64 };
 
 /* Calls part(data, k, begin, end) for every part k, which is begin <= i < end. `threads` may be NULL. Returns how many
  * parts there are, FLESH_PARTS_MAX at most. */
-int flesh_parts_run(flesh_threads *threads, int length, void (*part)(void *data, int k, int begin, int end), void *data);
+int flesh_parts_run(flesh_threads *threads, int length, void (*part)(void *data, int k, int begin, int end),
+                    void *data);
 
 double flesh_dot(flesh_threads *threads, int n, const double *x, const double *y);
 double flesh_norm(flesh_threads *threads, int n, const double *x);

@@ -16,9 +16,9 @@
 
 #include "base/error.h"
 
-/* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve does
- * by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks are done
- * before it lets others run, some tens of microseconds. */
+/* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve
+ * does by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks
+ * are done before it lets others run, some tens of microseconds. */
 enum { IDLE_LOOKS = 32000, LOOKS = 4000 };
 
 /* Tasks left of one thread: generation << 32 | next << 16 | end, in one word so that a thread that

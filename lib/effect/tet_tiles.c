@@ -24,8 +24,10 @@ typedef struct census {
   uint16_t *degree, *star;
   pair_list own;     /* of different nodes, by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
-  int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES]; /* of its nodes: the mesh's numbers; as flesh_cells names */
-  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS];      /* of its pairs: as flesh_cells names them; the first node */
+  /* Of its nodes: the mesh's numbers; as flesh_cells names them. */
+  int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES];
+  /* Of its pairs: as flesh_cells names them; the first node. */
+  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS];
   uint16_t node_rank[FLESH_TILE_NODES], pair_rank[FLESH_TILE_PAIRS]; /* their final numbers */
 } census;
 
@@ -190,8 +192,8 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
   census *c = malloc(sizeof *c);
   int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
   uint8_t *met = calloc(mesh + 1, 1);
-  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree && to.star &&
-                 to.nodes && to.pairs && c && of_nodes && of_pairs && met;
+  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree &&
+                 to.star && to.nodes && to.pairs && c && of_nodes && of_pairs && met;
   if (ok) {
     int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
     *c = (census){.number = of_nodes,

@@ -206,8 +206,8 @@ static int goes_on(flesh_problem *problem, const double *u, double *reached)
   return before - value > fmax(0.1 * (problem->first_potential - value), 1e-12 * magnitude);
 }
 
-/* KINSOL's iterations, BATCH at a time while they get somewhere, max_newton in all and that again for every extension. A
- * smaller limit that a program has set in KINSOL holds. Returns KINSOL's flag. */
+/* KINSOL's iterations, BATCH at a time while they get somewhere, max_newton in all and that again for every
+ * extension. A smaller limit that a program has set in KINSOL holds. Returns KINSOL's flag. */
 static int iterate(flesh_nonlinear *self, int strategy, int extensions)
 {
   flesh_problem *problem = self->problem;

@@ -10,10 +10,10 @@ int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_option
                            flesh_nonlinear **nonlinear);
 void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
 
-/* Solves the stage from u = 0, or from the one of `guesses` (each [3*n]; NULL ends them; may be NULL) that has the lowest
- * potential, where that is lower; a solve that meets its iteration limit goes on as many times as `extensions` says. The
- * solution is flesh_nonlinear_unknowns() [3*n], also (the last iterate) after FLESH_NOT_CONVERGED. FLESH_UNDEFINED or
- * FLESH_NONFINITE when the start has no residual. Adds to *stats. */
+/* Solves the stage from u = 0, or from the one of `guesses` (each [3*n]; NULL ends them; may be NULL) that has the
+ * lowest potential, where that is lower; a solve that meets its iteration limit goes on as many times as
+ * `extensions` says. The solution is flesh_nonlinear_unknowns() [3*n], also (the last iterate) after
+ * FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no residual. Adds to *stats. */
 int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *const *guesses,
                           int extensions, flesh_solve_stats *stats);
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */

@@ -104,8 +104,8 @@ static void turn_on(int count, const int *nodes, const double *mass, const flesh
 }
 
 /* The rotation that leads nearest to x + h v (Kabsch 1976): where the inertia of backward Euler draws a rigid body. */
-static void turn_nearest(int count, const int *nodes, const double *mass, const flesh_state *state, const double centre[3],
-                         const double mean[3], double h, double turn[9])
+static void turn_nearest(int count, const int *nodes, const double *mass, const flesh_state *state,
+                         const double centre[3], const double mean[3], double h, double turn[9])
 {
   double fit[9] = {0}, U[9], sigma[3], V[9];
   for (int k = 0; k < count; k++) {

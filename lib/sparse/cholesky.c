@@ -1,16 +1,15 @@
-/* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that or
- * less.
+/* cholesky.c: incomplete block Cholesky without fill, in single precision, its factor kept in half of that or less.
  *
  * The factorisation is A + shift |diag A| ~ (I + U)^T D (I + U) on A's own pattern, right-looking: once row k is final,
  * every pair (j,l) of its neighbours that is itself in the pattern is updated. Which pairs those are depends on the
  * pattern alone and is worked out once.
  *
- * What falls outside the pattern is not dropped altogether: it goes to the diagonal, as in the modified factorisation of
- * Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that stiffens;
- * where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
+ * What falls outside the pattern is not dropped altogether: it goes to the diagonal, as in the modified factorisation
+ * of Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that
+ * stiffens; where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
  *
- * Rows follow the order of halves.h, each half by a task of its own. What the second adds to the rows between goes to
- * a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather. */
+ * Rows follow the order of halves.h, each half by a task of its own. What the second adds to the rows between goes
+ * to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather. */
 #include "sparse/cholesky.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* coarse.c: P^T A P by pairs of cells, and its sparse Cholesky factor.
  *
- * The node at (x, y, z) of its cell moves with corner a by the product of x or 1 - x, y or 1 - y, z or 1 - z, as the bits
- * of a say. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination: component c of its
- * displacement is the unknown 3 rank + c. */
+ * The node at (x, y, z) of its cell moves with corner a by the product of x or 1 - x, y or 1 - y, z or 1 - z, as the
+ * bits of a say. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination:
+ * component c of its displacement is the unknown 3 rank + c. */
 #include "sparse/coarse.h"
 
 #include <math.h>
@@ -23,8 +23,8 @@ enum {
   MOST = 16384 /* vertices */
 };
 
-/* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them, here
- * and below. */
+/* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them,
+ * here and below. */
 typedef struct term {
   int pair, node, other;
   int block; /* ~: of the transpose */
@@ -33,7 +33,8 @@ typedef struct term {
 /* Two cells that A couples, or one with itself. */
 typedef struct pair {
   int low, high, first;           /* of its terms */
-  int entry[CORNERS * CORNERS]; /* where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed */
+  /* Where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed. */
+  int entry[CORNERS * CORNERS];
 } pair;
 
 /* Of a cell: r by corner, component by component. */
@@ -277,8 +278,8 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
-/* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first cell
- * and corners of the second from `first` on are in sum[a]. */
+/* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
+ * cell and corners of the second from `first` on are in sum[a]. */
 static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, int first,
                      aside sum[CORNERS][9])
 {
@@ -424,5 +425,6 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
          (size_t)self->pair_count * sizeof(pair) +
          (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
          (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
-         (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) + flesh_block12_memory(&self->matrix);
+         (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
+         flesh_block12_memory(&self->matrix);
 }

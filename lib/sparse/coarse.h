@@ -1,10 +1,10 @@
 /* coarse.h: the part of a matrix's inverse that incomplete factorisations do not see: smooth displacements.
  *
  * A grid lies over the body at rest (coarse_grid.h), and the coarse space holds every displacement that is trilinear
- * within each of its cells: the affine ones of the whole body among them, so translations, rotations from any deformed
- * state, stretches. With P its basis, what is added to a preconditioner is P (P^T A P)^-1 P^T, the additive Schwarz method
- * with a coarse space. P and the factor of P^T A P are rounded to single precision, as they are read in every iteration,
- * and so is what is solved for. */
+ * within each of its cells: the affine ones of the whole body among them, so translations, rotations from any
+ * deformed state, stretches. With P its basis, what is added to a preconditioner is P (P^T A P)^-1 P^T, the additive
+ * Schwarz method with a coarse space. P and the factor of P^T A P are rounded to single precision, as they are read
+ * in every iteration, and so is what is solved for. */
 #ifndef FLESH_SPARSE_COARSE_H
 #define FLESH_SPARSE_COARSE_H
 
@@ -16,8 +16,8 @@
 
 typedef struct flesh_coarse flesh_coarse;
 
-/* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `halves` may
- * then be forgotten, `threads` (may be NULL) is borrowed. Returns new. */
+/* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `halves`
+ * may then be forgotten, `threads` (may be NULL) is borrowed. Returns new. */
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices, const flesh_halves *halves,
                         flesh_threads *threads, flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);

@@ -179,7 +179,8 @@ static int join_all(builder *b)
   return FLESH_OK;
 }
 
-/* Numbers the vertices, twice as many as `vertices` at most; `place` [rows]: where each of the mesh's nodes is stored. */
+/* Numbers the vertices, twice as many as `vertices` at most; `place` [rows]: where each of the mesh's nodes is
+ * stored. */
 static int find_vertices(builder *b, const flesh_block_matrix *A, const int *place, int vertices,
                          flesh_coarse_grid *grid)
 {
@@ -272,7 +273,8 @@ int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *position
                              flesh_coarse_grid *grid)
 {
   const size_t rows = (size_t)A->rows + 1;
-  *grid = (flesh_coarse_grid){.cell = flesh_large(rows * sizeof(int)), .local = flesh_large(rows * sizeof(flesh_float4))};
+  *grid = (flesh_coarse_grid){.cell = flesh_large(rows * sizeof(int)),
+                              .local = flesh_large(rows * sizeof(flesh_float4))};
   builder b = {.rows = A->rows, .X = positions, .stored = stored};
   b.at = malloc(rows * sizeof *b.at);
   b.parent = malloc(CORNERS * rows * sizeof *b.parent);

@@ -19,8 +19,8 @@ void flesh_direct_destroy(flesh_direct **direct);
  * *direct is NULL where the factorisation would take more than `most_flops` operations. */
 int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct);
 
-/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (all but plain KLU), not positive
- * definite. */
+/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (all but plain KLU), not
+ * positive definite. */
 int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 
 /* x = A^-1 b [3*rows]; x and b must not overlap. */

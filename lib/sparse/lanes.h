@@ -1,7 +1,7 @@
 /* lanes.h: vectors of four lanes, three for a node's components and one that pads, in the compiler's own vector types.
  *
- * Blocks are nine numbers without padding. A row of one is loaded as four lanes, the fourth of which is the number after
- * it in memory: it meets only other fourth lanes, and those are dropped in the end. */
+ * Blocks are nine numbers without padding. A row of one is loaded as four lanes, the fourth of which is the number
+ * after it in memory: it meets only other fourth lanes, and those are dropped in the end. */
 #ifndef FLESH_SPARSE_LANES_H
 #define FLESH_SPARSE_LANES_H
 

@@ -1,5 +1,5 @@
-/* linear.h: conjugate gradients, their preconditioners and products, as compiled for each instruction set. The functions
- * are those of pcg.h, preconditioner.h and product.h; what one set has made only that set may use. */
+/* linear.h: conjugate gradients, their preconditioners and products, as compiled for each instruction set. The
+ * functions are those of pcg.h, preconditioner.h and product.h; what one set has made only that set may use. */
 #ifndef FLESH_SPARSE_LINEAR_H
 #define FLESH_SPARSE_LINEAR_H
 

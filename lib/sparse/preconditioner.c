@@ -30,8 +30,8 @@ struct flesh_preconditioner_data {
   float *z;         /* [4*rows] of the last solve by blocks; the others keep it themselves */
 };
 
-/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster than
- * the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
+/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
+ * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
 enum { VERTEX_NODES = 50, MANY_NODES = 36000 };
 
 static int vertices_for(int nodes)
@@ -101,7 +101,8 @@ static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix
     const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
     if (!flesh_block_invert(block, inverse))
       for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
-    for (int e = 0; e < 9; e++) self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
+    for (int e = 0; e < 9; e++)
+      self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
   }
 }
 

@@ -83,8 +83,8 @@ typedef struct multiplication {
   void *data;
 } multiplication;
 
-/* Four times a number, and the sums of three vectors' first three lanes. Where a register holds two, compilers would take
- * each lane through memory by itself, and what is then loaded as two waits until both have arrived there. */
+/* Four times a number, and the sums of three vectors' first three lanes. Where a register holds two, compilers would
+ * take each lane through memory by itself, and what is then loaded as two waits until both have arrived there. */
 #ifdef __AVX__
 static inline flesh_double4 all_of(double number) { return number - (flesh_double4){0}; }
 static inline flesh_double4 sums_of(const flesh_double4 s[3]) { return FLESH_LANES_SUMS(s[0], s[1], s[2]); }
@@ -111,8 +111,8 @@ static inline flesh_double4 sums_of(const flesh_double4 s[3])
 }
 #endif
 
-/* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor fetches
- * itself what comes next. */
+/* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor
+ * fetches itself what comes next. */
 static inline __attribute__((always_inline)) double rows_double(const multiplication *m, int part, int far)
 {
   const flesh_product *product = m->product;
@@ -164,7 +164,8 @@ static inline __attribute__((always_inline)) flesh_six row_of_two(float *block, 
 }
 
 /* The same of one. */
-static inline __attribute__((always_inline)) flesh_six row_of_one(float *block, int r, const double *exact, double scale)
+static inline __attribute__((always_inline)) flesh_six row_of_one(float *block, int r, const double *exact,
+                                                                  double scale)
 {
   flesh_float4_loose *row = (flesh_float4_loose *)(block + 3 * r);
   if (exact) *row = flesh_six_rounded(scale, exact + 3 * r);
@@ -184,8 +185,8 @@ static inline __attribute__((always_inline)) void expect_two(const float *block,
     FLESH_EXPECT_ONCE(exact ? (const void *)(exact + 9 * b) : (const void *)(block + 9 * b));
 }
 
-/* A row whose blocks have been multiplied. Its end, which waits for its sums, comes after the next row's blocks: no more
- * than two rows' instructions are on their way at once, and those that wait would hold up the others. */
+/* A row whose blocks have been multiplied. Its end, which waits for its sums, comes after the next row's blocks: no
+ * more than two rows' instructions are on their way at once, and those that wait would hold up the others. */
 typedef struct single_row {
   flesh_six sum[3];
   flesh_float4 diagonal, x;
@@ -201,7 +202,8 @@ static inline __attribute__((always_inline)) flesh_float4 end_single(const singl
 }
 
 /* As rows_double; `rounding`: from A's own blocks. */
-static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int far, int rounding)
+static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int far,
+                                                                int rounding)
 {
   enum { RUN = 16 }; /* rows whose curvature is summed up in single precision */
   const flesh_product *product = m->product;
@@ -279,7 +281,10 @@ static double multiply_rows(const multiplication *m, int part)
 /* Bytes of a node in vectors. */
 static size_t size_of(const multiplication *m) { return 4 * (m->single ? sizeof(float) : sizeof(double)); }
 
-static void *at(const multiplication *m, void *vector, int place) { return (char *)vector + size_of(m) * (size_t)place; }
+static void *at(const multiplication *m, void *vector, int place)
+{
+  return (char *)vector + size_of(m) * (size_t)place;
+}
 
 /* x of a part before its rows are multiplied, and y = 0. */
 static void make_ready(const multiplication *m, int part)

@@ -28,9 +28,9 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);
 
-/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that of
- * y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)` makes it
- * so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
+/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that
+ * of y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)`
+ * makes it so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
 double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                               void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
 

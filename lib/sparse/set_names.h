@@ -1,5 +1,5 @@
-/* set_names.h: the linear solver is compiled once for every instruction set, and its functions are then named after that,
- * flesh_pcg_avx2 and so on. Who does not ask for a certain one goes by linear.h. */
+/* set_names.h: the linear solver is compiled once for every instruction set, and its functions are then named after
+ * that, flesh_pcg_avx2 and so on. Who does not ask for a certain one goes by linear.h. */
 #ifndef FLESH_SPARSE_SET_NAMES_H
 #define FLESH_SPARSE_SET_NAMES_H
 

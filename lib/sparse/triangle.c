@@ -13,7 +13,8 @@ int flesh_triangle_create(int rows, const int *blocks, int split, flesh_triangle
   *triangle = (flesh_triangle){.rows = rows, .split = split, .start = malloc(((size_t)rows + 1) * sizeof(int))};
   if (!triangle->start) return FLESH_ERR_MEMORY;
   triangle->start[0] = 0;
-  for (int p = 0; p < rows; p++) triangle->start[p + 1] = triangle->start[p] + (split ? blocks[p] : (blocks[p] + 1) / 2);
+  for (int p = 0; p < rows; p++)
+    triangle->start[p + 1] = triangle->start[p] + (split ? blocks[p] : (blocks[p] + 1) / 2);
   const size_t pairs = (size_t)triangle->start[rows];
   triangle->column = flesh_large_zeroed((2 * pairs + 1) * sizeof *triangle->column);
   triangle->words = flesh_large_zeroed((9 * pairs + BEHIND) * sizeof *triangle->words);

@@ -35,8 +35,8 @@ static int solve_mass(flesh_problem *self, const double *right, double *y)
   if (status) return status;
   if (self->direct) return flesh_direct_solve(self->direct, right, y);
   flesh_pcg_result result;
-  status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, 1e-13 * norm, self->options.max_linear, right,
-                     y, &result);
+  status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, 1e-13 * norm, self->options.max_linear,
+                             right, y, &result);
   self->stats.linear += result.iterations;
   return status;
 }

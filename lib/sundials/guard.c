@@ -1,5 +1,5 @@
-/* guard.c: scales Newton steps so that the incremental potential falls, watches how well the quadratic model foretold it,
- * and has few nodes that stay behind solved for alone. */
+/* guard.c: scales Newton steps so that the incremental potential falls, watches how well the quadratic model
+ * foretold it, and has few nodes that stay behind solved for alone. */
 #include <math.h>
 #include <string.h>
 

@@ -37,7 +37,8 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
     right[d] = problem->fixed[d] ? 0 : b2[d] + share * right[d] - Kfree1[d] / from_x;
   double *w = problem->change;
   int status = FLESH_OK;
-  if (approximately && problem->preconditioner) problem->linear->preconditioner_apply(problem->preconditioner, right, w);
+  if (approximately && problem->preconditioner)
+    problem->linear->preconditioner_apply(problem->preconditioner, right, w);
   else status = flesh_ida_solve(problem, problem->options.linear_tolerance, right, w);
   if (status) return status;
   for (int d = 0; d < n; d++) {

@@ -229,8 +229,8 @@ int flesh_ida_solve(flesh_ida_problem *self, double tolerance, const double *b, 
   if (self->direct) return flesh_direct_solve(self->direct, b, x);
   flesh_pcg_result result;
   tolerance *= flesh_norm(self->threads, self->n, b);
-  int status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b, x,
-                         &result);
+  int status = self->linear->pcg(self->pcg, self->K, self->preconditioner, NULL, tolerance, self->options.max_linear, b,
+                                 x, &result);
   self->stats.linear += result.iterations;
   return status;
 }

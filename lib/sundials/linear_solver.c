@@ -75,8 +75,8 @@ static int conjugate_gradients(solver *self, int limit, const double *b, double 
                                  .stop = asked_to_stop, .stop_data = problem,
                                  .single = problem->single, .same = problem->solved};
   const double *weights = self->scaling ? N_VGetArrayPointer(self->scaling) : NULL;
-  int status = problem->linear->pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights, tolerance, limit,
-                                b, p, &result);
+  int status = problem->linear->pcg_guided(problem->pcg, problem->K, problem->preconditioner, &guide, weights,
+                                           tolerance, limit, b, p, &result);
   problem->solved = 1;
   self->report.iterations += result.iterations;
   self->report.residual = result.residual;

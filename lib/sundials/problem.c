@@ -481,10 +481,10 @@ typedef struct search {
   _Atomic int found;
 } search;
 
-/* Rounding moves a row by few units in the last place of its diagonal, and inertia is what the softest displacements have
- * at least. Where the one is this many times the other, their stiffness changes by less than a hundredth (or two where
- * the mass is consistent, as that may be half of its diagonal). Steps take as many iterations up to 7e4, and some
- * hundredths more from 1e5 on, in less time all the same. */
+/* Rounding moves a row by few units in the last place of its diagonal, and inertia is what the softest displacements
+ * have at least. Where the one is this many times the other, their stiffness changes by less than a hundredth (or
+ * two where the mass is consistent, as that may be half of its diagonal). Steps take as many iterations up to 7e4,
+ * and some hundredths more from 1e5 on, in less time all the same. */
 static void seek_too_stiff(void *data, int k, int begin, int end)
 {
   (void)k;

@@ -60,8 +60,8 @@ struct flesh_problem {
   int kept;              /* K is that of an earlier iterate of the stage: its factor serves, too */
   int solved;            /* K is that of the last solve by PCG */
   int filtered;          /* how its elements' negative eigenvalues are treated, a flesh_projected */
-  /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL: none
-   * is asked for. */
+  /* A change w [n] of u that lowers the potential where few nodes carry the residual r at u; else no FLESH_OK. NULL:
+   * none is asked for. */
   int (*patch)(flesh_problem *problem, const double *u, const double *r, double *w);
   /* PCG's iterations per tenfold reduction with the preconditioner when it was new, of solves by few tenfolds and by
    * many (0: not known), and how many more than that the solves since then have taken in all. */

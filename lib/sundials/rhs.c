@@ -212,11 +212,11 @@ int flesh_rhs_make_condensed(flesh_rhs_problem *self)
   int status = FLESH_OK;
   if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
   if (status || c->preconditioner || c->direct) return status;
-  return options->linear_solver == FLESH_LINEAR_PCG
-             ? self->motion->linear->preconditioner_create(options->preconditioner, c->A,
-                                                           flesh_mesh_positions(flesh_system_mesh(self->motion->system)),
-                                                           self->motion->threads, &c->preconditioner)
-             : flesh_direct_create(options->linear_solver, c->A, &c->direct);
+  if (options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(options->linear_solver, c->A, &c->direct);
+  const double *positions = flesh_mesh_positions(flesh_system_mesh(self->motion->system));
+  return self->motion->linear->preconditioner_create(options->preconditioner, c->A, positions, self->motion->threads,
+                                                     &c->preconditioner);
 }
 
 int flesh_rhs_factor(flesh_rhs_problem *self)

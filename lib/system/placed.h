@@ -4,8 +4,8 @@
 
 #include "flesh/system.h"
 
-/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.placed), and of the sizes of
- * their terms. */
+/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.placed), and of the
+ * sizes of their terms. */
 typedef struct flesh_placed {
   int known;
   double phi, magnitude;
