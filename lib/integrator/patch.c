@@ -341,6 +341,8 @@ static int solve(patch *self, double *w)
   options.accept_unconverged = 1;
   options.nonlinear_elimination = 0;
   options.threads = 1;
+  /* Held all around, a patch has no smooth displacements that would be worth a coarse level. */
+  if (options.preconditioner == FLESH_PRECONDITIONER_AUTO) options.preconditioner = FLESH_PRECONDITIONER_IC;
   /* All that is held stays where it is. */
   const flesh_stage stage = {.t = whole->stage.t, .load = 1, .share = 0, .shift = whole->stage.shift, .x0 = self->x};
   flesh_nonlinear *nonlinear = NULL;

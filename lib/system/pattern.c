@@ -44,12 +44,12 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
 {
   *pattern = (flesh_pattern){.rows = rows};
   size_t *start = calloc((size_t)rows + 2, sizeof *start), total = 0;
-  int *entries = NULL;
+  int *entries = NULL, *seen_in = malloc(((size_t)rows + 1) * sizeof *seen_in);
   pattern->row_start = malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
   pattern->row_end = malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
-  if (!start || !pattern->row_start || !pattern->row_end) goto no_memory;
+  if (!start || !seen_in || !pattern->row_start || !pattern->row_end) goto no_memory;
 
-  /* Every pair once per cell that has it, bucketed by row; then each row is sorted and thinned. */
+  /* Every pair once per cell that has it, bucketed by row; then each row is thinned and sorted. */
   for (int i = 0; i < rows; i++) start[i + 1] = 1;
   for (int k = 0; k < count; k++) {
     int m = cells[k]->nodes_per_cell;
@@ -75,17 +75,23 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
     }
   }
   free(fill);
+  for (int i = 0; i < rows; i++) seen_in[i] = -1;
   for (int i = 0; i < rows; i++) {
-    int *row = entries + start[i];
-    size_t length = start[i + 1] - start[i], kept = 0;
-    qsort(row, length, sizeof *row, compare_int);
+    int *row = entries + total; /* no later than where row i's entries begin */
+    size_t kept = 0;
+    for (size_t k = start[i]; k < start[i + 1]; k++) {
+      const int column = entries[k];
+      if (seen_in[column] == i) continue;
+      seen_in[column] = i;
+      row[kept++] = column;
+    }
+    qsort(row, kept, sizeof *row, compare_int);
     pattern->row_start[i] = (int)total;
-    for (size_t k = 0; k < length; k++)
-      if (k == 0 || row[k] != row[k - 1]) entries[total + kept++] = row[k];
     total += kept;
     pattern->row_end[i] = (int)total;
     if (total > INT_MAX / 9) {
       free(start);
+      free(seen_in);
       free(entries);
       flesh_pattern_clear(pattern);
       return flesh_fail(FLESH_ERR_ARGUMENT, "the Jacobian has more than %d blocks", INT_MAX / 9);
@@ -96,10 +102,12 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
   entries = NULL;
   if (lay_out(pattern)) goto no_memory;
   free(start);
+  free(seen_in);
   return FLESH_OK;
 
 no_memory:
   free(start);
+  free(seen_in);
   free(entries);
   flesh_pattern_clear(pattern);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
