@@ -240,24 +240,24 @@ static void subtract(double *restrict C, const double *restrict P, const double 
   }
 }
 #else
-/* C -= P Q^T, four columns at a time: P's are loaded once for them, and their sums stay in registers. */
+/* C -= P Q^T, three registers' rows of four columns at a time: their sums stay in registers. */
 static void subtract(double *restrict C, const double *restrict P, const double *restrict Q)
 {
-  for (int s = 0; s < N; s += 4) {
-    flesh_double4 sums[4][3];
-    for (int t = 0; t < 4; t++)
-      for (int p = 0; p < 3; p++) sums[t][p] = FLESH_LANES_DOUBLE(C + N * (s + t) + 4 * p);
-    for (int m = 0; m < N; m++) {
-      const double *column = P + N * m;
-      const flesh_double4 rows[3] = {FLESH_LANES_DOUBLE(column), FLESH_LANES_DOUBLE(column + 4),
-                                     FLESH_LANES_DOUBLE(column + 8)};
-#pragma GCC unroll 4
+  for (int s = 0; s < N; s += 4)
+    for (int r = 0; r < N; r += 3 * FLESH_ASIDE) {
+      flesh_aside sums[4][3];
       for (int t = 0; t < 4; t++)
-        for (int p = 0; p < 3; p++) sums[t][p] -= rows[p] * Q[N * m + s + t];
+        for (int p = 0; p < 3; p++) sums[t][p] = FLESH_LANES_ASIDE(C + N * (s + t) + r + FLESH_ASIDE * p);
+      for (int m = 0; m < N; m++) {
+        flesh_aside rows[3];
+        for (int p = 0; p < 3; p++) rows[p] = FLESH_LANES_ASIDE(P + N * m + r + FLESH_ASIDE * p);
+#pragma GCC unroll 4
+        for (int t = 0; t < 4; t++)
+          for (int p = 0; p < 3; p++) sums[t][p] -= rows[p] * Q[N * m + s + t];
+      }
+      for (int t = 0; t < 4; t++)
+        for (int p = 0; p < 3; p++) FLESH_LANES_ASIDE(C + N * (s + t) + r + FLESH_ASIDE * p) = sums[t][p];
     }
-    for (int t = 0; t < 4; t++)
-      for (int p = 0; p < 3; p++) *(flesh_double4_loose *)(C + N * (s + t) + 4 * p) = sums[t][p];
-  }
 }
 #endif
 

@@ -244,31 +244,24 @@ typedef struct assembly {
   const flesh_block_matrix *A;
 } assembly;
 
-/* Corners of a pair's second cell side by side, as many as leave room for nine of these vectors in registers. */
-#if defined(__AVX512F__)
-enum { ASIDE = 8 };
-#elif defined(__AVX__)
-enum { ASIDE = 4 };
-#else
-enum { ASIDE = 2 };
-#endif
-typedef double aside __attribute__((vector_size(8 * ASIDE)));
-typedef float aside_floats __attribute__((vector_size(4 * ASIDE)));
+/* Corners of a pair's second cell go side by side, as many as a register holds: there is room for nine of these. */
+typedef float aside_floats __attribute__((vector_size(4 * FLESH_ASIDE)));
 
 /* Weights of the corners from `first` on. */
-static inline aside weights_of_some(flesh_float4 local, int first)
+static inline flesh_aside weights_of_some(flesh_float4 local, int first)
 {
   const flesh_float8 all = weights_at(local);
   aside_floats some;
   memcpy(&some, (const float *)&all + first, sizeof some);
-  return __builtin_convertvector(some, aside);
+  return __builtin_convertvector(some, flesh_aside);
 }
 
 /* T[3 c + d] += A[c][d] w_other. */
-static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first, aside T[9])
+static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first,
+                            flesh_aside T[9])
 {
   const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
-  const aside w = weights_of_some(self->grid.local[t->other], first);
+  const flesh_aside w = weights_of_some(self->grid.local[t->other], first);
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
@@ -281,14 +274,14 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
 /* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
  * cell and corners of the second from `first` on are in sum[a]. */
 static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, int first,
-                     aside sum[CORNERS][9])
+                     flesh_aside sum[CORNERS][9])
 {
   const int end = p[1].first;
   memset(sum, 0, CORNERS * sizeof *sum);
   for (int k = p->first; k < end;) {
     const int node = self->terms[k].node;
     const flesh_float8 w = weights_at(self->grid.local[node]);
-    aside T[9] = {{0}};
+    flesh_aside T[9] = {{0}};
     for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], first, T);
     for (int a = 0; a < CORNERS; a++)
       for (int e = 0; e < 9; e++) sum[a][e] += (double)w[a] * T[e];
@@ -307,16 +300,16 @@ static void assemble_part(void *data, int part)
   for (int k = 0; k < self->pair_count; k++) {
     const pair *p = &self->pairs[k];
     if (p->first < terms * part / PARTS || p->first >= terms * (part + 1) / PARTS) continue;
-    aside sum[CORNERS / ASIDE][CORNERS][9];
-    for (int first = 0; first < CORNERS; first += ASIDE) sum_pair(self, s->A, p, first, sum[first / ASIDE]);
+    flesh_aside sum[CORNERS / FLESH_ASIDE][CORNERS][9];
+    for (int first = 0; first < CORNERS; first += FLESH_ASIDE) sum_pair(self, s->A, p, first, sum[first / FLESH_ASIDE]);
     for (int e = 0; e < CORNERS * CORNERS; e++) {
       const int a = e / CORNERS, b = e % CORNERS, at = p->entry[e];
       const int own = corner[CORNERS * p->low + a] == corner[CORNERS * p->high + b];
       double *to = entries + 9 * (size_t)(at < 0 ? ~at : at);
-      const aside *of_corner = sum[b / ASIDE][a];
+      const flesh_aside *of_corner = sum[b / FLESH_ASIDE][a];
       for (int c = 0; c < 3; c++)
         for (int d = 0; d < 3; d++) {
-          const double value = of_corner[3 * c + d][b % ASIDE];
+          const double value = of_corner[3 * c + d][b % FLESH_ASIDE];
           if (at >= 0) to[3 * c + d] += value;
           if (at < 0 || own) to[3 * d + c] += value;
         }

@@ -26,9 +26,21 @@ typedef double flesh_double4_loose __attribute__((vector_size(32), aligned(8), m
 typedef float flesh_float4_loose __attribute__((vector_size(16), aligned(4), may_alias));
 typedef double flesh_double8_loose __attribute__((vector_size(64), aligned(8), may_alias));
 
+/* Numbers side by side, as many as a register holds. */
+#if defined(__AVX512F__)
+enum { FLESH_ASIDE = 8 };
+#elif defined(__AVX__)
+enum { FLESH_ASIDE = 4 };
+#else
+enum { FLESH_ASIDE = 2 };
+#endif
+typedef double flesh_aside __attribute__((vector_size(8 * FLESH_ASIDE)));
+typedef double flesh_aside_loose __attribute__((vector_size(8 * FLESH_ASIDE), aligned(8), may_alias));
+
 #define FLESH_LANES_DOUBLE(pointer) (*(const flesh_double4_loose *)(pointer))
 #define FLESH_LANES_FLOAT(pointer) (*(const flesh_float4_loose *)(pointer))
 #define FLESH_LANES_DOUBLE8(pointer) (*(flesh_double8_loose *)(pointer))
+#define FLESH_LANES_ASIDE(pointer) (*(flesh_aside_loose *)(pointer))
 
 #ifdef __AVX512F__
 /* Four lanes of single precision, four times: one instruction, which GCC 12 does not find by itself. */
