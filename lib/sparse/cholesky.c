@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "base/large.h"
+#include "base/longest.h"
 #include "sparse/block_matrix.h"
 #include "sparse/lanes.h"
 #include "sparse/triangle.h"
@@ -73,22 +74,38 @@ static int compare_long(const void *a, const void *b)
   return (x > y) - (x < y);
 }
 
+/* An order in which substitutions may take the rows: of those side by side none waits for another, and the longer ones
+ * come first. `latest` [rows]: the last row before each that it waits for, -1: none. */
+static void order_rows(const flesh_cholesky *self, const int *latest, const int *blocks, int *order)
+{
+  for (int part = 0; part < 3; part++)
+    for (int begin = self->begin[part], end; begin < self->begin[part + 1]; begin = end) {
+      end = begin + 1;
+      while (end < self->begin[part + 1] && latest[end] < begin) end++;
+      flesh_longest_first(begin, end, blocks, order);
+    }
+}
+
 /* U's pattern, where its blocks come from and where they go. `place` [rows]: of nodes in the order. `sorted` [blocks],
- * `below` [rows]: room. */
+ * `below`, `latest` and `order` [rows]: room. */
 static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const int *place, int split,
-                        long long *sorted, int *below)
+                        long long *sorted, int *below, int *latest, int *order)
 {
   const int rows = A->rows;
   memset(below, 0, (size_t)rows * sizeof *below);
-  for (int i = 0; i < rows; i++)
+  for (int p = 0; p < rows; p++) latest[p] = -1;
+  for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
-      int p = place[i], q = place[A->column[k]];
-      self->start[p < q ? p : q]++;
-      below[p < q ? q : p]++;
+      const int here = place[i], there = place[A->column[k]];
+      const int p = here < there ? here : there, q = here < there ? there : here;
+      self->start[p]++;
+      below[q]++;
+      if (p > latest[q]) latest[q] = p;
     }
-  if (flesh_triangle_create(rows, self->start, split, &self->upper) ||
-      flesh_triangle_create(rows, below, split, &self->lower))
-    return FLESH_ERR_MEMORY;
+  order_rows(self, latest, self->start, order);
+  if (flesh_triangle_create(rows, self->start, order, split, &self->upper)) return FLESH_ERR_MEMORY;
+  order_rows(self, latest, below, order);
+  if (flesh_triangle_create(rows, below, order, split, &self->lower)) return FLESH_ERR_MEMORY;
   for (int p = 0, before = 0; p <= rows; p++) { /* where each row's blocks begin */
     const int own = self->start[p];
     self->start[p] = before;
@@ -194,10 +211,12 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_halves *halve
   if (!status) {
     const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
     long long *sorted = malloc((blocks + 1) * sizeof *sorted);
-    int *below = malloc(((size_t)A->rows + 1) * sizeof *below);
-    status = sorted && below ? make_pattern(self, A, place, alone, sorted, below) : FLESH_ERR_MEMORY;
+    const size_t rows = (size_t)A->rows;
+    int *room = malloc((3 * rows + 1) * sizeof *room);
+    status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows)
+                            : FLESH_ERR_MEMORY;
     free(sorted);
-    free(below);
+    free(room);
   }
   if (!status) status = make_targets(self);
   if (!status) status = allocate_spill(self);
@@ -300,6 +319,8 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
     if (!invert_pivot(self, p)) return 0;
     const float *v = self->inverse + 9 * (size_t)p;
     const int *target = self->target + self->pairs[p], n = start[p + 1] - start[p];
+    const int upper_first = flesh_triangle_place(&self->upper, p, 0),
+              upper_step = flesh_triangle_place(&self->upper, p, 1) - upper_first;
     const three *rows = (const three *)(self->work + 12 * (size_t)start[p]);
     memset(partners, 0, (size_t)n * sizeof *partners);
     for (int a = 0; a < n; a++) {
@@ -327,7 +348,7 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
           upper[3 * r + c] = lower[3 * c + r] = scaled.row[r][c];
           D[3 * r + c] -= own.row[r][c];
         }
-      flesh_triangle_set(&self->upper, flesh_triangle_place(&self->upper, p, a), upper);
+      flesh_triangle_set(&self->upper, upper_first + a * upper_step, upper);
       flesh_triangle_set(&self->lower, self->lower_place[k], lower);
     }
   }
@@ -379,11 +400,11 @@ static void forward(const substitution *s, int part)
   const flesh_triangle lower = self->lower;
   const int far = lower.start[lower.rows] > MANY;
   float *y = self->y;
-  for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
-    if (far) expect(&lower, lower.start[p], FAR);
-    *(flesh_float4 *)(y + 4 * (size_t)p) =
-        *(const flesh_float4 *)(s->r + 4 * (size_t)p) -
-        flesh_triangle_product(&lower, lower.start[p], lower.start[p + 1], y);
+  for (int q = self->begin[part]; q < self->begin[part + 1]; q++) {
+    const size_t p = (size_t)lower.row[q];
+    if (far) expect(&lower, lower.start[q], FAR);
+    *(flesh_float4 *)(y + 4 * p) =
+        *(const flesh_float4 *)(s->r + 4 * p) - flesh_triangle_product(&lower, lower.start[q], lower.start[q + 1], y);
   }
   if (s->coarse) flesh_coarse_restrict(s->coarse, part == 1, self->begin[part], self->begin[part + 1], s->r);
 }
@@ -395,14 +416,15 @@ static void backward(substitution *s, int part)
   const flesh_triangle upper = self->upper;
   const int far = upper.start[upper.rows] > MANY;
   flesh_double4 product = {0};
-  for (int p = self->begin[part + 1] - 1; p >= self->begin[part]; p--) {
-    if (far) expect(&upper, upper.start[p], -FAR);
-    const float *v = self->inverse + 9 * (size_t)p; /* symmetric */
-    flesh_float4 *y = (flesh_float4 *)(self->y + 4 * (size_t)p);
+  for (int q = self->begin[part + 1] - 1; q >= self->begin[part]; q--) {
+    const size_t p = (size_t)upper.row[q];
+    if (far) expect(&upper, upper.start[q], -FAR);
+    const float *v = self->inverse + 9 * p; /* symmetric */
+    flesh_float4 *y = (flesh_float4 *)(self->y + 4 * p);
     const flesh_float4 divided =
         FLESH_LANES_FLOAT(v) * (*y)[0] + FLESH_LANES_FLOAT(v + 3) * (*y)[1] + FLESH_LANES_FLOAT(v + 6) * (*y)[2];
     product += FLESH_LANES_WIDE(*y * divided);
-    *y = divided - flesh_triangle_product(&upper, upper.start[p], upper.start[p + 1], self->y);
+    *y = divided - flesh_triangle_product(&upper, upper.start[q], upper.start[q + 1], self->y);
   }
   s->products[part] = (product[0] + product[1]) + product[2];
 }

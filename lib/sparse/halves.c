@@ -12,7 +12,7 @@
 
 #include "base/error.h"
 
-enum { RUN = 128 }; /* nodes */
+enum { RUN = 256 }; /* nodes */
 
 typedef struct graph {
   int rows;

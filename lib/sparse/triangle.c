@@ -8,13 +8,18 @@
 
 enum { BEHIND = 16 }; /* words: of a pair sixteen are loaded */
 
-int flesh_triangle_create(int rows, const int *blocks, int split, flesh_triangle *triangle)
+int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle)
 {
-  *triangle = (flesh_triangle){.rows = rows, .split = split, .start = malloc(((size_t)rows + 1) * sizeof(int))};
-  if (!triangle->start) return FLESH_ERR_MEMORY;
+  *triangle = (flesh_triangle){.rows = rows, .split = split, .row = malloc((3 * (size_t)rows + 1) * sizeof(int))};
+  if (!triangle->row) return FLESH_ERR_MEMORY;
+  triangle->at = triangle->row + rows;
+  triangle->start = triangle->at + rows;
   triangle->start[0] = 0;
-  for (int p = 0; p < rows; p++)
-    triangle->start[p + 1] = triangle->start[p] + (split ? blocks[p] : (blocks[p] + 1) / 2);
+  for (int q = 0; q < rows; q++) {
+    const int row = triangle->row[q] = order[q];
+    triangle->at[row] = q;
+    triangle->start[q + 1] = triangle->start[q] + (split ? blocks[row] : (blocks[row] + 1) / 2);
+  }
   const size_t pairs = (size_t)triangle->start[rows];
   triangle->column = flesh_large_zeroed((2 * pairs + 1) * sizeof *triangle->column);
   triangle->words = flesh_large_zeroed((9 * pairs + BEHIND) * sizeof *triangle->words);
@@ -25,7 +30,7 @@ int flesh_triangle_create(int rows, const int *blocks, int split, flesh_triangle
 
 void flesh_triangle_clear(flesh_triangle *triangle)
 {
-  free(triangle->start);
+  free(triangle->row); /* and what follows it */
   free(triangle->column);
   free(triangle->words);
   *triangle = (flesh_triangle){0};
@@ -34,5 +39,5 @@ void flesh_triangle_clear(flesh_triangle *triangle)
 size_t flesh_triangle_memory(const flesh_triangle *triangle)
 {
   const size_t pairs = (size_t)triangle->start[triangle->rows];
-  return ((size_t)triangle->rows + 1) * sizeof(int) + 2 * pairs * sizeof(int) + 9 * pairs * sizeof(uint32_t);
+  return (3 * (size_t)triangle->rows + 1) * sizeof(int) + 2 * pairs * sizeof(int) + 9 * pairs * sizeof(uint32_t);
 }

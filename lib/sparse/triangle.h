@@ -16,20 +16,23 @@
 
 typedef struct flesh_triangle {
   int rows, split;
-  int *start;  /* [rows+1] pairs of each row */
+  int *row;    /* [rows] that are kept one after the other */
+  int *at;     /* [rows] where among these each is */
+  int *start;  /* [rows+1] pairs of each of these */
   int *column; /* [2*pairs] of each block; where a row's last pair has one block only, its column twice */
   uint32_t *words; /* [9*pairs] and what is loaded behind them */
 } flesh_triangle;
 
-/* For `blocks` [rows] in each row, all zero, their columns 0. The caller clears it. FLESH_OK or FLESH_ERR_MEMORY. */
-int flesh_triangle_create(int rows, const int *blocks, int split, flesh_triangle *triangle);
+/* For `blocks` [rows] in each row, all zero, their columns 0, kept in this order [rows]. The caller clears it. FLESH_OK
+ * or FLESH_ERR_MEMORY. */
+int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle);
 void flesh_triangle_clear(flesh_triangle *triangle);
 size_t flesh_triangle_memory(const flesh_triangle *triangle);
 
 /* Where a row's n-th block is: twice its pair and 1 if it is the second. */
 static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)
 {
-  return 2 * triangle->start[row] + (triangle->split ? 2 * n : n);
+  return 2 * triangle->start[triangle->at[row]] + (triangle->split ? 2 * n : n);
 }
 
 /* Sets the column of a block, which is the row's n-th and comes after the others. */

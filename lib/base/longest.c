@@ -1,0 +1,12 @@
+/* longest.c: a pass for each length. */
+#include "base/longest.h"
+
+void flesh_longest_first(int begin, int end, const int *length, int *order)
+{
+  int longest = 0, next = begin;
+  for (int k = begin; k < end; k++)
+    if (length[k] > longest) longest = length[k];
+  for (int now = longest; next < end; now--)
+    for (int k = begin; k < end; k++)
+      if (length[k] == now) order[next++] = k;
+}
