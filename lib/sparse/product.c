@@ -1,6 +1,9 @@
 /* product.c: each half's rows by one task, then the rows between, which may add to both.
  *
- * Both halves add to the nodes between: the first where they are, the second to twins of theirs behind the vectors. */
+ * Both halves add to the nodes between: the first where they are, the second to twins of theirs behind the vectors.
+ *
+ * In single precision rows go side by side, as many as a register has lanes, and their blocks in columns: the first of
+ * each, the second, and so on. Rows of about one length lie together, so that few lanes are empty. */
 #include "sparse/product.h"
 
 #include <limits.h>
@@ -9,7 +12,8 @@
 
 #include "base/error.h"
 #include "base/large.h"
-#include "sparse/six.h"
+#include "base/longest.h"
+#include "sparse/slice.h"
 
 /* Where the twins of the nodes between begin in x and y: behind the padding. */
 static int first_twin(const flesh_product *product)
@@ -19,8 +23,90 @@ static int first_twin(const flesh_product *product)
 }
 
 enum {
-  GAP = 8 /* numbers between the parts' rounded blocks: rows are loaded with numbers after them */
+  WINDOW = 256, /* rows, of whole slices, that are sorted by their lengths: they stay near each other */
+  BEHIND = 1,   /* numbers: three are loaded with the one behind them */
+  DIAGONAL = 6  /* vectors of a slice's diagonal blocks, which are symmetric: xx, xy, xz, yy, yz, zz */
 };
+
+_Static_assert(WINDOW % FLESH_SLICE == 0, "a slice lies in one window");
+
+/* Where a slice's rounded blocks begin, nine vectors for each column. */
+static size_t rounded_at(const flesh_product *product, int slice)
+{
+  return FLESH_SLICE * 9 * (size_t)product->column[slice];
+}
+
+/* Its diagonal blocks are behind all the others: processors foresee what is read with one stride. */
+static size_t diagonal_at(const flesh_product *product, int slice)
+{
+  return rounded_at(product, product->slices[3]) + FLESH_SLICE * DIAGONAL * (size_t)slice;
+}
+
+/* How many lanes of a slice of `part` have a row. */
+static int rows_of_slice(const flesh_product *product, int part, int slice)
+{
+  const int left = product->begin[part + 1] - product->begin[part] - FLESH_SLICE * (slice - product->slices[part]);
+  return left < FLESH_SLICE ? left : FLESH_SLICE;
+}
+
+/* Where a window of a part ends that begins with row p. */
+static int window_end(const flesh_product *product, int part, int p)
+{
+  return product->begin[part + 1] - p > WINDOW ? p + WINDOW : product->begin[part + 1];
+}
+
+/* Which rows lie in slices, and where the slices' columns begin. `length`: of each row, in blocks. `sorted`: room. */
+static void place_slices(flesh_product *product, const int *length, int *sorted)
+{
+  int slice = 0, columns = 0;
+  for (int part = 0; part < 3; part++) {
+    product->slices[part] = slice;
+    for (int begin = product->begin[part], end; begin < product->begin[part + 1]; begin = end) {
+      end = window_end(product, part, begin);
+      flesh_longest_first(begin, end, length, sorted);
+      if (length[sorted[begin]] > product->longest) product->longest = length[sorted[begin]];
+      for (int p = begin; p < end; p += FLESH_SLICE, slice++) {
+        for (int l = 0; l < FLESH_SLICE; l++)
+          product->own[FLESH_SLICE * slice + l] = 4 * (unsigned)sorted[p + l < end ? p + l : p];
+        product->column[slice] = columns;
+        columns += length[sorted[p]] - 1;
+      }
+    }
+  }
+  product->slices[3] = slice;
+  product->column[slice] = columns;
+}
+
+/* Slices and their places. A lane without a row, or past its row's end, is where its row, or the first one, is: zero is
+ * added to that. FLESH_ERR_MEMORY: the caller clears the product. */
+static int make_slices(flesh_product *product)
+{
+  const size_t rows = (size_t)product->begin[3], most = rows / FLESH_SLICE + 3;
+  int *length = malloc((2 * rows + 1) * sizeof *length);
+  product->column = malloc((most + 1) * sizeof *product->column);
+  product->own = malloc((FLESH_SLICE * most + 1) * sizeof *product->own);
+  if (!length || !product->column || !product->own) {
+    free(length);
+    return FLESH_ERR_MEMORY;
+  }
+  for (size_t p = 0; p < rows; p++) length[p] = product->first[p + 1] - product->first[p];
+  place_slices(product, length, length + rows);
+  const int slices = product->slices[3], columns = product->column[slices];
+  product->other = flesh_large((FLESH_SLICE * (size_t)columns + 1) * sizeof *product->other);
+  product->rounded = flesh_large((diagonal_at(product, slices) + 1) * sizeof *product->rounded);
+  product->nothing = calloc(9 * (size_t)product->longest + BEHIND, sizeof *product->nothing);
+  const int made = product->other && product->rounded && product->nothing;
+  for (int part = 0; part < 3 && made; part++)
+    for (int s = product->slices[part]; s < product->slices[part + 1]; s++)
+      for (int l = 0; l < FLESH_SLICE; l++) {
+        const unsigned own = product->own[FLESH_SLICE * s + l];
+        const int blocks = l < rows_of_slice(product, part, s) ? length[own / 4] : 0;
+        for (int c = product->column[s], b = 1; c < product->column[s + 1]; c++, b++)
+          product->other[FLESH_SLICE * c + l] = b < blocks ? product->place[product->first[own / 4] + b] : own;
+      }
+  free(length);
+  return made ? FLESH_OK : FLESH_ERR_MEMORY;
+}
 
 int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves, int single, flesh_product *product)
 {
@@ -32,10 +118,8 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
   product->rows = malloc((rows + 1) * sizeof *product->rows);
   product->first = malloc((rows + 1) * sizeof *product->first);
   product->place = flesh_large((blocks + 1) * sizeof *product->place);
-  if (single) product->rounded = flesh_large((9 * blocks + 3 * GAP) * sizeof *product->rounded);
   int *place = malloc((rows + 1) * sizeof *place);
-  if (!product->rows || !product->first || !product->place || !place || (single && !product->rounded) ||
-      product->nodes > INT_MAX / 4) {
+  if (!product->rows || !product->first || !product->place || !place || product->nodes > INT_MAX / 4) {
     free(place);
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
@@ -50,6 +134,10 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_halves *halves
         product->place[k] = 4 * (unsigned)place[A->column[k]];
   }
   free(place);
+  if (single && make_slices(product)) {
+    flesh_product_clear(product);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
+  }
   return FLESH_OK;
 }
 
@@ -58,19 +146,37 @@ void flesh_product_clear(flesh_product *product)
   free(product->rows);
   free(product->first);
   free(product->place);
+  free(product->column);
+  free(product->own);
+  free(product->other);
   free(product->rounded);
+  free(product->nothing);
   *product = (flesh_product){0};
 }
 
 size_t flesh_product_memory(const flesh_product *product)
 {
-  const size_t blocks = (size_t)product->blocks;
-  return 2 * (size_t)product->begin[3] * sizeof(int) + blocks * sizeof(int) +
-         (product->rounded ? 9 * blocks * sizeof *product->rounded : 0);
+  size_t memory = 2 * (size_t)product->begin[3] * sizeof(int) + (size_t)product->blocks * sizeof *product->place;
+  if (!product->rounded) return memory;
+  const size_t slices = (size_t)product->slices[3], columns = (size_t)product->column[slices];
+  memory += slices * sizeof *product->column + FLESH_SLICE * slices * sizeof *product->own;
+  memory += FLESH_SLICE * columns * sizeof *product->other + 9 * (size_t)product->longest * sizeof *product->nothing;
+  return memory + diagonal_at(product, product->slices[3]) * sizeof *product->rounded;
 }
 
-/* Matrices beyond the caches, of MANY blocks, are fetched AHEAD blocks ahead. */
-enum { MANY = 200000, AHEAD = 128 };
+enum {
+  MANY = 200000, /* blocks of a matrix beyond the caches, which is fetched AHEAD */
+  AHEAD = 9216,  /* bytes */
+  SOON = 2,      /* slices: how far ahead rows are asked for that are to be rounded */
+  WRITTEN = 8,   /* columns: how far ahead of what is being written */
+  LINE = 64      /* bytes */
+};
+
+/* Asks for `bytes` of what is AHEAD. */
+static inline void expect(const void *matrix, int bytes)
+{
+  for (int b = 0; b < bytes; b += LINE) FLESH_EXPECT_ONCE((const char *)matrix + AHEAD + b);
+}
 
 typedef struct multiplication {
   flesh_product *product;
@@ -111,11 +217,12 @@ static inline flesh_double4 sums_of(const flesh_double4 s[3])
 }
 #endif
 
-/* A part's rows of y += A x; returns its share of x.A x. `far`: A lies beyond the caches. Of others the processor
- * fetches itself what comes next. */
-static inline __attribute__((always_inline)) double rows_double(const multiplication *m, int part, int far)
+/* A part's rows of y += A x; returns its share of x.A x. Where A does not lie beyond the caches, the processor fetches
+ * itself what comes next. */
+static __attribute__((noinline)) double rows_double(const multiplication *m, int part)
 {
   const flesh_product *product = m->product;
+  const int far = product->blocks > MANY;
   const unsigned *place = product->place;
   double *x = m->x, *y = m->y;
   int k = product->first[product->begin[part]];
@@ -130,7 +237,7 @@ static inline __attribute__((always_inline)) double rows_double(const multiplica
     /* The diagonal block is symmetric. */
     const flesh_double4 diagonal = row[0] * x0 + row[1] * x1 + row[2] * x2;
     for (k++, block += 9; k < end; k++, block += 9) {
-      if (far) FLESH_EXPECT_ONCE(block + 9 * AHEAD);
+      if (far) expect(block, LINE);
       const flesh_double4 xj = *(const flesh_double4 *)(x + place[k]);
       flesh_double4 *yj = (flesh_double4 *)(y + place[k]);
       for (int r = 0; r < 3; r++) {
@@ -147,135 +254,117 @@ static inline __attribute__((always_inline)) double rows_double(const multiplica
   return (curvature[0] + curvature[1]) + curvature[2];
 }
 
-/* In single precision a row's blocks go two by two: row r of two blocks are six numbers side by side. The first is the
- * diagonal one's half, which makes it like any other; where their number is odd, it goes alone. */
-
-/* Row r of two blocks; `exact`, where the first one is as it was, has it rounded and stored, and what is behind it
- * overwritten. */
-static inline __attribute__((always_inline)) flesh_six row_of_two(float *block, int r, const double *exact,
-                                                                  double scale, double next_scale)
+/* Blocks side by side, each `offset` behind where it begins, scaled and rounded, entry by entry. */
+static inline __attribute__((always_inline)) void round_blocks(const double *const begin[FLESH_SLICE], size_t offset,
+                                                               double scale, flesh_slice entry[9])
 {
-  if (!exact) return flesh_six_row(block + 6 * r);
-  const flesh_float4 first = flesh_six_rounded(scale, exact + 3 * r);
-  const flesh_float4 second = flesh_six_rounded(next_scale, exact + 9 + 3 * r);
-  *(flesh_float4_loose *)(block + 6 * r) = first;
-  *(flesh_float4_loose *)(block + 6 * r + 3) = second;
-  return flesh_six_both(first, second);
-}
-
-/* The same of one. */
-static inline __attribute__((always_inline)) flesh_six row_of_one(float *block, int r, const double *exact,
-                                                                  double scale)
-{
-  flesh_float4_loose *row = (flesh_float4_loose *)(block + 3 * r);
-  if (exact) *row = flesh_six_rounded(scale, exact + 3 * r);
-  return flesh_six_one(*row);
-}
-
-/* The rows' transposes times x. */
-static inline __attribute__((always_inline)) flesh_six transposed(const flesh_six row[3], const flesh_six x[3])
-{
-  return flesh_six_sum(flesh_six_sum(flesh_six_product(row[0], x[0]), row[1], x[1]), row[2], x[2]);
-}
-
-/* Asks for two blocks that are AHEAD. */
-static inline __attribute__((always_inline)) void expect_two(const float *block, const double *exact)
-{
-  for (int b = AHEAD; b < AHEAD + 2; b++)
-    FLESH_EXPECT_ONCE(exact ? (const void *)(exact + 9 * b) : (const void *)(block + 9 * b));
-}
-
-/* A row whose blocks have been multiplied. Its end, which waits for its sums, comes after the next row's blocks: no
- * more than two rows' instructions are on their way at once, and those that wait would hold up the others. */
-typedef struct single_row {
-  flesh_six sum[3];
-  flesh_float4 diagonal, x;
-  float *y;
-} single_row;
-
-/* Adds it to y; returns half its terms of x.A x. */
-static inline __attribute__((always_inline)) flesh_float4 end_single(const single_row *row)
-{
-  const flesh_float4 upper = flesh_six_sums(row->sum[0], row->sum[1], row->sum[2]);
-  *(flesh_float4 *)row->y += upper + row->diagonal;
-  return row->x * upper;
-}
-
-/* As rows_double; `rounding`: from A's own blocks. */
-static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int far,
-                                                                int rounding)
-{
-  enum { RUN = 16 }; /* rows whose curvature is summed up in single precision */
-  const flesh_product *product = m->product;
-  const int *first = product->first, begin = product->begin[part], end = product->begin[part + 1];
-  const unsigned *place = product->place + first[begin];
-  const double *exact = rounding ? m->A->values + 9 * (size_t)first[begin] : NULL, scale = m->scale;
-  const float *x = m->x;
-  float *y = m->y, *block = product->rounded + 9 * (size_t)first[begin] + GAP * (size_t)part;
-  single_row before = {.y = y + 4 * (size_t)begin};
-  double curvature = 0;
-  for (int p = begin, run_end; p < end;) {
-    flesh_float4 of_run = {0};
-    for (run_end = end - p > RUN ? p + RUN : end; p < run_end; p++) {
-      const int n = first[p + 1] - first[p];
-      const float *last = block + 9 * (size_t)n, *xi = x + 4 * (size_t)p;
-      single_row now = {.x = *(const flesh_float4 *)xi, .y = y + 4 * (size_t)p};
-      flesh_six own[3], row[3], from, turned;
-      flesh_six_spread(xi, own);
-      if (far) expect_two(block, exact);
-      if (n % 2) {
-        from = flesh_six_one(now.x);
-        for (int r = 0; r < 3; r++) {
-          row[r] = row_of_one(block, r, rounding ? exact : NULL, 0.5 * scale);
-          now.sum[r] = flesh_six_product(row[r], from);
-        }
-        turned = transposed(row, own);
-        block += 9, place++;
-        if (rounding) exact += 9;
-      } else {
-        const size_t k = place[1];
-        from = flesh_six_nodes(xi, x + k);
-        for (int r = 0; r < 3; r++) {
-          row[r] = row_of_two(block, r, rounding ? exact : NULL, 0.5 * scale, scale);
-          FLESH_SIX_KEEP(row[r]);
-          now.sum[r] = flesh_six_product(row[r], from);
-        }
-        turned = transposed(row, own);
-        *(flesh_float4 *)(y + k) += flesh_six_second(turned);
-        block += 18, place += 2;
-        if (rounding) exact += 18;
-      }
-      now.diagonal = flesh_six_first(turned);
-      for (; block != last; block += 18, place += 2) {
-        const size_t j = place[0], k = place[1];
-        if (far) expect_two(block, exact);
-        from = flesh_six_nodes(x + j, x + k);
-        for (int r = 0; r < 3; r++) {
-          row[r] = row_of_two(block, r, rounding ? exact : NULL, scale, scale);
-          FLESH_SIX_KEEP(row[r]);
-          now.sum[r] = flesh_six_sum(now.sum[r], row[r], from);
-        }
-        turned = transposed(row, own);
-        *(flesh_float4 *)(y + j) += flesh_six_first(turned);
-        *(flesh_float4 *)(y + k) += flesh_six_second(turned);
-        if (rounding) exact += 18;
-      }
-      of_run += end_single(&before);
-      before = now;
-    }
-    if (p == end) of_run += end_single(&before);
-    const flesh_double4 half = FLESH_LANES_WIDE(of_run);
-    curvature += 2 * ((half[0] + half[1]) + half[2]);
+  for (int r = 0; r < 9; r += 3) {
+    flesh_slice row[4];
+    for (int q = 0; q < 4; q++)
+      row[q] = flesh_slice_rounded(scale, begin[q] + offset + r, begin[q + FLESH_SLICE - 4] + offset + r);
+    flesh_slice_turn(row, entry + r);
   }
-  return curvature;
+}
+
+/* A slice that is being rounded. */
+typedef struct rounding {
+  const double *block[FLESH_SLICE], *soon[FLESH_SLICE]; /* where rows begin, and such that come SOON */
+  int length[FLESH_SLICE], left;                        /* the first lanes have blocks left, the longest first */
+} rounding;
+
+/* Begins with slice s of a part; rounds its diagonal blocks. */
+static void begin_rounding(const multiplication *m, int part, int s, rounding *now)
+{
+  const flesh_product *product = m->product;
+  const int last = FLESH_SLICE * product->slices[part + 1] - 1;
+  now->left = rows_of_slice(product, part, s);
+  for (int l = 0; l < FLESH_SLICE; l++) {
+    const int lane = FLESH_SLICE * s + l, later = lane + FLESH_SLICE * SOON;
+    const unsigned row = product->own[lane] / 4, later_row = product->own[later < last ? later : last] / 4;
+    now->block[l] = l < now->left ? m->A->values + 9 * (size_t)product->first[row] : product->nothing;
+    now->soon[l] = m->A->values + 9 * (size_t)product->first[later_row];
+    now->length[l] = product->first[row + 1] - product->first[row];
+    FLESH_EXPECT_ONCE(now->soon[l]);
+  }
+  flesh_slice entry[9], *diagonal = (flesh_slice *)(product->rounded + diagonal_at(product, s));
+  round_blocks(now->block, 0, m->scale, entry);
+  for (int r = 0, e = 0; r < 3; r++)
+    for (int c = r; c < 3; c++) diagonal[e++] = entry[3 * r + c];
+}
+
+/* Rounds its b-th blocks, b > 0. */
+static inline __attribute__((always_inline)) void round_column(rounding *now, int b, double scale,
+                                                               const double *nothing, flesh_slice to[9])
+{
+  for (; now->left > 0 && now->length[now->left - 1] <= b; now->left--) now->block[now->left - 1] = nothing;
+  for (int l = 0; l < FLESH_SLICE; l++) FLESH_EXPECT_ONCE(now->soon[l] + LINE / (int)sizeof(double) * b);
+  for (size_t line = 0; line < 9 * sizeof *to; line += LINE)
+    __builtin_prefetch((const char *)(to + 9 * WRITTEN) + line, 1, 3);
+  flesh_slice entry[9];
+  round_blocks(now->block, 9 * (size_t)b, scale, entry);
+  for (int e = 0; e < 9; e++) to[e] = entry[e];
+}
+
+/* As rows_double, in slices; `anew`: from A's own blocks. */
+static inline __attribute__((always_inline)) double rows_single(const multiplication *m, int part, int anew)
+{
+  const flesh_product *product = m->product;
+  const int begin = product->slices[part], end = product->slices[part + 1], far = product->blocks > MANY;
+  const float *x = m->x;
+  float *y = m->y;
+  flesh_slice *block = (flesh_slice *)(product->rounded + rounded_at(product, begin));
+  const flesh_slice *d = (const flesh_slice *)(product->rounded + diagonal_at(product, begin));
+  const unsigned *own = product->own + FLESH_SLICE * (size_t)begin;
+  const unsigned *other = product->other + FLESH_SLICE * (size_t)product->column[begin];
+  const double scale = m->scale;
+  rounding now;
+  flesh_double4 curvature = {0};
+  for (int s = begin; s < end; s++, own += FLESH_SLICE, d += DIAGONAL) {
+    flesh_slice xi[3], xj[3], upper[3] = {{0}}, turned[3];
+    if (anew) begin_rounding(m, part, s, &now);
+    flesh_slice_gather(x, own, xi);
+    const int columns = product->column[s + 1] - product->column[s];
+    for (int b = 1; b <= columns; b++, block += 9, other += FLESH_SLICE) {
+      if (anew) round_column(&now, b, scale, product->nothing, block);
+      else if (far) expect(block, 9 * sizeof *block);
+      flesh_slice_gather(x, other, xj);
+      for (int r = 0; r < 3; r++) {
+        flesh_slice row[3];
+        for (int k = 0; k < 3; k++) {
+          row[k] = block[3 * r + k];
+          FLESH_LANES_KEEP(row[k]);
+          upper[r] += row[k] * xj[k];
+          turned[k] = r > 0 ? turned[k] + row[k] * xi[r] : row[k] * xi[r];
+        }
+      }
+      flesh_slice_add(y, other, turned);
+    }
+    const flesh_slice sum[3] = {upper[0] + (d[0] * xi[0] + d[1] * xi[1] + d[2] * xi[2]),
+                                upper[1] + (d[1] * xi[0] + d[3] * xi[1] + d[4] * xi[2]),
+                                upper[2] + (d[2] * xi[0] + d[4] * xi[1] + d[5] * xi[2])};
+    flesh_slice_add(y, own, sum);
+    const flesh_slice terms =
+        xi[0] * (sum[0] + upper[0]) + xi[1] * (sum[1] + upper[1]) + xi[2] * (sum[2] + upper[2]);
+    for (int g = 0; g < FLESH_SLICE / 4; g++) curvature += FLESH_LANES_WIDE(flesh_slice_part(terms, g));
+  }
+  return (curvature[0] + curvature[1]) + (curvature[2] + curvature[3]);
+}
+
+/* By themselves these loops have registers enough. */
+static __attribute__((noinline)) double rows_rounded_anew(const multiplication *m, int part)
+{
+  return rows_single(m, part, 1);
+}
+
+static __attribute__((noinline)) double rows_rounded_before(const multiplication *m, int part)
+{
+  return rows_single(m, part, 0);
 }
 
 static double multiply_rows(const multiplication *m, int part)
 {
-  const int far = m->product->blocks > MANY;
-  if (!m->single) return far ? rows_double(m, part, 1) : rows_double(m, part, 0);
-  if (m->A) return rows_single(m, part, 1, 1);
-  return far ? rows_single(m, part, 1, 0) : rows_single(m, part, 0, 0);
+  if (!m->single) return rows_double(m, part);
+  return m->A ? rows_rounded_anew(m, part) : rows_rounded_before(m, part);
 }
 
 /* Bytes of a node in vectors. */

@@ -17,9 +17,15 @@ typedef struct flesh_product {
   int begin[4];
   int blocks;
   unsigned *place; /* [blocks] four times the place in x and y of each block's column */
-  float *rounded; /* [9*blocks] and gaps: those of the last matrix in single precision, scaled, two by two; NULL: not
-                     asked for */
   int nodes;    /* that x and y have room for */
+  /* In single precision, where it was asked for: rows side by side in slices of as many as a register has lanes. */
+  int slices[4];   /* where those of each part begin */
+  int *column;     /* [slices+1] where the columns of blocks of each begin */
+  unsigned *own;   /* [slices][lanes] four times the place of each row */
+  unsigned *other; /* [columns][lanes] of each block's column */
+  float *rounded;  /* the last matrix, scaled: columns of blocks, then the diagonal ones; NULL: not asked for */
+  double *nothing; /* [9*longest] zero: a row */
+  int longest;     /* row, in blocks */
 } flesh_product;
 
 /* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. `single`: products in
