@@ -1,4 +1,4 @@
-/* longest.c: a pass for each length. */
+/* longest.c: a pass for each length that there is. */
 #include "base/longest.h"
 
 void flesh_longest_first(int begin, int end, const int *length, int *order)
@@ -6,7 +6,11 @@ void flesh_longest_first(int begin, int end, const int *length, int *order)
   int longest = 0, next = begin;
   for (int k = begin; k < end; k++)
     if (length[k] > longest) longest = length[k];
-  for (int now = longest; next < end; now--)
-    for (int k = begin; k < end; k++)
+  for (int now = longest, shorter; next < end; now = shorter) {
+    shorter = 0;
+    for (int k = begin; k < end; k++) {
       if (length[k] == now) order[next++] = k;
+      else if (length[k] < now && length[k] > shorter) shorter = length[k];
+    }
+  }
 }

@@ -49,12 +49,6 @@ static int rows_of_slice(const flesh_product *product, int part, int slice)
   return left < FLESH_SLICE ? left : FLESH_SLICE;
 }
 
-/* Where a window of a part ends that begins with row p. */
-static int window_end(const flesh_product *product, int part, int p)
-{
-  return product->begin[part + 1] - p > WINDOW ? p + WINDOW : product->begin[part + 1];
-}
-
 /* Which rows lie in slices, and where the slices' columns begin. `length`: of each row, in blocks. `sorted`: room. */
 static void place_slices(flesh_product *product, const int *length, int *sorted)
 {
@@ -62,7 +56,7 @@ static void place_slices(flesh_product *product, const int *length, int *sorted)
   for (int part = 0; part < 3; part++) {
     product->slices[part] = slice;
     for (int begin = product->begin[part], end; begin < product->begin[part + 1]; begin = end) {
-      end = window_end(product, part, begin);
+      end = product->begin[part + 1] - begin > WINDOW ? begin + WINDOW : product->begin[part + 1];
       flesh_longest_first(begin, end, length, sorted);
       if (length[sorted[begin]] > product->longest) product->longest = length[sorted[begin]];
       for (int p = begin; p < end; p += FLESH_SLICE, slice++) {
