@@ -3,21 +3,22 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "command_accuracy.h"
-#include "command_bench.h"
-#include "command_check.h"
-#include "command_drift.h"
-#include "command_film.h"
-#include "command_material.h"
-#include "command_mesh.h"
-#include "command_run.h"
-#include "command_schema.h"
-#include "command_skin.h"
-#include "command_snap.h"
-#include "command_stress.h"
-#include "command_sweep.h"
-#include "options.h"
-#include "provenance.h"
+#include "accuracy/command.h"
+#include "bench/command.h"
+#include "check/command.h"
+#include "drift/command.h"
+#include "film/command.h"
+#include "material/command.h"
+#include "mesh/command.h"
+#include "run/command.h"
+#include "schema/command.h"
+#include "skin/command.h"
+#include "snap/command.h"
+#include "hardcases/command.h"
+#include "sweep/command.h"
+#include "shared/json_memory.h"
+#include "shared/options.h"
+#include "shared/provenance.h"
 
 typedef struct command {
   const char *name;
@@ -59,6 +60,7 @@ int main(int argc, char **argv)
   /* Writing to a closed pipe or beyond a file's allowed size then fails like any other write. */
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
+  flesh_json_watch();
   if (argc < 2) {
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;
@@ -76,11 +78,11 @@ int main(int argc, char **argv)
     for (int c = 0; c < COMMAND_COUNT; c++)
       if (!strcmp(name, commands[c].name)) found = &commands[c];
     if (!found) {
-      fprintf(stderr, "flesh: unknown command '%s'; the commands are", name);
-      for (int c = 0; c < COMMAND_COUNT; c++)
-        fprintf(stderr, "%s %s", c ? "," : "", commands[c].name);
-      fputc('\n', stderr);
-      return 2;
+      char known[256];
+      size_t used = 0;
+      for (int c = 0; c < COMMAND_COUNT && used < sizeof known; c++)
+        used += (size_t)snprintf(known + used, sizeof known - used, "%s %s", c ? "," : "", commands[c].name);
+      return flesh_command_refuse("", "unknown command '%.100s'; the commands are%s", name, known);
     }
     code = found->run(argc - 1, argv + 1);
   }

@@ -1,10 +1,10 @@
 #!/bin/sh
-# speed.sh: measures again what the README says of speed. On a machine that has nothing else to do some 15 minutes, and
-# 2 GB of memory:
+# speed.sh: measures again what data/results/README.md says of speed. On a machine that has nothing else to do some 15
+# minutes, and 2 GB of memory:
 #
 #   sh drivers/speed.sh [--quick]    --quick: small and once, to see that it works
 #
-# Prints the README's tables last; everything else, roofline.png and growth.png too, is in out/speed.
+# Prints that page's tables last; everything else, roofline.png and growth.png too, is in out/speed.
 set -eu
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 cd "$root"

@@ -104,7 +104,7 @@ static inline int test_body_hold(test_body *b, int c, double at, unsigned axes, 
   int *nodes = malloc((size_t)b->n * sizeof *nodes), count = 0;
   for (int i = 0; i < b->n / 3; i++)
     if (fabs(flesh_mesh_positions(b->mesh)[3 * i + c] - at) < 1e-9) nodes[count++] = i;
-  int status = motion ? flesh_system_add_handle(b->system, count, nodes, axes, motion, from, until)
+  int status = motion ? flesh_system_add_prescribed_motion(b->system, count, nodes, axes, motion, from, until)
                       : flesh_system_add_pin(b->system, count, nodes, axes, from, until);
   free(nodes);
   return status;

@@ -17,10 +17,10 @@ static inline void make_busy_bar(flesh_mass mass, test_body *b)
   CHECK_OK(test_body_hold(b, 0, 0, FLESH_AXES_ALL, &(flesh_motion){3, handle, {0, 0.5, 0.5}, 0}, -INFINITY, INFINITY));
   CHECK_OK(test_body_hold(b, 0, 3, FLESH_AXIS_Z, NULL, -INFINITY, 0.2617));
   flesh_effect *drag = NULL;
-  CHECK_OK(
-      flesh_effect_drag(&b->body, (double[]){3, 1, 1}, 2e3, &(flesh_motion){3, target, {0}, 1}, 0.0913, 0.3111, &drag));
+  CHECK_OK(flesh_effect_spring(&b->body, (double[]){3, 1, 1}, 2e3, &(flesh_motion){3, target, {0}, 1}, 0.0913, 0.3111,
+                               &drag));
   CHECK_OK(flesh_system_add_effect(b->system, &drag));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 #endif

@@ -3,7 +3,7 @@
 #define FLESH_TEST_EFFECT_SAMPLE_H
 
 #include "body.h"
-#include "effect/registry.h"
+#include "scene/effect_registry.h"
 #include "scene/keys.h"
 #include "test.h"
 

@@ -38,7 +38,7 @@ int main(void)
   if (!status) status = flesh_system_add_effect(system, &elasticity);
   if (!status) status = flesh_system_add_effect(system, &gravity);
   if (!status) status = flesh_system_add_pin(system, held, wall, FLESH_AXES_ALL, 0, 1e9);
-  if (!status) status = flesh_system_finish(system);
+  if (!status) status = flesh_system_finalize(system);
   if (!status) status = flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator);
   if (!status) status = flesh_integrator_step(integrator, &state, 1, NULL);
   if (status) {

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include "test.h"
 
 static unsigned long long seed = 1;
@@ -44,7 +44,7 @@ static inline void make(flesh_mesh *mesh, flesh_energy energy, double poisson, t
   flesh_material material;
   CHECK_OK(flesh_material_from_young(energy, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* The backward-Euler matrix of a bar that is bent out of shape, clamped at one end. */

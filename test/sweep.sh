@@ -5,7 +5,7 @@ data=$source_folder/../data
 
 cat >tiny.yaml <<END
 body: {mesh: $data/meshes/one_tet.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
-effects: [inertia, gravity, drag: {point: [1, 0, 0], stiffness: 100, target: [{time: 0, position: [2, 0, 0]}]}]
+effects: [inertia, gravity, spring: {point: [1, 0, 0], stiffness: 100, target: [{time: 0, position: [2, 0, 0]}]}]
 time: {step: 1/60, end: 1/60}
 END
 # bar_spec END: 48 cases of a bar, each END seconds of simulated time.

@@ -11,7 +11,7 @@
 typedef struct swing {
   int cells[3], steps;
   double size[3], poisson, gravity; /* the latter in units of 9.81 m/s^2 */
-  int follow, eliminate;            /* solver options follow_curvature and nonlinear_elimination */
+  int follow, eliminate;            /* techniques of the solver */
   int enough;                       /* Newton iterations after which a step counts as it is; 0: no such */
 } swing;
 
@@ -42,10 +42,10 @@ static inline swing_cost swing_run(const swing *s)
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 0, 0, -9.81 * s->gravity));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
-  options.follow_curvature = s->follow;
-  options.nonlinear_elimination = s->eliminate;
+  if (!s->follow) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NEGATIVE_CURVATURE;
+  if (!s->eliminate) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   if (s->enough) options.max_newton = s->enough, options.accept_unconverged = 1;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   int newton[60], work[60];
@@ -56,8 +56,8 @@ static inline swing_cost swing_run(const swing *s)
     CHECK(stats.potential_rises == 0 && stats.solves == 1);
     cost.total_newton += newton[k] = stats.newton;
     cost.total_linear += stats.linear;
-    work[k] = stats.linear + 16 * stats.assemblies + (int)lround(45 * stats.patch_share);
-    cost.total_patches += stats.patches;
+    work[k] = stats.linear + 16 * stats.assemblies + (int)lround(45 * stats.subdomain_share);
+    cost.total_patches += stats.subdomains;
   }
   cost.newton = swing_worst_over_median(s->steps, newton);
   cost.work = swing_worst_over_median(s->steps, work);

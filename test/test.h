@@ -76,11 +76,11 @@ static int test_failures; /* of the running test */
 /* Whether the test program is made of instructions that this machine lacks. */
 static int test_lacks_set(void)
 {
-#ifdef FLESH_SET
+#ifdef FLESH_ISA
 #define TEST_TEXT(token)       #token
 #define TEST_TEXT_VALUE(token) TEST_TEXT(token)
   flesh_instructions set = FLESH_INSTRUCTIONS_PORTABLE;
-  while (strcmp(flesh_instructions_name(set), TEST_TEXT_VALUE(FLESH_SET))) set++;
+  while (strcmp(flesh_instructions_name(set), TEST_TEXT_VALUE(FLESH_ISA))) set++;
   return flesh_instructions_find(set, &set) != FLESH_OK;
 #else
   return 0;

@@ -4,20 +4,45 @@
 
 #include <stdlib.h>
 
-#include "accuracy.h"
+#include "accuracy/accuracy.h"
+#include "flesh/integrator.h"
 #include "test.h"
+
+/* Every method of motion is compared; marks and colours tell them apart. */
+static void every_method_is_compared(void)
+{
+#define ROW(name_, scene_, adaptive_, order, colour_, mark_, doc)                                                      \
+  {.name = name_, .scene = scene_, .adaptive = adaptive_, .max_order = order, .colour = colour_, .mark = mark_},
+  static const flesh_accuracy_method rows[] = {FLESH_ACCURACY_METHOD_LIST(ROW)};
+#undef ROW
+  const char *name;
+  for (int m = 0; (name = flesh_method_name((flesh_method)m)); m++) {
+    int found = m == FLESH_METHOD_STATIC;
+    for (int k = 0; k < FLESH_ACCURACY_METHODS; k++) found |= !strcmp(rows[k].scene, name);
+    if (!found) printf("# %s\n", name);
+    CHECK(found);
+  }
+  for (int k = 0; k < FLESH_ACCURACY_METHODS; k++)
+    for (int j = 0; j < k; j++)
+      CHECK(strcmp(rows[k].name, rows[j].name) && strcmp(rows[k].colour, rows[j].colour) && rows[k].mark != rows[j].mark);
+}
 
 static void times_meet_the_end(void)
 {
   flesh_accuracy_grid grid;
-  flesh_accuracy_grid_make(0, 1, 0.1, &grid);
-  CHECK(grid.count == 10 && grid.every == 1);
-  flesh_accuracy_grid_make(0, 1.05, 0.1, &grid); /* the end is a time of its own */
-  CHECK(grid.count == 11);
-  flesh_accuracy_grid_make(2, 12, 0.01, &grid); /* 1000 intervals: every tenth */
-  CHECK(grid.count == 100 && grid.every == 10);
-  flesh_accuracy_grid_make(0, 0.03, 0.1, &grid);
-  CHECK(grid.count == 1);
+  flesh_accuracy_grid_make(0, 1, 0.1, 4096, &grid); /* 10 longest steps of 64 intervals each */
+  CHECK(grid.count == 641 && grid.interval == 0.1 / 64);
+  flesh_accuracy_grid_make(0, 1.05, 0.1, 4096, &grid); /* the end is a time of its own, on the way */
+  CHECK(grid.count == 1 + 64 * 21 / 2 && grid.interval == 0.1 / 64);
+  flesh_accuracy_grid_make(2, 12, 0.01, 4096, &grid);
+  CHECK(grid.count == 1001 && grid.interval == 0.01);
+  flesh_accuracy_grid_make(2, 12, 0.01, 101, &grid); /* with room for 101: every tenth */
+  CHECK(grid.count == 101 && fabs(grid.interval - 0.1) < 1e-15);
+  flesh_accuracy_grid_make(0, 1, 0.1, 100, &grid);
+  CHECK(grid.count == 81);
+  flesh_accuracy_grid_make(0, 0.03, 0.1, 4096, &grid);
+  CHECK(grid.count > 76 && grid.end == 0.03);
+  CHECK(flesh_accuracy_room(3000) == 3195 && flesh_accuracy_room(3) == 4096 && flesh_accuracy_room(100000000) == 64);
 }
 
 enum { NODES = 3, TIMES = 60 };
@@ -96,24 +121,22 @@ static double found_period(double period, double end, double ripple)
 {
   flesh_accuracy_measure measure;
   flesh_accuracy_track track;
-  flesh_accuracy_grid grid;
   flesh_accuracy_scale scale = {.period = NAN};
   flesh_mesh *mesh = NULL;
   const double corners[] = {0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1};
   const int tet[] = {0, 1, 2, 3};
   open_three(&measure);
-  flesh_accuracy_grid_make(0, end, end / TIMES, &grid);
   CHECK_OK(flesh_mesh_create(4, corners, 1, tet, NULL, &mesh));
-  CHECK_OK(flesh_accuracy_track_open(TIMES, 3 * NODES, &track));
+  CHECK_OK(flesh_accuracy_track_open(TIMES + 1, 3 * NODES, &track));
   const double w = 2 * M_PI / period;
-  for (int k = 0; k < TIMES; k++) {
-    double t = (k + 1) * end / TIMES, *x = track.x + 3 * NODES * k;
+  for (int k = 0; k <= TIMES; k++) {
+    double t = k * end / TIMES, *x = track.x + 3 * NODES * k;
     track.t[k] = t;
     x[4] = 0.1 * (1 - cos(w * t)) + ripple * sin(17 * w * t);
     x[6] = 0.01 * t;
     track.v[3 * NODES * k + 4] = 0.1 * w * sin(w * t);
   }
-  flesh_accuracy_measure_scale(&measure, mesh, &grid, &track, &scale);
+  flesh_accuracy_measure_scale(&measure, mesh, &track, &scale);
   CHECK(scale.tip == 1 && scale.tip_axis == 1);
   CHECK_NEAR(scale.length, 2, 0);
   /* Mass 2 of 8 moves 0.2 at most; its kinetic energy is m v^2/2. */
@@ -138,16 +161,85 @@ static void periods_are_found(void)
 
 static void a_reference_is_known_no_better_than_its_change(void)
 {
-  flesh_accuracy_errors u = {1e-8, 3e-8, 2e-8, 1e-9, -1e-7};
-  flesh_accuracy_widen(1e-9, &u); /* the two differ by more */
+  flesh_accuracy_errors u = {1e-8, 3e-8, 2e-8, 1e-9, -1e-7}, none = {0};
+  flesh_accuracy_widen(1e-9, &none, &u); /* the two differ by more */
   CHECK_NEAR(u.position_rms, 1e-8, 0);
   CHECK_NEAR(u.energy, 1e-7, 0);
-  flesh_accuracy_widen(1e-6, &u);
+  flesh_accuracy_widen(1e-6, &none, &u);
   CHECK_NEAR(u.position_rms, 1e-6, 0);
   CHECK_NEAR(u.position_max, 3e-6, 1e-18);
   CHECK_NEAR(u.tip, 2e-6, 1e-18);
   CHECK_NEAR(u.volume, 1e-7, 1e-18);
   CHECK_NEAR(u.energy, 1e-5, 1e-17);
+  const flesh_accuracy_errors doubt = {1e-6, 2e-6, 3e-6, 4e-6, -5e-6}; /* between its times */
+  flesh_accuracy_widen(1e-6, &doubt, &u);
+  CHECK_NEAR(u.position_rms, 2e-6, 1e-18);
+  CHECK_NEAR(u.position_max, 5e-6, 1e-18);
+  CHECK_NEAR(u.energy, 1.5e-5, 1e-17);
+}
+
+/* Where coordinate `at` of a tet is whose corners swing with frequency w until the kink, and fly on from there. */
+static void swing(double w, double kink, int at, double t, double *x, double *v)
+{
+  double s = fmin(t, kink);
+  *v = 0.1 * w * cos(w * s + at);
+  *x = (at % 4 == 0) + 0.1 * sin(w * s + at) + *v * (t - s);
+}
+
+/* The largest error of the track between its times, and the one it owns up to. */
+static void interpolated(double w, double kink, int told, int intervals, double *error, double *doubt)
+{
+  const double corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const int tet[] = {0, 1, 2, 3};
+  double x[12], v[12], want, want_v, mass[] = {1, 1, 1, 1};
+  flesh_mesh *mesh = NULL;
+  flesh_system *system = NULL;
+  flesh_accuracy_track track;
+  flesh_accuracy_errors errors;
+  const flesh_accuracy_measure measure = {
+      .nodes = 4, .mass = mass, .rest_volume = 1.0 / 6, .break_count = told, .breaks = &kink};
+  const flesh_accuracy_scale scale = {.energy = 1};
+  CHECK_OK(flesh_mesh_create(4, corners, 1, tet, NULL, &mesh));
+  CHECK_OK(flesh_system_create(mesh, &system));
+  CHECK_OK(flesh_system_finalize(system));
+  CHECK_OK(flesh_accuracy_track_open(intervals + 1, 12, &track));
+  for (int k = 0; k <= intervals; k++) {
+    track.t[k] = (double)k / intervals;
+    for (int d = 0; d < 12; d++) swing(w, kink, d, track.t[k], track.x + 12 * k + d, track.v + 12 * k + d);
+  }
+  CHECK_OK(flesh_accuracy_track_evaluate(system, &track));
+  *error = 0;
+  for (int k = 0; k <= 7 * intervals; k++) {
+    double t = k / (7.0 * intervals);
+    flesh_accuracy_track_at(&track, &measure, t, x, v);
+    for (int d = 0; d < 12; d++) {
+      swing(w, kink, d, t, &want, &want_v);
+      *error = fmax(*error, fabs(x[d] - want));
+      if (k % 7 == 0) CHECK(fabs(x[d] - want) < 1e-14 && fabs(v[d] - want_v) < 1e-12 * w); /* its own times */
+    }
+  }
+  CHECK_OK(flesh_accuracy_track_doubt(system, &measure, &scale, &track, &errors));
+  *doubt = errors.position_max;
+  flesh_accuracy_track_close(&track);
+  flesh_system_destroy(&system);
+  flesh_mesh_destroy(&mesh);
+}
+
+static void a_reference_is_known_between_its_times(void)
+{
+  double error[3], doubt;
+  const double w = 2 * M_PI * 3; /* 32 and 16 times a period */
+  interpolated(w, 2, 0, 96, &error[0], &doubt);
+  CHECK(error[0] < 1e-10 && doubt >= error[0] && doubt < 100 * error[0]);
+  interpolated(w, 2, 0, 48, &error[1], &doubt);
+  CHECK_NEAR(log2(error[1] / error[0]), 8, 0.6); /* the order of its Hermite polynomials */
+  CHECK(doubt >= error[1] && doubt < 100 * error[1]);
+  /* Forces that end at once: told, that costs nothing; untold, it is owned up to. */
+  const double kink = 0.5;
+  interpolated(w, kink, 1, 96, &error[1], &doubt);
+  CHECK(error[1] < 1e-9 && doubt >= error[1] && doubt < 1e-6);
+  interpolated(w, kink, 0, 96, &error[2], &doubt);
+  CHECK(error[2] > 1e3 * error[1] && doubt >= error[2] / 2);
 }
 
 /* Runs of one method with given errors and costs. */
@@ -171,7 +263,7 @@ static void orders_are_fitted_where_they_hold(void)
 {
   /* error = 3 h^2, but for one of half the motion and one that the reference cannot tell. */
   const double steps[] = {0.5, 0.1, 0.05, 0.02, 0.01, 0.001};
-  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9}, seconds[] = {1, 2, 3, 4, 5, 6};
+  const double errors[] = {0.5, 3e-2, 7.5e-3, 1.2e-3, 3e-4, 9e-9, 0}, seconds[] = {1, 2, 3, 4, 5, 6, 7};
   flesh_accuracy_plan plan = {0};
   flesh_accuracy_fit fit;
   fill(&plan, 6, steps, errors, seconds);
@@ -183,7 +275,7 @@ static void orders_are_fitted_where_they_hold(void)
   CHECK_NEAR(fit.low, 0.01, 0);
   CHECK_NEAR(fit.high, 0.1, 0);
   /* The standard error of a slope: sqrt(sum r^2 / (n-2) / sum (x - mean)^2), here by hand. */
-  plan.rows[2].figures.errors.position_rms *= M_E;
+  plan.rows[2].figures.errors.position_rms *= 1.05;
   flesh_accuracy_fit_order(&plan, 0, &fit);
   double mean = 0, spread = 0, squares = 0;
   for (int k = 1; k < 5; k++) mean += log(steps[k]) / 4;
@@ -196,6 +288,25 @@ static void orders_are_fitted_where_they_hold(void)
   CHECK_NEAR(fit.slope_error, sqrt(squares / 2 / spread), 1e-12);
   flesh_accuracy_fit_order(&plan, 1, &fit);
   CHECK(fit.points == 0 && isnan(fit.slope));
+  /* Slopes 0.6, 0.9, 1.9, 2, 2, 0: the order holds over the four points from 0.008 to 0.001. */
+  const double halves[] = {0.032, 0.016, 0.008, 0.004, 0.002, 0.001, 0.0005}, local[] = {0.6, 0.9, 1.9, 2, 2, 0};
+  free(plan.rows);
+  fill(&plan, 7, halves, errors, seconds);
+  plan.rows[0].figures.errors.position_rms = 0.05;
+  for (int k = 1; k < 7; k++)
+    plan.rows[k].figures.errors.position_rms = plan.rows[k - 1].figures.errors.position_rms * pow(2, -local[k - 1]);
+  flesh_accuracy_fit_order(&plan, 0, &fit);
+  CHECK(fit.points == 4 && fit.candidates == 7);
+  CHECK_NEAR(fit.high, 0.008, 1e-15);
+  CHECK_NEAR(fit.low, 0.001, 1e-15);
+  CHECK_NEAR(fit.slope, 1.97, 0.02);
+  /* Two runs show no order, nor do three whose slopes differ. */
+  plan.row_count = 2;
+  flesh_accuracy_fit_order(&plan, 0, &fit);
+  CHECK(fit.points == 0 && fit.candidates == 2 && isnan(fit.slope) && isnan(fit.low));
+  plan.row_count = 3;
+  flesh_accuracy_fit_order(&plan, 0, &fit);
+  CHECK(fit.points == 0 && fit.candidates == 3);
   free(plan.rows);
 }
 
@@ -216,10 +327,45 @@ static void fronts_hold_what_nothing_beats(void)
   free(plan.rows);
 }
 
+/* Times that scatter rank nothing: the same run ties, and what times do not tell, counts do. */
+static void noise_is_not_ranked(void)
+{
+  const double steps[] = {1, 2, 3, 4}, errors[] = {1e-2, 1e-2, 1.5e-2, 1e-2}, seconds[] = {1.2, 1, 1.05, 2};
+  flesh_accuracy_plan plan = {0};
+  fill(&plan, 4, steps, errors, seconds);
+  flesh_accuracy_row *r = plan.rows;
+  r[0].figures.residuals = 108, r[1].figures.residuals = 110; /* the same run, measured as slower */
+  r[2].figures.residuals = 90, r[3].figures.residuals = 80;
+  r[2].figures.steps = r[3].figures.steps = 50;
+  r[3].figures.steps = 51;
+  CHECK(flesh_accuracy_same_run(&r[0], &r[1]) && !flesh_accuracy_same_run(&r[0], &r[2]) &&
+        !flesh_accuracy_same_run(&r[2], &r[3]));
+  CHECK(flesh_accuracy_compare_times(&r[0], &r[1]) == 0 && flesh_accuracy_compare_times(&r[1], &r[2]) == 0);
+  CHECK(flesh_accuracy_compare_times(&r[3], &r[2]) == 1 && flesh_accuracy_compare_times(&r[2], &r[3]) == -1);
+  CHECK(flesh_accuracy_compare_counts(&r[0], &r[1]) == -1 && flesh_accuracy_compare_counts(&r[1], &r[0]) == 1 &&
+        flesh_accuracy_compare_counts(&r[0], &r[0]) == 0);
+  r[2].figures.wall_s_min = 1, r[2].figures.wall_s_median = 1.25; /* its repeats scatter as much */
+  r[3].figures.cpu_s = 1.3;
+  CHECK(flesh_accuracy_compare_times(&r[3], &r[2]) == 0);
+  r[3].figures.cpu_s = 2;
+  flesh_accuracy_find_fronts(&plan);
+  CHECK(r[0].on_front[0] && !r[1].on_front[0]); /* by counts */
+  CHECK(!r[3].on_front[0] && r[3].on_front[1]);
+  r[3].figures.errors.position_rms = 0.99e-2; /* twice the time for a hundredth */
+  flesh_accuracy_find_fronts(&plan);
+  CHECK(r[0].on_front[0] && !r[3].on_front[0]);
+  r[3].figures.errors.position_rms = 0.9e-2;
+  flesh_accuracy_find_fronts(&plan);
+  CHECK(r[0].on_front[0] && r[3].on_front[0]);
+  free(plan.rows);
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(times_meet_the_end), TEST(distances_are_weighted),
+  return RUN_TESTS(argc, argv, TEST(every_method_is_compared), TEST(times_meet_the_end), TEST(distances_are_weighted),
                    TEST(tracks_come_back), TEST(periods_are_found),
                    TEST(a_reference_is_known_no_better_than_its_change),
-                   TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats));
+                   TEST(a_reference_is_known_between_its_times),
+                   TEST(orders_are_fitted_where_they_hold), TEST(fronts_hold_what_nothing_beats),
+                   TEST(noise_is_not_ranked));
 }

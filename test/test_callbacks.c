@@ -18,7 +18,7 @@
 #include "busy_bar.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
-#include "flesh/rhs.h"
+#include "flesh/ode.h"
 #include "sundials/compatibility.h"
 #include "sundials/vector.h"
 
@@ -28,7 +28,7 @@ typedef struct owned {
   SUNContext context;
   flesh_problem *problem;
   flesh_ida_problem *ida;
-  flesh_rhs_problem *rhs;
+  flesh_ode_problem *rhs;
   double *y; /* [2*n] */
 } owned;
 
@@ -41,14 +41,15 @@ static void open_owned(owned *o)
   CHECK(!flesh_suncontext_create(&o->context));
   CHECK_OK(flesh_problem_create(o->b.system, &options, &o->problem));
   CHECK_OK(flesh_ida_problem_create(o->b.system, &options, &o->ida));
-  CHECK_OK(flesh_rhs_problem_create(o->b.system, &options, &o->rhs));
+  CHECK_OK(flesh_ode_problem_create(o->b.system, &options, &o->rhs));
   test_jitter(o->b.n, 0.05, 5, o->b.state.x);
   test_jitter(o->b.n, 1, 6, o->b.state.v);
-  flesh_stage stage = {.t = 0.01, .load = 1, .share = 1, .shift = {.x = 1, .v = 100, .a = 1e4}, .x0 = o->b.state.x};
+  flesh_stage stage = {
+      .t = 0.01, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 100, .a = 1e4}, .x0 = o->b.state.x};
   CHECK_OK(flesh_problem_set_stage(o->problem, &stage));
   N_Vector y = N_VNew_Serial(2 * o->b.n, o->context), yp = N_VClone(y);
   CHECK_OK(flesh_ida_start(o->ida, &o->b.state, y, yp));
-  CHECK_OK(flesh_rhs_start(o->rhs, &o->b.state, y));
+  CHECK_OK(flesh_ode_start(o->rhs, &o->b.state, y));
   o->y = malloc(2 * (size_t)o->b.n * sizeof *o->y);
   memcpy(o->y, N_VGetArrayPointer(y), 2 * (size_t)o->b.n * sizeof *o->y);
   N_VDestroy(y);
@@ -59,7 +60,7 @@ static void close_owned(owned *o)
 {
   flesh_problem_destroy(&o->problem);
   flesh_ida_problem_destroy(&o->ida);
-  flesh_rhs_problem_destroy(&o->rhs);
+  flesh_ode_problem_destroy(&o->rhs);
   free(o->y);
   test_body_destroy(&o->b);
   SUNContext_Free(&o->context);
@@ -74,7 +75,7 @@ static int evaluate(owned *o, N_Vector u, N_Vector y, double *out)
   if (N_VGetArrayPointer(y)) memcpy(N_VGetArrayPointer(y), o->y, 2 * (size_t)n * sizeof(double));
   N_VScale(0.01, u, u);
   status = flesh_kinsol_residual(u, r, o->problem);
-  if (!status) status = flesh_rhs(0.01, y, yp, o->rhs);
+  if (!status) status = flesh_ode_rhs(0.01, y, yp, o->rhs);
   if (!status) memcpy(out + 3 * n, N_VGetArrayPointer(yp), 2 * (size_t)n * sizeof(double));
   N_VConst(0.5, yp);
   if (!status) status = flesh_ida_residual(0.01, y, yp, F, o->ida);
@@ -166,17 +167,17 @@ static void other_vectors_are_refused(void)
   snprintf(words, sizeof words, "length %d; it must have %d", n + 3, 2 * n);
   CHECK(flesh_ida_residual(0, right, wrong, same, o.ida) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), words);
-  CHECK(flesh_rhs(0, right, wrong, o.rhs) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ode_rhs(0, right, wrong, o.rhs) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), words);
   CHECK(flesh_kinsol_residual(wrong, wrong, o.problem) == FLESH_ERR_ARGUMENT);
   CHECK(flesh_ida_start(o.ida, &o.b.state, right, wrong) == FLESH_ERR_ARGUMENT);
-  CHECK(flesh_rhs_start(o.rhs, &o.b.state, wrong) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ode_start(o.rhs, &o.b.state, wrong) == FLESH_ERR_ARGUMENT);
 #ifdef HAVE_NVECMANYVECTOR
   N_Vector halves[2] = {N_VNew_Serial(n, o.context), N_VNew_Serial(n, o.context)};
   N_Vector many = N_VNew_ManyVector(2, halves, o.context);
   CHECK(flesh_ida_residual(0, right, many, same, o.ida) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "ManyVector kind; serial, OpenMP and Pthreads vectors serve");
-  CHECK(flesh_rhs(0, many, right, o.rhs) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ode_rhs(0, many, right, o.rhs) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "ManyVector");
   CHECK(flesh_kinsol_residual(many, right, o.problem) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "ManyVector");
@@ -240,15 +241,15 @@ static void user_data_of_ones_own(void)
   CHECK(flesh_kinsol_residual(u, r, NULL) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "user_data is neither a flesh_problem nor");
   CHECK(flesh_ida_residual(0, y, y, F, NULL) == FLESH_ERR_ARGUMENT);
-  CHECK(flesh_rhs(0, y, F, NULL) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ode_rhs(0, y, F, NULL) == FLESH_ERR_ARGUMENT);
   /* The kinds must not be mixed up. */
   struct {
     void *wrong;
     void *zero[8];
   } wrong = {0};
   wrong.wrong = wrong.zero;
-  CHECK(flesh_rhs(0, y, F, &wrong) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "flesh_rhs_problem");
+  CHECK(flesh_ode_rhs(0, y, F, &wrong) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "flesh_ode_problem");
   N_VDestroy(u);
   N_VDestroy(r);
   N_VDestroy(r2);
@@ -298,8 +299,8 @@ static void statistics(void)
                              .untangled_nodes = 11, .unconverged = 12, .steps = 13, .rejected = 14,
                              .convergence_failures = 15, .order = 16, .residual_first = 17.5, .residual_last = 18.5,
                              .residual_target = 19.5, .h_last = 20.5, .potential_rises = 21, .direct = 22,
-                             .patches = 23, .patch_newton = 24, .patch_share = 25.5,
-                             .detours = 26, .linear_single = 27};
+                             .subdomains = 23, .subdomain_newton = 24, .subdomain_share = 25.5,
+                             .watchdog_steps = 26, .linear_single = 27};
   enum { FIGURES = 27 };
   FILE *file = tmpfile();
   char line[4096], names[FIGURES][64];
@@ -338,9 +339,18 @@ static void statistics(void)
   CHECK(flesh_solve_stats_print(&stats, (flesh_stats_format)9, stdout) == FLESH_ERR_ARGUMENT);
 }
 
+/* 32-bit indices of SUNDIALS say that they cannot count so far; 64-bit ones can. */
+static void counts_beyond_the_indices_are_refused(void)
+{
+  const int64_t most = INT32_MAX;
+  CHECK(flesh_sunindex(most) == most);
+  if (sizeof(sunindextype) == 4) CHECK(flesh_sunindex(most + 1) == -1 && flesh_sunindex(3 * most) == -1);
+  else CHECK(flesh_sunindex(most + 1) == most + 1);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(quick_operations_are_the_same), TEST(vectors_of_three_kinds),
                    TEST(other_vectors_are_refused), TEST(foreign_matrices_are_refused), TEST(user_data_of_ones_own),
-                   TEST(memory_handed_out), TEST(statistics));
+                   TEST(memory_handed_out), TEST(statistics), TEST(counts_beyond_the_indices_are_refused));
 }

@@ -1,10 +1,10 @@
 /* test_coarse.c: the coarse level finds what lies in its space exactly, and keeps iterations from growing with the
  * mesh. */
-#include "sparse/coarse.h"
+#include "linear/coarse.h"
 
 #include "body.h"
-#include "sparse/block_matrix.h"
-#include "sparse/pcg.h"
+#include "linear/block_matrix.h"
+#include "linear/pcg.h"
 #include "test.h"
 
 /* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */
@@ -28,14 +28,14 @@ static void make(flesh_mesh *mesh, double poisson, test_body *b)
   flesh_material material;
   CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, b));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* Any will do in the end. */
 static const double MATRIX_SCALE = 0x1p-9, VECTOR_SCALE = 0x1p-4;
 
 /* z = P (P^T A P)^-1 P^T r. */
-static void apply(flesh_coarse *coarse, const flesh_halves *halves, const double *r, double *z)
+static void apply(flesh_coarse *coarse, const flesh_bisection *halves, const double *r, double *z)
 {
   const int rows = halves->begin[3];
   float *lanes = aligned_alloc(32, (size_t)rows * 8 * sizeof *lanes), *out = lanes + 4 * rows;
@@ -63,9 +63,9 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
 {
   double *r = malloc((size_t)b->n * sizeof *r), *z = malloc((size_t)b->n * sizeof *z);
   flesh_coarse *coarse = NULL;
-  flesh_halves halves;
+  flesh_bisection halves;
   flesh_block_multiply(A, u, r);
-  CHECK_OK(flesh_halves_create(A, &halves));
+  CHECK_OK(flesh_bisection_create(A, &halves));
   CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &halves, NULL, &coarse));
   CHECK_OK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, fixed));
   CHECK(flesh_coarse_memory(coarse) > 0);
@@ -73,7 +73,7 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
   CHECK_BELOW(test_distance(b->n, z, u), 1e-5 * test_norm(b->n, u)); /* in single precision */
   flesh_coarse_destroy(&coarse);
   CHECK(coarse == NULL);
-  flesh_halves_clear(&halves);
+  flesh_bisection_clear(&halves);
   free(r);
   free(z);
 }
@@ -169,12 +169,12 @@ static void crumbs_share_vertices(void)
   for (int d = 0; d < b.n; d++) u[d] = 1 + d % 3 + X[d - d % 3 + (d + 1) % 3];
   find(&b, A, 200, NULL, u);
   flesh_coarse *coarse = NULL;
-  flesh_halves halves;
-  CHECK_OK(flesh_halves_create(A, &halves));
+  flesh_bisection halves;
+  CHECK_OK(flesh_bisection_create(A, &halves));
   CHECK_OK(flesh_coarse_create(A, X, 200, &halves, NULL, &coarse));
   CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
   flesh_coarse_destroy(&coarse);
-  flesh_halves_clear(&halves);
+  flesh_bisection_clear(&halves);
   flesh_block_matrix_destroy(&A);
   free(u);
   test_body_destroy(&b);
@@ -192,11 +192,11 @@ static void cells_may_have_single_nodes(void)
   find(&b, A, 100, NULL, u);
   for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
   flesh_coarse *coarse = NULL;
-  flesh_halves halves;
-  CHECK_OK(flesh_halves_create(A, &halves));
+  flesh_bisection halves;
+  CHECK_OK(flesh_bisection_create(A, &halves));
   CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &halves, NULL, &coarse));
   CHECK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, NULL) == FLESH_NOT_POSITIVE);
-  flesh_halves_clear(&halves);
+  flesh_bisection_clear(&halves);
   flesh_coarse_destroy(&coarse);
   flesh_coarse_destroy(&coarse);
   flesh_block_matrix_destroy(&A);

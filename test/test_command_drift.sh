@@ -62,6 +62,20 @@ pictures_are_drawn() {
   done
 }
 
+# Runs that lie on each other are one line with both names; one that stops has a cross there.
+volumes_say_what_they_show() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  script=out/volume_finger_pull_coarse_0.45.gp
+  has $script 'title "S, guarded; S, plain"' && has $script 'title "B, plain (stops at 0.8 s)"' || return 1
+  [ "$(grep -c 'with points pt 2' $script)" -eq 3 ] && [ "$(grep -c 'volume_ratio' $script)" -eq 7 ] || { cat $script; return 1; }
+}
+
+nothing_is_minus_zero() {
+  expect 0 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies M,S --poisson 0.45 --solvers guarded --set time.end=1 \
+    --out zeros || return 1
+  ! grep -E -e '[+-]0\.?0*( |$)' stdout.txt && ! grep -E -e '-[0-9.]+e-[0-9]+' stdout.txt
+}
+
 no_free_rest_is_an_empty_field() {
   expect 0 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies D --poisson 0.3 --solvers guarded \
     --set time.end=1/30 --out out || return 1
@@ -98,5 +112,5 @@ bad_lists_are_refused() {
 }
 
 run_tests the_comparison_ends_well the_table_has_the_promised_columns guarded_runs_survive a_failed_run_is_a_row \
-  the_figures_are_physical pictures_are_drawn no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
+  the_figures_are_physical pictures_are_drawn volumes_say_what_they_show nothing_is_minus_zero no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
   bad_lists_are_refused

@@ -31,10 +31,10 @@ calls_are_told_always_and_times_on_request() {
 
 absent_effects_appear_nowhere() {
   short calmed_drop 1/20 || return 1
-  sed -n '/"effects": \[/,/^  \]/p' out/calmed_drop/result.json | grep -o '"name": "[a-z]*"' >names.txt
-  printf '"name": "%s"\n' inertia gravity calm elasticity >expected.txt
+  sed -n '/"effects": \[/,/^  \]/p' out/calmed_drop/result.json | grep -o '"name": "[a-z_]*"' >names.txt
+  printf '"name": "%s"\n' inertia gravity settling_damping elasticity >expected.txt
   cmp names.txt expected.txt || { cat names.txt; return 1; }
-  ! grep -q -e drag -e contact -e pressure -e viscosity out/calmed_drop/history.csv out/calmed_drop/result.json
+  ! grep -q -e spring -e contact -e pressure -e viscosity out/calmed_drop/history.csv out/calmed_drop/result.json
 }
 
 run_tests the_example_scenes_run calls_are_told_always_and_times_on_request absent_effects_appear_nowhere

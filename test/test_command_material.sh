@@ -46,6 +46,12 @@ pictures_are_drawn_or_their_scripts_left() {
   (cd bare && gnuplot rotation.gp) && [ -s bare/rotation.png ]
 }
 
+curves_on_each_other_are_one() {
+  has all/rotation.gp '"one line: Neo, A, B, C, M, D raw, D as_e, E, S"' || return 1
+  [ "$(grep -c "'rotation',.*,\$8))" all/rotation.gp)" -eq 1 ] && [ "$(grep -c "'rotation',.*,\$9))" all/rotation.gp)" -eq 3 ] &&
+    [ "$(grep -c "'stretch',.*,\$8))" all/stretch.gp)" -ge 8 ]
+}
+
 forms_that_do_not_take_the_constants_are_left_out() {
   expect 0 "$flesh" material --out some --constants raw --mu 1e4 --lambda 2000 --energies E,S &&
     has stderr.txt 'E raw is left out: .*lambda > mu/3' && [ "$(cells some/material.csv 'energy == "E"')" -eq 0 ] &&
@@ -84,7 +90,7 @@ the_schema_is_printed() {
   expect 0 "$flesh" schema --format json && [ "$(head -c 1 stdout.txt)" = '{' ] || return 1
   expect 2 "$flesh" schema --format xml && has stderr.txt "--format is 'xml'; it must be markdown or json" || return 1
   expect 2 "$flesh" schema pni && has stderr.txt 'pni is no section' || return 1
-  expect 2 "$flesh" schema pin handle && has stderr.txt "too many arguments: 'handle'" || return 1
+  expect 2 "$flesh" schema pin spring && has stderr.txt "too many arguments: 'spring'" || return 1
   [ -c /dev/full ] || return 0
   "$flesh" schema >/dev/full 2>stderr.txt
   [ $? -eq 3 ]
@@ -97,4 +103,4 @@ help_is_help() {
 }
 
 run_tests the_table_has_the_closed_forms the_words_name_rest_and_limits pictures_are_drawn_or_their_scripts_left \
-  forms_that_do_not_take_the_constants_are_left_out bad_material_usage_is_refused the_schema_is_printed help_is_help
+  forms_that_do_not_take_the_constants_are_left_out curves_on_each_other_are_one bad_material_usage_is_refused the_schema_is_printed help_is_help

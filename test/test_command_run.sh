@@ -79,7 +79,7 @@ methods_are_chosen_by_name() {
   expect 0 "$flesh" run bar.yaml --set time.alpha=0 --method hht --out undamped --no-frames --quiet || return 1
   same_states undamped/state.txt by-newmark/state.txt 1e-6 || return 1
   expect 2 "$flesh" run bar.yaml --method euler --out none || return 1
-  has stderr.txt 'time.method is euler; it must be one of backward-euler, static, bdf2, midpoint'
+  has stderr.txt 'time.method is "euler"; it must be one of backward-euler, static, bdf2, midpoint'
 }
 
 a_restart_goes_on_where_it_was() {
@@ -228,7 +228,7 @@ a_signal_ends_a_long_step() {
 
 a_failed_solve_is_explained() {
   expect 4 "$flesh" run bar.yaml --out failed --set body.material.energy=B --set time.step=0.5 --set time.end=2 \
-    --set 'effects.gravity.acceleration=[0, 0, -2000]' --set solver.max_halvings=1 --set solver.max_newton=3 || return 1
+    --set 'effects.gravity.acceleration=[0, 0, -2000]' --set solver.max_cutbacks=1 --set solver.max_newton=3 || return 1
   has stderr.txt 'last try: t = .* s, h = .* after 1 halvings' && has stderr.txt 'worst tet: .* J = .* at (' &&
     has stderr.txt 'residual: .* N; target' && has stderr.txt 'advice: try' || return 1
   for key in '"status": "failed"' '"exit_code": 4' '"halvings": 1' '"worst_tet": [0-9]' '"worst_J"' \
@@ -249,6 +249,8 @@ a_state_without_an_energy_is_explained() {
 }
 
 check_differentiates() {
+  expect 0 "$flesh" check bar.yaml --set time.method=bdf2 || return 1
+  has stdout.txt '^time: bdf2, steps of' || return 1
   expect 0 "$flesh" check bar.yaml --dump dump || return 1
   has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
   rows dump/gradient.txt 63 && rows dump/energy.txt 1 || return 1

@@ -44,6 +44,15 @@ bind_and_apply_give_the_same() {
     cmp out/skin/skin_000020.vtu applied/skin_000020.vtu
 }
 
+frames_keep_their_numbers() {
+  expect 0 "$flesh" run bar.yaml --out sparse --quiet --set output.frame_interval=9 || return 1
+  expect 0 "$flesh" skin apply binding.txt skin.obj sparse --out again && [ "$(ls sparse/skin/*.obj | wc -l)" -eq 4 ] ||
+    return 1
+  for file in sparse/skin/*.obj; do cmp "$file" "again/${file##*/}" || return 1; done
+  expect 2 "$flesh" skin apply binding.txt skin.obj out/state.txt --out x &&
+    has stderr.txt 'with a state file, --mesh must name its mesh'
+}
+
 a_state_is_enough() {
   expect 0 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh bar.msh --out single || return 1
   [ "$(ls single)" = skin_000000.obj ] && cmp single/skin_000000.obj out/skin/skin_000020.obj
@@ -83,7 +92,7 @@ what_is_wrong_is_said() {
   expect 2 "$flesh" skin && has stderr.txt 'the commands are bind and apply' || return 1
   expect 2 "$flesh" skin bind bar.msh skin.obj && has stderr.txt '\--out is missing' || return 1
   expect 2 "$flesh" skin apply binding.txt skin.obj out --out x --formats obj,stl &&
-    has stderr.txt "is 'obj,stl'; it must be some of obj,pc2,vtu" || return 1
+    has stderr.txt "is 'obj,stl'; it must be some of obj, pc2 and vtu" || return 1
   expect 3 "$flesh" skin bind bar.msh none.obj --out b.txt && has stderr.txt 'none.obj: cannot be opened' || return 1
   [ ! -e b.txt ] || return 1
   expect 3 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh fine.msh --out x &&
@@ -98,6 +107,6 @@ what_is_wrong_is_said() {
   [ ! -e bad/frames/frame_000000.vtu ]
 }
 
-run_tests a_run_writes_its_skin check_tells_of_the_skin bind_and_apply_give_the_same a_state_is_enough a_ply_is_a_skin_too \
+run_tests a_run_writes_its_skin check_tells_of_the_skin bind_and_apply_give_the_same frames_keep_their_numbers a_state_is_enough a_ply_is_a_skin_too \
   an_older_skin_is_removed without_a_skin_nothing_is_said_of_it an_interrupted_run_leaves_a_whole_cache \
   what_is_wrong_is_said

@@ -103,7 +103,7 @@ rises_are_seen() {
 }
 
 a_setting_of_ones_own_is_kept_in_the_scene() {
-  battery --energies S --poisson 0.45 --cases jitter20 --set solver.max_newton=3 --set solver.max_halvings=1 || return 1
+  battery --energies S --poisson 0.45 --cases jitter20 --set solver.max_newton=3 --set solver.max_cutbacks=1 || return 1
   [ "$(value outcome jitter20 S 0.45)" = stopped ] &&
     has out/cases/jitter20_seed1_S_0.45_default/scene.yaml 'max_newton: 3' &&
     expect 4 "$flesh" run out/cases/jitter20_seed1_S_0.45_default/scene.yaml
@@ -121,6 +121,15 @@ pictures_are_drawn() {
   for picture in matrix frames_starts; do
     [ "$(wc -c <"out/$picture.png")" -gt 5000 ] || { echo "$picture"; ls -l out; return 1; }
   done
+}
+
+# The frames need no gnuplot; what is not drawn is said.
+without_gnuplot_the_frames_are_drawn() {
+  mkdir -p bare
+  PATH=$work/bare expect 0 "$flesh" stress --quick --out undrawn --energies S --poisson 0.45 --cases single_plane || return 1
+  has stderr.txt 'matrix.png is not drawn: gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] &&
+    has stdout.txt 'what could be drawn of the pictures' && [ ! -e undrawn/matrix.png ] && [ -s undrawn/matrix.gp ] &&
+    [ "$(wc -c <undrawn/frames_meshes.png)" -gt 1000 ]
 }
 
 a_spent_budget_is_a_row() {
@@ -164,4 +173,4 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone other_solvers_are_found_out \
   rises_are_seen an_early_end_is_no_recovery a_death_is_a_row \
   a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
-  a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused
+  without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused

@@ -28,18 +28,18 @@ a_row_is_what_a_run_gives() {
   [ "$(ask rows/sweep.db 'twice - 2 * newton * tets' 'id = 2')" = 0 ] || return 1
   expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run ||
     return 1
-  python3 - "$(ask rows/sweep.db energy_total,energy_drag,residual,newton 'id = 2')" <<'END'
+  python3 - "$(ask rows/sweep.db energy_total,energy_spring,residual,newton 'id = 2')" <<'END'
 import json, sys
 figures = json.load(open("run/result.json"))["figures"]
 row = [float(word) for word in sys.argv[1].split(",")]
-run = [figures["energies"]["total"], figures["energies"]["drag"], figures["residual"], figures["newton"]]
+run = [figures["energies"]["total"], figures["energies"]["spring"], figures["residual"], figures["newton"]]
 assert row == run, (row, run)
 assert run[0] != 0
 END
 }
 
 failed_cases_are_rows() {
-  spec 'set: {body.material.constants: matched, solver.max_newton: 1, solver.max_halvings: 0, solver.newton_tolerance: 1e-15}' \
+  spec 'set: {body.material.constants: matched, solver.max_newton: 1, solver.max_cutbacks: 0, solver.newton_tolerance: 1e-15}' \
     'axes: [{key: body.material.energy, values: [C, S]}]'
   expect 0 "$flesh" sweep spec.yaml --out failed || return 1
   [ "$(ask failed/sweep.db "status, exit_code, message LIKE '%matched%'" 'id = 1')" = refused,2,1 ] &&
@@ -70,6 +70,7 @@ bad_specs_are_refused() {
     bad 'named like one of the results' 'axes: [{key: time.step, name: newton, values: [1]}]' &&
     bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
       bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
+    bad 'either values or from and to' 'axes: [{sample: {count: 2, axes: [{key: body.density}]}}]' &&
     bad 'niederreiter takes at most 12' 'axes: [{sample: {sequence: niederreiter, count: 2, axes: [{key: a, values: [1]}, {key: b, values: [1]}, {key: c, values: [1]}, {key: d, values: [1]}, {key: e, values: [1]}, {key: f, values: [1]}, {key: g, values: [1]}, {key: h, values: [1]}, {key: i, values: [1]}, {key: j, values: [1]}, {key: k, values: [1]}, {key: l, values: [1]}, {key: m, values: [1]}]}}]' &&
     bad 'more than 10000000 cases' 'axes: [{key: time.step, from: 1, to: 2, count: 9000000}, {key: time.end, values: [1, 2]}]' &&
     expect 2 "$flesh" sweep spec.yaml --shard 3/2 && has stderr.txt 'i/n' &&
@@ -122,6 +123,19 @@ for line, row in zip(lines, rows):
 END
   expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt 'no such column: nonsense' &&
     expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
+}
+
+# Values that four digits do not part are values of their own.
+near_values_are_told_apart() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  spec 'set: {time.end: 1/60}' 'axes: [{key: body.material.poisson, values: [0.49991, 0.49992, 0.3]}, {key: body.density, values: [1, 2]}]'
+  "$flesh" sweep spec.yaml --out near --quiet || return 1
+  expect 0 "$flesh" sweep plot near/sweep.db --x density --y poisson --by poisson --out near.png &&
+    has near.gp 'title "0.49991"' && has near.gp 'title "0.49992"' && has near.gp 'title "0.3"' || return 1
+  [ "$(grep -c '0.4999[12]' near.dat)" -eq 4 ] && awk '/NaN/ { block++ } !/NaN/ && NF { if ($2 in at && at[$2] != block) exit 1; at[$2] = block }
+    END { exit !(at["0.29999999999999999"] == 1 && block == 3) }' near.dat || { cat near.dat; return 1; }
+  expect 0 "$flesh" sweep plot near/sweep.db --x density --y poisson --z poisson --out heat.png &&
+    [ "$(grep -c '^[01] [012] 0' heat.gp)" -eq 6 ] && [ "$(grep '^[01] [012] 0' heat.gp | cut -d ' ' -f 1,2 | sort -u | wc -l)" -eq 6 ]
 }
 
 pictures_are_drawn() {
@@ -185,8 +199,8 @@ END
     return 1
   # What the command refuses is a row that says so.
   sed -i 's/jitter20,mirrored/no_such_case/' stress.yaml
-  expect 0 "$flesh" sweep stress.yaml --out refused && has stdout.txt '2 failed' &&
-    [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = failed,2,1 ] || return 1
+  expect 2 "$flesh" sweep stress.yaml --out refused && has stdout.txt '2 refused' &&
+    [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = refused,2,1 ] || return 1
   echo 'scene: tiny.yaml' >>stress.yaml
   expect 2 "$flesh" sweep stress.yaml --out refused && has stderr.txt 'scenes of its own'
 }
@@ -244,7 +258,7 @@ snakemake_runs_the_shards() {
 }
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
-  an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported pictures_are_drawn \
+  an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
   drift_gives_rows_of_tables accuracy_gives_rows_of_tables stress_gives_rows_of_tables \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

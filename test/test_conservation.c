@@ -70,7 +70,7 @@ static energy_record swing(flesh_energy energy, flesh_method method, double ampl
   test_body b;
   CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   double *mode = malloc((size_t)b.n * sizeof *mode), rest = energy_of(&b, &b.state);
   double period = 2 * M_PI / lowest_mode(&b, mode), h = period / 50;
   for (int d = 0; d < b.n; d++) b.state.x[d] += amplitude * mode[d];
@@ -138,7 +138,7 @@ static void midpoint_keeps_both_momenta(void)
       const double h = 1. / 60, nodes = 36;
       CHECK_OK(test_body_create(test_box(3, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.4), 1000, (flesh_mass)mass,
                                 1, &b));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       for (int i = 0; i < b.n / 3; i++) {
         const double *X = b.state.x + 3 * i;
         double *v = b.state.v + 3 * i;
@@ -214,7 +214,7 @@ static void methods_converge_to_another_codes_motion(void)
     CHECK_OK(test_body_create(mesh, material, 1000, (flesh_mass)mass, 1, &b));
     CHECK_OK(test_body_gravity(&b, 0, 0, -9.8));
     CHECK_OK(test_body_clamp(&b, 1e-9));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     flesh_state exact = state_copy(b.n, &b.state), best = state_copy(b.n, &b.state);
     read_exact(names[mass], end, b.n / 3, &exact);
     for (flesh_method method = 0; flesh_method_name(method); method++) {
@@ -253,7 +253,7 @@ static void check_small(flesh_mesh *mesh, const char *name)
   test_body b;
   const double end = 1;
   CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int i = 0; i < b.n / 3; i++) {
     double *x = b.state.x + 3 * i;
     x[2] *= 1.2;

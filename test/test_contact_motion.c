@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/obstacle.h"
+#include "geometry/obstacle.h"
 #include "test.h"
 
 typedef struct scene {
@@ -142,7 +142,7 @@ static void check_throw(flesh_method method, double young, double h, double end)
     make_cube(3, young, &s);
     add_contact(&s, make_obstacle(shape), NAN, shape % 2 ? 0.3 : 0, 1e-2);
     for (int i = 0; i < s.b.n / 3; i++) s.b.state.v[3 * i + 2] = -50;
-    CHECK_OK(flesh_system_finish(s.b.system));
+    CHECK_OK(flesh_system_finalize(s.b.system));
     start(&s, method, 1e-4);
     flesh_solve_stats stats = {0};
     int steps = 0, status = FLESH_OK, through = 0;
@@ -186,23 +186,23 @@ static void nothing_passes_with_adaptive_steps(void)
 /* Without the guard, too, KINSOL's own line search or bare Newton steps: they may fail, but never pass. */
 static void nothing_passes_without_the_guard(void)
 {
-  const flesh_globalization kinds[] = {FLESH_GLOBALIZATION_NONE, FLESH_GLOBALIZATION_KINSOL};
+  const flesh_line_search kinds[] = {FLESH_LINE_SEARCH_NONE, FLESH_LINE_SEARCH_RESIDUAL};
   for (int k = 0; k < 2; k++) {
     scene s;
     make_cube(2, 1e5, &s);
     add_contact(&s, make_obstacle(THIN_WALL), NAN, 0, 1e-3);
-    CHECK_OK(flesh_system_finish(s.b.system));
+    CHECK_OK(flesh_system_finalize(s.b.system));
     for (int i = 0; i < s.b.n / 3; i++) s.b.state.v[3 * i + 2] = -50;
     flesh_solver_options options;
     flesh_solver_options_default(&options);
-    options.globalization = kinds[k];
+    options.line_search = kinds[k];
     CHECK_OK(flesh_integrator_create(s.b.system, FLESH_METHOD_BACKWARD_EULER, &options, &s.integrator));
     int status = FLESH_OK;
     for (int step = 0; step < 3 && !status; step++) {
       status = flesh_integrator_step(s.integrator, &s.b.state, 1. / 30, NULL);
       CHECK(!is_through(THIN_WALL, s.b.state.x, s.b.n / 3));
     }
-    printf("# globalization %d: %s\n", (int)kinds[k], status ? flesh_error_text() : "came through");
+    printf("# line_search %d: %s\n", (int)kinds[k], status ? flesh_error_text() : "came through");
     finish(&s);
   }
 }
@@ -225,7 +225,7 @@ static void what_moves_pushes(void)
       CHECK_OK(flesh_system_add_pin(s.b.system, 1, (const int[]){22}, FLESH_AXES_ALL, -INFINITY, INFINITY));
       CHECK_OK(flesh_system_add_pin(s.b.system, 1, (const int[]){25}, FLESH_AXIS_X, -INFINITY, INFINITY));
     }
-    CHECK_OK(flesh_system_finish(s.b.system));
+    CHECK_OK(flesh_system_finalize(s.b.system));
     start(&s, method, 1e-6);
     int status = FLESH_OK, through = 0;
     const double h = 1. / 30, end = method == FLESH_METHOD_STATIC ? 0.15 : method == FLESH_METHOD_ADAPTIVE ? 0.1 : 0.5;
@@ -251,7 +251,7 @@ static void a_handle_into_an_obstacle_says_so(void)
     make_cube(2, 1e5, &s);
     add_contact(&s, make_obstacle(PLANE), NAN, 0, 1e-3);
     CHECK_OK(test_body_hold(&s.b, 2, 0, FLESH_AXES_ALL, &(flesh_motion){2, keys, {0, 0, 0}, 0}, -INFINITY, INFINITY));
-    CHECK_OK(flesh_system_finish(s.b.system));
+    CHECK_OK(flesh_system_finalize(s.b.system));
     start(&s, method ? FLESH_METHOD_ADAPTIVE : FLESH_METHOD_BACKWARD_EULER, 1e-4);
     const flesh_run_options run = {.h = 1. / 30, .end = 1};
     CHECK(flesh_run(s.b.system, s.integrator, &run, &s.b.state, NULL) < 0);
@@ -271,7 +271,7 @@ static void slide(double angle, double friction, flesh_method method, double h, 
   CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &plane));
   add_contact(&s, plane, 0.02, friction, 1e-3);
   CHECK_OK(test_body_gravity(&s.b, 9.81 * sin(angle), 0, -9.81 * cos(angle)));
-  CHECK_OK(flesh_system_finish(s.b.system));
+  CHECK_OK(flesh_system_finalize(s.b.system));
   start(&s, FLESH_METHOD_BACKWARD_EULER, 1e-6);
   int status = FLESH_OK;
   for (int step = 0; step < 120 && !status; step++) /* settles */
@@ -316,9 +316,45 @@ static void blocks_slip_at_mu(void)
   }
 }
 
+/* A belt that starts at 2 m/s takes a resting block along with mu g, until it moves as fast: friction is of the speed
+ * relative to the obstacle. */
+static void belts_carry_blocks_along(void)
+{
+  static const flesh_keyframe keys[] = {{.t = 2}, {.t = 4, .translation = {4, 0, 0}}};
+  const double g = 9.81, mu = 0.5, h = 1. / 120;
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2};
+  for (int k = 0; k < 2; k++) {
+    scene s;
+    flesh_obstacle *belt = NULL;
+    make_cube(2, 1e7, &s);
+    CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.0197}, (const double[]){0, 0, 1}, &belt));
+    CHECK_OK(flesh_obstacle_move(belt, &(flesh_motion){2, keys, {0, 0, 0}, 0}));
+    add_contact(&s, belt, 0.02, mu, 1e-3);
+    CHECK_OK(test_body_gravity(&s.b, 0, 0, -g));
+    CHECK_OK(flesh_system_finalize(s.b.system));
+    start(&s, methods[k], 1e-6);
+    int status = FLESH_OK;
+    double slipping = NAN, carried = NAN;
+    while (s.b.state.t < 2.8 - 1e-9 && !status) {
+      status = flesh_integrator_step(s.integrator, &s.b.state, h, NULL);
+      double v = 0;
+      for (int i = 0; i < s.b.n / 3; i++) v += s.b.state.v[3 * i] / (s.b.n / 3);
+      if (fabs(s.b.state.t - 2.2) < h / 2) slipping = v;
+      carried = v;
+    }
+    CHECK_OK(status);
+    printf("# method %d: %.4g m/s after 0.2 s, expected %.4g; then %.4g, the belt's 2\n", (int)methods[k], slipping,
+           0.2 * mu * g, carried);
+    CHECK_NEAR(slipping, 0.2 * mu * g, 0.03 * 0.2 * mu * g);
+    CHECK_NEAR(carried, 2, 0.02);
+    finish(&s);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(nothing_passes_with_fixed_steps), TEST(nothing_passes_with_methods_of_second_order),
                    TEST(nothing_passes_with_adaptive_steps), TEST(nothing_passes_without_the_guard),
-                   TEST(what_moves_pushes), TEST(a_handle_into_an_obstacle_says_so), TEST(blocks_slip_at_mu));
+                   TEST(what_moves_pushes), TEST(a_handle_into_an_obstacle_says_so), TEST(blocks_slip_at_mu),
+                   TEST(belts_carry_blocks_along));
 }

@@ -47,6 +47,14 @@ every_file_that_goes_in_has_its_hash() {
     inputs out/two/result.json two_bodies.yaml bar_8x2x2.mesh
 }
 
+# One body says nothing of it.
+bodies_are_told_to_pass_through_each_other() {
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two &&
+    has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
+  expect 0 "$flesh" run "$scenes/bar_gravity.yaml" --set time.end=1/60 --out out/one && ! grep -q 'bodies:' stdout.txt &&
+    "$flesh" schema bodies >schema.txt && has schema.txt 'bodies pass through each other'
+}
+
 # What is written runs again, to the same bits.
 a_scene_with_contact_repeats() {
   expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
@@ -88,4 +96,4 @@ END
 }
 
 run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
-  a_scene_with_contact_repeats bad_contacts_are_refused
+  bodies_are_told_to_pass_through_each_other a_scene_with_contact_repeats bad_contacts_are_refused

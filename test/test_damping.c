@@ -106,13 +106,13 @@ static void check_decay(int kind, double a_over_w, double b_times_w)
   test_body b;
   make(test_box(6, 2, 2, 3, 1, 1), FLESH_MASS_LUMPED, UNDAMPED, 0, 0, &b);
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   double *phi = malloc((size_t)b.n * sizeof *phi), *mass = calloc((size_t)b.n, sizeof *mass), q[SAMPLES], ratio,
          frequency, w = lowest_mode(&b, phi);
   test_body_destroy(&b);
   make(test_box(6, 2, 2, 3, 1, 1), FLESH_MASS_LUMPED, kind, a_over_w * w, b_times_w / w, &b);
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_mesh_lumped_mass(b.mesh, b.density, mass);
   flesh_integrator *integrator = adaptive(b.system, 1e-8);
   double largest = 0, dt = 2 * acos(-1) / w / 20, expected = a_over_w / 2 + b_times_w / 2;
@@ -164,7 +164,7 @@ static void viscosity_does_not_feel_rigid_motion(void)
   flesh_effect *effect = NULL;
   CHECK_OK(flesh_effect_viscosity(&b.body, 300, 700, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   double *r = malloc((size_t)b.n * sizeof *r), size[2];
   for (int stretch = 0; stretch < 2; stretch++) {
     turned(&b, 0.7, stretch, 5, b.state.x, b.state.v);
@@ -198,7 +198,7 @@ static double spin(int kind, const test_body *from, double time)
 {
   test_body b;
   make(test_box(2, 1, 1, 1, 0.5, 0.5), FLESH_MASS_CONSISTENT, kind, 0, 0.05, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   memcpy(b.state.x, from->state.x, (size_t)b.n * sizeof(double));
   memcpy(b.state.v, from->state.v, (size_t)b.n * sizeof(double));
   double kinetic, ignored, before = energy_of(&b, &b.state, &kinetic);
@@ -216,7 +216,7 @@ static void a_spinning_body_keeps_its_energy(void)
   test_body b;
   const double rate = 2;
   make(test_box(2, 1, 1, 1, 0.5, 0.5), FLESH_MASS_CONSISTENT, KELVIN_VOIGT, 0, 0.05, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int i = 0; i < b.n / 3; i++) {
     const double *X = flesh_mesh_positions(b.mesh) + 3 * i;
     b.state.v[3 * i] = -rate * (X[1] - 0.25);
@@ -245,7 +245,7 @@ static void damping_never_feeds_energy(void)
     if (kind == KELVIN_VOIGT) CHECK_OK(flesh_effect_viscosity(&b.body, 3, 7, &effect));
     else CHECK_OK(flesh_effect_damping(&b.body, 0.1, 0.2, (flesh_stiffness)kind, &effect));
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     double *r = malloc((size_t)b.n * sizeof *r), least = INFINITY, phi, magnitude;
     for (unsigned trial = 0; trial < 100; trial++) {
       memcpy(b.state.x, flesh_mesh_positions(b.mesh), (size_t)b.n * sizeof(double));
@@ -273,10 +273,10 @@ static void calm_winds_down_and_lets_be(void)
     test_body b;
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, UNDAMPED, 0, 0, &b);
     flesh_effect *effect = NULL;
-    CHECK_OK(flesh_effect_calm(&b.body, 3, k ? 0.4 : 0, -INFINITY, k ? INFINITY : 0.5, &effect));
+    CHECK_OK(flesh_effect_settling_damping(&b.body, 3, k ? 0.4 : 0, -INFINITY, k ? INFINITY : 0.5, &effect));
     CHECK(!effect->operations->energy && effect->operations->next_event(effect, 0) == (k ? INFINITY : 0.5));
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) b.state.v[d] = d % 3 == 0;
     flesh_integrator *integrator = adaptive(b.system, 1e-6);
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.25, NULL));

@@ -60,17 +60,17 @@ static int jacobian(const flesh_effect *effect, const flesh_point *point, const 
                     flesh_block_matrix *K, const int *slots)
 {
   flesh_shift used = *shift;
-  if (of(effect)->what == SPOIL_PROJECTION) used.project = 0;
+  if (of(effect)->what == SPOIL_PROJECTION) used.filter = 0;
   int status = of(effect)->inner->operations->jacobian(of(effect)->inner, point, &used, K, slots);
   if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
   return status;
 }
 
-static int jacobian_anew(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+static int jacobian_assign(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                          flesh_block_matrix *K, const int *slots)
 {
   const flesh_effect *inner = of(effect)->inner;
-  int status = inner->operations->jacobian_anew(inner, point, shift, K, slots);
+  int status = inner->operations->jacobian_assign(inner, point, shift, K, slots);
   if (of(effect)->what == SPOIL_ANEW) K->values[9 * slots[3] + 1] *= 1.0001;
   if (of(effect)->what == SPOIL_JACOBIAN) K->values[1] += 1e-4 * K->values[0];
   return status;
@@ -80,7 +80,7 @@ static const flesh_effect_operations spoiled_operations = {.name = "spoiled",
                                                            .cells = cells,
                                                            .residual = residual,
                                                            .jacobian = jacobian,
-                                                           .jacobian_anew = jacobian_anew,
+                                                           .jacobian_assign = jacobian_assign,
                                                            .potential = potential,
                                                            .evaluate = evaluate};
 
@@ -211,7 +211,7 @@ static void a_wrong_beginning_is_seen(void)
   CHECK(report.jacobian[0] > 1e-8 && report.jacobian[1] > 1e-8 && report.potential[0] < 1e-8);
   CHECK(!flesh_derivative_report_passes(&report, 1e-8));
   flesh_effect_operations adds = *s.elasticity->operations;
-  adds.jacobian_anew = adds.jacobian;
+  adds.jacobian_assign = adds.jacobian;
   report = report_of(&(flesh_effect){&adds, s.elasticity->data}, &s);
   CHECK(report.jacobian[0] == INFINITY && report.jacobian[1] == INFINITY);
   drop(&s);

@@ -23,7 +23,7 @@ static void run(const flesh_effect_row *row, flesh_method method, double x[3])
   CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 1, 0, -9.81));
   if (!row->once && strcmp(row->name, "gravity")) test_add_sample(row, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int d = 0; d < b.n; d++) /* it falls, and shears */
     b.state.v[d] = d % 3 == 2 ? -1 : 0.5 + 2 * flesh_mesh_positions(b.mesh)[3 * (d / 3) + 2];
   CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
@@ -39,18 +39,18 @@ static void every_effect_runs_under_every_kind_of_method(void)
   const flesh_method methods[] = {FLESH_METHOD_ADAPTIVE, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT,
                                   FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_HHT};
   int rows;
-  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  const flesh_effect_row *const *row = flesh_effect_registry(&rows);
   double bare[3];
-  run(&row[0], FLESH_METHOD_ADAPTIVE, bare);
+  run(row[0], FLESH_METHOD_ADAPTIVE, bare);
   for (int k = 0; k < rows; k++) {
     double x[5][3], worst[5] = {0}, matters = 0;
     for (int m = 0; m < 5; m++) {
-      run(&row[k], methods[m], x[m]);
+      run(row[k], methods[m], x[m]);
       for (int c = 0; c < 3; c++) worst[m] = fmax(worst[m], fabs(x[m][c] - x[0][c]));
     }
     for (int c = 0; c < 3; c++) matters = fmax(matters, fabs(x[0][c] - bare[c]));
     printf("# %-10s matters by %.2g m; from adaptive: bdf2 %.2g, midpoint %.2g, backward Euler %.2g, hht %.2g m\n",
-           row[k].name, matters, worst[1], worst[2], worst[3], worst[4]);
+           row[k]->name, matters, worst[1], worst[2], worst[3], worst[4]);
     for (int m = 1; m < 5; m++)
       CHECK_BELOW(worst[m], methods[m] == FLESH_METHOD_BACKWARD_EULER ? 0.05 + 0.5 * matters : 0.02 + 0.15 * matters);
   }
@@ -60,7 +60,7 @@ static void every_effect_runs_under_every_kind_of_method(void)
 static void every_effect_runs_in_statics(void)
 {
   int rows;
-  const flesh_effect_row *row = flesh_effect_registry(&rows);
+  const flesh_effect_row *const *row = flesh_effect_registry(&rows);
   for (int k = 0; k < rows; k++) {
     test_body b;
     flesh_solver_options options;
@@ -69,8 +69,8 @@ static void every_effect_runs_in_statics(void)
     CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), soft(), 1000, FLESH_MASS_LUMPED, 0, &b));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_gravity(&b, 1, 0, -9.81));
-    if (!row[k].once && strcmp(row[k].name, "gravity")) test_add_sample(&row[k], &b);
-    CHECK_OK(flesh_system_finish(b.system));
+    if (!row[k]->once && strcmp(row[k]->name, "gravity")) test_add_sample(row[k], &b);
+    CHECK_OK(flesh_system_finalize(b.system));
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
     flesh_integrator_destroy(&integrator);
@@ -98,7 +98,7 @@ static void free_flight_is_a_parabola(void)
       CHECK_OK(flesh_effect_inertia(&b.body, &effect));
       CHECK_OK(flesh_system_add_effect(b.system, &effect));
       CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       for (int d = 0; d < b.n; d++) b.state.v[d] = d % 3 == 2 ? 5 : d % 3 == 0 ? 3 + d : 0;
       double *v = malloc((size_t)b.n * sizeof *v), worst = 0;
       memcpy(v, b.state.v, (size_t)b.n * sizeof *v);

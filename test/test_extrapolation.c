@@ -1,8 +1,8 @@
 /* test_extrapolation.c: first iterates from the last steps' velocities: exact for parabolas and vibrations, none where
  * nothing leads to the state, and fewer iterations on a calm swing. */
 #include "body.h"
-#include "integrator/extrapolation.h"
-#include "sundials/problem.h"
+#include "time/extrapolation.h"
+#include "newton/newton.h"
 #include "test.h"
 
 enum { N = 6 };
@@ -88,7 +88,7 @@ static int iterations(int forgetful, double *end)
   CHECK_OK(test_body_create(test_box(12, 4, 4, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 0, 0, -2));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   for (int k = 0; k < 30; k++) {
     if (!integrator)
@@ -112,38 +112,48 @@ static void calm_swings_take_fewer_iterations(void)
   CHECK_NEAR(with, without, 1e-6);
 }
 
-/* Whether a preconditioner made at the first stage still serves at another one. */
-static int serves(flesh_problem *problem, const flesh_state *state, double h, double t, int goes_on)
+/* Whether a preconditioner made at the first stage, and used there, still serves at another one. */
+static int serves(flesh_newton *newton, const flesh_state *state, double h, double t, int continues)
 {
-  flesh_stage stage = {.t = 0, .load = 1, .share = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
-  CHECK_OK(flesh_problem_set_stage(problem, &stage));
-  CHECK_OK(flesh_problem_factor(problem));
-  problem->paces[0] = 5;
-  problem->goes_on = goes_on;
+  flesh_stage stage = {.t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 8, .a = 64}, .x0 = state->x};
+  const int n = newton->equations.n;
+  double *b = malloc(2 * (size_t)n * sizeof *b), *p = b + n;
+  for (int d = 0; d < n; d++) b[d] = newton->equations.constrained[d] ? 0 : sin(d);
+  flesh_newton_set_stage(newton, &stage);
+  CHECK_OK(flesh_newton_matrix(newton, newton->u, NULL));
+  CHECK_OK(flesh_matrix_policy_refresh(&newton->policy));
+  flesh_direction_kind kind;
+  const flesh_direction_request request = {.tolerance = 1e-6, .max_iterations = 100};
+  CHECK_OK(flesh_direction_solve(&newton->direction, &request, b, p, &kind));
+  const double *paces = newton->direction.iterations_per_decade, pace = paces[0] + paces[1];
+  CHECK(pace > 0);
+  newton->policy.stage_continues = continues;
   stage.t = t;
   stage.shift.a = 1 / (h * h);
-  CHECK_OK(flesh_problem_set_stage(problem, &stage));
-  CHECK(!problem->goes_on); /* it has to be said every time */
-  return problem->paces[0] == 5;
+  flesh_newton_set_stage(newton, &stage);
+  CHECK(!newton->policy.stage_continues); /* it has to be said every time */
+  CHECK_OK(flesh_newton_matrix(newton, newton->u, NULL));
+  CHECK_OK(flesh_matrix_policy_prepare(&newton->policy));
+  free(b);
+  return paces[0] + paces[1] == pace; /* of a new one it is not known */
 }
 
 static void a_preconditioner_serves_in_stages_that_go_on(void)
 {
   test_body b;
   flesh_solver_options options;
-  flesh_problem *problem = NULL;
+  flesh_newton newton;
   const flesh_material material = test_material(FLESH_ENERGY_S, 0.45);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.3, 0.3), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* let go at 0.5 s */
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
-  CHECK_OK(flesh_problem_create(b.system, &options, &problem));
-  CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
-  CHECK(serves(problem, &b.state, 0.125, 0.1, 1));
-  CHECK(!serves(problem, &b.state, 0.125, 0.1, 0));
-  CHECK(!serves(problem, &b.state, 0.25, 0.1, 1)); /* another step */
-  CHECK(!serves(problem, &b.state, 0.125, 0.6, 1)); /* other constraints */
-  flesh_problem_destroy(&problem);
+  CHECK_OK(flesh_newton_init(b.system, &options, NULL, &newton));
+  CHECK(serves(&newton, &b.state, 0.125, 0.1, 1));
+  CHECK(!serves(&newton, &b.state, 0.125, 0.1, 0));
+  CHECK(!serves(&newton, &b.state, 0.25, 0.1, 1)); /* another step */
+  CHECK(!serves(&newton, &b.state, 0.125, 0.6, 1)); /* other constraints */
+  flesh_newton_clear(&newton);
   test_body_destroy(&b);
 }
 
@@ -195,7 +205,7 @@ static void free_bodies_turn_on(void)
   flesh_integrator *integrator = NULL;
   const flesh_material material = test_material(FLESH_ENERGY_S, 0.49);
   CHECK_OK(test_body_create(test_box(4, 2, 2, 0.2, 0.1, 0.1), material, 1e-3, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   const double h = 1. / 60, *X = flesh_mesh_positions(b.mesh);

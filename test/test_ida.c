@@ -6,7 +6,7 @@
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include "busy_bar.h"
-#include "effect/motion.h"
+#include "geometry/motion.h"
 #include "motion_reference.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
@@ -97,7 +97,7 @@ static long run_owned(owned *o, double tolerance, int order, double end, flesh_s
     int flag = IDASolve(o->ida, end, &t, o->y, o->yp, IDA_NORMAL);
     CHECK(flag == IDA_SUCCESS || flag == IDA_TSTOP_RETURN);
     if (flag < 0) break;
-    flesh_ida_finish(o->problem, t, o->y, state);
+    flesh_ida_get_state(o->problem, t, o->y, state);
     long more = 0;
     IDAGetNumSteps(o->ida, &more);
     steps += more;
@@ -315,7 +315,7 @@ static void scales_are_the_bodys_own(void)
     double side = k == 2 ? 2 : 1;
     CHECK_OK(
         test_body_create(test_box(30, 3, 3, side, 0.1 * side, 0.1 * side), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     CHECK_OK(flesh_ida_problem_create(b.system, &options, &problem));
     flesh_ida_scales(problem, &length[k], &velocity[k]);
     flesh_ida_problem_destroy(&problem);

@@ -1,7 +1,9 @@
 #!/bin/sh
 # test_install.sh: outside programs, C and C++, against an installed copy in another folder (DESTDIR), by pkg-config
-# with the shared and the static library and by CMake; and what the shared library shows to the outside. Speaks TAP.
-# BUILD is the build directory; CC and CXX name the compilers.
+# with the shared and the static library and by CMake; what the shared library shows to the outside; and that neither
+# headers nor libraries of another SUNDIALS get in. Speaks TAP.
+# BUILD is the build directory; CC and CXX name the compilers; SUNDIALS_FOLDER is where the build's SUNDIALS has its
+# libraries, if the linker does not look there.
 set -u
 
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
@@ -27,9 +29,10 @@ skip() {
   echo "ok $number - $1 # SKIP $2"
 }
 
-echo 1..12
+count=23
+echo 1..$count
 if ! command -v meson >/dev/null 2>&1; then
-  while [ "$number" -lt 12 ]; do skip 'installed copy' 'there is no meson to install with'; done
+  while [ "$number" -lt $count ]; do skip 'installed copy' 'there is no meson to install with'; done
   exit 0
 fi
 DESTDIR="$work/copy" meson install -C "$BUILD" --no-rebuild >"$work/log" 2>&1
@@ -49,6 +52,15 @@ verdict $? 'the shared library has a soname of the major version'
 # SUNDIALS, SuiteSparse, libfyaml: no GSL, which is GPL.
 ! grep -q 'NEEDED.*\(gsl\|jansson\)' "$work/log"
 verdict $? 'the library does without the libraries of the program'
+
+# Whatever is loaded comes from where it was found when it was configured: no other of the same soname.
+shown=$library/libflesh.so
+for program in $(find "$work/copy" -path '*/bin/flesh'); do shown="$shown $program"; done
+# shellcheck disable=SC2086
+(unset LD_LIBRARY_PATH && ldd $shown) >"$work/log" 2>&1 && ! grep -q 'not found' "$work/log" &&
+  grep 'libsundials.*=>' "$work/log" >"$work/loaded" &&
+  { [ -z "${SUNDIALS_FOLDER:-}" ] || ! grep -v " $SUNDIALS_FOLDER/" "$work/loaded"; }
+verdict $? 'what is installed finds the SUNDIALS that it was built with'
 
 cp "$here/installed.c" "$work/installed.c"
 cp "$here/installed.c" "$work/installed.cpp"
@@ -99,8 +111,81 @@ for kind in shared static; do
   fi
 done
 
+# A program that owns its KINSOL and its KLU: the headers and libraries of both are in flesh.pc.
+cp "$here/../drivers/examples/bar.h" "$here/../drivers/examples/bar_kinsol.c" "$work"
+# shellcheck disable=SC2046,SC2086
+(
+  cd "$work" && unset CPATH C_INCLUDE_PATH LIBRARY_PATH LD_LIBRARY_PATH &&
+    ${CC:-cc} -std=c11 bar_kinsol.c $(pkg-config --cflags --libs --static flesh) -Wl,-rpath,"$library" -o owner &&
+    ./owner >said && diff said "$here/reference/examples/bar_kinsol.txt"
+) >"$work/log" 2>&1
+verdict $? 'pkg-config, a program that owns KINSOL and KLU'
+
+# others LINES: compiles against SUNDIALS' headers as they would be with other LINES in sundials_config.h.
+mkdir -p "$work/others/sundials"
+others() {
+  printf '#pragma once\n#include_next <sundials/sundials_config.h>\n%s\n' "$1" >"$work/others/sundials/sundials_config.h"
+  # shellcheck disable=SC2046,SC2086
+  (cd "$work" && ${CC:-cc} -std=c11 -fsyntax-only -Iothers $(pkg-config --cflags flesh) installed.c) >"$work/log" 2>&1
+}
+others '/* the same */'
+verdict $? 'compiles with the SUNDIALS that flesh was built with'
+others '#undef SUNDIALS_VERSION_PATCH
+#define SUNDIALS_VERSION_PATCH 99'
+verdict $? 'compiles with another patch of it'
+# stops NAME LINES WORDS
+stops() {
+  ! others "$2" && grep -q "error.*flesh was built with.*$3" "$work/log"
+  verdict $? "does not compile with $1"
+}
+stops 'another minor version' '#undef SUNDIALS_VERSION_MINOR
+#define SUNDIALS_VERSION_MINOR 99' 'another version'
+stops 'another major version' '#undef SUNDIALS_VERSION_MAJOR
+#define SUNDIALS_VERSION_MAJOR 99' 'another version'
+stops 'another index size' '#if defined(SUNDIALS_INT64_T)
+#undef SUNDIALS_INT64_T
+#undef SUNDIALS_INDEX_TYPE
+#define SUNDIALS_INT32_T 1
+#define SUNDIALS_INDEX_TYPE int32_t
+#else
+#undef SUNDIALS_INT32_T
+#undef SUNDIALS_INDEX_TYPE
+#define SUNDIALS_INT64_T 1
+#define SUNDIALS_INDEX_TYPE int64_t
+#endif' '-bit indices'
+stops 'single precision' '#undef SUNDIALS_DOUBLE_PRECISION
+#define SUNDIALS_SINGLE_PRECISION 1' 'another precision'
+number_of() { sed -n "s/^#define FLESH_SUNDIALS_$1 \([0-9]*\).*/\1/p" "$include/flesh/sundials_abi.h"; }
+if [ "$(number_of VERSION_MAJOR)" -ge 7 ]; then
+  # 2 is neither, and asks for mpi.h no more than the build's own did.
+  stops 'MPI where it had none, or none where it had' '#undef SUNDIALS_MPI_ENABLED
+#define SUNDIALS_MPI_ENABLED 2' 'has MPI'
+else
+  skip 'does not compile with MPI where it had none, or none where it had' 'before 7 MPI changes nothing that flesh uses'
+fi
+
+# A loader that is told to, or finds the same soname elsewhere, takes another SUNDIALS.
+cat >"$work/another.c" <<'END'
+#include <string.h>
+int SUNDIALSGetVersionNumber(int *major, int *minor, int *patch, char *label, int length)
+{
+  *major = *minor = *patch = 98;
+  memset(label, 0, (size_t)length);
+  return 0;
+}
+END
+# shellcheck disable=SC2046,SC2086
+(
+  cd "$work" && ${CC:-cc} -shared -fPIC another.c -o another.so &&
+    ${CC:-cc} -std=c11 installed.c $(pkg-config --cflags --libs flesh) -Wl,-rpath,"$library" -o program &&
+    ! LD_PRELOAD="$work/another.so" ./program && LD_PRELOAD="$work/another.so" ./program 2>&1 |
+    grep "SUNDIALS that is loaded is 98.98.98, and flesh was built with"
+) >"$work/log" 2>&1
+verdict $? 'another SUNDIALS that is loaded is refused'
+
 if ! command -v cmake >/dev/null 2>&1; then
-  for what in 'shared library, c' 'shared library, cpp' 'static library, c' 'static library, cpp'; do
+  for what in 'shared library, c' 'shared library, cpp' 'static library, c' 'static library, cpp' \
+    'a program that owns KINSOL and KLU'; do
     skip "CMake, $what" 'there is no cmake'
   done
   exit 0
@@ -112,6 +197,7 @@ languages=C
   printf 'find_package(flesh 0.1 REQUIRED)\n'
   printf 'add_executable(shared_c installed.c)\ntarget_link_libraries(shared_c flesh::flesh)\n'
   printf 'add_executable(static_c installed.c)\ntarget_link_libraries(static_c flesh::flesh_static)\n'
+  printf 'add_executable(owner_c bar_kinsol.c)\ntarget_link_libraries(owner_c flesh::flesh_static)\n'
   if [ -n "$cxx" ]; then
     printf 'set(CMAKE_CXX_STANDARD 17)\n'
     printf 'add_executable(shared_cpp installed.cpp)\ntarget_link_libraries(shared_cpp flesh::flesh)\n'
@@ -133,3 +219,7 @@ for kind in shared static; do
     verdict $? "CMake, $kind library, $language"
   done
 done
+cp "$work/cmake.log" "$work/log"
+"$work/by_cmake/owner_c" >"$work/said" 2>>"$work/log" &&
+  diff "$work/said" "$here/reference/examples/bar_kinsol.txt" >>"$work/log"
+verdict $? 'CMake, a program that owns KINSOL and KLU'

@@ -19,21 +19,21 @@ static void check_same_step(flesh_energy energy, int crumpled)
   typedef struct method {
     flesh_linear_solver linear;
     flesh_preconditioner preconditioner;
-    flesh_projection projection;
-    flesh_globalization globalization;
+    flesh_project project;
+    flesh_line_search line_search;
   } method;
   const method methods[] = {
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_NEVER, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_JACOBI, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_NONE, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_NONE},
-      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_KINSOL},
-      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_DEMAND, FLESH_GLOBALIZATION_ENERGY},
-      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECTION_ALWAYS, FLESH_GLOBALIZATION_ENERGY}};
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_KLU, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_NEVER, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_JACOBI, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_NONE, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_NONE},
+      {FLESH_LINEAR_PCG, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_RESIDUAL},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_WHEN_INDEFINITE, FLESH_LINE_SEARCH_POTENTIAL},
+      {FLESH_LINEAR_CHOLMOD, FLESH_PRECONDITIONER_IC, FLESH_PROJECT_ALWAYS, FLESH_LINE_SEARCH_POTENTIAL}};
   double *first = NULL;
   for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++) {
     test_body b;
@@ -41,13 +41,13 @@ static void check_same_step(flesh_energy energy, int crumpled)
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(energy, 0.45, FLESH_MASS_LUMPED, 1, &b);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i + 1] = 2 * b.state.x[3 * i];
     if (crumpled) test_jitter(b.n, 0.11, 2, b.state.x);
     options.linear_solver = methods[k].linear;
     options.preconditioner = methods[k].preconditioner;
-    options.projection = methods[k].projection;
-    options.globalization = methods[k].globalization;
+    options.project = methods[k].project;
+    options.line_search = methods[k].line_search;
     int status = flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator);
     if (status == FLESH_ERR_ARGUMENT && methods[k].linear == FLESH_LINEAR_CHOLMOD) {
       printf("# no CHOLMOD in this build\n");
@@ -56,7 +56,7 @@ static void check_same_step(flesh_energy energy, int crumpled)
     }
     CHECK_OK(status);
     for (int step = 0; step < 3; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
-    CHECK((methods[k].projection == FLESH_PROJECTION_ALWAYS) ? stats.projections == stats.assemblies
+    CHECK((methods[k].project == FLESH_PROJECT_ALWAYS) ? stats.projections == stats.assemblies
                                                              : stats.projections < stats.assemblies);
     if (crumpled && methods[k].linear == FLESH_LINEAR_PCG) CHECK(stats.projections > 0); /* it was needed */
     CHECK((stats.linear == 0) == (methods[k].linear != FLESH_LINEAR_PCG));
@@ -95,7 +95,7 @@ static void inverted_starts_of_undefined_energies_fail_clearly(void)
       flesh_integrator *integrator = NULL;
       flesh_solve_stats stats = {0};
       make_bar(energies[e], 0.45, FLESH_MASS_LUMPED, method != FLESH_METHOD_STATIC, &b);
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       for (int d = 0; d < b.n; d += 3) b.state.x[d] *= -1;
       test_jitter(b.n, 1, 1, b.state.v);
       b.state.t = 0.25;
@@ -134,7 +134,7 @@ static void non_finite_states_are_reported(void)
   flesh_solver_options options = test_options(1e-6);
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   b.state.v[50] = NAN;
   CHECK(flesh_integrator_step(integrator, &b.state, 0.01, NULL) == FLESH_ERR_NONFINITE);
@@ -165,7 +165,7 @@ static void failing_steps_are_halved(void)
     options.max_newton = 5;
     memset(&stats, 0, sizeof stats);
     make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     for (int i = 0; i < b.n / 3; i++) b.state.v[3 * i + 2] = -8 * b.state.x[3 * i];
     b.state.t = 0.125;
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
@@ -176,7 +176,7 @@ static void failing_steps_are_halved(void)
   } while (stats.solves > 3 && tried < 12);
   CHECK(stats.solves == 3 && tried > 1);
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &by_hand);
-  CHECK_OK(flesh_system_finish(by_hand.system));
+  CHECK_OK(flesh_system_finalize(by_hand.system));
   for (int i = 0; i < b.n / 3; i++) by_hand.state.v[3 * i + 2] = -8 * by_hand.state.x[3 * i];
   CHECK_OK(flesh_integrator_create(by_hand.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int k = 0; k < 2; k++) CHECK_OK(flesh_integrator_step(integrator, &by_hand.state, h / 2, NULL));
@@ -187,7 +187,7 @@ static void failing_steps_are_halved(void)
 
   /* When the depth is spent, everything known is told and the state is that of the last success. */
   options.max_newton = 1;
-  options.max_halvings = 3;
+  options.max_cutbacks = 3;
   double *x = malloc((size_t)b.n * sizeof *x), before = b.state.t;
   memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
@@ -238,7 +238,7 @@ static void handles_move_and_pins_release(void)
                               dynamic, &b));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, 1.5));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     CHECK_OK(flesh_integrator_create(b.system, dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options,
                                      &integrator));
     for (int step = 1; step <= 24; step++) {
@@ -272,7 +272,7 @@ static void unused_nodes_stay(void)
     CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, dynamic, &b));
     CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
     CHECK_OK(test_body_clamp(&b, 1e-9));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     for (int linear = FLESH_LINEAR_PCG; linear <= FLESH_LINEAR_KLU; linear++) {
       flesh_solver_options options = test_options(1e-8);
       flesh_integrator *integrator = NULL;
@@ -312,7 +312,7 @@ static void threads_share_a_system_and_give_the_same_bits(void)
 {
   test_body b;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   job jobs[4];
   pthread_t threads[4];
   for (int k = 0; k < 4; k++) {
@@ -374,7 +374,7 @@ static void check_allocations(flesh_method method)
   flesh_solver_options options = test_options(1e-6);
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   long before = requests;
   CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
   CHECK(requests > before); /* the count counts */
@@ -411,7 +411,7 @@ static void bad_arguments_are_sentences(void)
   test_body b;
   flesh_integrator *integrator = NULL;
   make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options options, good;
   flesh_solver_options_default(&good);
 #define TRY(field, value, part)                                                                              \
@@ -428,12 +428,12 @@ static void bad_arguments_are_sentences(void)
   TRY(linear_tolerance, 1, "linear_tolerance is 1");
   TRY(max_newton, 0, "max_newton is 0");
   TRY(max_linear, 0, "max_linear is 0");
-  TRY(max_halvings, -1, "max_halvings is -1");
-  TRY(max_halvings, 60, "max_halvings is 60");
+  TRY(max_cutbacks, -1, "max_cutbacks is -1");
+  TRY(max_cutbacks, 60, "max_cutbacks is 60");
   TRY(linear_solver, (flesh_linear_solver)9, "linear_solver is 9");
   TRY(preconditioner, (flesh_preconditioner)9, "preconditioner is 9");
-  TRY(projection, (flesh_projection)7, "projection is 7; it must be in 0 to 2");
-  TRY(globalization, (flesh_globalization)3, "globalization is 3");
+  TRY(project, (flesh_project)7, "project is 7; it must be in 0 to 2");
+  TRY(line_search, (flesh_line_search)3, "line_search is 3");
   TRY(threads, -1, "threads is -1; it must be in 0 to 256");
   TRY(threads, 257, "threads is 257");
   REFUSED(flesh_integrator_create(b.system, (flesh_method)77, &good, &integrator), "no integration method 77");
@@ -471,7 +471,7 @@ static void a_step_ends_when_it_is_told_to(void)
     limit l = {0, -1};
     if (kind) options.linear_solver = FLESH_LINEAR_KLU;
     make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_LUMPED, 1, &b);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
     test_jitter(b.n, 0.05, 1, b.state.x);
     size_t bytes = (size_t)b.n * sizeof(double);
@@ -501,9 +501,36 @@ static void a_step_ends_when_it_is_told_to(void)
   }
 }
 
+/* Inertia carries a body's top through its bottom, where its energy has no value: the one step is solved without being
+ * halved, by line searches that refuse such trials, whatever else they know of them. */
+static void trials_without_a_value_are_refused(void)
+{
+  const flesh_energy energies[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_ENERGY_B};
+  for (int k = 0; k < 3; k++) {
+    test_body b;
+    flesh_solver_options options = test_options(1e-9);
+    flesh_integrator *integrator = NULL;
+    flesh_solve_stats stats = {0};
+    CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), test_material(energies[k], 0.3), 1000, FLESH_MASS_LUMPED, 1, &b));
+    CHECK_OK(test_body_clamp(&b, 1e-9));
+    CHECK_OK(flesh_system_finalize(b.system));
+    for (int d = 0; d < b.n; d += 3) b.state.v[d] = -50 * b.state.x[d];
+    options.max_cutbacks = 0;
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
+    printf("# %s: %d Newton iterations, %d backtracks, smallest J %g\n", flesh_energy_name(energies[k]), stats.newton,
+           stats.backtracks, flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL));
+    CHECK(stats.backtracks > 0);
+    CHECK(flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL) > 0);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(every_solver_takes_the_same_step),
+  return RUN_TESTS(argc, argv, TEST(trials_without_a_value_are_refused),
+                   TEST(every_solver_takes_the_same_step),
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),

@@ -10,9 +10,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/file.h"
-#include "io/vtu.h"
-#include "io/vtu_read.h"
+#include "base/file.h"
+#include "output/vtu.h"
+#include "output/vtu_read.h"
 #include "test.h"
 
 static char folder[512];
@@ -199,6 +199,28 @@ static void frames_read_back(void)
   flesh_pvd_clear(&index);
   CHECK(flesh_pvd_read(in_folder("f.vtu"), &index) == FLESH_ERR_FILE);
   CHECK_TEXT(flesh_error_text(), "this is no .pvd");
+  static const char *const wrong[] = {"1e666", "nan", "", "soon", "1s"};
+  for (int k = 0; k < 5; k++) {
+    FILE *stream = fopen(in_folder("wrong.pvd"), "w");
+    fprintf(stream, "<VTKFile type=\"Collection\">\n<DataSet timestep=\"%s\" file=\"f.vtu\"/>\n", wrong[k]);
+    fclose(stream);
+    CHECK(flesh_pvd_read(in_folder("wrong.pvd"), &index) == FLESH_ERR_FILE);
+    CHECK_TEXT(flesh_error_text(), "no time in seconds");
+    flesh_pvd_clear(&index);
+  }
+
+  /* An array that says its right length and ends before it. */
+  static const char array[] = "<DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" offset=\"0\"/>";
+  uint64_t length = sizeof x;
+  FILE *cut = fopen(in_folder("cut.vtu"), "wb");
+  fprintf(cut, "<VTKFile byte_order=\"%s\"><Piece NumberOfPoints=\"3\">%s<AppendedData encoding=\"raw\">\n_",
+          *(const char *)&(const short){1} ? "LittleEndian" : "BigEndian", array);
+  fwrite(&length, sizeof length, 1, cut);
+  fwrite(x, sizeof *x, 5, cut);
+  fputs("\n</VTKFile>\n", cut);
+  fclose(cut);
+  CHECK(flesh_vtu_read(in_folder("cut.vtu"), 3, 1, names, targets) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "no whole array 'Points'");
 
   /* Cut anywhere and with bytes changed: read or refused. */
   char bytes[4096], harmed[4096];

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "flesh/status.h"
-#include "io/vtu.h"
+#include "output/vtu.h"
 
 int main(int argc, char **argv)
 {

@@ -12,7 +12,7 @@ static void make_bar(double poisson, test_body *b)
   CHECK_OK(test_body_create(test_box(6, 3, 3, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(b, 1e-9));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* The bar after some steps. */

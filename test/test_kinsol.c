@@ -37,7 +37,7 @@ static void make(flesh_solver_options options, set_up *s)
   CHECK_OK(test_body_gravity(&s->b, 0, 0, -9.81));
   CHECK_OK(test_body_clamp(&s->b, 1e-9));
   CHECK_OK(test_body_hold(&s->b, 0, 2, FLESH_AXIS_X | FLESH_AXIS_Z, &motion, -INFINITY, INFINITY));
-  CHECK_OK(flesh_system_finish(s->b.system));
+  CHECK_OK(flesh_system_finalize(s->b.system));
   for (int i = 0; i < s->b.n / 3; i++) {
     double *x = s->b.state.x + 3 * i;
     s->b.state.v[3 * i + 1] = x[0] * (1 + x[2]);
@@ -46,7 +46,7 @@ static void make(flesh_solver_options options, set_up *s)
   /* Backward Euler's stage, as any program would write it. */
   s->a0 = malloc((size_t)s->b.n * sizeof *s->a0);
   for (int d = 0; d < s->b.n; d++) s->a0[d] = -s->b.state.v[d] / h;
-  s->stage = (flesh_stage){.t = h, .load = 1, .share = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
+  s->stage = (flesh_stage){.t = h, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
                            .x0 = s->b.state.x, .a0 = s->a0};
 #if SUNDIALS_VERSION_MAJOR >= 7
   CHECK(SUNContext_Create(SUN_COMM_NULL, &s->context) == 0);
@@ -165,7 +165,7 @@ static void with_our_matrix_and_solver(void)
   our_solver(options);
   options.linear_solver = FLESH_LINEAR_KLU;
   our_solver(options);
-  options.globalization = FLESH_GLOBALIZATION_NONE;
+  options.line_search = FLESH_LINE_SEARCH_NONE;
   our_solver(options);
 }
 
@@ -341,7 +341,7 @@ static void callbacks_say_what_is_undefined(void)
 {
   for (int plain = 0; plain < 2; plain++) {
     flesh_solver_options options = defaults();
-    if (plain) options.globalization = FLESH_GLOBALIZATION_NONE;
+    if (plain) options.line_search = FLESH_LINE_SEARCH_NONE;
     set_up s;
     make(options, &s);
     common(&s);

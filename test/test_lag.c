@@ -59,7 +59,7 @@ static void make(test_body *b, witness *w)
   *w = (witness){.n = b->n, .own = 1};
   CHECK_OK(flesh_effect_create(&operations, w, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* Methods of order 2 find the acceleration at the start of their first step, where the lagged state is the start's own
@@ -103,7 +103,7 @@ static void stages_default_to_their_base(void)
   CHECK_OK(flesh_problem_create(b.system, &options, &problem));
   double *zeros = calloc((size_t)b.n, sizeof *zeros), *other = malloc((size_t)b.n * sizeof *other);
   for (int d = 0; d < b.n; d++) other[d] = d;
-  flesh_stage stage = {.load = 1, .share = 1, .shift = {.x = 1, .v = 60, .a = 3600}, .x0 = b.state.x};
+  flesh_stage stage = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 60, .a = 3600}, .x0 = b.state.x};
   for (int given = 0; given < 2; given++) {
     if (given) stage.x_lag = stage.v_lag = other;
     w = (witness){.n = b.n, .x = given ? other : b.state.x, .v = given ? other : zeros};

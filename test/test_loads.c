@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/selection.h"
+#include "scene/selection.h"
 #include "test.h"
 
 static void make(flesh_mesh *mesh, double poisson, int inertia, test_body *b)
@@ -104,7 +104,7 @@ static void traction_pulls_a_bar_as_the_closed_form(void)
     const flesh_amplitude amplitude = {3, points, 0, -INFINITY, INFINITY};
     CHECK_OK(flesh_effect_traction(&b.body, count, triangles, (double[]){traction, 0, 0}, &amplitude, &effect));
   add(&b, effect);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     CHECK(flesh_system_moves(b.system) && flesh_system_next_event(b.system, 1) == 2);
     for (int t = 1; t <= 2; t++) {
       axial a = {.material = &b.material, .traction = traction * t / 2};
@@ -130,7 +130,7 @@ static void forces_are_what_holds_against_them(void)
   const int nodes[] = {4, 9, 14, 24};
   CHECK_OK(flesh_effect_force(&b.body, 4, nodes, force, NULL, &effect));
   add(&b, effect);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   settle(&b, 0);
   double *r = malloc((size_t)b.n * sizeof *r), reaction[3] = {0}, energies[2], work = 0;
   const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
@@ -177,9 +177,9 @@ static void pressure_follows_the_faces(void)
     CHECK_OK(flesh_system_create(b.mesh, &b.system));
     int count = triangles_in(b.mesh, boxes[k], &triangles);
     CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 700, NULL, &effect));
-    CHECK(!effect->operations->energy == (k > 0) && effect->operations->follows == (k > 0));
+    CHECK(!effect->operations->energy == (k > 0) && effect->operations->is_follower_load == (k > 0));
     add(&b, effect);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     test_jitter(b.n, 0.2, 3 + (unsigned)k, b.state.x);
     double *r = malloc((size_t)b.n * sizeof *r), *expected = calloc((size_t)b.n, sizeof *r),
            *x_lag = malloc((size_t)b.n * sizeof *x_lag), energy;
@@ -213,7 +213,7 @@ static void statics_follow_an_open_pressure(void)
   int count = triangles_in(b.mesh, (double[]){1, -1, 1, 3, 2, 2}, &triangles);
   CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 3000, NULL, &effect));
   add(&b, effect);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   settle(&b, 0);
   double *r = malloc((size_t)b.n * sizeof *r), *load = calloc((size_t)b.n, sizeof *load), worst = 0;
   flesh_effect *elasticity = (flesh_effect *)flesh_system_effect(b.system, 0);
@@ -333,7 +333,7 @@ static double inflated(int n, double pressure)
   CHECK(count == n * n);
   CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, pressure, NULL, &effect));
   add(&b, effect);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   settle(&b, 0);
   double sum = 0;
   for (int i = 0; i < b.n / 3; i++) {

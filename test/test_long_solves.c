@@ -61,7 +61,7 @@ static const flesh_effect_operations barred = {.name = "spring",
                                                .residual = spring_residual,
                                                .jacobian = spring_jacobian,
                                                .potential = spring_potential,
-                                               .way = spring_way};
+                                               .max_feasible_step = spring_way};
 
 /* One step with the special node at 1. */
 static int solve(const flesh_effect_operations *operations, spring *s, const flesh_solver_options *options,
@@ -79,7 +79,7 @@ static int solve(const flesh_effect_operations *operations, spring *s, const fle
   CHECK_OK(flesh_system_create(mesh, &system));
   CHECK_OK(flesh_effect_create(operations, s, &effect));
   CHECK_OK(flesh_system_add_effect(system, &effect));
-  CHECK_OK(flesh_system_finish(system));
+  CHECK_OK(flesh_system_finalize(system));
   CHECK_OK(flesh_integrator_create(system, FLESH_METHOD_BACKWARD_EULER, options, &integrator));
   CHECK_NEAR(state.x[3 * s->special], 1, 0);
   int status = flesh_integrator_step(integrator, &state, 1, stats);
@@ -96,7 +96,7 @@ static flesh_solver_options options_with(int halvings)
 {
   flesh_solver_options options;
   flesh_solver_options_default(&options);
-  options.max_halvings = halvings;
+  options.max_cutbacks = halvings;
   return options;
 }
 
@@ -109,7 +109,7 @@ static void steps_that_fall_short_are_lengthened(void)
   double end;
   CHECK_OK(solve(&free_way, &s, &options, &with, &end));
   CHECK_BELOW(fabs(end), 0.0101);
-  options.follow_curvature = 0;
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NEGATIVE_CURVATURE;
   CHECK_OK(solve(&free_way, &s, &options, &without, &end));
   CHECK_BELOW(fabs(end), 0.0101);
   printf("# %d and %d iterations\n", with.newton, without.newton);

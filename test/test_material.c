@@ -6,6 +6,7 @@
 #include <float.h>
 
 #include "flesh/material.h"
+#include "material/form.h"
 
 static const flesh_energy all[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_ENERGY_B,
                                    FLESH_ENERGY_C,   FLESH_ENERGY_M, FLESH_ENERGY_D,
@@ -173,7 +174,7 @@ static double difference_error(const flesh_material *m, const double F[9])
   double J = flesh_mat3_determinant(F), length = fmax(largest(F, 9), 1e-3);
   flesh_mat3_cofactor(F, C);
   double reach = length;
-  if (m->energy <= FLESH_ENERGY_C || m->energy == FLESH_ENERGY_USER)
+  if (flesh_psi_needs_volume(m->energy) || m->energy == FLESH_ENERGY_USER)
     reach = J > 0 ? fmin(length, J / largest(C, 9)) : length;
   flesh_psi at;
   if (m->psi(flesh_mat3_norm2(F), J, m, &at)) return INFINITY;

@@ -5,9 +5,9 @@
 #include "busy_bar.h"
 #include "motion_reference.h"
 
-static const flesh_method second_order[] = {FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK,
+static const flesh_method hessian_kernel[] = {FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT, FLESH_METHOD_NEWMARK,
                                             FLESH_METHOD_HHT};
-enum { SECOND_ORDER = sizeof second_order / sizeof second_order[0] };
+enum { SECOND_ORDER = sizeof hessian_kernel / sizeof hessian_kernel[0] };
 
 /* A bar 3 x 1 x 1 m, clamped at x = 0, that swings up from its rest shape under gravity. */
 static void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
@@ -15,7 +15,7 @@ static void make_bar(flesh_energy energy, flesh_mass mass, test_body *b)
   CHECK_OK(test_body_create(test_box(3, 1, 1, 3, 1, 1), test_material(energy, 0.4), 1000, mass, 1, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -2));
   CHECK_OK(test_body_clamp(b, 1e-9));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
   for (int i = 0; i < b->n / 3; i++) {
     double X = flesh_mesh_positions(b->mesh)[3 * i];
     b->state.v[3 * i + 2] = 0.2 * X * X;
@@ -48,8 +48,8 @@ static void orders_are_as_promised(void)
     motion_reference_run(&b, 0.5, 1e-13, &exact);
     CHECK_NEAR(order_of(&b, FLESH_METHOD_BACKWARD_EULER, 0.5, &exact, 200), 1, 0.1);
     for (int k = 0; k < SECOND_ORDER; k++) {
-      CHECK_NEAR(order_of(&b, second_order[k], 0.5, &exact, 50), 2, 0.1);
-      CHECK(flesh_method_order(second_order[k]) == 2);
+      CHECK_NEAR(order_of(&b, hessian_kernel[k], 0.5, &exact, 50), 2, 0.1);
+      CHECK(flesh_method_order(hessian_kernel[k]) == 2);
     }
     state_free(&exact);
     test_body_destroy(&b);
@@ -126,7 +126,7 @@ static void orders_survive_events_and_moving_constraints(void)
     flesh_state exact = motion_exact(&b, (flesh_mass)mass, 20000, 0.5);
     /* Backward Euler takes no notice of events and constraints. */
     CHECK_NEAR(order_of(&b, FLESH_METHOD_BACKWARD_EULER, 0.5, &exact, 400), 1, 0.15);
-    for (int k = 0; k < SECOND_ORDER; k++) CHECK_NEAR(order_of(&b, second_order[k], 0.5, &exact, 200), 2, 0.1);
+    for (int k = 0; k < SECOND_ORDER; k++) CHECK_NEAR(order_of(&b, hessian_kernel[k], 0.5, &exact, 200), 2, 0.1);
     state_free(&exact);
     test_body_destroy(&b);
   }
@@ -141,7 +141,7 @@ static void constrained_dofs_follow_their_motion(void)
     flesh_state state = state_copy(b.n, &b.state);
     double *x = malloc((size_t)b.n * sizeof *x), *later = malloc((size_t)b.n * sizeof *later), slowest = 1;
     uint8_t *fixed = malloc((size_t)b.n);
-    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-10);
+    flesh_integrator *integrator = motion_integrator(&b, hessian_kernel[k], 1e-10);
     for (int step = 1; step <= 20; step++) {
       CHECK_OK(flesh_integrator_step(integrator, &state, 0.023, NULL));
       memcpy(x, state.x, (size_t)b.n * sizeof *x);
@@ -206,7 +206,7 @@ static void another_state_starts_anew(void)
     test_body b;
     make_bar(FLESH_ENERGY_S, FLESH_MASS_CONSISTENT, &b);
     flesh_state used = state_copy(b.n, &b.state), fresh = state_copy(b.n, &b.state);
-    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-10);
+    flesh_integrator *integrator = motion_integrator(&b, hessian_kernel[k], 1e-10);
     for (int step = 0; step < 5; step++) CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
     test_jitter(b.n, 0.1, 3, b.state.x);
     for (int field = 0; field < 3; field++) { /* another x, v, or t */
@@ -218,7 +218,7 @@ static void another_state_starts_anew(void)
       memcpy(fresh.x, used.x, (size_t)b.n * sizeof *fresh.x);
       memcpy(fresh.v, used.v, (size_t)b.n * sizeof *fresh.v);
       fresh.t = used.t;
-      flesh_integrator *other = motion_integrator(&b, second_order[k], 1e-10);
+      flesh_integrator *other = motion_integrator(&b, hessian_kernel[k], 1e-10);
       for (int step = 0; step < 3; step++) {
         CHECK_OK(flesh_integrator_step(integrator, &used, 0.01, NULL));
         CHECK_OK(flesh_integrator_step(other, &fresh, 0.01, NULL));
@@ -252,12 +252,12 @@ static void halved_steps_stay_accurate(void)
       options.newton_tolerance = 1e-7;
       options.linear_tolerance = 1e-8;
       if (halved) options.max_newton = 1;
-      CHECK_OK(flesh_integrator_create(b.system, second_order[k], &options, &integrator));
+      CHECK_OK(flesh_integrator_create(b.system, hessian_kernel[k], &options, &integrator));
       for (int step = 0; step < 12; step++) CHECK_OK(flesh_integrator_step(integrator, &state, 0.05, &stats));
       CHECK(halved ? stats.solves > 16 : stats.solves == 12);
       CHECK_NEAR(state.t, 0.6, 1e-14);
       error[halved] = motion_distance(b.n, state.x, exact.x);
-      printf("# %s: %d solves for 12 steps, error %.3g m\n", flesh_method_name(second_order[k]), stats.solves,
+      printf("# %s: %d solves for 12 steps, error %.3g m\n", flesh_method_name(hessian_kernel[k]), stats.solves,
              error[halved]);
       flesh_integrator_destroy(&integrator);
       state_free(&state);
@@ -275,16 +275,16 @@ static void ends_of_steps_have_an_energy(void)
     test_body b;
     CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), test_material(FLESH_ENERGY_NEO, 0.4), 4e4, FLESH_MASS_LUMPED,
                               1, &b));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) b.state.v[d] = -35 * (b.state.x[d] - 0.5);
-    flesh_integrator *integrator = motion_integrator(&b, second_order[k], 1e-8);
+    flesh_integrator *integrator = motion_integrator(&b, hessian_kernel[k], 1e-8);
     flesh_solve_stats stats = {0};
     for (int step = 0; step < 10; step++) {
       CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.05, &stats));
       CHECK(flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, NULL) > 0);
     }
-    if (second_order[k] != FLESH_METHOD_NEWMARK) CHECK(stats.solves > 10); /* it was tried on something */
-    printf("# %s: %d solves for 10 steps\n", flesh_method_name(second_order[k]), stats.solves);
+    if (hessian_kernel[k] != FLESH_METHOD_NEWMARK) CHECK(stats.solves > 10); /* it was tried on something */
+    printf("# %s: %d solves for 10 steps\n", flesh_method_name(hessian_kernel[k]), stats.solves);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
@@ -310,10 +310,10 @@ static void make_oscillator(double w, test_body *b)
   CHECK_OK(flesh_system_create(mesh, &b->system));
   CHECK_OK(flesh_effect_inertia(&b->body, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_effect_drag(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
+  CHECK_OK(flesh_effect_spring(&b->body, still.translation, w * w, &(flesh_motion){.count = 1, .keyframes = &still},
                              -INFINITY, INFINITY, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 /* How much of the amplitude a step with w h = `angle` keeps in the long run; each step is compared with the recursion

@@ -61,8 +61,8 @@ static void open_bar(bar *b, unsigned with, flesh_method method)
   const flesh_motion motion = {2, keyframes, {0}, 0};
   if (with & WITH_HANDLE)
     CHECK_OK(
-        flesh_system_add_handle(b->system, 4, moved, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
-  CHECK_OK(flesh_system_finish(b->system));
+        flesh_system_add_prescribed_motion(b->system, 4, moved, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b->system));
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   options.newton_tolerance = 1e-9;
@@ -109,7 +109,7 @@ static seen run(bar *b, double h, double end, int stop_after, int fail_at, int e
 {
   seen s = {.stop_after = stop_after, .fail_at = fail_at};
   const flesh_observer observer = {see, &s};
-  const flesh_run_options options = {h, end, 1, &observer, stop, &s};
+  const flesh_run_options options = {h, end, 1, &observer, stop, &s, NULL};
   int status = flesh_run(b->system, b->integrator, &options, &b->state, steps);
   CHECK(status == expected);
   if (status != expected) printf("# %s: %s\n", flesh_status_name(status), flesh_error_text());
@@ -221,7 +221,7 @@ static void the_history_has_a_row_per_step(void)
   flesh_history *history;
   CHECK_OK(flesh_history_create(in_folder("history.csv"), b.system, &history));
   const flesh_observer observer = {flesh_history_observe, history};
-  const flesh_run_options options = {0.1, 0.5, 1, &observer, NULL, NULL};
+  const flesh_run_options options = {0.1, 0.5, 1, &observer, NULL, NULL, NULL};
   CHECK_OK(flesh_run(b.system, b.integrator, &options, &b.state, NULL));
   FILE *stream =
       fopen(in_folder("history.csv"), "r"); /* before it is closed: every row is on disk */
@@ -277,7 +277,7 @@ static void a_full_disk_ends_the_run(void)
   limit = (struct rlimit){.rlim_cur = 800, .rlim_max = before.rlim_max};
   setrlimit(RLIMIT_FSIZE, &limit);
   const flesh_observer observer = {flesh_history_observe, history};
-  const flesh_run_options options = {0.1, 2, 1, &observer, NULL, NULL};
+  const flesh_run_options options = {0.1, 2, 1, &observer, NULL, NULL, NULL};
   int steps, status = flesh_run(b.system, b.integrator, &options, &b.state, &steps);
   setrlimit(RLIMIT_FSIZE, &before);
   CHECK(status == FLESH_ERR_FILE && steps < 20);
@@ -334,7 +334,7 @@ static void frames_are_listed_as_they_come(void)
     CHECK_OK(flesh_frames_create(directory, b.mesh, 2, &frames));
     int listed = 0;
     const flesh_observer observers[] = {{flesh_frames_observe, frames}, {count_frames, &listed}};
-    const flesh_run_options options = {0.1, again ? 0.3 : 0.7, 2, observers, NULL, NULL};
+    const flesh_run_options options = {0.1, again ? 0.3 : 0.7, 2, observers, NULL, NULL, NULL};
     CHECK_OK(flesh_run(b.system, b.integrator, &options, &b.state, NULL));
     CHECK(listed == (again ? 3 : 5)); /* 0 2 3; 0 2 4 6 7 */
     CHECK(access(in_folder("frames/frame_000006.vtu"), F_OK) == (again ? -1 : 0));

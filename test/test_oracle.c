@@ -54,7 +54,7 @@ static void check_equilibrium(const char *mesh, const char *reference, flesh_ene
   CHECK_OK(test_body_create(read_mesh(mesh), material, 1000, FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(test_body_gravity(&b, 0, 0, -0.5));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   options.newton_tolerance = 1e-11;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
@@ -98,7 +98,7 @@ static void make_bar(const char *mesh, flesh_material material, flesh_mass mass,
   CHECK_OK(test_body_create(read_mesh(mesh), material, 1000, mass, 1, b));
   CHECK_OK(test_body_gravity(b, g[0], g[1], g[2]));
   CHECK_OK(test_body_clamp(b, 1e-9));
-  CHECK_OK(flesh_system_finish(b->system));
+  CHECK_OK(flesh_system_finalize(b->system));
 }
 
 static void check_swing(const char *name, flesh_energy energy, flesh_mass mass)
@@ -159,7 +159,7 @@ static void check_element_quantities(const char *mesh, const char *positions, co
   flesh_material material;
   CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_RAW, 1e5, 4e5, &material));
   CHECK_OK(test_body_create(read_mesh(mesh), material, 1000, FLESH_MASS_LUMPED, 0, &b));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   int n = b.n;
   char path[256];
   snprintf(path, sizeof path, "%s/%s", folder, positions);
@@ -230,7 +230,7 @@ static void check_scalars(double poisson, double h, double lowest, double norm)
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_gravity(&b, 0, -9.81, 0));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(run_bar(&b, h, 20, FLESH_LINEAR_PCG));
   const double *X = flesh_mesh_positions(b.mesh);
   double low = 0, sum = 0;

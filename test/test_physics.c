@@ -83,7 +83,7 @@ static void free_body_under_d_rests_at_its_volume(void)
         flesh_solver_options options = test_options(1e-10);
         flesh_solve_stats stats = {0};
         CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, dynamic, &b));
-        CHECK_OK(flesh_system_finish(b.system));
+        CHECK_OK(flesh_system_finalize(b.system));
         if (!dynamic) CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, &stats));
         if (dynamic == 1) CHECK_OK(run(&b, FLESH_METHOD_BACKWARD_EULER, &options, 1, 15, &stats));
         /* A body let go at F = I, where the energy is 0, swings through its rest volume and, where the barrier between
@@ -121,7 +121,7 @@ static void matched_bodies_keep_their_volume(void)
         flesh_solver_options options = test_options(1e-6);
         CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(energies[k], poissons[p]), 1000,
                                   FLESH_MASS_CONSISTENT, dynamic, &b));
-        CHECK_OK(flesh_system_finish(b.system));
+        CHECK_OK(flesh_system_finalize(b.system));
         flesh_method method = dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC;
         for (int i = 0; i < b.n / 3; i++) { /* turned, so that the residual is rounding instead of 0 */
           double *x = b.state.x + 3 * i, before = x[0];
@@ -158,7 +158,7 @@ static void free_body_under_d_can_collapse(void)
       else CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, 1e4, 2.1e4, &material));
       CHECK(flesh_material_rest_ratio(&material, &theory) == FLESH_UNDEFINED);
       CHECK_OK(test_body_create(test_box(2, 2, 2, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, dynamic, &b));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       CHECK_OK(run(&b, dynamic ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options, 0.1, dynamic ? 100 : 1,
                    NULL));
       double volume = flesh_mesh_volume(b.mesh, b.state.x);
@@ -211,7 +211,7 @@ static void check_momenta(flesh_energy energy, flesh_mass mass, const flesh_solv
   test_body b;
   const double h = 1. / 60;
   CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(energy, 0.45), 1000, mass, 1, &b));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   size_t bytes = (size_t)b.n * sizeof(double);
   double *x0 = malloc(bytes), *v0 = malloc(bytes), *a = malloc(bytes), *r = malloc(bytes), *p0 = malloc(bytes),
          *p1 = malloc(bytes);
@@ -297,7 +297,7 @@ static void free_flight_is_backward_eulers_parabola(void)
     CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, (flesh_mass)mass,
                               1, &b));
     CHECK_OK(test_body_gravity(&b, g[0], g[1], g[2]));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     test_jitter(b.n, 3, 1, b.state.v);
     for (int d = 0; d < b.n; d++) b.state.v[d] += (double[]){2, 1, 6}[d % 3];
     double *m = malloc((size_t)b.n * sizeof *m), x0[3], v0[3], now[3], total = 1000 * 1.5;
@@ -344,7 +344,7 @@ static void check_stretch(flesh_energy energy, double stretch, flesh_linear_solv
   CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 0, &b));
   for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
   CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXIS_X, &pull, -INFINITY, INFINITY));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options options = test_options(1e-12);
   options.linear_solver = linear;
   flesh_solve_stats stats = {0};
@@ -393,7 +393,7 @@ static void single_tet_under_gravity(void)
       CHECK_OK(test_body_gravity(&b, 0, 0, 60 * up));
       CHECK_OK(flesh_system_add_pin(b.system, 3, (int[]){0, 1, 2}, FLESH_AXES_ALL, -INFINITY, INFINITY));
       CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXIS_X | FLESH_AXIS_Y, -INFINITY, INFINITY));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       flesh_solver_options options = test_options(1e-12);
       CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, NULL));
       double s = root_of(hanging, &data, 0.3, 2);
@@ -459,7 +459,7 @@ static void hard_starts_finish_and_descend(void)
         CHECK_OK(test_body_create(test_box(8, 2, 2, 1, 0.25, 0.25), test_material(energies[e], poissons[p]), 1000,
                                   FLESH_MASS_LUMPED, 1, &b));
         CHECK_OK(test_body_clamp(&b, 0));
-        CHECK_OK(flesh_system_finish(b.system));
+        CHECK_OK(flesh_system_finalize(b.system));
         make_hard(kind, &b);
         double *x0 = malloc((size_t)b.n * sizeof *x0), *v0 = malloc((size_t)b.n * sizeof *v0);
         flesh_solver_options options = test_options(1e-4);
@@ -500,7 +500,7 @@ static void hard_starts_finish_and_descend(void)
 /* The order p of |r_k+1| ~ |r_k|^p as Newton nears the solution, measured by stopping after k iterations. */
 static void newton_converges_quadratically(void)
 {
-  for (flesh_energy energy = FLESH_ENERGY_NEO; energy < FLESH_ENERGY_COUNT; energy++) {
+  for (flesh_energy energy = 0; energy < FLESH_ENERGY_COUNT; energy++) {
     if (energy == FLESH_ENERGY_C) continue; /* falls without end as J grows negative: it has no rest state to pull at */
     test_body b;
     flesh_material material;
@@ -510,13 +510,13 @@ static void newton_converges_quadratically(void)
     CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 0, &b));
     CHECK_OK(test_body_clamp(&b, 1e-9));
     CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     flesh_solver_options options = test_options(1e-13);
     CHECK_OK(run(&b, FLESH_METHOD_STATIC, &options, 0, 1, NULL)); /* the solution */
     double *solution = malloc((size_t)b.n * sizeof *solution), history[8];
     memcpy(solution, b.state.x, (size_t)b.n * sizeof *solution);
     options.linear_tolerance = 1e-10;
-    options.max_halvings = 0;
+    options.max_cutbacks = 0;
     int count = 0;
     for (; count < 8; count++) {
       flesh_solve_stats stats = {0};

@@ -1,7 +1,9 @@
 /* test_plot.c: plots are drawn, or refused in a sentence. */
 #include "temporary.h"
 
-#include "plot.h"
+#include "shared/plot.h"
+#include "shared/plot_text.h"
+#include "shared/table.h"
 #include "test.h"
 
 static char folder[256];
@@ -29,8 +31,9 @@ static void lines_are_drawn(void)
   FILE *stream = fopen(in_folder("table.csv"), "w");
   fputs("t,volume_ratio\n0,1\n1,1.1\n2,nan\n3,0.9\n", stream);
   fclose(stream);
-  const flesh_plot_series series[] = {{"B's", "table.csv", "t", "volume_ratio", NULL, 0},
-                                      {"S", "table.csv", "t", "volume_ratio", "#ff0000", 1}};
+  const flesh_plot_series series[] = {
+      {"B's", "table.csv", "t", "volume_ratio", .colour = NULL},
+      {"S", "table.csv", "t", "volume_ratio", "#ff0000", .dashed = 1, .stops = 1, .stop_x = 1, .stop_y = 1}};
   flesh_plot_lines lines = {"Volume_it's", "t [s]", "V/V0", "set yrange [0:2]\n", 2, series};
   CHECK_OK(flesh_plot_lines_draw(folder, "lines", &lines));
   CHECK(is_png(in_folder("lines.png")));
@@ -43,13 +46,130 @@ static void lines_are_drawn(void)
 /* Names come from the users' scenes. */
 static void odd_names_are_drawn(void)
 {
-  static const char name[] = "it's \"a\" % #1\nexit gnuplot status 1\n";
-  const flesh_plot_series series = {"B's", "table.csv", "t", "volume_ratio", NULL, 0};
+  const flesh_plot_series series = {"B's", "table.csv", "t", "volume_ratio", .colour = NULL};
   const flesh_plot_lines lines = {"it's", "t", "V", NULL, 1, &series};
   CHECK_OK(flesh_plot_lines_draw(folder, "it's", &lines));
   CHECK(is_png(in_folder("it's.png")));
-  CHECK(flesh_plot_lines_draw(folder, name, &lines) == FLESH_ERR_ARGUMENT);
-  CHECK_TEXT(flesh_error_text(), "line break");
+  static const char *const refused[] = {"it's \"a\" % #1\nexit gnuplot status 1\n", "a\tb", "|a", "<a", "a/b", ""};
+  for (size_t k = 0; k < sizeof refused / sizeof refused[0]; k++)
+    CHECK(flesh_plot_lines_draw(folder, refused[k], &lines) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "must be that of a file");
+}
+
+/* Texts and names out of everything that gnuplot's language has: a script's strings end where they should, and the
+ * file that is read is the one of that name. */
+static void any_text_is_a_text(void)
+{
+  static const char *const parts[] = {"'",
+                                      "\"",
+                                      "`touch proof`",
+                                      "system('touch proof')",
+                                      "\\",
+                                      "\n",
+                                      "$(touch proof)",
+                                      "%d",
+                                      "%",
+                                      "@x",
+                                      "#",
+                                      ";",
+                                      "''",
+                                      "<touch proof",
+                                      "|",
+                                      "{",
+                                      "}",
+                                      "\\047",
+                                      "\xff",
+                                      "ü",
+                                      "end_of_data"};
+  enum { PARTS = sizeof parts / sizeof parts[0] };
+  unsigned state = 16;
+  for (int round = 0; round < 6; round++) {
+    char text[400] = "", file[420] = "";
+    for (int n = 0; n < 12; n++) {
+      state = 1664525 * state + 1013904223;
+      strcat(text, parts[(state >> 16) % PARTS]);
+    }
+    int length = 0;
+    for (const char *c = text; *c && length < 200; c++)
+      if (*c != '/' && (unsigned char)*c >= 0x20) file[length++] = *c;
+    char path[800];
+    snprintf(path, sizeof path, "%s/%s", folder, file);
+    FILE *stream = fopen(path, "w");
+    fprintf(stream, "t,volume_ratio\n0,1\n1,1.1\n");
+    fclose(stream);
+    const flesh_plot_series series = {text, file, "t", "volume_ratio", .colour = NULL};
+    const flesh_plot_lines lines = {text, text, text, NULL, 1, &series};
+    remove(in_folder("any.png"));
+    CHECK_OK(flesh_plot_lines_draw(folder, "any", &lines));
+    CHECK(is_png(in_folder("any.png")));
+    CHECK(access(in_folder("proof"), F_OK) != 0);
+  }
+}
+
+/* gnuplot is content with a script that plots nothing. */
+static void no_picture_is_no_success(void)
+{
+  FILE *stream = fopen(in_folder("empty.gp"), "w");
+  fputs("set terminal pngcairo\n", stream);
+  fclose(stream);
+  CHECK(flesh_plot_draw(folder, "empty") == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "is not drawn");
+}
+
+/* The lines of a script. */
+static int script_has(const char *name, const char *words)
+{
+  char text[8000];
+  FILE *stream = fopen(in_folder(name), "r");
+  if (!stream) return 0;
+  text[fread(text, 1, sizeof text - 1, stream)] = 0;
+  fclose(stream);
+  return strstr(text, words) != NULL;
+}
+
+static void a_stop_is_marked(void)
+{
+  CHECK(script_has("lines.gp", "every ::::0 using (1):(1) with points pt 2"));
+  CHECK(!script_has("any.gp", "with points"));
+}
+
+static void logarithmic_ticks_are_round(void)
+{
+  static const struct {
+    double low, high;
+    const char *ticks;
+  } all[] = {{300, 4000, "set xtics ('500' 500, '1000' 1000, '2000' 2000)\n"},
+             {0.02, 0.5, "set xtics ('0.02' 0.02"},
+             {1, 2, ""},    /* gnuplot's own */
+             {1, 1e5, ""}}; /* decades */
+  for (size_t k = 0; k < sizeof all / sizeof all[0]; k++) {
+    FILE *stream = fopen(in_folder("ticks.txt"), "w");
+    flesh_plot_log_ticks(stream, "x", all[k].low, all[k].high);
+    fclose(stream);
+    CHECK(script_has("ticks.txt", all[k].ticks) && script_has("ticks.txt", "set") == (*all[k].ticks != 0));
+  }
+}
+
+static void zeros_have_no_sign(void)
+{
+  char text[FLESH_TABLE_TEXT];
+  CHECK(!strcmp(flesh_table_text(text, "%.3f", -4e-4), "0.000") &&
+        !strcmp(flesh_table_text(text, "%+.2f", 1e-3), "0.00"));
+  CHECK(!strcmp(flesh_table_text(text, "%.3g", -0.0), "0") && !strcmp(flesh_table_text(text, "%.3f", -6e-4), "-0.001"));
+  CHECK(!strcmp(flesh_table_text(text, "%+.1f", 2), "+2.0") &&
+        !strcmp(flesh_table_text(text, "%.0e", -1e-9), "-1e-09"));
+}
+
+/* Of several that fail the first is told. */
+static void the_first_failure_is_told(void)
+{
+  flesh_plot_outcome outcome = {0};
+  flesh_plot_note(&outcome, FLESH_OK);
+  CHECK_OK(flesh_plot_ended(&outcome));
+  flesh_plot_note(&outcome, flesh_plot_draw(folder, "nowhere"));
+  flesh_plot_note(&outcome, flesh_plot_draw(folder, "elsewhere"));
+  CHECK(flesh_plot_ended(&outcome) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "nowhere.png");
 }
 
 static void a_missing_gnuplot_is_said(void)
@@ -67,7 +187,9 @@ static void a_missing_gnuplot_is_said(void)
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
-  int result = RUN_TESTS(argc, argv, TEST(lines_are_drawn), TEST(odd_names_are_drawn),
+  int result = RUN_TESTS(argc, argv, TEST(lines_are_drawn), TEST(odd_names_are_drawn), TEST(any_text_is_a_text),
+                         TEST(no_picture_is_no_success), TEST(a_stop_is_marked),
+                         TEST(logarithmic_ticks_are_round), TEST(zeros_have_no_sign), TEST(the_first_failure_is_told),
                          TEST(a_missing_gnuplot_is_said));
   test_folder_remove(folder);
   return result;

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "matrices.h"
-#include "sparse/pcg.h"
+#include "linear/pcg.h"
 #include "system/pattern.h"
 #include "test.h"
 

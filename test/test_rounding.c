@@ -3,14 +3,16 @@
 #include <stdlib.h>
 
 #include "matrices.h"
-#include "sundials/problem.h"
+#include "newton/newton.h"
 #include "test.h"
 
 /* The most that rounding K changes x.K x, over x.M x times shift.a, over all x that leave the fixed dofs alone. */
-static double worst_change(const flesh_problem *problem)
+static double worst_change(const flesh_newton *newton)
 {
-  const flesh_block_matrix *K = problem->K;
-  const size_t n = (size_t)problem->n;
+  const flesh_equations *equations = &newton->equations;
+  const flesh_block_matrix *K = equations->K;
+  const float *inertia = newton->policy.inertia;
+  const size_t n = (size_t)equations->n;
   const int numbers = 9 * K->row_start[K->rows];
   flesh_block_matrix change = *K;
   change.values = malloc((size_t)numbers * sizeof *change.values);
@@ -21,9 +23,9 @@ static double worst_change(const flesh_problem *problem)
   gsl_eigen_symm_workspace *room = gsl_eigen_symm_alloc(n);
   for (size_t d = 0; d < n; d++)
     for (size_t e = 0; e < n; e++)
-      if (!problem->fixed[d] && !problem->fixed[e])
-        gsl_matrix_set(E, d, e, dense[d * n + e] / (problem->stage.shift.a * sqrt((double)problem->inertia[d]) *
-                                                    sqrt((double)problem->inertia[e])));
+      if (!equations->constrained[d] && !equations->constrained[e])
+        gsl_matrix_set(E, d, e, dense[d * n + e] / (equations->stage.shift.a * sqrt((double)inertia[d]) *
+                                                    sqrt((double)inertia[e])));
   gsl_eigen_symm(E, values, room);
   const double worst = fmax(gsl_vector_max(values), -gsl_vector_min(values));
   gsl_eigen_symm_free(room);
@@ -42,33 +44,35 @@ static void inertia_covers_what_rounding_changes(void)
   for (int k = 0; k < 3; k++) {
     test_body b;
     flesh_solver_options options;
-    flesh_problem *problem = NULL;
+    flesh_newton newton;
     int before = 1;
     const flesh_material material = test_material(FLESH_ENERGY_S, ratios[k]);
     /* Flat tets. */
     CHECK_OK(test_body_create(test_box(4, 2, 2, 1, 0.2, 0.02), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     flesh_solver_options_default(&options);
-    CHECK_OK(flesh_problem_create(b.system, &options, &problem));
+    options.project = FLESH_PROJECT_ALWAYS;
+    CHECK_OK(flesh_newton_init(b.system, &options, NULL, &newton));
     test_jitter(b.n, 0.002, 5, b.state.x);
     for (double h = 0.001; h < 1000; h *= 3) {
-      const flesh_stage stage = {.load = 1, .share = 1, .shift = {.x = 1, .a = 1 / (h * h)}, .x0 = b.state.x};
-      CHECK_OK(flesh_problem_set_stage(problem, &stage));
-      CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
-      CHECK_OK(flesh_problem_factor(problem));
-      const double change = worst_change(problem);
-      if (problem->single) largest = fmax(largest, change);
+      const flesh_stage stage = {
+          .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .a = 1 / (h * h)}, .x0 = b.state.x};
+      flesh_newton_set_stage(&newton, &stage);
+      CHECK_OK(flesh_newton_matrix(&newton, b.state.x, NULL));
+      CHECK_OK(flesh_matrix_policy_refresh(&newton.policy));
+      const double change = worst_change(&newton);
+      if (newton.direction.single) largest = fmax(largest, change);
       else smallest_refused = fmin(smallest_refused, change);
-      CHECK(before || !problem->single); /* longer steps have less inertia */
-      before = problem->single;
+      CHECK(before || !newton.direction.single); /* longer steps have less inertia */
+      before = newton.direction.single;
     }
     CHECK(!before);
-    const flesh_stage statics = {.load = 1, .share = 1, .shift = {.x = 1}, .x0 = b.state.x};
-    CHECK_OK(flesh_problem_set_stage(problem, &statics));
-    CHECK_OK(flesh_problem_assemble(problem, b.state.x, 1));
-    CHECK_OK(flesh_problem_factor(problem));
-    CHECK(!problem->single);
-    flesh_problem_destroy(&problem);
+    const flesh_stage statics = {.load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = b.state.x};
+    flesh_newton_set_stage(&newton, &statics);
+    CHECK_OK(flesh_newton_matrix(&newton, b.state.x, NULL));
+    CHECK_OK(flesh_matrix_policy_refresh(&newton.policy));
+    CHECK(!newton.direction.single);
+    flesh_newton_clear(&newton);
     test_body_destroy(&b);
   }
   printf("# rounding changes at most %.2g where it is done, and at least %.2g where it is not\n", largest,
@@ -94,7 +98,7 @@ static void steps_solve_in_single_precision(void)
       CHECK_OK(test_body_create(test_box(6, 2, 2, 2, 0.5, 0.5), material, 1000, FLESH_MASS_LUMPED, 1, &b));
       CHECK_OK(test_body_gravity(&b, 0, 0, still ? -0.5 : -9.81));
       CHECK_OK(test_body_clamp(&b, 1e-9));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       options.linear_solver = solvers[k];
       CHECK_OK(flesh_integrator_create(b.system, still ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
                                        &integrator));

@@ -11,6 +11,7 @@
 #include "scene/keys.h"
 #include "scene/scene_keys.h"
 #include "scene/schema.h"
+#include "material/form.h"
 
 static void check_example(const flesh_scene *scene)
 {
@@ -24,8 +25,8 @@ static void check_example(const flesh_scene *scene)
   CHECK(body->materials[0].constants == FLESH_CONSTANTS_RAW);
   CHECK(body->materials[0].mu == 34000 && body->materials[0].lambda == 306000);
   CHECK(flesh_system_effect_count(system) == 3);
-  CHECK(flesh_system_has_effect(system, "inertia") &&
-        flesh_system_has_effect(system, "elasticity"));
+  CHECK(flesh_system_has_role(system, FLESH_ROLE_INERTIA) &&
+        flesh_system_has_role(system, FLESH_ROLE_ELASTICITY));
   const flesh_scene_time *time = flesh_scene_times(scene);
   CHECK(time->method == FLESH_METHOD_BACKWARD_EULER && time->step == 1.0 / 60 && time->end == 2);
   flesh_solver_options solver, *given = (flesh_solver_options *)flesh_scene_solver(scene);
@@ -33,10 +34,11 @@ static void check_example(const flesh_scene *scene)
   CHECK(given->newton_tolerance == 1e-10);
   CHECK(given->linear_tolerance == solver.linear_tolerance);
   CHECK(given->max_newton == solver.max_newton && given->max_linear == solver.max_linear);
-  CHECK(given->max_halvings == solver.max_halvings);
+  CHECK(given->max_cutbacks == solver.max_cutbacks);
   CHECK(given->linear_solver == solver.linear_solver);
-  CHECK(given->preconditioner == solver.preconditioner && given->projection == solver.projection);
-  CHECK(given->globalization == solver.globalization);
+  CHECK(given->preconditioner == solver.preconditioner && given->project == solver.project);
+  CHECK(given->line_search == solver.line_search && given->eigenvalue_filter == solver.eigenvalue_filter);
+  CHECK(given->techniques == solver.techniques && solver.techniques == FLESH_TECHNIQUES_ALL);
   CHECK(given->threads == solver.threads);
   CHECK(flesh_scene_outputs(scene)->frame_interval == 1 && flesh_scene_outputs(scene)->seed == 0);
   CHECK_TEXT(flesh_scene_mesh_path(scene), "/bar.node");
@@ -127,7 +129,7 @@ static void overrides_change_what_they_name(void)
   CHECK_OVERRIDE("  - inertia: {}\n  - elasticity:\n      instructions: auto\n", "effects=null",
                  "effects.inertia={}");
   CHECK_OVERRIDE("      until: .inf\n  - elasticity:\n      instructions: auto\ntime:",
-                 "effects.drag=null");
+                 "effects.spring=null");
   CHECK_OVERRIDE("      until: .inf\ntime:", "body.material=null", "body.regions=null");
   CHECK_OVERRIDE(
       "  mass: lumped\n  material:\n    energy: S\n    constants: matched\n    young: 7\n",
@@ -155,11 +157,20 @@ static void the_last_whole_pair_of_constants_counts(void)
 
 static void constants_are_matched_where_the_form_can_be(void)
 {
-  static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S"};
-  for (int e = 0; e < 8; e++) {
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
     char override[64];
-    snprintf(override, sizeof override, "body.material.energy=%s", energies[e]);
-    const char *wanted = strstr("CMD", energies[e]) ? "constants: raw" : "constants: matched";
+    snprintf(override, sizeof override, "body.material.energy=%s", flesh_forms[e].name);
+    const char *wanted = strstr("CMD", flesh_forms[e].name) ? "constants: raw" : "constants: matched";
+    CHECK_OVERRIDE(wanted, override, "body.material.constants=null");
+  }
+}
+
+static void a_form_has_a_full_name_too(void)
+{
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
+    char override[96], wanted[64];
+    snprintf(override, sizeof override, "body.material.energy=%s", flesh_forms[e].full_name);
+    snprintf(wanted, sizeof wanted, "energy: %s\n", flesh_forms[e].name);
     CHECK_OVERRIDE(wanted, override, "body.material.constants=null");
   }
 }
@@ -290,22 +301,24 @@ static void resolving_again_changes_nothing(void)
       "  - pin: {nodes: [19, 18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0], "
       "axes: [z]}\n"
       "  - pin: {sphere: {centre: [0, 0, 0], radius: 0}, from: 3}\n"
-      "  - handle: {box: [[4, 0, 0], [4, 1, 1]], interpolation: smooth, axes: [x, z], until: 2,\n"
+      "  - prescribed_motion: {box: [[4, 0, 0], [4, 1, 1]], interpolation: smooth, axes: [x, z], until: 2,\n"
       "             motion: [{time: 0}, {time: 0.1, translation: [0.7, 0, 0], rotation: [0, 0, "
       "1/9]}]}\n"
-      "  - drag: {point: [3.9, 0.5, 0.5], stiffness: 1e4, target: [{time: 0, position: [9, 0, "
+      "  - spring: {point: [3.9, 0.5, 0.5], stiffness: 1e4, target: [{time: 0, position: [9, 0, "
       "0]}]}\n"
       "time: {step: 1/60, end: 1/3}\n"
       "start: {velocity: [1/7, 0, -1e-17]}\n"
-      "solver: {linear_solver: klu, projection: never, globalization: kinsol, preconditioner: "
-      "none}\n"
+      "solver: {linear_solver: klu, project: never, line_search: residual, preconditioner: "
+      "none, techniques: []}\n"
       "output: {frame_interval: 0, seed: 77}\n";
   flesh_scene *scene = NULL, *again = NULL;
   CHECK_OK(read_scene("rich.yaml", text, 0, NULL, &scene));
   if (!scene) return;
   char *first = resolved(scene);
+  CHECK(flesh_scene_solver(scene)->techniques == 0);
   CHECK_OK(flesh_scene_read(file_path("resolved.yaml"), 0, NULL, &again));
   if (again) {
+    CHECK(flesh_scene_solver(again)->techniques == 0);
     char *second = resolved(again);
     CHECK(!strcmp(first, second));
     CHECK(flesh_scene_times(again)->end == 1.0 / 3);
@@ -364,14 +377,14 @@ static void states_come_back_bit_for_bit(void)
 static void every_sample_of_an_effect_makes_a_scene(void)
 {
   int count;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   CHECK(count >= 6);
   for (int i = 0; i < count; i++) {
     char text[1024];
     snprintf(text, sizeof text,
              "body: {mesh: bar.node, material: {energy: S, young: 1, poisson: 0.4}}\n"
              "effects:\n  - %s: %s\ntime: {end: 1}\n",
-             rows[i].name, rows[i].sample);
+             rows[i]->name, rows[i]->sample);
     flesh_scene *scene = NULL;
     CHECK_OK(read_scene("sample.yaml", text, 0, NULL, &scene));
     flesh_scene_destroy(&scene);
@@ -396,9 +409,9 @@ static int walk(const flesh_key *keys, const char *path,
 static int walk_everything(int (*visit)(const flesh_key *, const char *))
 {
   int count, rows = walk(flesh_scene_table, "", visit);
-  const flesh_effect_row *effects = flesh_effect_registry(&count);
+  const flesh_effect_row *const *effects = flesh_effect_registry(&count);
   for (int i = 0; i < count; i++) {
-    rows += walk(effects[i].keys, flesh_key_path(&paths, "effects", effects[i].name), visit);
+    rows += walk(effects[i]->keys, flesh_key_path(&paths, "effects", effects[i]->name), visit);
   }
   flesh_arena_free(&paths);
   return rows;
@@ -492,6 +505,36 @@ static int check_default(const flesh_key *key, const char *path)
   return 1;
 }
 
+/* Pictures stand upright: as the scene says, else against what pulls, else along z. */
+static void up_is_against_gravity(void)
+{
+  static const struct {
+    const char *scene;
+    flesh_up_origin origin;
+    double up[3];
+  } rows[] = {{"", FLESH_UP_Z, {0, 0, 1}},
+              {"effects: [gravity]\n", FLESH_UP_GRAVITY, {0, 0, 1}},
+              {"effects: [gravity: {acceleration: [0, -9.81, 0]}]\n", FLESH_UP_GRAVITY, {0, 1, 0}},
+              {"effects: [gravity: {acceleration: [1e-300, 0, 0]}]\n", FLESH_UP_GRAVITY, {-1, 0, 0}},
+              {"effects: [gravity: {acceleration: [0, -3, 0]}, gravity: {acceleration: [4, 0, 0]}]\n",
+               FLESH_UP_GRAVITY, {-0.8, 0.6, 0}},
+              {"effects: [gravity: {acceleration: [0, -3, 0]}, gravity: {acceleration: [0, 3, 0]}]\n",
+               FLESH_UP_Z, {0, 0, 1}},
+              {"effects: [gravity]\noutput: {camera: {up: [0, 3e200, 4e200]}}\n", FLESH_UP_GIVEN, {0, 0.6, 0.8}}};
+  for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+    char text[512];
+    snprintf(text, sizeof text, "body: {mesh: bar.node, material: {energy: S, young: 1, poisson: 0}}\n%s",
+             rows[k].scene);
+    flesh_scene *scene = NULL;
+    double up[3] = {0};
+    CHECK_OK(flesh_scene_read(write_text("up.yaml", text), 0, NULL, &scene));
+    if (!scene) continue;
+    CHECK(flesh_scene_up(scene, up) == rows[k].origin);
+    for (int d = 0; d < 3; d++) CHECK_NEAR(up[d], rows[k].up[d], 1e-15);
+    flesh_scene_destroy(&scene);
+  }
+}
+
 static void every_default_is_valid(void) { CHECK(walk_everything(check_default) > 50); }
 
 int main(int argc, char **argv)
@@ -502,12 +545,14 @@ int main(int argc, char **argv)
       argc, argv, TEST(the_example_reads_as_written), TEST(json_gives_the_same_scene),
       TEST(overrides_change_what_they_name), TEST(the_last_whole_pair_of_constants_counts),
       TEST(constants_are_matched_where_the_form_can_be),
+                   TEST(a_form_has_a_full_name_too),
       TEST(regions_have_their_own_density_and_material), TEST(without_inertia_the_scene_is_static),
       TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
       TEST(paths_start_at_the_scene_or_the_working_directory),
       TEST(resolving_again_changes_nothing), TEST(states_come_back_bit_for_bit),
       TEST(every_sample_of_an_effect_makes_a_scene), TEST(the_schema_lists_every_key),
-      TEST(the_json_schema_is_json_and_lists_every_key), TEST(every_default_is_valid));
+      TEST(the_json_schema_is_json_and_lists_every_key), TEST(every_default_is_valid),
+      TEST(up_is_against_gravity));
   test_folder_remove(folder);
   return failed;
 }

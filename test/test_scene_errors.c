@@ -86,6 +86,8 @@ static const bad_scene scenes[] = {
      {"time.method is rk4; it must be one of backward-euler, static, bdf2, midpoint"}},
     {BODY GRAVITY "time: {end: 1, method: hht, alpha: 0.2}\n",
      {"bad.yaml:3:", "time.alpha is 0.2; it must be in [-1/3, 0]"}},
+    {BODY GRAVITY "time: {end: 1}\noutput: {camera: {up: [0, 0, 0]}}\n",
+     {"output.camera.up is zero; it must be a direction, such as [0, 1, 0]"}},
     {BODY GRAVITY "time: {end: 1, gamma: 0.4}\n", {"time.gamma is 0.4; it must be in [1/2, 1]"}},
     {BODY GRAVITY "time: {end: 1, gamma: 0.7}\n", {"time.beta is 0.25; it must be in [gamma/2, 1] = [0.35, 1]"}},
     {BODY GRAVITY "time: {end: 1, beta: 0}\n", {"time.beta is 0; it must be a number > 0"}},
@@ -200,12 +202,16 @@ static const bad_scene scenes[] = {
      {"effects[0].pin.until is .nan; it must be a number, .inf or -.inf [s]"}},
     {BODY "effects:\n  - pin: {sphere: {radius: 1}}\n",
      {"bad.yaml:3:19: effects[0].pin.sphere.centre is missing"}},
-    {BODY "effects:\n  - handle: {nodes: [0], motion: [{time: 0}, {tme: 1}]}\n",
-     {"bad.yaml:3:47: effects[0].handle.motion[1].tme is unknown; did you mean time?"}},
-    {BODY "effects:\n  - handle: {nodes: [0], motion: []}\n",
-     {"bad.yaml:3:13: effects[0].handle: "}},
-    {BODY "effects:\n  - handle: {nodes: [0]}\n",
-     {"effects[0].handle.motion is missing; it must be a list of mappings"}},
+    {BODY "effects:\n  - prescribed_motion: {nodes: [0], motion: [{time: 0}, {tme: 1}]}\n",
+     {"bad.yaml:3:58: effects[0].prescribed_motion.motion[1].tme is unknown; did you mean time?"}},
+    {BODY "effects:\n  - prescribed_motion: {nodes: [0], motion: []}\n",
+     {"bad.yaml:3:24: effects[0].prescribed_motion: "}},
+    {BODY "effects:\n  - prescribed_motion: {nodes: [0]}\n",
+     {"effects[0].prescribed_motion.motion is missing; it must be a list of mappings"}},
+    {BODY "effects:\n  - drag: {stiffness: 3}\n",
+     {"bad.yaml:3:5: effects[0] is drag, which has been renamed; write spring"}},
+    {BODY GRAVITY "solver: {filtering: clamp}\n",
+     {"bad.yaml:3:10: solver.filtering has been renamed; write eigenvalue_filter"}},
 #ifndef FLESH_HAVE_CHOLMOD
     {BODY GRAVITY "solver: {linear_solver: cholmod}\n",
      {"bad.yaml:3:25: solver.linear_solver is cholmod, which is not built in; it must be pcg or "
@@ -274,6 +280,30 @@ static void bad_overrides_are_refused_by_name(void)
       {{"effects.gravty.acceleration=[0, 0, 1]"},
        {"effects[3] is gravty, which is no effect; did you mean gravity?"}},
       {{"effects.inertai=null"}, {"is inertai, which is no effect; did you mean inertia?"}},
+      {{"effects.drag.stiffness=3"}, {"effects[3] is drag, which has been renamed; write spring"}},
+      {{"effects.handle=null"}, {"is handle, which has been renamed; write prescribed_motion"}},
+      {{"effects.calm.rate=3"}, {"is calm, which has been renamed; write settling_damping"}},
+      {{"effects.force.curve=[]"}, {"effects[3].force.curve has been renamed; write amplitude"}},
+      {{"effects.damping.against=rest"}, {"effects[3].damping.against has been renamed; write stiffness_at"}},
+      {{"effects.damping.stiffness_at=rest"},
+       {"effects[3].damping.stiffness_at is rest, which has been renamed; write initial"}},
+      {{"time.calm=0.1"}, {"--set time.calm=0.1: time.calm has been renamed; write switch_threshold"}},
+      {{"time.method=calm-then-adaptive"},
+       {"time.method is calm-then-adaptive, which has been renamed; write euler-then-adaptive"}},
+      {{"solver.filtering=clamp"}, {"solver.filtering has been renamed; write eigenvalue_filter"}},
+      {{"solver.projection=always"}, {"solver.projection has been renamed; write project"}},
+      {{"solver.project=demand"}, {"solver.project is demand, which has been renamed; write when_indefinite"}},
+      {{"solver.globalization=none"}, {"solver.globalization has been renamed; write line_search"}},
+      {{"solver.line_search=energy"}, {"solver.line_search is energy, which has been renamed; write potential"}},
+      {{"solver.line_search=kinsol"}, {"solver.line_search is kinsol, which has been renamed; write residual"}},
+      {{"solver.max_halvings=3"}, {"solver.max_halvings has been renamed; write max_cutbacks"}},
+      {{"solver.follow_curvature=false"},
+       {"solver.follow_curvature has been renamed; write negative_curvature in the list techniques"}},
+      {{"solver.nonlinear_elimination=false"}, {"write nonlinear_elimination in the list techniques"}},
+      {{"solver.watchdog=false"}, {"write watchdog in the list techniques"}},
+      {{"solver.untangle=false"}, {"write untangle in the list techniques"}},
+      {{"solver.techniques=[watch]"}, {"solver.techniques is [watch]; it must be a list of some of negative_curvature"}},
+      {{"body.calm=3"}, {"body.calm is unknown"}},
       {{"effects.gravity.acceleration=3"},
        {"--set effects.gravity.acceleration=3: effects[1].gravity.acceleration is 3; it must be "
         "three numbers"}},
@@ -471,14 +501,14 @@ static void no_text_makes_the_reader_fail_otherwise(void)
       example,
       "{\"body\": {\"mesh\": \"bar.node\", \"material\": {\"energy\": \"S\", \"young\": \"1e5\", "
       "\"poisson\": 0.4},\n"
-      "\"regions\": [{\"tags\": [7], \"density\": 3}]}, \"effects\": [\"inertia\", {\"handle\": "
+      "\"regions\": [{\"tags\": [7], \"density\": 3}]}, \"effects\": [\"inertia\", {\"prescribed_motion\": "
       "{\"nodes\": [1, 2],\n"
       "\"motion\": [{\"time\": 0}, {\"time\": 1, \"translation\": [1, 2, 3]}]}}], \"time\": "
       "{\"end\": \"1/60\"}}",
       "body: &b\n  mesh: bar.node\neffects:\n- gravity: &g {acceleration: [0, 0, -1]}\n- gravity: "
       "*g\n"
       "- pin: {sphere: {centre: [0, 0, 0], radius: 1}, axes: [x, 'y'], until: .inf}\n"
-      "- drag:\n    point: [0, 0, 0]\n    stiffness: 1e3\n    target:\n      - time: 0\n        "
+      "- spring:\n    point: [0, 0, 0]\n    stiffness: 1e3\n    target:\n      - time: 0\n        "
       "position: [0, 0, 1]\n"
       "title: >\n  folded\n  text\nstart: {velocity: [1/3, 0, 0]}\n",
   };

@@ -242,6 +242,40 @@ static void clamped_weights_only_interpolate(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* Beyond a face, an edge or a node of a tet, the nodes that the point is not near to have no share at all, and the others
+ * keep the ratios of theirs: w_i = max(w_i, 0) / sum of them. */
+static void clamped_shares_are_those_of_the_positive_weights(void)
+{
+  static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  /* Points with the weights 1-x-y-z, x, y, z, and what is left of them. */
+  static const struct {
+    double point[3], share[4];
+  } rows[] = {{{.25, .25, -.5}, {2. / 3, 1. / 6, 1. / 6, 0}},
+              {{-.5, -.25, .25}, {6. / 7, 0, 0, 1. / 7}},
+              {{3, -1, -.5}, {0, 1, 0, 0}},
+              {{.5, .75, .25}, {0, 1. / 3, 1. / 2, 1. / 6}},
+              {{.25, .5, .125}, {.125, .25, .5, .125}}};
+  enum { ROWS = sizeof rows / sizeof *rows };
+  double points[3 * ROWS];
+  int starts[2] = {0, ROWS}, face[ROWS];
+  for (int k = 0; k < ROWS; k++) memcpy(points + 3 * k, rows[k].point, sizeof rows[k].point), face[k] = k;
+  flesh_mesh *mesh = NULL;
+  flesh_surface *surface = NULL;
+  flesh_skin *skin = NULL;
+  CHECK_OK(flesh_mesh_create(4, corners, 1, (int[]){0, 1, 2, 3}, NULL, &mesh));
+  CHECK_OK(flesh_surface_create(ROWS, points, 1, starts, face, &surface));
+  CHECK_OK(flesh_skin_bind(mesh, surface, &skin));
+  for (int node = 0; node < 4; node++) {
+    double field[4] = {0}, on_skin[ROWS];
+    field[node] = 1;
+    flesh_skin_apply(skin, 1, 1, field, on_skin);
+    for (int k = 0; k < ROWS; k++) CHECK_NEAR(on_skin[k], rows[k].share[node], 4e-16);
+  }
+  flesh_skin_destroy(&skin);
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&mesh);
+}
+
 static void bindings_are_saved_and_checked(void)
 {
   flesh_mesh *mesh = read_mesh("../data/meshes/bar_8x2x2.mesh"), *other = NULL, *fine = NULL;
@@ -349,6 +383,8 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(nearest_tets_are_found), TEST(nodes_are_inside),
                    TEST(weights_sum_to_one_and_give_the_vertex_back),
                    TEST(rigid_motions_move_the_skin_exactly_along),
-                   TEST(clamped_weights_only_interpolate), TEST(bindings_are_saved_and_checked),
+                   TEST(clamped_weights_only_interpolate),
+                   TEST(clamped_shares_are_those_of_the_positive_weights),
+                   TEST(bindings_are_saved_and_checked),
                    TEST(fifty_thousand_on_fifty_thousand));
 }

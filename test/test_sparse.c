@@ -2,12 +2,12 @@
 #include <stdlib.h>
 
 #include "matrices.h"
-#include "sparse/block_matrix.h"
-#include "sparse/direct.h"
-#include "sparse/product.h"
-#include "sparse/slice.h"
-#include "sparse/scalar_view.h"
-#include "sparse/triangle.h"
+#include "linear/block_matrix.h"
+#include "linear/direct.h"
+#include "linear/product.h"
+#include "linear/sliced_ell.h"
+#include "linear/scalar_view.h"
+#include "linear/triangle.h"
 #include "system/pattern.h"
 #include "test.h"
 
@@ -70,8 +70,8 @@ static void halves_go_along_the_body(void)
   test_body b;
   make(test_box(60, 8, 8, 8, 1, 1), FLESH_ENERGY_S, 0.45, &b);
   flesh_block_matrix *A = random_matrix(&b, 0);
-  flesh_halves halves;
-  CHECK_OK(flesh_halves_create(A, &halves));
+  flesh_bisection halves;
+  CHECK_OK(flesh_bisection_create(A, &halves));
   int *place = malloc((size_t)A->rows * sizeof *place), farthest = 0, waiting = 0;
   for (int p = 0; p < A->rows; p++) place[p] = -1;
   for (int p = 0; p < A->rows; p++) place[halves.order[p]] = p;
@@ -89,7 +89,7 @@ static void halves_go_along_the_body(void)
   CHECK(farthest < NEAR);
   CHECK_BELOW(waiting, 0.1 * A->rows);
   free(place);
-  flesh_halves_clear(&halves);
+  flesh_bisection_clear(&halves);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
 }
@@ -143,9 +143,9 @@ static void products_by_halves(void)
     else CHECK_OK(flesh_mesh_read("../data/meshes/limb.msh", &mesh)); /* rows of all lengths */
     make(mesh, FLESH_ENERGY_S, 0.45, &b);
     flesh_block_matrix *A = random_matrix(&b, 0);
-    flesh_halves halves;
+    flesh_bisection halves;
     flesh_product product;
-    CHECK_OK(flesh_halves_create(A, &halves));
+    CHECK_OK(flesh_bisection_create(A, &halves));
     CHECK_OK(flesh_product_create(A, &halves, 1, &product));
     /* What has not been rounded may be anything, also not a number. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
@@ -191,7 +191,7 @@ static void products_by_halves(void)
     free(first);
     free(single);
     flesh_product_clear(&product);
-    flesh_halves_clear(&halves);
+    flesh_bisection_clear(&halves);
     flesh_block_matrix_destroy(&A);
     test_body_destroy(&b);
   }

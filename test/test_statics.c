@@ -21,12 +21,12 @@ static void impossible_statics_leave_the_state(void)
   test_body b;
   flesh_solver_options options = test_options(1e-6);
   options.max_newton = 20; /* with more the bar finds a way round */
-  options.max_halvings = 4;
+  options.max_cutbacks = 4;
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
   make_bar(FLESH_ENERGY_B, 0.45, &b);
   CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   test_jitter(b.n, 0.01, 1, b.state.x);
   test_jitter(b.n, 1, 1, b.state.v);
   double *x = malloc((size_t)b.n * sizeof *x), *v = malloc((size_t)b.n * sizeof *v);
@@ -59,7 +59,7 @@ static void statics_reach_far_handles(void)
       flesh_motion motion = {.count = 1, .keyframes = &far[k], .centre = {2, 0.5, 0.5}};
       make_bar(energies[e], 0.45, &b);
       CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
-      CHECK_OK(flesh_system_finish(b.system));
+      CHECK_OK(flesh_system_finalize(b.system));
       CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
       CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
       int inverted;
@@ -100,10 +100,10 @@ static void hindered_statics_arrive(void)
     flesh_integrator *integrator = NULL;
     flesh_solve_stats stats = {0};
     make_bar(FLESH_ENERGY_S, 0.4, &b);
-    CHECK_OK(flesh_system_finish(b.system));
+    CHECK_OK(flesh_system_finalize(b.system));
     if (hindrance == 1) options.max_newton = 8;
     if (hindrance == 2) options.max_linear = 12;
-    if (hindrance == 3) options.max_newton = 9, options.max_halvings = 0; /* too few for the whole load */
+    if (hindrance == 3) options.max_newton = 9, options.max_cutbacks = 0; /* too few for the whole load */
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
     printf("# %d solves, %d Newton, %d linear iterations\n", stats.solves, stats.newton, stats.linear);
@@ -132,9 +132,9 @@ static void drags_pull_and_let_go(void)
   CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.45), 1000, FLESH_MASS_LUMPED, 0,
                             &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_effect_drag(&b.body, (double[]){2, 0.5, 0.5}, 5e3, &target, 0, 1, &effect));
+  CHECK_OK(flesh_effect_spring(&b.body, (double[]){2, 0.5, 0.5}, 5e3, &target, 0, 1, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, NULL));
   const double *X = flesh_mesh_positions(b.mesh);
@@ -158,17 +158,18 @@ static void drags_pull_and_let_go(void)
 
 /* A block that starts deformed by z += shear x, x *= stretch, and comes back to rest, to 1e-8; its Newton
  * iterations. */
-static int comes_back(flesh_energy energy, int cells, double stretch, double shear, flesh_filtering filtering)
+static int comes_back(flesh_energy energy, int cells, double stretch, double shear,
+                      flesh_eigenvalue_filter eigenvalue_filter)
 {
   test_body b;
   flesh_solver_options options = test_options(1e-8);
   flesh_integrator *integrator = NULL;
   flesh_solve_stats stats = {0};
-  options.filtering = filtering;
+  options.eigenvalue_filter = eigenvalue_filter;
   CHECK_OK(test_body_create(test_box(2 * cells, cells, cells, 0.2, 0.1, 0.1), test_material(energy, 0.495), 1000,
                             FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int d = 0; d < b.n; d += 3) b.state.x[d + 2] += shear * b.state.x[d], b.state.x[d] *= stretch;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
@@ -184,11 +185,11 @@ static int comes_back(flesh_energy energy, int cells, double stretch, double she
 /* Steps that were cut too much are lengthened again, and the last is solved exactly enough to be the last. */
 static void far_starts_take_few_iterations(void)
 {
-  CHECK_BELOW(comes_back(FLESH_ENERGY_S, 8, 4, 0, FLESH_FILTERING_AUTO), 15.5);
-  CHECK_BELOW(comes_back(FLESH_ENERGY_E, 8, 4, 0, FLESH_FILTERING_AUTO), 15.5);
-  const int most = comes_back(FLESH_ENERGY_E, 16, 1, 2, FLESH_FILTERING_AUTO);
+  CHECK_BELOW(comes_back(FLESH_ENERGY_S, 8, 4, 0, FLESH_FILTER_AUTO), 15.5);
+  CHECK_BELOW(comes_back(FLESH_ENERGY_E, 8, 4, 0, FLESH_FILTER_AUTO), 15.5);
+  const int most = comes_back(FLESH_ENERGY_E, 16, 1, 2, FLESH_FILTER_AUTO);
   CHECK_BELOW(most, 5.5);
-  for (flesh_filtering other = FLESH_FILTERING_AUTO; other <= FLESH_FILTERING_TRUST_REGION; other++)
+  for (flesh_eigenvalue_filter other = FLESH_FILTER_AUTO; other <= FLESH_FILTER_TRUST_REGION; other++)
     CHECK_BELOW(most, 1.2 * comes_back(FLESH_ENERGY_E, 16, 1, 2, other) + 1e-9);
 }
 

@@ -1,7 +1,7 @@
 /* test_stress_cases.c: the battery's meshes and start states are as hard as they say. */
 #include <stdlib.h>
 
-#include "stress_cases.h"
+#include "hardcases/cases.h"
 #include "test.h"
 
 static const flesh_stress_case *row(const char *name)

@@ -10,18 +10,18 @@
 #include "busy_bar.h"
 #include "flesh/ida.h"
 #include "flesh/kinsol.h"
-#include "flesh/rhs.h"
+#include "flesh/ode.h"
 #include "motion_reference.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
-#include "sundials/rhs_problem.h"
+#include "sundials/ode_problem.h"
 
 typedef struct owned {
   test_body b;
   SUNContext context;
   flesh_problem *kinsol;
   flesh_ida_problem *ida;
-  flesh_rhs_problem *rhs;
+  flesh_ode_problem *rhs;
   SUNMatrix A;
   SUNLinearSolver S;
   N_Vector at, rate;
@@ -41,7 +41,7 @@ static const char *const names[] = {"KINSOL", "IDA", "CVODE"};
 /* df/dy, and of it I - gamma df/dy. */
 static void assemble_rhs(owned *o, double gamma)
 {
-  CHECK_OK(flesh_rhs_jacobian(0.01, o->at, o->rate, o->A, o->rhs, o->at, o->at, o->at));
+  CHECK_OK(flesh_ode_jacobian(0.01, o->at, o->rate, o->A, o->rhs, o->at, o->at, o->at));
   CHECK(!SUNMatScaleAddI(-gamma, o->A));
 }
 
@@ -51,7 +51,7 @@ static void open_owned(int kind, flesh_linear_solver linear, owned *o)
   flesh_solver_options_default(&options);
   options.linear_solver = linear;
   options.linear_tolerance = 1e-12;
-  options.globalization = FLESH_GLOBALIZATION_NONE; /* the bare solution, not a guarded step */
+  options.line_search = FLESH_LINE_SEARCH_NONE; /* the bare solution, not a guarded step */
   *o = (owned){0};
   make_busy_bar(FLESH_MASS_CONSISTENT, &o->b);
   CHECK(!flesh_suncontext_create(&o->context));
@@ -61,10 +61,10 @@ static void open_owned(int kind, flesh_linear_solver linear, owned *o)
   o->rate = N_VClone(o->at);
   N_VConst(0, o->at);
   if (kind == OF_RHS) {
-    CHECK_OK(flesh_rhs_problem_create(o->b.system, &options, &o->rhs));
-    CHECK_OK(flesh_rhs_start(o->rhs, &o->b.state, o->at));
-    CHECK_OK(flesh_rhs_sunmatrix_create(o->rhs, o->context, &o->A));
-    CHECK_OK(flesh_rhs_sunlinsol_create(o->rhs, o->context, &o->S));
+    CHECK_OK(flesh_ode_problem_create(o->b.system, &options, &o->rhs));
+    CHECK_OK(flesh_ode_start(o->rhs, &o->b.state, o->at));
+    CHECK_OK(flesh_ode_sunmatrix_create(o->rhs, o->context, &o->A));
+    CHECK_OK(flesh_ode_sunlinsol_create(o->rhs, o->context, &o->S));
     assemble_rhs(o, 1. / 300);
   } else if (kind == OF_IDA) {
     CHECK_OK(flesh_ida_problem_create(o->b.system, &options, &o->ida));
@@ -73,7 +73,7 @@ static void open_owned(int kind, flesh_linear_solver linear, owned *o)
     CHECK_OK(flesh_ida_sunlinsol_create(o->ida, o->context, &o->S));
     CHECK_OK(flesh_ida_jacobian(0.01, 300, o->at, o->rate, o->rate, o->A, o->ida, o->at, o->at, o->at));
   } else {
-    const flesh_stage stage = {.load = 1, .share = 1, .shift = {1, 60, 3600, 0}, .x0 = o->b.state.x};
+    const flesh_stage stage = {.load = 1, .prescribed_fraction = 1, .shift = {1, 60, 3600, 0}, .x0 = o->b.state.x};
     CHECK_OK(flesh_problem_create(o->b.system, &options, &o->kinsol));
     CHECK_OK(flesh_problem_set_stage(o->kinsol, &stage));
     CHECK_OK(flesh_sunmatrix_create(o->kinsol, o->context, &o->A));
@@ -90,7 +90,7 @@ static void close_owned(owned *o)
   N_VDestroy(o->rate);
   flesh_problem_destroy(&o->kinsol);
   flesh_ida_problem_destroy(&o->ida);
-  flesh_rhs_problem_destroy(&o->rhs);
+  flesh_ode_problem_destroy(&o->rhs);
   test_body_destroy(&o->b);
   SUNContext_Free(&o->context);
 }
@@ -257,7 +257,7 @@ static void ida_by_gmres(void)
     }
     CHECK(IDASolve(ida, end, &t, o.at, o.rate, IDA_NORMAL) == IDA_SUCCESS);
     ends[gmres] = state_copy(o.b.n, &o.b.state);
-    flesh_ida_finish(o.ida, t, o.at, &ends[gmres]);
+    flesh_ida_get_state(o.ida, t, o.at, &ends[gmres]);
     IDAGetNumLinIters(ida, &iterations);
     CHECK(!gmres || iterations > 0);
     if (gmres) {

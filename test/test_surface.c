@@ -253,6 +253,12 @@ static const bad_file bad_files[] = {
     {"a.ply", PLY "element vertex 1\n" XYZ "end_header\n0 0 0\n", "no element face with a list"},
     {"a.ply", PLY "element vertex 1\nproperty float x\nproperty float z\nend_header\n0 0\n",
      "a.ply: element vertex has no property y"},
+    {"a.ply", PLY "element vertex 3\n" XYZ "element face 1\nproperty int vertex_index\nelement face 1\n" LIST
+     "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2\n", "a.ply: element face stands twice"},
+    {"a.ply", PLY "element vertex 3\n" XYZ "element vertex 1\n" XYZ "element face 1\n" LIST
+     "end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 1\n3 0 1 2\n", "a.ply: element vertex stands twice"},
+    {"a.ply", PLY "element vertex 1\n" XYZ "property double x\n" "element face 1\n" LIST "end_header\n0 0 0 0\n",
+     "a.ply: element vertex has property x twice"},
     {"a.ply", HEAD "3 0 1 3\n", "a.ply:13: face 0 uses vertex 3; the vertices are 0 to 2"},
     {"a.ply", HEAD "2 0 1\n", "a.ply:13: face 0 has 2 corners"},
     {"a.ply", HEAD "3 0 1\n", "a.ply:13: face 0: the row ends too early"},

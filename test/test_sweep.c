@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "flesh/status.h"
-#include "sweep.h"
+#include "sweep/sweep.h"
 #include "test.h"
 
 enum { SOBOL, NIEDERREITER, HALTON, REVERSE_HALTON, RANDOM };

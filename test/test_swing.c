@@ -20,7 +20,7 @@ static void check(double poisson)
     swing_cost cost = swing_run(&own);
     newton[k] = cost.newton;
     work[k] = cost.work;
-    printf("# %d Newton and %d linear iterations, %d patches; the dearest step %.1f times the median in Newton "
+    printf("# %d Newton and %d linear iterations, %d subdomains; the dearest step %.1f times the median in Newton "
            "iterations, %.1f in work\n",
            cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
   }

@@ -101,7 +101,7 @@ static void pattern_is_that_of_the_cells(void)
 {
   test_body b;
   make(test_box(3, 2, 2, 3, 2, 2), FLESH_MASS_CONSISTENT, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   check_pattern(&b, NULL);
   test_body_destroy(&b);
 
@@ -112,7 +112,7 @@ static void pattern_is_that_of_the_cells(void)
   flesh_effect *effect = springs_create(&data);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK(effect == NULL);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   check_pattern(&b, &data.cells);
   flesh_block_matrix *K = NULL;
   CHECK_OK(flesh_system_matrix_create(b.system, &K));
@@ -150,12 +150,12 @@ static void sums_and_loads(void)
   test_body b;
   make(test_box(2, 2, 2, 1, 1, 1), FLESH_MASS_LUMPED, 1, &b);
   CHECK_OK(test_body_gravity(&b, 0, 0, -10));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK(flesh_system_mesh(b.system) == b.mesh);
   CHECK(flesh_system_unknowns(b.system) == b.n);
   CHECK(flesh_system_effect_count(b.system) == 3);
-  CHECK(flesh_system_has_effect(b.system, "inertia") && flesh_system_has_effect(b.system, "elasticity"));
-  CHECK(flesh_system_has_effect(b.system, "gravity") && !flesh_system_has_effect(b.system, "drag"));
+  CHECK(flesh_system_has_role(b.system, FLESH_ROLE_INERTIA) && flesh_system_has_role(b.system, FLESH_ROLE_ELASTICITY));
+  CHECK(flesh_system_has_role(b.system, FLESH_ROLE_LOAD) && !flesh_system_has_role(b.system, FLESH_ROLE_DAMPING));
   test_jitter(b.n, 0.1, 1, b.state.x);
   test_jitter(b.n, 1, 2, b.state.v);
   double *whole = calloc((size_t)b.n, sizeof *whole), *parts = calloc((size_t)b.n, sizeof *parts),
@@ -202,9 +202,9 @@ static void constraints_hold_and_release(void)
   flesh_keyframe keys[] = {{.t = 2}, {.t = 4, .translation = {0, 1, 0}, .rotation = {0, 0, M_PI}}};
   flesh_motion motion = {.count = 2, .keyframes = keys};
   CHECK_OK(flesh_system_add_pin(b.system, 2, (int[]){0, 3}, FLESH_AXIS_X | FLESH_AXIS_Z, -INFINITY, 3));
-  CHECK_OK(flesh_system_add_handle(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, 1, INFINITY));
+  CHECK_OK(flesh_system_add_prescribed_motion(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, 1, INFINITY));
   CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXIS_Y, 5, 6));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK(flesh_system_moves(b.system));
   /* 1 start, 2 and 4 keyframes, 3 release, 5 and 6 the second pin. */
   double t = -INFINITY;
@@ -234,8 +234,8 @@ static void constraints_hold_and_release(void)
   /* What holds for ever and a handle that stands still are no events. */
   make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
   motion.count = 1;
-  CHECK_OK(flesh_system_add_handle(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_add_prescribed_motion(b.system, 1, (int[]){7}, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK(!flesh_system_moves(b.system));
   CHECK(flesh_system_next_event(b.system, 0) == INFINITY);
   test_body_destroy(&b);
@@ -249,7 +249,7 @@ static void unused_nodes_are_fixed(void)
   CHECK_OK(flesh_mesh_create(6, (double[]){9, 9, 9, 0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 5, 5, 0, 0, 1}, 1,
                              (int[]){1, 2, 3, 5}, NULL, &mesh));
   make(mesh, FLESH_MASS_LUMPED, 1, &b);
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   uint8_t fixed[18];
   CHECK(flesh_system_fixed(b.system, 0, fixed) == 6);
   for (int d = 0; d < 18; d++) CHECK(fixed[d] == (d < 3 || (d >= 12 && d < 15)));
@@ -276,9 +276,9 @@ static void bad_arguments_are_sentences(void)
   REFUSED(flesh_system_add_pin(b.system, 1, &node, 8, 0, 1), "at least one node and one axis");
   REFUSED(flesh_system_add_pin(b.system, 1, &node, 7, 1, 1), "until is 1 s; it must be after from, 1 s");
   REFUSED(flesh_system_add_pin(b.system, 1, &node, 7, NAN, 1), "until is 1 s");
-  REFUSED(flesh_system_add_handle(b.system, 1, &node, 7, &motion, 0, 1), "times must ascend");
+  REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "times must ascend");
   motion.count = 0;
-  REFUSED(flesh_system_add_handle(b.system, 1, &node, 7, &motion, 0, 1), "at least one keyframe");
+  REFUSED(flesh_system_add_prescribed_motion(b.system, 1, &node, 7, &motion, 0, 1), "at least one keyframe");
   /* What was refused left nothing behind. */
   uint8_t fixed[24];
   CHECK(flesh_system_fixed(b.system, 0.5, fixed) == 0);
@@ -292,9 +292,9 @@ static void bad_arguments_are_sentences(void)
   REFUSED(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator), "not finished");
   CHECK(K == NULL && integrator == NULL);
 
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   REFUSED(flesh_system_add_pin(b.system, 1, &node, 7, 0, 1), "finished");
-  REFUSED(flesh_system_finish(b.system), "finished");
+  REFUSED(flesh_system_finalize(b.system), "finished");
   flesh_effect *effect = NULL;
   CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
   REFUSED(flesh_system_add_effect(b.system, &effect), "finished");
@@ -308,7 +308,7 @@ static void bad_arguments_are_sentences(void)
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, 0, &b);
     effect = springs_create(&data);
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
-    REFUSED(flesh_system_finish(b.system), "effect springs: cell 0 has node");
+    REFUSED(flesh_system_finalize(b.system), "effect springs: cell 0 has node");
     test_body_destroy(&b);
   }
   static const int ends[] = {3, 4}, pairs[][2] = {{0, 3}, {0, -1}};
@@ -319,7 +319,7 @@ static void bad_arguments_are_sentences(void)
     effect = springs_create(&data);
     REFUSED(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 1, &report), "effect springs: pair 1 is");
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
-    REFUSED(flesh_system_finish(b.system), "its cells have the pairs 0 to 2");
+    REFUSED(flesh_system_finalize(b.system), "its cells have the pairs 0 to 2");
     test_body_destroy(&b);
   }
 }
@@ -340,9 +340,9 @@ static const flesh_linear *linear_of(flesh_instructions elasticity, flesh_instru
   b.body.instructions = inertia;
   CHECK_OK(flesh_effect_inertia(&b.body, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_problem_create(b.system, &options, &problem));
-  const flesh_linear *linear = problem ? problem->linear : NULL;
+  const flesh_linear *linear = problem ? problem->newton.direction.linear : NULL;
   flesh_problem_destroy(&problem);
   test_body_destroy(&b);
   return linear;

@@ -1,7 +1,7 @@
 /* test_tet_order.c: the order in which tets are worked through: each once, and no conflicts within a round. */
 #include <stdlib.h>
 
-#include "effect/tet_order.h"
+#include "element/tet_order.h"
 #include "flesh/mesh.h"
 #include "test.h"
 

@@ -7,7 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/parts.h"
+#include "base/parallel_vector.h"
 #include "test.h"
 
 enum { MOST = FLESH_TASKS_MAX };

@@ -28,7 +28,7 @@ verdict() {
   fi
 }
 
-echo 1..5
+echo 1..8
 
 [ -s "$work/files" ] || echo 'Bail out! no files found'
 
@@ -72,3 +72,30 @@ while IFS= read -r file; do
   esac
 done <"$work/files" >"$work/found"
 verdict 'public headers of at most 100 columns'
+
+lines=$(wc -l <README.md)
+{ if [ "$lines" -gt 150 ]; then echo "README.md has $lines lines"; fi; } >"$work/found"
+verdict 'a README of at most 150 lines'
+
+# Links to other places of the tree; those to the web and within a page are not looked at.
+grep '\.md$' "$work/files" | while IFS= read -r file; do
+  grep -o '\](\([^)#: ]*\))' "$file" | sed 's/^](//; s/)$//' | while IFS= read -r link; do
+    if [ ! -e "$(dirname "$file")/$link" ]; then echo "$file links to $link, which is not there"; fi
+  done
+done >"$work/found"
+verdict 'links of pages lead somewhere'
+
+# Every name that a registry has stands in the page that tells of it.
+{
+  sed -n 's/^ *\.name = "\([a-z_-]*\)",$/\1/p' lib/scene/effects/*.c | while IFS= read -r name; do
+    grep -q "\`$name\`" drivers/effects.md || echo "drivers/effects.md does not name the effect $name"
+  done
+  sed -n 's/^ *X(\(FLESH_[A-Z_]*\),.*/\1/p' include/flesh/status.h | while IFS= read -r name; do
+    grep -q "\`$name\`" include/flesh/README.md || echo "include/flesh/README.md does not name $name"
+  done
+  for scene in data/scenes/*.yaml; do
+    name=${scene##*/}
+    grep -q "$name\`" data/README.md drivers/*.md || echo "no page names $scene"
+  done
+} >"$work/found"
+verdict 'pages name every effect, status and scene'

@@ -143,7 +143,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
   CHECK_OK(test_body_create(bar(), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
   if (gravity != 0) CHECK_OK(test_body_gravity(&b, 0, 0, gravity));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   unsigned long long random = 12345;
   for (int i = 0; i < b.n / 3; i++) {
     double *p = b.state.x + 3 * i;
@@ -152,7 +152,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
     for (int c = 0; start == 1 && c < 3; c++) p[c] = test_uniform(&random) / (c ? 3 : 1); /* scrambled */
   }
   flesh_solver_options_default(&options);
-  options.untangle = untangle;
+  if (!untangle) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int k = 0; k < 300; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
   /* Longer steps damp the rest of the swing. */
@@ -193,10 +193,10 @@ static void equilibria_are_untangled(void)
   CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.49, &material));
   CHECK_OK(test_body_create(bar(), material, 1000, FLESH_MASS_LUMPED, 1, &b));
   CHECK_OK(test_body_clamp(&b, 1e-9));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int i = 0; i < b.n / 3; i++) b.state.x[3 * i] *= -1; /* mirrored */
   flesh_solver_options_default(&options);
-  options.untangle = 0;
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
   flesh_integrator_destroy(&integrator);
@@ -204,7 +204,7 @@ static void equilibria_are_untangled(void)
   options.max_newton = 1000;
   for (int untangle = 0; untangle < 2; untangle++) {
     flesh_solve_stats stats = {0};
-    options.untangle = untangle;
+    options.techniques = untangle ? FLESH_TECHNIQUES_ALL : FLESH_TECHNIQUES_ALL & ~FLESH_TECHNIQUE_UNTANGLE;
     CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
     double distance = flesh_mesh_distance_from_rest(b.mesh, b.state.x);
@@ -307,10 +307,10 @@ static ending collapse(flesh_energy energy, flesh_constants constants, const dou
   flesh_solve_stats stats = {0};
   CHECK_OK(flesh_material_from_young(energy, constants, 1e5, 0.3, &material));
   CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   for (int d = 0; d < b.n; d++) b.state.x[d] *= scale[d % 3];
   flesh_solver_options_default(&options);
-  options.untangle = untangle;
+  if (!untangle) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int k = 0; k < 60; k++)
     CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
@@ -354,9 +354,9 @@ static void held_tangles_stay(void)
   CHECK_OK(test_body_clamp(&b, 1e-9));
   const flesh_keyframe key = {.translation = {-0.5, -0.5, -0.5}};
   const flesh_motion target = {.count = 1, .keyframes = &key};
-  CHECK_OK(flesh_effect_drag(&b.body, (double[]){1, 1, 1}, 1e9, &target, 0, 12.1, &effect));
+  CHECK_OK(flesh_effect_spring(&b.body, (double[]){1, 1, 1}, 1e9, &target, 0, 12.1, &effect));
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
-  CHECK_OK(flesh_system_finish(b.system));
+  CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   int inverted;

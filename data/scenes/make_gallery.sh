@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs the scenes of the README's gallery and draws its pictures again.
+# Runs the scenes of the gallery in drivers/scenes.md and draws its pictures again.
 #   sh data/scenes/make_gallery.sh [path of the flesh program]
 set -eu
 flesh=$(realpath "${1:-$(dirname "$0")/../../build/drivers/flesh}")

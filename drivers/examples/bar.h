@@ -70,7 +70,7 @@ static inline void bar_finish(bar *b)
   for (int i = 0; i < b->nodes; i++)
     if (flesh_mesh_positions(b->mesh)[3 * i] == 0) nodes[count++] = i;
   TRY(flesh_system_add_pin(b->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY));
-  TRY(flesh_system_finish(b->system));
+  TRY(flesh_system_finalize(b->system));
   free(nodes);
 }
 

@@ -14,7 +14,7 @@
 #include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
-#include <flesh/rhs.h>
+#include <flesh/ode.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_spgmr.h>
 
@@ -74,37 +74,37 @@ int main(void)
   TRY(SUNContext_Create(SUN_COMM_NULL, &context));
   flesh_solver_options options;
   flesh_solver_options_default(&options);
-  flesh_rhs_problem *problem;
-  TRY(flesh_rhs_problem_create(b.system, &options, &problem));
+  flesh_ode_problem *problem;
+  TRY(flesh_ode_problem_create(b.system, &options, &problem));
   N_Vector y = N_VNew_Serial(6 * (sunindextype)b.nodes, context), atol = N_VClone(y);
   double t;
 
   /* 3. CVODE. Above order 2, BDF is not A-stable. */
-  TRY(flesh_rhs_start(problem, &b.state, y));
-  flesh_rhs_tolerances(problem, tolerance, atol);
+  TRY(flesh_ode_start(problem, &b.state, y));
+  flesh_ode_tolerances(problem, tolerance, atol);
   void *cvode = CVodeCreate(CV_BDF, context);
   SUNMatrix J;
   SUNLinearSolver solver;
-  TRY(flesh_rhs_sunmatrix_create(problem, context, &J));
-  TRY(flesh_rhs_sunlinsol_create(problem, context, &solver));
-  TRY(CVodeInit(cvode, flesh_rhs, 0, y));
+  TRY(flesh_ode_sunmatrix_create(problem, context, &J));
+  TRY(flesh_ode_sunlinsol_create(problem, context, &solver));
+  TRY(CVodeInit(cvode, flesh_ode_rhs, 0, y));
   TRY(CVodeSetUserData(cvode, problem));
   TRY(CVodeSVtolerances(cvode, 0, atol));
   TRY(CVodeSetMaxOrd(cvode, 2));
   TRY(CVodeSetMaxNumSteps(cvode, 100000));
   TRY(CVodeSetLinearSolver(cvode, solver, J));
-  TRY(CVodeSetJacFn(cvode, flesh_rhs_jacobian));
+  TRY(CVodeSetJacFn(cvode, flesh_ode_jacobian));
   TRY(CVodeSetStopTime(cvode, end)); /* a step onto the end instead of an interpolation */
   TRY(CVode(cvode, end, y, &t, CV_NORMAL) < 0);
   report("CVODE, BDF", &b, N_VGetArrayPointer(y), exact);
 
   /* The same without a matrix. */
-  TRY(flesh_rhs_start(problem, &b.state, y));
+  TRY(flesh_ode_start(problem, &b.state, y));
   SUNLinearSolver gmres = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context);
   TRY(CVodeReInit(cvode, 0, y));
   TRY(CVodeSetLinearSolver(cvode, gmres, NULL));
-  TRY(CVodeSetPreconditioner(cvode, flesh_rhs_preconditioner_setup, flesh_rhs_preconditioner_solve));
-  TRY(CVodeSetJacTimes(cvode, flesh_rhs_jacobian_times_setup, flesh_rhs_jacobian_times));
+  TRY(CVodeSetPreconditioner(cvode, flesh_ode_preconditioner_setup, flesh_ode_preconditioner_solve));
+  TRY(CVodeSetJacTimes(cvode, flesh_ode_jacobian_times_setup, flesh_ode_jacobian_times));
   TRY(CVodeSetStopTime(cvode, end));
   TRY(CVode(cvode, end, y, &t, CV_NORMAL) < 0);
   report("CVODE, BDF, by GMRES", &b, N_VGetArrayPointer(y), exact);
@@ -112,14 +112,14 @@ int main(void)
   SUNLinSolFree(gmres);
 
   /* 4. ARKODE, diagonally implicit of order 4. */
-  TRY(flesh_rhs_start(problem, &b.state, y));
-  void *ark = ARKStepCreate(NULL, flesh_rhs, 0, y, context);
+  TRY(flesh_ode_start(problem, &b.state, y));
+  void *ark = ARKStepCreate(NULL, flesh_ode_rhs, 0, y, context);
   TRY(ARK(ARKStep, SetUserData)(ark, problem));
   TRY(ARK(ARKStep, SVtolerances)(ark, 0, atol));
   TRY(ARK(ARKStep, SetOrder)(ark, 4));
   TRY(ARK(ARKStep, SetMaxNumSteps)(ark, 100000));
   TRY(ARK(ARKStep, SetLinearSolver)(ark, solver, J));
-  TRY(ARK(ARKStep, SetJacFn)(ark, flesh_rhs_jacobian));
+  TRY(ARK(ARKStep, SetJacFn)(ark, flesh_ode_jacobian));
   TRY(ARK(ARKStep, SetStopTime)(ark, end));
   TRY(ARK(ARKStep, Evolve)(ark, end, y, &t, ARK_NORMAL) < 0);
   report("ARKODE, implicit order 4", &b, N_VGetArrayPointer(y), exact);
@@ -128,8 +128,8 @@ int main(void)
   SUNMatDestroy(J);
 
   /* 5. ARKODE, explicit of order 4: no solver at all, but steps that resolve sound. */
-  TRY(flesh_rhs_start(problem, &b.state, y));
-  ark = ERKStepCreate(flesh_rhs, 0, y, context);
+  TRY(flesh_ode_start(problem, &b.state, y));
+  ark = ERKStepCreate(flesh_ode_rhs, 0, y, context);
   TRY(ARK(ERKStep, SetUserData)(ark, problem));
   TRY(ARK(ERKStep, SVtolerances)(ark, 0, atol));
   TRY(ARK(ERKStep, SetOrder)(ark, 4));
@@ -141,7 +141,7 @@ int main(void)
 
   N_VDestroy(y);
   N_VDestroy(atol);
-  flesh_rhs_problem_destroy(&problem);
+  flesh_ode_problem_destroy(&problem);
   SUNContext_Free(&context);
   bar_destroy(&b);
   return 0;

@@ -40,7 +40,7 @@ int main(void)
   flesh_effect *spring;
   const flesh_keyframe above = {.translation = {2, 0.25, 2}};
   const flesh_motion target = {.count = 1, .keyframes = &above};
-  TRY(flesh_effect_drag(&b.body, (double[]){2, 0.25, 0.25}, 2000, &target, 0.2, 0.4, &spring));
+  TRY(flesh_effect_spring(&b.body, (double[]){2, 0.25, 0.25}, 2000, &target, 0.2, 0.4, &spring));
   TRY(flesh_system_add_effect(b.system, &spring));
   bar_finish(&b);
 
@@ -82,7 +82,7 @@ int main(void)
       if (flesh_ida_event(mine.problem) < INFINITY) TRY(IDASetStopTime(ida, flesh_ida_event(mine.problem)));
       int flag = IDASolve(ida, out, &t, y, yp, IDA_NORMAL);
       TRY(flag < 0);
-      flesh_ida_finish(mine.problem, t, y, &b.state);
+      flesh_ida_get_state(mine.problem, t, y, &b.state);
       if (flag == IDA_TSTOP_RETURN) {
         TRY(flesh_ida_start(mine.problem, &b.state, y, yp));
         TRY(IDAReInit(ida, t, y, yp));

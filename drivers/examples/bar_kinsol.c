@@ -23,10 +23,11 @@ static void solve(const bar *b, SUNContext context, int by_klu)
   const int n = flesh_system_unknowns(b->system);
   flesh_solver_options options;
   flesh_solver_options_default(&options);
-  if (by_klu) options.globalization = FLESH_GLOBALIZATION_KINSOL;
+  if (by_klu) options.line_search = FLESH_LINE_SEARCH_RESIDUAL;
   flesh_problem *problem;
   TRY(flesh_problem_create(b->system, &options, &problem));
-  const flesh_stage stage = {.load = 1, .share = 1, .shift = {.x = 1}, .x0 = flesh_mesh_positions(b->mesh)};
+  const flesh_stage stage = {
+      .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = flesh_mesh_positions(b->mesh)};
   TRY(flesh_problem_set_stage(problem, &stage));
 
   /* 2. Vectors: the unknown, 0 but for constrained components, and no scaling. */

@@ -90,7 +90,7 @@ int main(void)
 
   /* 4. The system takes it; no pins here. */
   TRY(flesh_system_add_effect(b.system, &effect));
-  TRY(flesh_system_finish(b.system));
+  TRY(flesh_system_finalize(b.system));
 
   /* 5. It falls, and lies. */
   for (int i = 0; i < b.nodes; i++) b.state.x[3 * i + 2] += 0.2;

@@ -9,23 +9,56 @@
  *   Jacobian   K += shift.x dr/dx + shift.v dr/dv + shift.a dr/da           [N/m]
  *   potential  phi with d phi = r . du for a change du of the unknown, where dx = shift.x du,
  *              dv = shift.v du, da = shift.a du: conservative V(x)/shift.x,
- *              inertia a.Ma/(2 shift.a), damping v.Cv/(2 shift.v); each is
- *              0 when its shift is 0                                        [J]
+ *              inertia a.Ma/(2 shift.a), damping v.Cv/(2 shift.v)           [J]
  *   energy     the physical energy: V(x), or v.Mv/2 for inertia             [J]
+ *
+ * Where a shift is 0, the unknown does not move what the force depends on. A force that depends on
+ * v alone is then constant along u, and so is one on a. Its potential is linear: r . x / shift.x,
+ * up to a constant. In statics (1, 0, 0) v and a are 0, so that these forces are 0 as well:
+ * potential, Jacobian and residual of inertia and damping are 0 there. An effect whose force is
+ * not 0 at v = 0 (a wind on a body at rest) adds r . x / shift.x where shift.v is 0: 0 in its
+ * place would let r and phi disagree. Dead loads are of this kind always: their force depends on
+ * no unknown, V(x) = -f . x is linear, and phi = V(x)/shift.x counts in statics and in motion
+ * alike. Where all shifts are 0 nothing moves and phi is 0.
+ *
+ * Who reads what an effect says of itself:
+ *
+ *   name           histories, reports, messages: columns and words; nothing is found by it
+ *   role           untangling, first guesses, energy balance, IDA and ODE problems, histories
+ *                  (energy at rest), the program's figures: see FLESH_ROLE_LIST
+ *   external       flesh_system_load: the load that a solve's tolerance is measured against and
+ *                  that gives IDA a speed where the body has no stiffness; the check of balance,
+ *                  which counts these forces by that load alone, and which takes those without a
+ *                  `jacobian` for dead loads. The effect itself scales its force by point->load
+ *   is_follower_load  statics, which repeats a solve until the lagged state stands still
+ *   freezes        methods of order 2, which repeat theirs until the frozen state does
+ *   depends_on_position_only  the line search, which keeps the potential of positions that it has
+ *                  had; the energy balance, which takes it for the energy where one effect says so:
+ *                  `energy` must be the potential times shift.x
+ *   passive        the energy balance: whether the work of the effect is counted as put in
+ *   energy         histories, the energy balance (NULL and not passive: the work of its forces
+ *                  counts) and the search for stress at rest. No solve reads it
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
  * state, x_lag and v_lag, which residual, Jacobian and potential treat as constants, so that they
  * stay symmetric and consistent. Where nothing is stepped over (IDA, the right-hand side of an ODE)
  * the lagged state is the point's own and the effect is its continuous self.
+ *
+ * What has no potential in a step only because x and v change together (a stress that follows the
+ * rate of a strain) is frozen instead: at x_frozen and v_frozen, constants too, which lie on the
+ * line that the unknown moves the point along. Methods of order 2 repeat a solve with the state
+ * frozen where the last one ended, until it ends where it is frozen; there the effect is its
+ * continuous self at the method's point. Backward Euler freezes the start of its step, at rest, so
+ * that rates become differences over the step.
  */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
 #include <stddef.h>
 
-#include "flesh/instructions.h"
-#include "flesh/mesh.h"
+#include "flesh/block_matrix.h"
+#include "flesh/body.h"
 #include "flesh/status.h"
 #include "flesh/threads.h"
 
@@ -60,63 +93,78 @@ typedef struct flesh_point {
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
   const double *x_lag, *v_lag; /* [3*n] each; m, m/s */
   double t_lag;                /* s */
+  /* [3*n] each; m, m/s: x - x_frozen = shift.x w and v - v_frozen = shift.v w for one w [3*n]. They
+   * are x and v themselves where nothing is frozen (NULL stands for that, as above); v_frozen alone
+   * is NULL where the frozen state is at rest. */
+  const double *x_frozen, *v_frozen;
   flesh_threads *threads;
   flesh_costs *costs;
 } flesh_point;
 
-/* What a cell's Jacobian may have for negative eigenvalues: themselves, zeros, or their absolute
- * values. */
-typedef enum flesh_projected {
-  FLESH_PROJECTED_NOT,
-  FLESH_PROJECTED_CLAMP,
-  FLESH_PROJECTED_ABSOLUTE
-} flesh_projected;
-
-/* How the unknown u moves the point, and whether the Jacobian must be positive semi-definite
- * (`project`, a flesh_projected). Backward Euler (1, 1/h, 1/h^2), IDA (1, cj, cj^2), statics (1, 0,
- * 0). */
+/* How the unknown u moves the point, and what becomes of negative eigenvalues of its cells'
+ * Jacobians: FLESH_FILTER_NONE, _CLAMP or _ABSOLUTE. Backward Euler (1, 1/h, 1/h^2), IDA
+ * (1, cj, cj^2), statics (1, 0, 0). */
 typedef struct flesh_shift {
   double x, v, a;
-  int project;
+  flesh_eigenvalue_filter filter;
 } flesh_shift;
 
-/* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
- * local indices is a block of the upper triangle: pairs (0,0) (0,1) ... (1,1) ..., of which a cell
- * has m = nodes_per_cell * (nodes_per_cell + 1) / 2. */
-typedef struct flesh_cells {
-  int count, nodes_per_cell;
-  const int *nodes; /* [count * nodes_per_cell] */
-  /* Pairs whose blocks the effect asks for, pair p of cell c as c*m + p; NULL: all in order. */
-  int pair_count;
-  const int *pairs; /* [pair_count] */
-} flesh_cells;
-
-/* Symmetric matrix of 3x3 blocks, upper triangle by rows: row i holds the blocks (i, column[k]) for
- * row_start[i] <= k < row_end[i], columns ascending, the diagonal block first. Rows lie in memory
- * in an order of their own: neighbours near each other, however the nodes are numbered. */
-typedef struct flesh_block_matrix {
-  int rows;             /* nodes */
-  const int *row_start; /* [rows+1], the last the number of all blocks */
-  const int *row_end;   /* [rows] */
-  const int *column;    /* [row_start[rows]] */
-  double *values;       /* [9 * row_start[rows]], each block row-major */
-} flesh_block_matrix;
-
 typedef struct flesh_effect flesh_effect;
+
+/* What an effect is to a body; X(name, text). The library finds effects by it, never by their
+ * names, so that an effect of your own is taken as the built-in one of its role. Several effects
+ * may share a role: they are summed.
+ *
+ *   OTHER       nothing beside the operations; what is not set
+ *   INERTIA     a mass: residual M a, energy v.Mv/2. IDA, CVODE and ARKODE need one. Untangling,
+ *               first guesses and the energy balance take masses, accelerating forces and kinetic
+ *               energy from it
+ *   ELASTICITY  the body's own stress. Untangling and the search for stress at rest measure loads
+ *               against it; its energy in the mesh's shape is what histories subtract
+ *   LOAD        acts from outside: gravity, forces, tractions, pressures, springs
+ *   DAMPING     dissipates: damping, viscosity
+ *   CONTACT     keeps the body out of obstacles */
+#define FLESH_ROLE_LIST(X)                                                                         \
+  X(FLESH_ROLE_OTHER, "other")                                                                     \
+  X(FLESH_ROLE_INERTIA, "inertia")                                                                 \
+  X(FLESH_ROLE_ELASTICITY, "elasticity")                                                           \
+  X(FLESH_ROLE_LOAD, "load")                                                                       \
+  X(FLESH_ROLE_DAMPING, "damping")                                                                 \
+  X(FLESH_ROLE_CONTACT, "contact")
+
+typedef enum flesh_role {
+#define FLESH_ROLE_ENUM(name, text) name,
+  FLESH_ROLE_LIST(FLESH_ROLE_ENUM)
+#undef FLESH_ROLE_ENUM
+  FLESH_ROLE_COUNT
+} flesh_role;
 
 /* The operations of a kind of effect; unused ones are NULL. Return FLESH_OK, FLESH_UNDEFINED or
  * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative
  * status. */
 typedef struct flesh_effect_operations {
-  const char *name; /* as in a scene */
+  const char *name; /* as in a scene; for messages and columns only */
+  flesh_role role;
   /* 1: a load from outside, scaled by point->load; convergence is measured against it. */
   int external;
   /* 1: what is lagged follows the shape (a load on a moving surface, not friction, whose past
    * matters): a static solve is repeated from its result until the lagged state stands still. */
-  int follows;
-  /* 1: the potential is a function of x over shift.x, and dear enough to be remembered where x has
-   * not changed. */
-  int placed;
+  int is_follower_load;
+  /* 1: something is frozen: methods of order 2 repeat their solves until the frozen state stands
+   * still. */
+  int freezes;
+  /* 1: the potential is a function of x over shift.x, and expensive enough to be remembered
+   * where x has not changed. */
+  int depends_on_position_only;
+  /* 1: it puts in no energy of its own: it depends on x and v alone, or it only dissipates. 0: its
+   * work is counted as put in (flesh_energy_balance): what its energy changes by with t at a place
+   * or, without an energy, what its forces do. */
+  int passive;
+  /* For effects that stand for something that moves (an obstacle): how far that is carried at the
+   * nodes' places of `point` between two times, into dx [3*n], which comes with zeros. Returns 0,
+   * with dx untouched, where nothing moves. Its work is that of the forces at `point` along dx. */
+  int (*carry)(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to,
+               double *dx);
   /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
   const flesh_cells *(*cells)(const flesh_effect *effect);
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
@@ -128,7 +176,7 @@ typedef struct flesh_effect_operations {
   /* The same, but K's blocks of the cells' pairs become what `jacobian` adds to them, whatever they
    * were: for one effect of a system, called before the others, so that they need not be cleared.
    * NULL: they are. */
-  int (*jacobian_anew)(const flesh_effect *effect, const flesh_point *point,
+  int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
                        const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
   /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
    * measured against). NULL: the effect has none. */
@@ -144,23 +192,23 @@ typedef struct flesh_effect_operations {
    * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
    * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
    * the effect. */
-  int (*part)(const flesh_effect *effect, int count, const int *chosen, const flesh_mesh *mesh,
-              flesh_effect **part);
+  int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
+                           const flesh_mesh *mesh, flesh_effect **restricted);
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
   /* For effects that bar the way. The share of the straight way from x_from [3*n] at t_from to x_to
    * at t_to that all nodes can go before one of them is stopped; 1: all. NULL: no way is barred. */
-  double (*way)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
-                const double *x_to);
+  double (*max_feasible_step)(const flesh_effect *effect, double t_from, const double *x_from,
+                              double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. Beside
-   * `way` only. */
-  void (*clear)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
-                double *x_to);
+   * `max_feasible_step` only. */
+  void (*push_out)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                   double *x_to);
   /* Whether a body that was at x_from must have gone through something to be at x_to one step
-   * later, although its iterates found a way around. Beside `way` only. */
-  int (*passed)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
-                const double *x_to);
+   * later, although its iterates found a way around. Beside `max_feasible_step` only. */
+  int (*tunnelled)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                   const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
   int (*check)(const flesh_effect *effect, double t, const double *x);
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
@@ -180,16 +228,12 @@ struct flesh_effect {
 };
 
 /* A new effect of a kind of your own: `operations` is borrowed (static const, usually), `data` is
- * taken: freed by operations->destroy, also when this fails; not at all where that is NULL. */
+ * taken: freed by operations->destroy, also when this fails; not at all where that is NULL.
+ * FLESH_ERR_ARGUMENT for a role that does not exist. */
 FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, void *data,
                                   flesh_effect **effect);
 /* NULL-safe; sets *effect to NULL. */
 FLESH_API void flesh_effect_destroy(flesh_effect **effect);
-
-/* Cells of every tet of the mesh with its nodes ascending, for operations->cells. Freed with
- * flesh_cells_clear. */
-FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
-FLESH_API void flesh_cells_clear(flesh_cells *cells);
 
 /* The shifts with which flesh_effect_check_derivatives tries: statics (1,0,0) and backward Euler
  * with h = 1/60 s (1,60,3600). */
@@ -198,7 +242,7 @@ enum { FLESH_CHECK_SHIFTS = 2 };
 /* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
 typedef struct flesh_derivative_report {
   double potential[FLESH_CHECK_SHIFTS]; /* |d phi - r.du| / sum |r_i du_i| */
-  double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; `jacobian_anew` against it */
+  double jacobian[FLESH_CHECK_SHIFTS];  /* |dr - K du| / |K du|; `jacobian_assign` against it */
   double evaluate[FLESH_CHECK_SHIFTS];  /* `evaluate` against residual and potential */
   double asymmetry;                     /* of the diagonal blocks (the others are stored once) */
   double negative; /* most negative curvature of the projected Jacobian found, over its largest
@@ -206,12 +250,12 @@ typedef struct flesh_derivative_report {
 } flesh_derivative_report;
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
- * its residual, by differences, and whether `evaluate` and `jacobian_anew` give the same as what
+ * its residual, by differences, and whether `evaluate` and `jacobian_assign` give the same as what
  * they stand for: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
- * x and v_lag random, along random directions that move nodes by a small part of the mesh's mean
- * edge; each error is the best of several step lengths. x [3*nodes] should be generic (not the rest
- * state, where gradients vanish). Returns the effect's status where it cannot be evaluated
- * (FLESH_UNDEFINED: choose another x). */
+ * x, v_lag random and a frozen state on the line, along random directions that move nodes by a
+ * small part of the mesh's mean edge; each error is the best of several step lengths. x [3*nodes]
+ * should be generic (not the rest state, where gradients vanish). Returns the effect's status where
+ * it cannot be evaluated (FLESH_UNDEFINED: choose another x). */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);

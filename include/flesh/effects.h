@@ -3,50 +3,11 @@
 #define FLESH_EFFECTS_H
 
 #include "flesh/effect.h"
-#include "flesh/instructions.h"
-#include "flesh/material.h"
-#include "flesh/mesh.h"
+#include "flesh/motion.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
-
-/* One of several bodies that share a mesh: a run of its tets. */
-typedef struct flesh_body_part {
-  const char *name;
-  int first_tet, tets;
-} flesh_body_part;
-
-/* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
-typedef struct flesh_body {
-  const flesh_mesh *mesh;
-  const double *density;           /* [tets] kg/m^3, > 0 */
-  const flesh_material *materials; /* the different ones; NULL for a body without elasticity */
-  const int *tet_material;         /* [tets] index into materials; NULL: all are materials[0] */
-  flesh_mass mass;
-  int part_count;               /* 0: one body without a name */
-  const flesh_body_part *parts; /* [part_count] */
-  flesh_instructions instructions; /* of effects that go tet by tet, and of linear solvers (see
-                                      flesh_system_instructions); with some that the machine
-                                      lacks, making these effects fails with FLESH_ERR_ARGUMENT */
-} flesh_body;
-
-/* Points of a motion in time: linear between keyframes, constant before the first and after the
- * last. */
-typedef struct flesh_keyframe {
-  double t;              /* s, ascending */
-  double translation[3]; /* m; for a drag, the target's position */
-  double rotation[3];    /* rotation vector about the motion's centre, radians */
-} flesh_keyframe;
-
-typedef struct flesh_motion {
-  int count; /* >= 1 */
-  const flesh_keyframe *keyframes;
-  double centre[3]; /* of the rotations, m */
-  int smooth;       /* 0: linear between keyframes; 1: cubic easing, at rest at every keyframe */
-} flesh_motion;
 
 /* Each constructor returns a new effect that borrows `body`'s arrays and copies the rest. */
 
@@ -62,11 +23,13 @@ FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effec
 /* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
+/* The acceleration of a gravity effect, [3], borrowed; NULL for every other effect. */
+FLESH_API const double *flesh_effect_acceleration(const flesh_effect *effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
  * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
  * [N/m], while from <= t < until. */
-FLESH_API int flesh_effect_drag(const flesh_body *body, const double point[3], double stiffness,
+FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
 
@@ -81,12 +44,13 @@ FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double s
 
 /* To wind a motion down: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
  * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until. */
-FLESH_API int flesh_effect_calm(const flesh_body *body, double rate, double speed, double from,
-                                double until, flesh_effect **effect);
+FLESH_API int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed,
+                                            double from, double until, flesh_effect **effect);
 
 /* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
- * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0; F of the lagged
- * state. r = 0 where x = R X and v = w x (x). */
+ * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0. It has no torque,
+ * its power is never negative, and r = 0 where x = R X and v = w x (x). E' is made of the point's
+ * frozen state: (E_{n+1} - E_n)/h over a step of backward Euler or of the midpoint rule. */
 FLESH_API int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk,
                                      flesh_effect **effect);
 

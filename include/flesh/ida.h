@@ -30,7 +30,7 @@
  *   IDASetLinearSolver(ida, solver, A);                IDASetJacFn(ida, flesh_ida_jacobian);
  *   IDASetStopTime(ida, flesh_ida_event(problem));     where that is finite
  *   IDASolve(ida, t_out, &t, y, yp, IDA_NORMAL);       as often as wanted, without a new start
- *   flesh_ida_finish(problem, t, y, &state);           IDA_TSTOP_RETURN: go on at flesh_ida_start
+ *   flesh_ida_get_state(problem, t, y, &state);  IDA_TSTOP_RETURN: go on at flesh_ida_start
  *
  * The reference path is A = SUNSparseMatrix(2N, 2N, flesh_ida_entries(problem), CSC_MAT, context)
  * with N = 3*n and solver = SUNLinSol_KLU(y, A, context); the rest stays as it is. Orders above 2
@@ -42,12 +42,16 @@
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 
+#include "flesh/sundials_abi.h" /* before what it judges */
+
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_types.h>
 
-#include "flesh/integrator.h"
+#include "flesh/solver.h"
+#include "flesh/state.h"
+#include "flesh/system.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -57,7 +61,7 @@ extern "C" {
 typedef struct flesh_ida_problem flesh_ida_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
- * max_linear, linear_solver, preconditioner and projection (always: projected, else the true
+ * max_linear, linear_solver, preconditioner and project (always: projected, else the true
  * Hessian) are read. Returns new. */
 FLESH_API int flesh_ida_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
@@ -86,7 +90,8 @@ FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *sta
 FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 
 /* atol = (tolerance L, tolerance V), and for constrained dofs so large that no test sees them.
- * After each start. */
+ * After each start. Here and in flesh_ida_get_state, a vector that is none of those that serve
+ * leaves all as it is. */
 FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
                                     N_Vector atol);
 
@@ -96,15 +101,15 @@ FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tol
 FLESH_API double flesh_ida_curvature(flesh_ida_problem *problem, N_Vector y, N_Vector yp);
 
 /* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
-FLESH_API void flesh_ida_finish(flesh_ida_problem *problem, double t, N_Vector y,
+FLESH_API void flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,
                                 flesh_state *state);
 
 /* IDAResFn. > 0 where an energy is undefined or a number not finite. */
 FLESH_API int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem);
 
 /* IDALsJacFn: dF/dy + cj dF/dy' into a matrix of flesh_ida_sunmatrix_create (condensed: K + cj C
- * + cj^2 M) or a 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ida_entries() entries.
- * w1, w2, w3 are not used. */
+ * + cj^2 M) or a 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ida_entries() entries (-1:
+ * too many for SUNDIALS' 32-bit indices). w1, w2, w3 are not used. */
 FLESH_API int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
                                  SUNMatrix J, void *problem, N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
@@ -133,13 +138,6 @@ FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext 
  * by SUNLinSolFree; the problem must outlive it. */
 FLESH_API int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
-
-/* The IDA memory (of IDACreate) inside an integrator of an adaptive method, for IDASet... and
- * IDAGet... functions, NULL for other methods; it stays the integrator's. What is set holds for all
- * later steps, but for tolerances, the initial step and the stop time, which every start sets;
- * flesh_integrator_set_adaptive sets the maximal order and step and the bounds of a kept step
- * anew. The residual, its user data, the linear solver and the Jacobian are to be left alone. */
-FLESH_API void *flesh_integrator_ida(const flesh_integrator *integrator);
 
 /* Counts since creation; the caller may zero them. Owned by the problem. */
 FLESH_API flesh_solve_stats *flesh_ida_stats(flesh_ida_problem *problem);

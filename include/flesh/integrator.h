@@ -5,17 +5,12 @@
 #include <stddef.h>
 
 #include "flesh/solver.h"
+#include "flesh/state.h"
 #include "flesh/system.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* {t, x, v}: owned by the caller, passed along. */
-typedef struct flesh_state {
-  double t;      /* s */
-  double *x, *v; /* [3*n] m, m/s */
-} flesh_state;
 
 /* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
  * their docs are made. */
@@ -30,7 +25,7 @@ typedef struct flesh_state {
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
-  ROW(CALM_ADAPTIVE, calm_adaptive, "calm-then-adaptive", 0,                                       \
+  ROW(CALM_ADAPTIVE, calm_adaptive, "euler-then-adaptive", 0,                                      \
       "backward Euler until the motion is calm, then adaptive: for violent starts")
 
 typedef enum flesh_method {
@@ -72,6 +67,7 @@ typedef struct flesh_internal_step {
   double t, h; /* s; its end and length */
   int order;
   int rejected, convergence_failures; /* attempts thrown away before it */
+  const flesh_state *state;           /* at t; lasts as long as the call */
 } flesh_internal_step;
 
 typedef struct flesh_adaptive_options {
@@ -135,19 +131,63 @@ FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*sto
                                          void *data);
 
 /* What a user should know about the steps so far although none failed, as a sentence (energy that
- * grew although nothing fed it); NULL when nothing. Owned by the integrator. */
+ * grew although nothing put it in); NULL when nothing. Owned by the integrator. */
 FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrator);
 
-/* The largest growth of the energy over the least before it, as a share of the largest kinetic
- * energy, while nothing was moved from outside; of the adaptive methods, seen at the ends of
- * flesh_integrator_step; 0 when none. */
-FLESH_API double flesh_integrator_energy_gain(const flesh_integrator *integrator);
+/* The balance of a motion's energy E, kinetic and potential, with the work W that loads, prescribed
+ * motions, moving obstacles and follower loads have put in (dE/dt <= dW/dt; Belytschko, Liu &
+ * Moran 2000, section 6.2.3; lib/time/energy_watch.c has the discrete balance of each
+ * method). Since dissipation only lowers it, E - W must not rise: what it does above its least
+ * value before is the excess, energy from nowhere. Of statics, which have no motion, all are 0. */
+typedef struct flesh_energy_balance {
+  int begun;       /* there is a first state */
+  double supplied; /* J, W since the first state */
+  double excess;   /* J, now */
+  /* The largest excess, less what rounding and the solves' tolerance allow, as a share of `scale`,
+   * with the excess, J, and the times, s, at which it began and was that large. */
+  double gain, largest, t_least, t_largest;
+  double scale;   /* J, the most energy above the lowest potential so far, without the excess */
+  double t_since; /* s, when E - W was least */
+  /* Where an excess of more than a twentieth was told last: the tet with the smallest J and its
+   * middle, and the fastest node; -1 where none was. */
+  int worst_tet, fastest_node;
+  double worst_J, worst_position[3], fastest_position[3], fastest_speed;
+} flesh_energy_balance;
+FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
+    const flesh_integrator *integrator);
+
+/* The gain (as in flesh_energy_balance) from which on a step ends with FLESH_ERR_ENERGY and says
+ * where and when; positive, INFINITY: never. 1/2 by default. */
+FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
+
+/* Energies of the effects [effects], J, at the state that the last step has led to; NULL where they
+ * are not known there. Owned by the integrator, valid until the next step. */
+FLESH_API const double *flesh_integrator_energies(const flesh_integrator *integrator,
+                                                  const flesh_state *state);
+
+/* Where a step that is being made stands. */
+FLESH_API flesh_progress flesh_integrator_progress(const flesh_integrator *integrator);
 
 /* Of the last failed step. */
 FLESH_API const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator);
 
 /* Bytes held by the integrator by now. */
 FLESH_API size_t flesh_integrator_memory(const flesh_integrator *integrator);
+
+/* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it
+ * stays the integrator's. What is set holds for all later steps, but for KINSetFuncNormTol, which
+ * every solve sets from newton_tolerance, and KINSetNumMaxIters where a solve that must go on to a
+ * smaller one has fewer than 300 of max_newton left; the system function, its user data, the
+ * linear solver and the Jacobian are to be left alone. Steps of FLESH_METHOD_ADAPTIVE do not use
+ * it. */
+FLESH_API void *flesh_integrator_kinsol(const flesh_integrator *integrator);
+
+/* The IDA memory (of IDACreate) inside an integrator of an adaptive method, for IDASet... and
+ * IDAGet... functions, NULL for other methods; it stays the integrator's. What is set holds for all
+ * later steps, but for tolerances, the initial step and the stop time, which every start sets;
+ * flesh_integrator_set_adaptive sets the maximal order and step and the bounds of a kept step
+ * anew. The residual, its user data, the linear solver and the Jacobian are to be left alone. */
+FLESH_API void *flesh_integrator_ida(const flesh_integrator *integrator);
 
 #ifdef __cplusplus
 }

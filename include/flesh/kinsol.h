@@ -31,13 +31,14 @@
 #ifndef FLESH_KINSOL_H
 #define FLESH_KINSOL_H
 
+#include "flesh/sundials_abi.h" /* before what it judges */
+
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_types.h>
 #include <sundials/sundials_version.h>
 
-#include "flesh/integrator.h"
 #include "flesh/solver.h"
 #include "flesh/system.h"
 
@@ -53,17 +54,6 @@ typedef booleantype flesh_sunboolean;
 
 typedef struct flesh_problem flesh_problem;
 
-typedef struct flesh_stage {
-  double t, load;    /* of the point; load is 1 but for load increments */
-  double share; /* of the way from x0 to the prescribed positions at t; 1 but for increments */
-  flesh_shift shift; /* sx, sv, sa; its `project` is not read (the options decide) */
-  /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
-  const double *x0, *v0, *a0;
-  /* The point's lagged state: where the step starts, borrowed too; NULL: x0 (at t), v0 or rest. */
-  const double *x_lag, *v_lag;
-  double t_lag;
-} flesh_stage;
-
 /* Borrows `system` (finished), copies `options`. Returns new. */
 FLESH_API int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options,
                                    flesh_problem **problem);
@@ -75,16 +65,25 @@ FLESH_API int flesh_problem_set_stage(flesh_problem *problem, const flesh_stage 
 /* u = 0 but for the constrained dofs, which take their prescribed places. */
 FLESH_API void flesh_problem_start(const flesh_problem *problem, double *u);
 
-/* Counts since creation; the caller may zero them. Owned by the problem. */
+/* For stages with frozen_at_solution: the frozen state becomes the point of u. A solve has
+ * converged when the residual is small enough with the state frozen where it ended: solve, freeze
+ * there, and again. Nothing where no effect freezes. */
+FLESH_API void flesh_problem_freeze(flesh_problem *problem, const double *u);
+
+/* Counts since creation; the caller may zero them. Owned by the problem. Newton iterations and what
+ * belongs to them (newton, linear, direct, backtracks, subdomains, watchdog_steps) are counted by
+ * the linear solver of flesh_sunlinsol_create: with one of your own they stay 0, and
+ * KINGetNumNonlinSolvIters and KINGetNumLinIters tell. */
 FLESH_API flesh_solve_stats *flesh_problem_stats(flesh_problem *problem);
 
 /* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0
- * where an energy is undefined or a number not finite (< 0 with FLESH_GLOBALIZATION_NONE, which
+ * where an energy is undefined or a number not finite (< 0 with FLESH_LINE_SEARCH_NONE, which
  * makes no second attempt). */
 FLESH_API int flesh_kinsol_residual(N_Vector u, N_Vector r, void *problem);
 
 /* KINLsJacFn: dr/du at u into a matrix of flesh_sunmatrix_create or a square SUNSparseMatrix (CSC
- * or CSR) with room for flesh_problem_entries() entries. w1, w2 are not used. */
+ * or CSR) with room for flesh_problem_entries() entries (-1: too many for SUNDIALS' 32-bit
+ * indices). w1, w2 are not used. */
 FLESH_API int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *problem, N_Vector w1,
                                     N_Vector w2);
 FLESH_API sunindextype flesh_problem_entries(const flesh_problem *problem);
@@ -105,14 +104,8 @@ FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_V
  * problem; clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
 
-/* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it
- * stays the integrator's. What is set holds for all later steps, but for KINSetFuncNormTol, which
- * every solve sets from newton_tolerance; the system function, its user data, the linear solver and
- * the Jacobian are to be left alone. Steps of FLESH_METHOD_ADAPTIVE do not use it. */
-FLESH_API void *flesh_integrator_kinsol(const flesh_integrator *integrator);
-
 /* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type
- * matrix-iterative, for use with the matrix above. With FLESH_GLOBALIZATION_ENERGY the step it
+ * matrix-iterative, for use with the matrix above. With FLESH_LINE_SEARCH_POTENTIAL the step it
  * returns is already scaled by a line search on the potential. Freed by SUNLinSolFree; the problem
  * must outlive it. */
 FLESH_API int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context,

@@ -26,15 +26,44 @@
 extern "C" {
 #endif
 
+/* The built-in forms: ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in
+ * plots, formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha).
+ *
+ * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula. A form that cannot be matched
+ * is stressed at rest. Raw constants need lambda > limit(mu), or = as well where "at the limit" is
+ * 1; a form without lambda has no limit, and NULL as its text. The matched mu and lambda are those
+ * of the formula, from the small-strain ones; alpha follows from those of the formula. */
+#define FLESH_FORM_LIST(ROW)                                                                       \
+  ROW(NEO, neo, "Neo", "bonet-wood-neo-hookean", 1, RAW_OR_MATCHED, "#0072B2",                     \
+      "mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2", "Bonet & Wood 2008",                         \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+  ROW(A, a, "A", "ogden-neo-hookean", 1, RAW_OR_MATCHED, "#56B4E9",                                \
+      "mu/2 (I_C-3) - mu log J + lambda/2 (J-1)^2", "Ogden 1984",                                  \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+  ROW(B, b, "B", "bower-neo-hookean", 1, RAW_OR_MATCHED, "#D55E00",                                \
+      "mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)^2", "Bower 2009",                                    \
+      0, "0", 0, mu, lambda + 2 * mu / 3, 1)                                                       \
+  ROW(C, c, "C", "wang-yang-neo-hookean", 1, RAW, "#E69F00",                                       \
+      "mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)", "Wang & Yang 2016",                                \
+      0, "0", 1, mu, lambda, 1)                                                                    \
+  ROW(M, m, "M", "mooney-neo-hookean", 0, RAW, "#8C8C8C",                                          \
+      "mu/2 (I_C-3)", "Mooney 1940, Rivlin 1948",                                                  \
+      -INFINITY, NULL, 0, mu, lambda, 1)                                                           \
+  ROW(D, d, "D", "log-free-neo-hookean", 0, RAW_OR_AS_E, "#AA3399",                                \
+      "mu/2 (I_C-3) + lambda/2 (J-1)^2", "Smith, de Goes & Kim 2018, section 3",                   \
+      0, "0", 1, mu, lambda, 1)                                                                    \
+  ROW(E, e, "E", "rest-stable-neo-hookean", 0, RAW_OR_MATCHED, "#009E60",                          \
+      "mu/2 (I_C-3) + lambda/2 (J-alpha)^2", "Smith, de Goes & Kim 2018, section 3",               \
+      mu / 3, "mu/3", 0, mu, lambda + mu, 1 + mu / lambda)                                         \
+  ROW(S, s, "S", "stable-neo-hookean", 0, RAW_OR_MATCHED, "#000000",                               \
+      "mu/2 (I_C-3) + lambda/2 (J-alpha)^2 - mu/2 log(I_C+1)",                                     \
+      "Smith, de Goes & Kim 2018, eq. 14",                                                         \
+      mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda)
+
 typedef enum flesh_energy {
-  FLESH_ENERGY_NEO,
-  FLESH_ENERGY_A,
-  FLESH_ENERGY_B,
-  FLESH_ENERGY_C,
-  FLESH_ENERGY_M,
-  FLESH_ENERGY_D,
-  FLESH_ENERGY_E,
-  FLESH_ENERGY_S,
+#define FLESH_FORM_ENUM(NAME, ...) FLESH_ENERGY_##NAME,
+  FLESH_FORM_LIST(FLESH_FORM_ENUM)
+#undef FLESH_FORM_ENUM
   FLESH_ENERGY_USER, /* psi given by the user */
   FLESH_ENERGY_COUNT = FLESH_ENERGY_USER
 } flesh_energy;
@@ -42,7 +71,7 @@ typedef enum flesh_energy {
 /* How the given small-strain Lame constants (mu_L, lambda_L) become the mu, lambda of a form. */
 typedef enum flesh_constants {
   FLESH_CONSTANTS_RAW,     /* mu = mu_L, lambda = lambda_L put straight into the formula */
-  FLESH_CONSTANTS_MATCHED, /* linearised at rest it is (mu_L, lambda_L): Neo, A, B, E, S only */
+  FLESH_CONSTANTS_MATCHED, /* linearised at rest it is (mu_L, lambda_L): not for C, M, D */
   FLESH_CONSTANTS_AS_E     /* D only: E's constants, mu = mu_L, lambda = lambda_L + mu_L */
 } flesh_constants;
 
@@ -92,8 +121,8 @@ FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
 /* "Neo", "A" ... "S", "user"; "raw", "matched", "as_e"; "unknown" for anything else. */
 FLESH_API const char *flesh_energy_name(flesh_energy energy);
 FLESH_API const char *flesh_constants_name(flesh_constants constants);
-/* Inverse of the above (not for "user"), exact spelling; FLESH_ERR_ARGUMENT (with the valid names)
- * otherwise. */
+/* Inverse of the above (not for "user"), exact spelling, of a form also the full name
+ * ("stable-neo-hookean"); FLESH_ERR_ARGUMENT (with the valid names) otherwise. */
 FLESH_API int flesh_energy_from_name(const char *name, flesh_energy *energy);
 FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *constants);
 
@@ -130,6 +159,18 @@ FLESH_API int flesh_material_eigen(const flesh_material *material, const double 
 /* The Hessian with its negative eigenvalues set to zero [81]: positive semi-definite. */
 FLESH_API int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
                                                double H[81]);
+
+/* What becomes of the negative eigenvalues of an element's Hessian. Elements and effects know the
+ * first three; solver options may leave the choice between them to the solver. */
+typedef enum flesh_eigenvalue_filter {
+  FLESH_FILTER_NONE,     /* they stay */
+  FLESH_FILTER_CLAMP,    /* zero (Teran et al. 2005) */
+  FLESH_FILTER_ABSOLUTE, /* absolute values (Chen et al. 2024, "Stabler Neo-Hookean Simulation") */
+  /* Zero after a filtered step whose decrease the quadratic model predicted to a hundredth, else
+   * absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
+  FLESH_FILTER_TRUST_REGION,
+  FLESH_FILTER_AUTO /* trust region in dynamics, absolute values in statics */
+} flesh_eigenvalue_filter;
 
 #ifdef __cplusplus
 }

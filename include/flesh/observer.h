@@ -1,8 +1,9 @@
-/* observer.h: those who watch a run: history, frames. */
+/* observer.h: a run, and those who watch it: history, frames, the skin. */
 #ifndef FLESH_OBSERVER_H
 #define FLESH_OBSERVER_H
 
 #include "flesh/integrator.h"
+#include "flesh/skin.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -57,6 +58,28 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
 FLESH_API int flesh_frames_close(flesh_frames **frames); /* NULL-safe */
 FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record);
 
+/* The skin as it moves, in files of `directory`: skin_000000.obj ... and skin_000000.vtu ... (the
+ * number is the step's) with the index skin.pvd, and skin.pc2, a point cache as Blender's Mesh
+ * Cache reads it (one sample per frame). Frames are the start, every `every`-th step and the last
+ * one, as those of flesh_frames. Numbers are of single precision, in the VTU double. Older files of
+ * these names are removed. An OBJ has its texture coordinates; the VTU has the point data
+ * displacement and velocity. The point cache appears when it is closed. Borrows the rest. */
+enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
+typedef struct flesh_skin_frames flesh_skin_frames;
+FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
+                                       const flesh_surface *surface, unsigned formats, int every,
+                                       flesh_skin_frames **frames);
+/* Removes what an earlier run left under these names in `directory`. */
+FLESH_API void flesh_skin_frames_remove(const char *directory);
+/* NULL-safe; FLESH_ERR_FILE when the point cache cannot be completed. */
+FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
+/* Closes without the point cache. NULL-safe. */
+FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
+FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
+/* The same of a state that comes from elsewhere, as frame number `number`. */
+FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
+                                    const flesh_state *state);
+
 /* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding
  * never adds a sliver step), telling the observers, first of the start. A static integrator on a
  * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
@@ -68,6 +91,8 @@ typedef struct flesh_run_options {
   const flesh_observer *observers;
   int (*stop)(void *data);
   void *stop_data;
+  /* Receives what a step that ended the run before its end has taken; else zeros. May be NULL. */
+  flesh_solve_stats *unfinished;
 } flesh_run_options;
 FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                         const flesh_run_options *options, flesh_state *state, int *steps);

@@ -53,14 +53,18 @@ FLESH_API int flesh_scene_material_count(const flesh_scene *scene);
 typedef struct flesh_scene_time {
   flesh_method method; /* FLESH_METHOD_STATIC when the scene has no inertia */
   double step, end;    /* s */
+  double max_energy_gain; /* for flesh_integrator_set_max_energy_gain */
   flesh_method_options options;
   flesh_adaptive_options adaptive; /* for flesh_integrator_set_adaptive */
 } flesh_scene_time;
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 
-/* From where pictures are taken. What is NaN is fitted to what is in them. */
+/* From where pictures are taken. What is NaN is fitted to what is in them. Azimuth and elevation
+ * are meant in axes that the smallest rotation of z onto `up` gives: with up = z the camera looks
+ * along y at 0 and along -x at 90, with up = y along -z and -x. */
 typedef struct flesh_camera {
-  double azimuth;       /* degrees the camera stands turned about z from -y (0: looks along +y) */
+  double up[3];         /* points upwards in the picture; NaN or 0: see flesh_scene_up */
+  double azimuth;       /* degrees the camera stands turned about `up` */
   double elevation;     /* degrees it stands above the horizon */
   double target[3];     /* the middle of the picture, m */
   double height;        /* of what is seen at the target, m */
@@ -78,17 +82,17 @@ typedef struct flesh_scene_output {
 } flesh_scene_output;
 FLESH_API const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene);
 
+/* Which way is up in pictures of the scene, a unit vector, and why. */
+typedef enum flesh_up_origin {
+  FLESH_UP_GIVEN,   /* output.camera.up */
+  FLESH_UP_GRAVITY, /* against the sum of its gravity effects */
+  FLESH_UP_Z        /* neither says: z */
+} flesh_up_origin;
+FLESH_API flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
+
 /* Fills the caller's state->x, v [3*n] each, and t: from the scene's start file, else the rest
  * positions, the scene's start velocity and 0. */
 FLESH_API void flesh_scene_start(const flesh_scene *scene, flesh_state *state);
-
-/* A state file: rows `x y z vx vy vz`, one per node, '#' comments; a first comment `# t <seconds>`
- * gives the time (else 0). Fills the caller's state->x, v [3*nodes]. FLESH_ERR_FILE, with file and
- * line, when a number is missing, wrong or not finite or the rows are not as many as nodes. */
-FLESH_API int flesh_state_read(const char *path, int nodes, flesh_state *state);
-/* Writes it so that it reads back bit for bit, whole or not at all. FLESH_ERR_NONFINITE, nothing
- * written, when a number is not finite. */
-FLESH_API int flesh_state_write(const char *path, int nodes, const flesh_state *state);
 
 /* The resolved scene: every key with its value in force, absolute mesh path, as YAML that
  * reproduces the run. Whole or not at all. */

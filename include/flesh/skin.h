@@ -8,7 +8,6 @@
 #define FLESH_SKIN_H
 
 #include "flesh/mesh.h"
-#include "flesh/observer.h"
 #include "flesh/surface.h"
 
 #ifdef __cplusplus
@@ -56,28 +55,6 @@ FLESH_API int flesh_skin_write(const flesh_skin *skin, const char *path);
  * Returns new. */
 FLESH_API int flesh_skin_read(const char *path, const flesh_mesh *mesh,
                               const flesh_surface *surface, flesh_skin **skin);
-
-/* The skin as it moves, in files of `directory`: skin_000000.obj ... and skin_000000.vtu ... (the
- * number is the step's) with the index skin.pvd, and skin.pc2, a point cache as Blender's Mesh
- * Cache reads it (one sample per frame). Frames are the start, every `every`-th step and the last
- * one, as those of flesh_frames. Numbers are of single precision, in the VTU double. Older files of
- * these names are removed. An OBJ has its texture coordinates; the VTU has the point data
- * displacement and velocity. The point cache appears when it is closed. Borrows the rest. */
-enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
-typedef struct flesh_skin_frames flesh_skin_frames;
-FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
-                                       const flesh_surface *surface, unsigned formats, int every,
-                                       flesh_skin_frames **frames);
-/* Removes what an earlier run left under these names in `directory`. */
-FLESH_API void flesh_skin_frames_remove(const char *directory);
-/* NULL-safe; FLESH_ERR_FILE when the point cache cannot be completed. */
-FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
-/* Closes without the point cache. NULL-safe. */
-FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
-FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
-/* The same of a state that comes from elsewhere, as frame number `number`. */
-FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
-                                    const flesh_state *state);
 
 #ifdef __cplusplus
 }

@@ -1,55 +1,66 @@
-/* solver.h: options and statistics of the nonlinear solve, without any SUNDIALS type. */
+/* solver.h: options, stages and statistics of the nonlinear solve, without any SUNDIALS type. */
 #ifndef FLESH_SOLVER_H
 #define FLESH_SOLVER_H
 
 #include <stdio.h>
 
+#include "flesh/effect.h"
+#include "flesh/linear_solver.h"
 #include "flesh/status.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef enum flesh_linear_solver {
-  FLESH_LINEAR_PCG,
-  FLESH_LINEAR_KLU,
-  FLESH_LINEAR_CHOLMOD /* only where built in */
-} flesh_linear_solver;
+typedef enum flesh_project {
+  /* The true Hessian first; projected where it shows negative curvature. */
+  FLESH_PROJECT_WHEN_INDEFINITE,
+  FLESH_PROJECT_ALWAYS,
+  FLESH_PROJECT_NEVER
+} flesh_project;
 
-typedef enum flesh_preconditioner {
-  FLESH_PRECONDITIONER_AUTO,      /* two-level, or IC on meshes of a few hundred nodes */
-  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements trilinear in the cells of a grid */
-  FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
-  FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
-  FLESH_PRECONDITIONER_NONE
-} flesh_preconditioner;
-
-typedef enum flesh_projection {
-  FLESH_PROJECTION_DEMAND, /* true Hessian first; projected where it shows negative curvature */
-  FLESH_PROJECTION_ALWAYS,
-  FLESH_PROJECTION_NEVER
-} flesh_projection;
-
-/* What projection makes of an element's negative eigenvalues. */
-typedef enum flesh_filtering {
-  FLESH_FILTERING_AUTO,     /* trust region in dynamics, absolute values in statics */
-  FLESH_FILTERING_CLAMP,    /* zero */
-  FLESH_FILTERING_ABSOLUTE, /* absolute values */
-  /* Zero after a filtered step whose decrease the quadratic model foretold to a hundredth, else
-   * absolute values (Chen et al. 2024, "Trust-Region Eigenvalue Filtering"). */
-  FLESH_FILTERING_TRUST_REGION
-} flesh_filtering;
-
-typedef enum flesh_globalization {
+typedef enum flesh_line_search {
   /* Full steps guarded by an Armijo search on the incremental potential. */
-  FLESH_GLOBALIZATION_ENERGY,
-  FLESH_GLOBALIZATION_NONE,  /* plain full Newton steps */
-  FLESH_GLOBALIZATION_KINSOL /* KINSOL's own line search on the residual norm */
-} flesh_globalization;
+  FLESH_LINE_SEARCH_POTENTIAL,
+  FLESH_LINE_SEARCH_NONE,  /* plain full Newton steps */
+  FLESH_LINE_SEARCH_RESIDUAL /* KINSOL's own line search on the residual norm */
+} flesh_line_search;
+
+/* What helps where plain Newton steps are slow or a body is tangled. */
+typedef enum flesh_technique {
+  /* A step that lowers the potential more than the quadratic model predicted is lengthened where
+   * few nodes carry the residual, after a cut, or after sixteen projected ones like it; where few
+   * nodes carry it, PCG then follows the true Hessian downhill along its directions of negative
+   * curvature (FLESH_PROJECT_WHEN_INDEFINITE, PCG only). A crease or a tet that turns inside out
+   * costs a tenth of the iterations then. */
+  FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1,
+  /* After a step that lowered the potential otherwise than predicted and left few nodes that carry
+   * the residual (a crease again), these and two rings of neighbours, at most a quarter of the
+   * body, are solved for alone, all others held; the whole goes on from there if its potential has
+   * fallen. With FLESH_LINE_SEARCH_POTENTIAL only. */
+  FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 2,
+  /* Where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and
+   * one or two Newton steps (counted as such) back from there; taken if the potential ends lower
+   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). With
+   * FLESH_LINE_SEARCH_POTENTIAL only. */
+  FLESH_TECHNIQUE_WATCHDOG = 4,
+  /* A calm body whose tets stay inverted or collapsed, or wind once more around an edge, without a
+   * load that holds them so, has those nodes placed anew by their neighbours and the rest shape;
+   * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
+   * exact line or point may collapse. */
+  FLESH_TECHNIQUE_UNTANGLE = 8,
+  FLESH_TECHNIQUES_ALL = 15
+} flesh_technique;
 
 typedef struct flesh_solver_options {
-  /* Converged when ||r||_2 over the free dofs <= newton_tolerance *
-   * max(||r at the first iterate||_2, ||applied load||_2), or r is at rounding. */
+  /* Converged when ||r||_2 over the free dofs <= newton_tolerance * max(||applied load||,
+   * first), or r is at rounding. `first` is ||r||_2 at the first iterate. In statics, and
+   * where an obstacle, a prescribed place or the place that a spring pulls to may have gone
+   * on at once, the load is that of the current iterate, and `first` is at most the largest
+   * ||r_e||_2 there: of the load (over the free dofs) and of each other effect e (over the
+   * free dofs; over all of them where it couples nodes, so that reactions count). Where no
+   * load acts and that is less than ten times ||r||_2, so that nothing balances, `first` is
+   * at most the larger of it and the force that strains an edge by its own length. */
   double newton_tolerance;
   double linear_tolerance; /* residual reduction of each linear solve */
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
@@ -58,51 +69,43 @@ typedef struct flesh_solver_options {
   /* Iterations per linear solve. One that they do not end, and with it the rest of the nonlinear
    * one, is left to a direct factorisation by KLU, as long as that takes no more arithmetic. */
   int max_linear;
-  int max_halvings;        /* how often a failing step (or load increment) may be halved */
+  int max_cutbacks;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
   flesh_preconditioner preconditioner;
-  flesh_projection projection;
-  flesh_filtering filtering;
-  flesh_globalization globalization;
+  flesh_project project;
+  flesh_eigenvalue_filter eigenvalue_filter;
+  flesh_line_search line_search;
   /* 1: a solve that ends at max_newton counts all the same, as in programs that take a fixed number
    * of iterations per step; it is counted in flesh_solve_stats. 0: such a step is retried and
    * fails. */
   int accept_unconverged;
-  /* 1: a calm body whose tets stay inverted or collapsed, or wind once more around an edge, without
-   * a load that holds them so, has those nodes placed anew by their neighbours and the rest shape;
-   * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
-   * exact line or point may collapse. */
-  int untangle;
+  /* Bits of flesh_technique; FLESH_TECHNIQUES_ALL. */
+  unsigned techniques;
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* 1: a step that lowers the potential more than the quadratic model foretold is lengthened where
-   * few nodes carry the residual, after a cut, or after sixteen projected ones like it; where few
-   * nodes carry it, PCG then follows the true Hessian downhill along its directions of negative
-   * curvature (projection on demand, PCG only). A crease or a tet that turns inside out costs a
-   * tenth of the iterations then. 0: never. */
-  int follow_curvature;
-  /* 1: after a step that lowered the potential otherwise than foretold and left few nodes that
-   * carry the residual (a crease again), these and two rings of neighbours, at most a quarter of
-   * the body, are solved for alone, all others held; the whole goes on from there if its potential
-   * has fallen. 0: never. With FLESH_GLOBALIZATION_ENERGY only. */
-  int nonlinear_elimination;
-  /* 1: where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and
-   * one or two Newton steps (counted as such) back from there; taken if the potential ends lower
-   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). 0: never. With
-   * FLESH_GLOBALIZATION_ENERGY only. */
-  int watchdog;
 } flesh_solver_options;
 
-/* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 halvings, PCG, auto, on demand, energy search,
- * unconverged solves refused, untangling, 1 thread, negative curvature followed, nonlinear
- * elimination, watchdog. */
+/* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 cutbacks, PCG, auto, projection when indefinite,
+ * search on the potential, unconverged solves refused, all techniques, 1 thread. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
-/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
-FLESH_API flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
-/* As in a scene. NULL: no such kind. */
-FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
+/* The equations r(u) = 0 of one solve: how the unknown u [3*n] moves the point from a base,
+ * x = x0 + sx u, v = v0 + sv u, a = a0 + sa u, and when. */
+typedef struct flesh_stage {
+  double t, load;    /* of the point; load is 1 but for load increments */
+  /* Of the way from x0 to the prescribed positions at t; 1 but for increments. */
+  double prescribed_fraction;
+  flesh_shift shift; /* sx, sv, sa; its `filter` is not read (the options decide) */
+  /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
+  const double *x0, *v0, *a0;
+  /* The point's lagged state: where the step starts, borrowed too; NULL: x0 (at t), v0 or rest. */
+  const double *x_lag, *v_lag;
+  double t_lag;
+  /* Where effects freeze what has no potential (flesh_point): 0: where the stage starts, at x0 and
+   * v0, as for backward Euler; 1: where flesh_problem_freeze says, x0 and v0 before that. */
+  int frozen_at_solution;
+} flesh_stage;
 
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
@@ -111,9 +114,9 @@ typedef struct flesh_solve_stats {
   /* Solves for few nodes alone (nonlinear_elimination), and their Newton iterations: as such, and
    * each counted as its elements' share of all (which cost about half as much again as a share of
    * the whole's). */
-  int patches, patch_newton;
-  double patch_share;
-  int detours; /* steps beyond what cut them that were taken (watchdog) */
+  int subdomains, subdomain_newton;
+  double subdomain_share;
+  int watchdog_steps; /* steps beyond what cut them that were taken (watchdog) */
   /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
    * more than 1e-12 of the sum of its terms' sizes: none, unless an effect's potential and residual
    * differ. */
@@ -130,6 +133,16 @@ typedef struct flesh_solve_stats {
   int steps, rejected, convergence_failures, order;
   double h_last;
 } flesh_solve_stats;
+
+/* Where a step that is being made stands; for `stop` to tell. Newton's iteration is that of the
+ * solve under way, with the residual at its last linear solve, N; the adaptive methods tell t and h
+ * of IDA's internal step, and 0 for the rest. */
+typedef struct flesh_progress {
+  double t, h; /* s; the part of the step that is tried: its start and length */
+  int newton;
+  long linear; /* iterations of this solve so far */
+  double residual, target;
+} flesh_progress;
 
 /* The layouts of SUNDIALS' ...PrintAllStats functions: a line `name = value` per figure; a header
  * row of names and a row of values (SUNDIALS has both in one row); the row alone, for the next runs

@@ -30,7 +30,8 @@ extern "C" {
   X(FLESH_ERR_BUDGET, -6, "the budget is spent")                                                   \
   X(FLESH_ERR_NONFINITE, -7, "a non-finite number ended the run")                                  \
   X(FLESH_ERR_INTERRUPTED, -8, "interrupted")                                                      \
-  X(FLESH_ERR_SUNDIALS, -9, "a SUNDIALS function failed")
+  X(FLESH_ERR_SUNDIALS, -9, "a SUNDIALS function failed")                                          \
+  X(FLESH_ERR_ENERGY, -10, "the energy grew although nothing put it in")
 
 typedef enum flesh_status {
 #define FLESH_STATUS_ENUM(name, value, text) name = value,
@@ -43,9 +44,23 @@ FLESH_API const char *flesh_status_name(int status);
 FLESH_API const char *flesh_status_text(int status);
 
 /* Text of the last failure in this thread: one sentence saying where, what, and what would be
- * valid ("scene.yaml:12:9: body.material.poisson is 0.5; it must be in [0, 0.5)"). Empty when
- * nothing has failed. Owned by the library, overwritten by the thread's next failure. */
+ * valid ("scene.yaml:12:9: body.material.poisson is 0.5; it must be in [0, 0.5)"). One line of
+ * printable UTF-8: '?' stands for any other byte of a name that it quotes. Empty when nothing has
+ * failed. Owned by the library, overwritten by the thread's next failure. */
 FLESH_API const char *flesh_error_text(void);
+
+/* Told every such sentence as it is recorded, with its status; `text` lasts as long as the call,
+ * in which flesh_error_text() is the same. A sentence to which a caller within the library adds
+ * where it is (file, line, key) is told again, longer. A positive status is a try that may still
+ * be mended (a shorter step), so that programs that log may leave these out. */
+typedef void (*flesh_error_handler)(void *data, int status, const char *text);
+
+/* One handler for the whole process, NULL: none, as at the start. `data` is borrowed. May be
+ * called at any time from any thread, also by a handler. A handler is called in the thread that
+ * failed, which may be one of the library's, and by several threads at once; it must not leave by
+ * longjmp or an exception. What fails within a handler is not told, and leaves flesh_error_text()
+ * as it was. Another thread may still be within the handler before when this returns. */
+FLESH_API void flesh_set_error_handler(flesh_error_handler handler, void *data);
 
 #ifdef __cplusplus
 }

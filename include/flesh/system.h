@@ -35,12 +35,12 @@ FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *n
                                    double from, double until);
 
 /* The same, following x(t) = centre + R(t)(X - centre) + translation(t). Copies. */
-FLESH_API int flesh_system_add_handle(flesh_system *system, int count, const int *nodes,
+FLESH_API int flesh_system_add_prescribed_motion(flesh_system *system, int count, const int *nodes,
                                       unsigned axes, const flesh_motion *motion, double from,
                                       double until);
 
 /* Builds the pattern. Nothing can be added afterwards. */
-FLESH_API int flesh_system_finish(flesh_system *system);
+FLESH_API int flesh_system_finalize(flesh_system *system);
 
 FLESH_API const flesh_mesh *flesh_system_mesh(const flesh_system *system);
 FLESH_API int flesh_system_unknowns(const flesh_system *system); /* 3 * nodes */
@@ -49,8 +49,8 @@ FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, in
 /* What its effects that go tet by tet use, the least where they differ, and the best of this
  * machine where there are none: linear solvers use the same. Never AUTO. */
 FLESH_API flesh_instructions flesh_system_instructions(const flesh_system *system);
-/* Whether an effect of that name ("inertia", ...) is present. */
-FLESH_API int flesh_system_has_effect(const flesh_system *system, const char *name);
+/* Whether an effect of that role is present. */
+FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role);
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
@@ -58,7 +58,9 @@ FLESH_API int flesh_system_moves(const flesh_system *system);
  * 0 where it does not tell. */
 FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
 /* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
-FLESH_API int flesh_system_follows(const flesh_system *system);
+FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
+/* Whether some effect freezes a state (flesh_effect_operations.freezes). */
+FLESH_API int flesh_system_freezes(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 
@@ -84,16 +86,17 @@ FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_poin
 
 /* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can
  * be gone before an effect (contact) bars it; 1: all. */
-FLESH_API double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
-                                  double t_to, const double *x_to);
+FLESH_API double flesh_system_max_feasible_step(const flesh_system *system, double t_from,
+                                                const double *x_from, double t_to,
+                                                const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
-FLESH_API void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
-                                  double t_to, double *x_to);
+FLESH_API void flesh_system_push_out(const flesh_system *system, double t_from,
+                                     const double *x_from, double t_to, double *x_to);
 /* Whether a step from x_from to x_to must have gone through something that bars the way. */
-FLESH_API int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
-                                  double t_to, const double *x_to);
+FLESH_API int flesh_system_tunnelled(const flesh_system *system, double t_from,
+                                     const double *x_from, double t_to, const double *x_to);
 /* Whether any effect bars ways. */
-FLESH_API int flesh_system_bars(const flesh_system *system);
+FLESH_API int flesh_system_limits_step(const flesh_system *system);
 /* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
 FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
 

@@ -1,8 +1,9 @@
 /* threads.h: a few threads that share out the tasks of a step.
  *
  * Results are the same bits for any number of threads as long as work is cut into tasks by its size
- * alone, every task writes places of its own, and what tasks sum up is added in the tasks' order
- * afterwards. So do all of flesh's. */
+ * alone, every task writes objects of its own that no other task reads or writes (the two halves of
+ * a word that is written as a whole are one object), and what tasks sum up is added in the tasks'
+ * order afterwards. So do all of flesh's. */
 #ifndef FLESH_THREADS_H
 #define FLESH_THREADS_H
 

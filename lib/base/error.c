@@ -1,12 +1,22 @@
 /* error.c: status names and the thread's last error text. */
 #include "base/error.h"
 
+#include <pthread.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "base/letter.h"
+
 enum { TEXT_SIZE = 1024 };
 static _Thread_local char error_text[TEXT_SIZE];
+static _Thread_local int telling; /* within a handler */
+
+static pthread_mutex_t handler_lock = PTHREAD_MUTEX_INITIALIZER;
+static flesh_error_handler handler_now;
+static void *handler_data;
+static atomic_int has_handler; /* so that nobody waits for the lock where there is none */
 
 const char *flesh_status_name(int status)
 {
@@ -32,13 +42,61 @@ const char *flesh_status_text(int status)
 
 const char *flesh_error_text(void) { return error_text; }
 
+/* Sentences quote names from files and command lines: what is no printable letter becomes '?', so that none of them
+ * moves a terminal's cursor, begins a line of a log, or makes a result that is no UTF-8. */
+static void make_printable(char *text)
+{
+  size_t size = strlen(text), to = 0, bytes;
+  for (size_t at = 0; at < size; at += bytes) {
+    unsigned code = 0;
+    bytes = flesh_letter_at((unsigned char *)text + at, size - at, &code);
+    int control = code < 32 || (code >= 127 && code < 160) || code == 0x2028 || code == 0x2029;
+    if (!bytes || control) {
+      text[to++] = '?';
+      bytes += !bytes;
+    } else {
+      memmove(text + to, text + at, bytes);
+      to += bytes;
+    }
+  }
+  text[to] = 0;
+}
+
+void flesh_set_error_handler(flesh_error_handler handler, void *data)
+{
+  pthread_mutex_lock(&handler_lock);
+  handler_now = handler;
+  handler_data = data;
+  atomic_store(&has_handler, handler != NULL);
+  pthread_mutex_unlock(&handler_lock);
+}
+
+/* Tells the handler, outside of the lock. It is given a copy, as it may fail itself. */
+static int tell(int status)
+{
+  char text[TEXT_SIZE];
+  if (!atomic_load_explicit(&has_handler, memory_order_relaxed) || telling) return status;
+  pthread_mutex_lock(&handler_lock);
+  const flesh_error_handler handler = handler_now;
+  void *data = handler_data;
+  pthread_mutex_unlock(&handler_lock);
+  if (!handler) return status;
+  memcpy(text, error_text, TEXT_SIZE);
+  telling = 1;
+  handler(data, status, text);
+  telling = 0;
+  memcpy(error_text, text, TEXT_SIZE);
+  return status;
+}
+
 int flesh_fail(int status, const char *format, ...)
 {
   va_list args;
   va_start(args, format);
   vsnprintf(error_text, sizeof error_text, format, args);
   va_end(args);
-  return status;
+  make_printable(error_text);
+  return tell(status);
 }
 
 int flesh_fail_within(int status, const char *format, ...)
@@ -51,5 +109,13 @@ int flesh_fail_within(int status, const char *format, ...)
   snprintf(whole, sizeof whole, "%s%s", before, error_text);
   whole[TEXT_SIZE - 1] = 0;
   memcpy(error_text, whole, TEXT_SIZE);
-  return status;
+  make_printable(error_text);
+  return tell(status);
+}
+
+int flesh_check_needed(const char *function, const flesh_needed *needed)
+{
+  for (; needed->name; needed++)
+    if (!needed->pointer) return flesh_fail(FLESH_ERR_ARGUMENT, "%s: %s is NULL", function, needed->name);
+  return FLESH_OK;
 }

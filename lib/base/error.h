@@ -2,6 +2,8 @@
 #ifndef FLESH_BASE_ERROR_H
 #define FLESH_BASE_ERROR_H
 
+#include <stddef.h>
+
 #include "flesh/status.h"
 
 /* Records the sentence (printf format) and returns `status`, so that `return flesh_fail(...)` is
@@ -10,5 +12,21 @@ int flesh_fail(int status, const char *format, ...) __attribute__((format(printf
 
 /* Puts "prefix" before the current text: callers who know the file or key name it. */
 int flesh_fail_within(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* A pointer that a public function must not be given as NULL, by the name that its header gives it. */
+typedef struct flesh_needed {
+  const void *pointer;
+  const char *name;
+} flesh_needed;
+
+/* FLESH_ERR_ARGUMENT, with the first that is NULL; a name of NULL ends the list. */
+int flesh_check_needed(const char *function, const flesh_needed *needed);
+
+/* Where a public function that returns a status begins: FLESH_NEED({mesh, "mesh"}, {path, "path"}); */
+#define FLESH_NEED(...)                                                                                         \
+  do {                                                                                                          \
+    const int flesh_need_status = flesh_check_needed(__func__, (const flesh_needed[]){__VA_ARGS__, {0, NULL}}); \
+    if (flesh_need_status) return flesh_need_status;                                                            \
+  } while (0)
 
 #endif

@@ -26,6 +26,7 @@ static int has(flesh_instructions instructions)
 
 int flesh_instructions_find(flesh_instructions asked, flesh_instructions *usable)
 {
+  FLESH_NEED({usable, "usable"});
   if ((unsigned)asked >= FLESH_INSTRUCTIONS_COUNT)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "instructions is number %d; it must be one of auto, portable, avx2, avx512",

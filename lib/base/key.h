@@ -17,7 +17,7 @@ typedef enum flesh_key_type {
   FLESH_KEY_PATH,     /* char *, made relative to the scene's file; NULL when absent */
   FLESH_KEY_VECTOR,   /* double[3]; NaN when absent */
   FLESH_KEY_BOX,      /* double[6], [[low], [high]], may be infinite; NaN when absent */
-  FLESH_KEY_SET,      /* unsigned bit mask, bit k for choices[k]: a list of choices; 0 when absent */
+  FLESH_KEY_SET,      /* unsigned bit mask, bit k for choices[k]: a list of choices; 0 when absent or [] */
   FLESH_KEY_INTEGERS, /* flesh_integers */
   FLESH_KEY_OBJECT,   /* nested mapping by `children` into the struct at `offset` */
   FLESH_KEY_OBJECTS,  /* list of mappings by `children`, each `child_size` bytes: flesh_objects */
@@ -56,8 +56,11 @@ typedef struct flesh_key {
   const char *default_value;
   const char *doc;
   const char *const *choices; /* NULL-terminated, FLESH_KEY_CHOICE and FLESH_KEY_SET */
+  const char *const *aliases; /* other words for the choices, in their order; NULL: none */
+  int may_be_empty;           /* FLESH_KEY_SET: [] is valid, and written */
   const struct flesh_key *children;
   size_t child_size;
+  const struct flesh_key_list *list; /* FLESH_KEY_EFFECTS: how the list is read and written (scene/keys.h) */
 } flesh_key;
 
 #endif

@@ -144,6 +144,7 @@ static int start_workers(flesh_threads *self)
 
 int flesh_threads_create(int count, flesh_threads **threads)
 {
+  FLESH_NEED({threads, "threads"});
   *threads = NULL;
   if (count < 0 || count > FLESH_THREADS_MAX)
     return flesh_fail(FLESH_ERR_ARGUMENT, "threads is %d; it must be in 0 to %d", count,

@@ -6,14 +6,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/motion.h"
-
-const flesh_key flesh_curve_keys[] = {
-    {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, t), .unit = "s",
-     .doc = "when; points ascend in time"},
-    {.name = "value", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_curve_point, value),
-     .doc = "of the factor"},
-    {0}};
+#include "geometry/motion.h"
 
 int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy *copy)
 {
@@ -41,7 +34,7 @@ double flesh_amplitude_at(const flesh_amplitude_copy *amplitude, double t)
 {
   double value[3] = {1, 0, 0};
   if (!(amplitude->from <= t && t < amplitude->until)) return 0;
-  if (amplitude->curve.count) flesh_motion_at(&amplitude->curve, t, value, NULL);
+  if (amplitude->curve.count) flesh_motion_at(&amplitude->curve, t, value);
   return value[0];
 }
 
@@ -49,10 +42,4 @@ double flesh_amplitude_next_event(const flesh_amplitude_copy *amplitude, double 
 {
   return fmin(flesh_interval_next_event(amplitude->from, amplitude->until, t),
               flesh_motion_next_event(&amplitude->curve, t));
-}
-
-flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *p)
-{
-  return (flesh_amplitude){.count = p->curve.count, .points = p->curve.values,
-                           .smooth = p->interpolation, .from = p->from, .until = p->until};
 }

@@ -5,20 +5,15 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "effect/contact_core.h"
+#include "effect/contact.h"
 #include "effect/effect.h"
-#include "effect/obstacle.h"
+#include "flesh/contact.h"
+#include "geometry/obstacle.h"
+#include "geometry/obstacle_bounds.h"
 #include "math/eig3.h"
 #include "math/mat3.h"
 
-typedef struct contact {
-  flesh_obstacle *obstacle;
-  double thickness, friction, slip_speed;
-  int count;      /* nodes of tets */
-  int *nodes;     /* [count] ascending */
-  double *weight; /* [count] stiffness times the node's area, N */
-  flesh_contact_core core;
-} contact;
+typedef flesh_contact contact;
 
 static const flesh_cells *contact_cells(const flesh_effect *effect)
 {
@@ -105,6 +100,37 @@ static void open_job(const flesh_effect *effect, const flesh_point *point, const
   flesh_obstacle_frame(j->self->obstacle, point->t_lag, &j->lagged);
 }
 
+/* So many nodes have a box, within a part. */
+enum { NODES_OF_BOX = 64 };
+
+static int end_of_box(int k, int end) { return end - k < NODES_OF_BOX ? end : k + NODES_OF_BOX; }
+
+/* Whether the obstacle is at least `reach` away from nodes k ... end-1 at x. */
+static int is_far(const contact *self, const flesh_frame *frame, int k, int end, const double *x, double reach)
+{
+  const flesh_bounds world = flesh_bounds_of(end - k, self->nodes + k, x), own = flesh_bounds_enter(frame, &world);
+  return flesh_obstacle_is_far(self->obstacle, &own, reach);
+}
+
+/* Whether it is so neither now nor, where it rubs, at the lagged state: then it is not felt. */
+static int is_unfelt(const job *j, int k, int end)
+{
+  const contact *self = j->self;
+  return is_far(self, &j->frame, k, end, j->point->x, self->thickness) &&
+         (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->x_lag, self->thickness));
+}
+
+/* Whether none of nodes k ... end-1 can meet it on straight ways in its frame. */
+static int has_no_way_to(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
+                         const flesh_frame *to, const double *x_to)
+{
+  const flesh_bounds first = flesh_bounds_of(end - k, self->nodes + k, x_from),
+                     last = flesh_bounds_of(end - k, self->nodes + k, x_to);
+  const flesh_bounds here = flesh_bounds_enter(from, &first), there = flesh_bounds_enter(to, &last);
+  const flesh_bounds both = flesh_bounds_join(&here, &there);
+  return flesh_obstacle_is_far(self->obstacle, &both, 0);
+}
+
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
 
 /* What friction adds to the potential. */
@@ -120,12 +146,16 @@ static double friction_potential(const job *j, const rub *rubs, int i)
   return share;
 }
 
-static void first_order_of_part(void *data, int task)
+static void residual_of_part(void *data, int task)
 {
   job *j = data;
   const contact *self = j->self;
   double energy = 0, friction = 0, size = 0;
-  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1); k < end; k++) {
+  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
+    if (k == box && is_unfelt(j, k, box = end_of_box(k, end))) {
+      k = box - 1;
+      continue;
+    }
     const int i = 3 * self->nodes[k];
     flesh_barrier barrier;
     if (barrier_at(self, &j->frame, j->point->x + i, &barrier)) {
@@ -154,11 +184,11 @@ static void first_order_of_part(void *data, int task)
 }
 
 /* Adds to r and to the energy of the barriers what of them is not NULL. */
-static int first_order(job *j, double *r, double *energy)
+static int residual_kernel(job *j, double *r, double *energy)
 {
   j->r = r;
   j->summing = energy != NULL;
-  flesh_threads_run(j->point->threads, j->parts, first_order_of_part, j);
+  flesh_threads_run(j->point->threads, j->parts, residual_of_part, j);
   for (int p = 0; p < j->parts; p++) {
     if (j->found[p].undefined) return FLESH_UNDEFINED;
     if (energy) *energy += j->found[p].energy;
@@ -170,7 +200,7 @@ static int contact_residual(const flesh_effect *effect, const flesh_point *point
 {
   job j;
   open_job(effect, point, NULL, &j);
-  return first_order(&j, r, NULL);
+  return residual_kernel(&j, r, NULL);
 }
 
 static int contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
@@ -179,7 +209,7 @@ static int contact_evaluate(const flesh_effect *effect, const flesh_point *point
   job j;
   double energy = 0;
   open_job(effect, point, shift, &j);
-  int status = first_order(&j, r, &energy);
+  int status = residual_kernel(&j, r, &energy);
   if (status) return status;
   if (shift->x != 0) {
     *phi += energy / shift->x;
@@ -204,7 +234,7 @@ static int contact_energy(const flesh_effect *effect, const flesh_point *point, 
   open_job(effect, point, NULL, &j);
   j.rubbing = 0;
   *energy = 0;
-  return first_order(&j, NULL, energy);
+  return residual_kernel(&j, NULL, energy);
 }
 
 /* K = R H R^T, with its negative eigenvalues filtered. */
@@ -217,12 +247,12 @@ static void place_hessian(const flesh_frame *frame, int project, const double H[
   } else {
     memcpy(K, H, 9 * sizeof *K);
   }
-  if (project == FLESH_PROJECTED_NOT) return;
+  if (project == FLESH_FILTER_NONE) return;
   flesh_eigh3(K, w, Q);
   if (w[0] >= 0) return;
   memset(K, 0, 9 * sizeof *K);
   for (int e = 0; e < 3; e++) {
-    double value = w[e] >= 0 ? w[e] : project == FLESH_PROJECTED_ABSOLUTE ? -w[e] : 0;
+    double value = w[e] >= 0 ? w[e] : project == FLESH_FILTER_ABSOLUTE ? -w[e] : 0;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++) K[3 * i + j] += value * Q[3 * i + e] * Q[3 * j + e];
   }
@@ -246,13 +276,17 @@ static void jacobian_of_part(void *data, int task)
   const job *j = data;
   const contact *self = j->self;
   const flesh_shift *shift = j->shift;
-  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1); k < end; k++) {
+  for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
+    if (k == box && is_unfelt(j, k, box = end_of_box(k, end))) {
+      k = box - 1;
+      continue;
+    }
     double *block = j->K->values + 9 * (size_t)j->K->row_start[self->nodes[k]], placed[9];
     flesh_barrier barrier;
     /* Within the obstacle there is no residual that this could belong to: nothing is added. */
     int status = barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
     if (!status && barrier.distance < INFINITY && shift->x != 0) {
-      place_hessian(&j->frame, shift->project, barrier.hessian, placed);
+      place_hessian(&j->frame, shift->filter, barrier.hessian, placed);
       for (int e = 0; e < 9; e++) block[e] += shift->x * self->weight[k] * placed[e];
     }
     if (!j->rubbing || shift->v == 0) continue;
@@ -269,8 +303,29 @@ static int contact_jacobian(const flesh_effect *effect, const flesh_point *point
   j.K = K;
   flesh_threads_run(point->threads, j.parts, jacobian_of_part, &j);
   if (shift->x != 0)
-    flesh_contact_core_jacobian(&j.self->core, &j.frame, point->x, shift->x, shift->project, K, slots);
+    flesh_contact_core_jacobian(&j.self->core, &j.frame, point->x, shift->x, shift->filter, K, slots);
   return FLESH_OK;
+}
+
+/* The obstacle's points under the nodes, as far as they are within its reach: elsewhere there is no force. */
+static int contact_carry(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to, double *dx)
+{
+  const contact *self = effect->data;
+  flesh_frame at, from, to;
+  double y[3], begin[3], end[3];
+  if (!flesh_obstacle_moves(self->obstacle)) return 0;
+  flesh_obstacle_frame(self->obstacle, point->t, &at);
+  flesh_obstacle_frame(self->obstacle, t_from, &from);
+  flesh_obstacle_frame(self->obstacle, t_to, &to);
+  if (!memcmp(from.R, to.R, sizeof to.R) && !memcmp(from.origin, to.origin, sizeof to.origin)) return 0;
+  for (int k = 0; k < self->count; k++) {
+    const int i = 3 * self->nodes[k];
+    flesh_frame_enter(&at, point->x + i, y);
+    flesh_frame_leave(&from, y, begin);
+    flesh_frame_leave(&to, y, end);
+    for (int c = 0; c < 3; c++) dx[i + c] = end[c] - begin[c];
+  }
+  return 1;
 }
 
 static double contact_next_event(const flesh_effect *effect, double t)
@@ -286,7 +341,11 @@ static double contact_way(const flesh_effect *effect, double t_from, const doubl
   double way = 1, y0[3], y1[3];
   flesh_obstacle_frame(self->obstacle, t_from, &from);
   flesh_obstacle_frame(self->obstacle, t_to, &to);
-  for (int k = 0; k < self->count; k++) {
+  for (int k = 0, box = 0; k < self->count; k++) {
+    if (k == box && has_no_way_to(self, k, box = end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+      k = box - 1;
+      continue;
+    }
     flesh_frame_enter(&from, x_from + 3 * self->nodes[k], y0);
     flesh_frame_enter(&to, x_to + 3 * self->nodes[k], y1);
     way = fmin(way, flesh_obstacle_way(self->obstacle, y0, y1));
@@ -305,7 +364,11 @@ static int contact_passed(const flesh_effect *effect, double t_from, const doubl
   flesh_barrier barrier;
   flesh_obstacle_frame(self->obstacle, t_from, &from);
   flesh_obstacle_frame(self->obstacle, t_to, &to);
-  for (int k = 0; k < self->count; k++) {
+  for (int k = 0, box = 0; k < self->count; k++) {
+    if (k == box && has_no_way_to(self, k, box = end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+      k = box - 1;
+      continue;
+    }
     const int i = 3 * self->nodes[k];
     flesh_frame_enter(&from, x_from + i, y0);
     flesh_frame_enter(&to, x_to + i, y1);
@@ -333,7 +396,7 @@ static void contact_clear(const flesh_effect *effect, double t_from, const doubl
     flesh_frame_enter(&to, x_to + i, y1);
     double way = flesh_obstacle_way(self->obstacle, y0, y1);
     if (way == 1) continue;
-    for (int c = 0; c < 3; c++) y0[c] += flesh_way_kept * way * (y1[c] - y0[c]);
+    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * way * (y1[c] - y0[c]);
     flesh_frame_leave(&to, y0, x_to + i);
   }
 }
@@ -377,7 +440,11 @@ static void contact_report(const flesh_effect *effect, const flesh_point *point,
   values[0] = self->thickness;
   values[1] = 0;
   flesh_obstacle_frame(self->obstacle, point->t, &frame);
-  for (int k = 0; k < self->count; k++) {
+  for (int k = 0, box = 0; k < self->count; k++) {
+    if (k == box && is_far(self, &frame, k, box = end_of_box(k, self->count), point->x, self->thickness)) {
+      k = box - 1;
+      continue;
+    }
     barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
     values[0] = fmin(values[0], barrier.distance);
     values[1] += barrier.distance < INFINITY;
@@ -386,158 +453,23 @@ static void contact_report(const flesh_effect *effect, const flesh_point *point,
   values[2] = sqrt(flesh_vec3_dot(force, force));
 }
 
-static size_t contact_memory(const flesh_effect *effect)
-{
-  const contact *self = effect->data;
-  const flesh_contact_core *core = &self->core;
-  size_t bytes = sizeof *self + flesh_obstacle_memory(self->obstacle) +
-                 (size_t)self->count * (sizeof *self->nodes + sizeof *self->weight);
-  if (core->points)
-    bytes += 3 * FLESH_CORE_POINTS * sizeof *core->centres +
-             3 * (size_t)core->faces.count *
-                 (sizeof *core->faces.nodes + sizeof *core->edge_weight + sizeof *core->vertex_weight);
-  return bytes;
-}
-
-static void contact_destroy(void *data)
-{
-  contact *self = data;
-  if (!self) return;
-  flesh_obstacle_destroy(&self->obstacle);
-  flesh_contact_core_clear(&self->core);
-  free(self->nodes);
-  free(self->weight);
-  free(self);
-}
-
-static const flesh_effect_operations contact_operations = {
+const flesh_effect_operations flesh_contact_operations = {
     .name = "contact",
     .cells = contact_cells,
+    .role = FLESH_ROLE_CONTACT,
     .residual = contact_residual,
     .jacobian = contact_jacobian,
     .potential = contact_potential,
     .evaluate = contact_evaluate,
     .energy = contact_energy,
+    .carry = contact_carry,
     .next_event = contact_next_event,
-    .way = contact_way,
-    .passed = contact_passed,
-    .clear = contact_clear,
+    .max_feasible_step = contact_way,
+    .tunnelled = contact_passed,
+    .push_out = contact_clear,
     .check = contact_check,
     .report_names = contact_report_names,
     .report = contact_report,
-    .memory = contact_memory,
-    .destroy = contact_destroy,
+    .memory = flesh_contact_memory,
+    .destroy = flesh_contact_destroy,
 };
-
-const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect)
-{
-  return effect->operations == &contact_operations ? ((const contact *)effect->data)->obstacle
-                                                   : NULL;
-}
-
-void flesh_contact_options_default(flesh_contact_options *options)
-{
-  *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
-}
-
-/* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
- * gives. These meet the obstacle only where the body is crushed, and must not pass it then. *edge is
- * the mean length of the surface's edges, *share a node's mean area. */
-static int collect_nodes(const flesh_mesh *mesh, contact *self, double *edge, double *share)
-{
-  int triangles;
-  const int *surface = flesh_mesh_surface(mesh, &triangles), nodes = flesh_mesh_node_count(mesh);
-  const double *X = flesh_mesh_positions(mesh);
-  double *area = calloc((size_t)nodes + 1, sizeof *area);
-  double *volume = calloc((size_t)nodes + 1, sizeof *volume);
-  self->nodes = malloc(((size_t)nodes + 1) * sizeof *self->nodes);
-  self->weight = malloc(((size_t)nodes + 1) * sizeof *self->weight);
-  if (!area || !volume || !self->nodes || !self->weight) {
-    free(area);
-    free(volume);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d triangles", triangles);
-  }
-  *edge = 0;
-  for (int t = 0; t < triangles; t++) {
-    const int *corner = surface + 3 * (size_t)t;
-    double e[3], f[3], n[3];
-    for (int c = 0; c < 3; c++) {
-      e[c] = X[3 * corner[1] + c] - X[3 * corner[0] + c];
-      f[c] = X[3 * corner[2] + c] - X[3 * corner[0] + c];
-    }
-    flesh_vec3_cross(e, f, n);
-    for (int k = 0; k < 3; k++) area[corner[k]] += sqrt(flesh_vec3_dot(n, n)) / 6;
-    *share += sqrt(flesh_vec3_dot(n, n)) / triangles; /* a mesh has half as many nodes as triangles */
-    *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
-  }
-  for (int k = 0; k < 4 * flesh_mesh_tet_count(mesh); k++)
-    volume[flesh_mesh_tets(mesh)[k]] += flesh_mesh_tet_volumes(mesh)[k / 4] / 4;
-  for (int i = 0; i < nodes; i++)
-    if (volume[i] > 0) {
-      self->nodes[self->count] = i;
-      self->weight[self->count++] = area[i] > 0 ? area[i] : cbrt(volume[i] * volume[i]);
-    }
-  free(area);
-  free(volume);
-  return FLESH_OK;
-}
-
-/* Three times the largest shear modulus, which is Young's modulus of what keeps its volume. */
-static double body_stiffness(const flesh_body *body)
-{
-  int count = body->materials ? 1 : 0;
-  double largest = 0;
-  for (int e = 0; body->tet_material && e < flesh_mesh_tet_count(body->mesh); e++)
-    if (body->tet_material[e] >= count) count = body->tet_material[e] + 1;
-  for (int m = 0; m < count; m++)
-    if (body->materials[m].mu > largest) largest = body->materials[m].mu;
-  return 3 * largest;
-}
-
-static int check_options(const flesh_contact_options *o)
-{
-  if (!(o->stiffness > 0 && o->stiffness < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "stiffness is %g Pa; it must be positive, and given where the body has no elasticity",
-                      o->stiffness);
-  if (!(o->thickness > 0 && o->thickness < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "thickness is %g m; it must be positive", o->thickness);
-  if (!(o->friction >= 0 && o->friction < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "friction is %g; it must not be negative", o->friction);
-  if (!(o->slip_speed > 0 && o->slip_speed < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "slip_speed is %g m/s; it must be positive", o->slip_speed);
-  return FLESH_OK;
-}
-
-int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
-                         flesh_obstacle **obstacle, flesh_effect **effect)
-{
-  double edge = 0, share = 0;
-  flesh_contact_options own = *options;
-  contact *self = calloc(1, sizeof *self);
-  *effect = NULL;
-  if (!self) {
-    flesh_obstacle_destroy(obstacle);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
-  }
-  self->obstacle = *obstacle;
-  *obstacle = NULL;
-  int status = collect_nodes(body->mesh, self, &edge, &share);
-  if (!status) {
-    if (isnan(own.stiffness)) own.stiffness = body_stiffness(body);
-    if (isnan(own.thickness)) own.thickness = edge / 20;
-    status = check_options(&own);
-  }
-  if (!status)
-    status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,
-                                       own.thickness, &self->core);
-  if (status) {
-    contact_destroy(self);
-    return status;
-  }
-  for (int k = 0; k < self->count; k++) self->weight[k] *= own.stiffness;
-  self->thickness = own.thickness;
-  self->friction = own.friction;
-  self->slip_speed = own.slip_speed;
-  return flesh_effect_create(&contact_operations, self, effect);
-}

@@ -8,9 +8,8 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/mass.h"
-#include "effect/rows.h"
-#include "effect/tet_batches.h"
+#include "element/mass.h"
+#include "element/tet_batches.h"
 #include "material/spectrum.h"
 
 typedef struct damping {
@@ -36,7 +35,7 @@ static flesh_tet_point point_of(const damping *self, const flesh_point *point, d
   return (flesh_tet_point){.x = self->rest ? NULL : point->x_lag,
                            .v = point->v,
                            .scale = scale * self->stiffness,
-                           .project = FLESH_PROJECTED_CLAMP,
+                           .filter = FLESH_FILTER_CLAMP,
                            .viscous = self->rest};
 }
 
@@ -48,7 +47,7 @@ static int damping_evaluate(const flesh_effect *effect, const flesh_point *point
     flesh_mass_matrix_evaluate(&self->M, self->mass, point->threads, point->v, shift->v, r, phi, magnitude);
   if (self->stiffness == 0) return FLESH_OK;
   const flesh_tet_point at = point_of(self, point, 1);
-  return flesh_tets_dissipate(&self->tets, kernel_of(self), &at, point->threads, shift, r, phi, magnitude);
+  return flesh_tets_dissipate(&self->tets, kernel_of(self), &at, point->threads, shift->v, r, phi, magnitude);
 }
 
 static int damping_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -70,7 +69,7 @@ static int damping_jacobian(const flesh_effect *effect, const flesh_point *point
   if (self->mass > 0) flesh_mass_matrix_add(&self->M, shift->v * self->mass, point->threads, K, slots);
   if (self->stiffness == 0) return FLESH_OK;
   const flesh_tet_point at = point_of(self, point, shift->v);
-  return flesh_tets_second_order(&self->tets, kernel_of(self), &at, point->threads, slots, K->values);
+  return flesh_tets_hessian(&self->tets, kernel_of(self), &at, point->threads, slots, K->values);
 }
 
 static flesh_instructions damping_instructions(const flesh_effect *effect)
@@ -98,6 +97,8 @@ static void damping_destroy(void *data)
 
 static const flesh_effect_operations damping_operations = {
     .name = "damping",
+    .passive = 1,
+    .role = FLESH_ROLE_DAMPING,
     .cells = damping_cells,
     .residual = damping_residual,
     .jacobian = damping_jacobian,
@@ -141,6 +142,9 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
 int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, flesh_stiffness against,
                          flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"});
   if (!(mass >= 0 && mass < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "mass is %g 1/s; it must not be negative", mass);
   if (!(stiffness >= 0 && stiffness < INFINITY))
@@ -158,27 +162,4 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
     return status;
   }
   return flesh_effect_create(&damping_operations, self, effect);
-}
-
-static const char *const stiffnesses[] = {"rest", "current", NULL}; /* in the order of flesh_stiffness */
-
-const flesh_key flesh_damping_keys[] = {
-    {.name = "mass", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_damping_parameters, mass),
-     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "1/s", .default_value = "0",
-     .doc = "a of r = a M v: of a mode of angular frequency w the damping ratio a/(2 w); brakes rigid motion too"},
-    {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_damping_parameters, stiffness),
-     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "s", .default_value = "0",
-     .doc = "b of r = b K v: the damping ratio b w/2, most of fast modes"},
-    {.name = "against", .type = FLESH_KEY_CHOICE, .offset = offsetof(flesh_damping_parameters, against),
-     .choices = stiffnesses, .default_value = "rest",
-     .doc = "which stiffness K: rest, cheap, but it brakes a body that has turned; or current, of the last accepted "
-            "state, with negative curvature taken out, so that it always dissipates"},
-    {0}};
-
-int flesh_damping_add(const void *parameters, const flesh_body *body, flesh_system *system)
-{
-  const flesh_damping_parameters *p = parameters;
-  flesh_effect *effect = NULL;
-  int status = flesh_effect_damping(body, p->mass, p->stiffness, (flesh_stiffness)p->against, &effect);
-  return status ? status : flesh_system_add_effect(system, &effect);
 }

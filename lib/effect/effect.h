@@ -5,10 +5,7 @@
 #include "flesh/effects.h"
 
 /* Of a way that something bars, the share that is gone: never all of it, so that it stays apart. */
-static const double flesh_way_kept = 0.9;
-
-/* FLESH_ERR_ARGUMENT where a tet's density is not positive and finite. */
-int flesh_body_check_density(const flesh_body *body);
+static const double flesh_feasible_step_kept = 0.9;
 
 /* Parts of an interval [from, until) as the next event after t. */
 double flesh_interval_next_event(double from, double until, double t);

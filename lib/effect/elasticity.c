@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/tet_batches.h"
+#include "element/tet_batches.h"
 
 static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 {
@@ -14,37 +14,37 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 }
 
 /* What of r and sums {V, size of its terms} is not NULL. */
-static int first_order(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
+static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
   const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {.x = point->x};
-  return flesh_tets_first_order(tets, tets->kernels->elastic, &at, point->threads, r, sums);
+  return flesh_tets_residual(tets, tets->kernels->elastic, &at, point->threads, r, sums);
 }
 
 static int elasticity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  return first_order(effect, point, r, NULL);
+  return residual_kernel(effect, point, r, NULL);
 }
 
-static int second_order(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int anew,
+static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int anew,
                         const int *slots, double *values)
 {
   const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {
-      .x = point->x, .scale = shift->x, .project = (flesh_projected)shift->project, .anew = anew};
-  return flesh_tets_second_order(tets, tets->kernels->elastic, &at, point->threads, slots, values);
+      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew};
+  return flesh_tets_hessian(tets, tets->kernels->elastic, &at, point->threads, slots, values);
 }
 
 static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *point,
                                const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  return shift->x == 0 ? FLESH_OK : second_order(effect, point, shift, 0, slots, K->values);
+  return shift->x == 0 ? FLESH_OK : hessian_kernel(effect, point, shift, 0, slots, K->values);
 }
 
 static int elasticity_jacobian_anew(const flesh_effect *effect, const flesh_point *point,
                                     const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  if (shift->x != 0) return second_order(effect, point, shift, 1, slots, K->values);
+  if (shift->x != 0) return hessian_kernel(effect, point, shift, 1, slots, K->values);
   for (int k = 0; k < elasticity_cells(effect)->pair_count; k++)
     memset(K->values + 9 * (size_t)slots[k], 0, 9 * sizeof *K->values);
   return FLESH_OK;
@@ -54,8 +54,8 @@ static int elasticity_evaluate(const flesh_effect *effect, const flesh_point *po
                                const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
   double sums[2];
-  if (shift->x == 0) return r ? first_order(effect, point, r, NULL) : FLESH_OK;
-  int status = first_order(effect, point, r, sums);
+  if (shift->x == 0) return r ? residual_kernel(effect, point, r, NULL) : FLESH_OK;
+  int status = residual_kernel(effect, point, r, sums);
   if (status) return status;
   *phi += sums[0] / shift->x;
   *magnitude += sums[1] / shift->x;
@@ -71,7 +71,7 @@ static int elasticity_potential(const flesh_effect *effect, const flesh_point *p
 static int elasticity_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
   double sums[2];
-  int status = first_order(effect, point, NULL, sums);
+  int status = residual_kernel(effect, point, NULL, sums);
   if (!status) *energy = sums[0];
   return status;
 }
@@ -113,15 +113,17 @@ static void elasticity_destroy(void *data)
 
 static const flesh_effect_operations elasticity_operations = {
     .name = "elasticity",
-    .placed = 1,
+    .passive = 1,
+    .role = FLESH_ROLE_ELASTICITY,
+    .depends_on_position_only = 1,
     .cells = elasticity_cells,
     .residual = elasticity_residual,
     .jacobian = elasticity_jacobian,
-    .jacobian_anew = elasticity_jacobian_anew,
+    .jacobian_assign = elasticity_jacobian_anew,
     .potential = elasticity_potential,
     .evaluate = elasticity_evaluate,
     .energy = elasticity_energy,
-    .part = elasticity_part,
+    .restrict_to_cells = elasticity_part,
     .instructions = elasticity_instructions,
     .destroy = elasticity_destroy,
     .memory = elasticity_memory,
@@ -129,6 +131,9 @@ static const flesh_effect_operations elasticity_operations = {
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"});
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
   flesh_tets *tets = malloc(sizeof *tets);

@@ -6,9 +6,11 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "element/body.h"
 
 typedef struct gravity {
   int nodes;
+  double acceleration[3];
   double *force; /* [3*nodes] m g */
 } gravity;
 
@@ -96,7 +98,9 @@ static void gravity_destroy(void *data)
 
 static const flesh_effect_operations gravity_operations = {
     .name = "gravity",
+    .passive = 1,
     .external = 1,
+    .role = FLESH_ROLE_LOAD,
     .residual = gravity_residual,
     .potential = gravity_potential,
     .energy = gravity_energy,
@@ -107,6 +111,9 @@ static const flesh_effect_operations gravity_operations = {
 int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                          flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {acceleration, "acceleration"});
   if (!(fabs(acceleration[0]) + fabs(acceleration[1]) + fabs(acceleration[2]) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "acceleration is (%g, %g, %g) m/s^2; it must be finite",
                       acceleration[0], acceleration[1], acceleration[2]);
@@ -122,8 +129,14 @@ int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
   }
   flesh_mesh_lumped_mass(body->mesh, body->density, mass);
   self->nodes = nodes;
+  memcpy(self->acceleration, acceleration, sizeof self->acceleration);
   for (int i = 0; i < nodes; i++)
     for (int c = 0; c < 3; c++) self->force[3 * i + c] = mass[i] * acceleration[c];
   free(mass);
   return flesh_effect_create(&gravity_operations, self, effect);
+}
+
+const double *flesh_effect_acceleration(const flesh_effect *effect)
+{
+  return effect->operations == &gravity_operations ? ((const gravity *)effect->data)->acceleration : NULL;
 }

@@ -3,7 +3,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/mass.h"
+#include "element/mass.h"
 
 static const flesh_cells *inertia_cells(const flesh_effect *effect)
 {
@@ -60,6 +60,8 @@ static void inertia_destroy(void *data)
 
 static const flesh_effect_operations inertia_operations = {
     .name = "inertia",
+    .passive = 1,
+    .role = FLESH_ROLE_INERTIA,
     .cells = inertia_cells,
     .residual = inertia_residual,
     .jacobian = inertia_jacobian,
@@ -73,6 +75,9 @@ static const flesh_effect_operations inertia_operations = {
 
 int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"});
   flesh_mass_matrix *mass = malloc(sizeof *mass);
   if (!mass) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the inertia effect");
   int status = flesh_mass_matrix_create(body, mass);

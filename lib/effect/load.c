@@ -6,7 +6,6 @@
 #include "base/error.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
-#include "effect/rows.h"
 #include "math/mat3.h"
 
 typedef struct load {
@@ -79,6 +78,7 @@ static void load_destroy(void *data)
 static const flesh_effect_operations force_operations = {
     .name = "force",
     .external = 1,
+    .role = FLESH_ROLE_LOAD,
     .residual = load_residual,
     .potential = load_potential,
     .energy = load_energy,
@@ -90,6 +90,7 @@ static const flesh_effect_operations force_operations = {
 static const flesh_effect_operations traction_operations = {
     .name = "traction",
     .external = 1,
+    .role = FLESH_ROLE_LOAD,
     .residual = load_residual,
     .potential = load_potential,
     .energy = load_energy,
@@ -133,6 +134,9 @@ static int load_create(const flesh_body *body, int count, const int *nodes, cons
 int flesh_effect_force(const flesh_body *body, int count, const int *nodes, const double force[3],
                        const flesh_amplitude *amplitude, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {nodes, "nodes"}, {force, "force"});
   load *self = NULL;
   int status = load_create(body, count, nodes, force, "force", amplitude, &self);
   if (status) return status;
@@ -143,6 +147,9 @@ int flesh_effect_force(const flesh_body *body, int count, const int *nodes, cons
 int flesh_effect_traction(const flesh_body *body, int count, const int *triangles, const double traction[3],
                           const flesh_amplitude *amplitude, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {triangles, "triangles"}, {traction, "traction"});
   int total = flesh_mesh_node_count(body->mesh);
   const double *X = flesh_mesh_positions(body->mesh);
   load *self = NULL;
@@ -168,44 +175,4 @@ int flesh_effect_traction(const flesh_body *body, int count, const int *triangle
   free(areas);
   free(nodes);
   return status ? status : flesh_effect_create(&traction_operations, self, effect);
-}
-
-const flesh_key flesh_force_keys[] = {
-    FLESH_SELECTION_KEYS(flesh_load_parameters, selection),
-    {.name = "force", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_load_parameters, vector), .unit = "N",
-     .doc = "in all, shared evenly by the nodes"},
-    FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
-    {0}};
-
-/* Either load, on what `select` finds of the selection. */
-static int add(const flesh_load_parameters *p, const flesh_body *body, flesh_system *system,
-               int (*select)(const flesh_selection *, const flesh_body *, int *, int **),
-               int (*create)(const flesh_body *, int, const int *, const double[3], const flesh_amplitude *,
-                             flesh_effect **))
-{
-  const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
-  flesh_effect *effect = NULL;
-  int count, *items = NULL, status = select(&p->selection, body, &count, &items);
-  if (status) return status;
-  status = create(body, count, items, p->vector, &amplitude, &effect);
-  free(items);
-  return status ? status : flesh_system_add_effect(system, &effect);
-}
-
-int flesh_force_add(const void *parameters, const flesh_body *body, flesh_system *system)
-{
-  return add(parameters, body, system, flesh_selection_nodes, flesh_effect_force);
-}
-
-const flesh_key flesh_traction_keys[] = {
-    FLESH_SELECTION_KEYS(flesh_load_parameters, selection),
-    {.name = "traction", .type = FLESH_KEY_VECTOR, .offset = offsetof(flesh_load_parameters, vector), .unit = "Pa",
-     .doc = "force per area of the rest shape; a surface triangle is chosen by all three of its nodes, or by the "
-            "region of its tet"},
-    FLESH_AMPLITUDE_KEYS(flesh_load_parameters, amplitude),
-    {0}};
-
-int flesh_traction_add(const void *parameters, const flesh_body *body, flesh_system *system)
-{
-  return add(parameters, body, system, flesh_selection_triangles, flesh_effect_traction);
 }

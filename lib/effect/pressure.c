@@ -12,7 +12,6 @@
 #include "base/error.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
-#include "effect/rows.h"
 #include "math/mat3.h"
 
 /* Of an edge the far nodes of the triangles that go along it from its lower to its higher node, and back; -1 on
@@ -122,7 +121,7 @@ static int pressure_jacobian(const flesh_effect *effect, const flesh_point *poin
   const pressure *self = effect->data;
   double p = shift->x * pressure_at(self, point) / 6;
   if (p == 0) return FLESH_OK;
-  const double size = shift->project == FLESH_PROJECTED_NOT ? 0 : shift->project == FLESH_PROJECTED_CLAMP ? 0.5 : 1;
+  const double size = shift->filter == FLESH_FILTER_NONE ? 0 : shift->filter == FLESH_FILTER_CLAMP ? 0.5 : 1;
   for (int k = 0; k < self->edges.count; k++, slots += 3) {
     double y[2][3], s[3], length;
     wing_at(self, k, self->wings[k].up, point, y[0]);
@@ -218,6 +217,7 @@ static void pressure_destroy(void *data)
 static const flesh_effect_operations closed_operations = {
     .name = "pressure",
     .external = 1,
+    .role = FLESH_ROLE_LOAD,
     .cells = pressure_cells,
     .residual = pressure_residual,
     .jacobian = pressure_jacobian,
@@ -232,7 +232,8 @@ static const flesh_effect_operations closed_operations = {
 static const flesh_effect_operations open_operations = {
     .name = "pressure",
     .external = 1,
-    .follows = 1,
+    .role = FLESH_ROLE_LOAD,
+    .is_follower_load = 1,
     .cells = pressure_cells,
     .residual = pressure_residual,
     .jacobian = pressure_jacobian,
@@ -312,6 +313,9 @@ static int take_triangles(pressure *self, const flesh_mesh *mesh, int count, con
 int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles, double value,
                           const flesh_amplitude *amplitude, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {triangles, "triangles"});
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure needs a triangle that it acts on");
@@ -330,25 +334,4 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
   middle(self, flesh_mesh_positions(body->mesh), c);
   self->volume = volume_of(self, flesh_mesh_positions(body->mesh), c, &size);
   return flesh_effect_create(&closed_operations, self, effect);
-}
-
-const flesh_key flesh_pressure_keys[] = {
-    FLESH_SELECTION_KEYS(flesh_pressure_parameters, selection),
-    {.name = "pressure", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_pressure_parameters, pressure),
-     .unit = "Pa",
-     .doc = "on the deformed surface, > 0 pushes into the body; a surface triangle is chosen by all three of its "
-            "nodes, or by the region of its tet"},
-    FLESH_AMPLITUDE_KEYS(flesh_pressure_parameters, amplitude),
-    {0}};
-
-int flesh_pressure_add(const void *parameters, const flesh_body *body, flesh_system *system)
-{
-  const flesh_pressure_parameters *p = parameters;
-  const flesh_amplitude amplitude = flesh_amplitude_read(&p->amplitude);
-  flesh_effect *effect = NULL;
-  int count, *triangles = NULL, status = flesh_selection_triangles(&p->selection, body, &count, &triangles);
-  if (status) return status;
-  status = flesh_effect_pressure(body, count, triangles, p->pressure, &amplitude, &effect);
-  free(triangles);
-  return status ? status : flesh_system_add_effect(system, &effect);
 }

@@ -2,14 +2,19 @@
  *
  * The dissipation function is D = sum over tets of volume * (shear dev E' : dev E' + bulk/2 (tr E')^2), r = dD/dv: a
  * second Piola-Kirchhoff stress S = 2 shear dev E' + bulk tr(E') I beside the elastic one. A rigid motion has E' = 0
- * and feels nothing. F is the lagged state's, so that r is linear in v and has the potential D/shift.v. */
+ * and feels nothing, and forces F S with a symmetric S at the point's own F have no torque.
+ *
+ * With F and E' both of the point, r is no gradient. (None that vanishes in every rigid step, never feeds energy and
+ * has no torque can be one under the midpoint rule: its S would have to be 0 wherever E_{n+1} = E_n, and then change
+ * its sign against E_{n+1} - E_n nearby.) So E' is made of the frozen state (viscous_kernel.c), which gives r the
+ * potential D/shift.v. Repeated until frozen at the point it is sym(F^T F') there, under the midpoint rule exactly
+ * (E_{n+1} - E_n)/h; so it is at once under backward Euler, frozen at the step's start. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/error.h"
 #include "effect/effect.h"
-#include "effect/rows.h"
-#include "effect/tet_batches.h"
+#include "element/tet_batches.h"
 
 typedef struct viscosity {
   flesh_tets tets;
@@ -22,12 +27,25 @@ static const flesh_cells *viscosity_cells(const flesh_effect *effect)
   return &self->tets.cells;
 }
 
+/* Frozen at the point itself is not frozen. */
+static flesh_tet_point point_of(const viscosity *self, const flesh_point *point)
+{
+  const int frozen = point->x_frozen != point->x;
+  return (flesh_tet_point){.x = point->x,
+                           .v = point->v,
+                           .x_frozen = frozen ? point->x_frozen : NULL,
+                           .v_frozen = frozen ? point->v_frozen : NULL,
+                           .scale = 1,
+                           .viscous = self->viscous};
+}
+
 static int viscosity_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
                               double *phi, double *magnitude)
 {
   const viscosity *self = effect->data;
-  const flesh_tet_point at = {.x = point->x_lag, .v = point->v, .scale = 1, .viscous = self->viscous};
-  return flesh_tets_dissipate(&self->tets, self->tets.kernels->viscous, &at, point->threads, shift, r, phi, magnitude);
+  const flesh_tet_point at = point_of(self, point);
+  return flesh_tets_dissipate(&self->tets, self->tets.kernels->viscous, &at, point->threads, shift->v, r, phi,
+                              magnitude);
 }
 
 static int viscosity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -46,8 +64,11 @@ static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *poi
 {
   const viscosity *self = effect->data;
   if (shift->v == 0) return FLESH_OK;
-  const flesh_tet_point at = {.x = point->x_lag, .scale = shift->v, .viscous = self->viscous};
-  return flesh_tets_second_order(&self->tets, self->tets.kernels->viscous, &at, point->threads, slots, K->values);
+  flesh_tet_point at = point_of(self, point);
+  at.scale = shift->v;
+  at.scale_x = shift->x;
+  at.filter = (flesh_eigenvalue_filter)shift->filter;
+  return flesh_tets_hessian(&self->tets, self->tets.kernels->viscous, &at, point->threads, slots, K->values);
 }
 
 static flesh_instructions viscosity_instructions(const flesh_effect *effect)
@@ -72,6 +93,9 @@ static void viscosity_destroy(void *data)
 
 static const flesh_effect_operations viscosity_operations = {
     .name = "viscosity",
+    .freezes = 1,
+    .passive = 1,
+    .role = FLESH_ROLE_DAMPING,
     .cells = viscosity_cells,
     .residual = viscosity_residual,
     .jacobian = viscosity_jacobian,
@@ -84,6 +108,9 @@ static const flesh_effect_operations viscosity_operations = {
 
 int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"});
   if (!(shear >= 0 && shear < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "shear is %g Pa s; it must not be negative", shear);
   if (!(bulk >= 0 && bulk < INFINITY))
@@ -103,21 +130,4 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
     return status;
   }
   return flesh_effect_create(&viscosity_operations, self, effect);
-}
-
-const flesh_key flesh_viscosity_keys[] = {
-    {.name = "shear", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_viscosity_parameters, shear),
-     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "Pa s", .default_value = "0",
-     .doc = "viscosity against changes of shape; shear modulus times a time of relaxation"},
-    {.name = "bulk", .type = FLESH_KEY_NUMBER, .offset = offsetof(flesh_viscosity_parameters, bulk),
-     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "Pa s", .default_value = "0",
-     .doc = "viscosity against changes of volume"},
-    {0}};
-
-int flesh_viscosity_add(const void *parameters, const flesh_body *body, flesh_system *system)
-{
-  const flesh_viscosity_parameters *p = parameters;
-  flesh_effect *effect = NULL;
-  int status = flesh_effect_viscosity(body, p->shear, p->bulk, &effect);
-  return status ? status : flesh_system_add_effect(system, &effect);
 }

@@ -1,25 +1,25 @@
 /* material.c: making a material from its constants, with the map and the limits of each form. */
 #include "flesh/material.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "material/psi.h"
 
-static const char *const energy_names[] = {
-    [FLESH_ENERGY_NEO] = "Neo", [FLESH_ENERGY_A] = "A", [FLESH_ENERGY_B] = "B",
-    [FLESH_ENERGY_C] = "C",     [FLESH_ENERGY_M] = "M", [FLESH_ENERGY_D] = "D",
-    [FLESH_ENERGY_E] = "E",     [FLESH_ENERGY_S] = "S", [FLESH_ENERGY_USER] = "user"};
-
 static const char *const constants_names[] = {[FLESH_CONSTANTS_RAW] = "raw",
                                               [FLESH_CONSTANTS_MATCHED] = "matched",
                                               [FLESH_CONSTANTS_AS_E] = "as_e"};
 enum { CONSTANTS_COUNT = sizeof constants_names / sizeof *constants_names };
+static_assert(CONSTANTS_COUNT == FLESH_CONSTANTS_AS_E + 1, "a name of every kind of constants");
 
 const char *flesh_energy_name(flesh_energy energy)
 {
-  return (unsigned)energy <= FLESH_ENERGY_USER ? energy_names[energy] : "unknown";
+  return (unsigned)energy < FLESH_ENERGY_COUNT ? flesh_forms[energy].name
+         : energy == FLESH_ENERGY_USER          ? "user"
+                                                : "unknown";
 }
 
 const char *flesh_constants_name(flesh_constants constants)
@@ -29,17 +29,18 @@ const char *flesh_constants_name(flesh_constants constants)
 
 int flesh_energy_from_name(const char *name, flesh_energy *energy)
 {
+  FLESH_NEED({name, "name"}, {energy, "energy"});
   for (int e = 0; name && e < FLESH_ENERGY_COUNT; e++)
-    if (!strcmp(name, energy_names[e])) {
+    if (!strcmp(name, flesh_forms[e].name) || !strcmp(name, flesh_forms[e].full_name)) {
       *energy = (flesh_energy)e;
       return FLESH_OK;
     }
-  return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "energy is '%s'; it must be one of Neo, A, B, C, M, D, E, S", name ? name : "");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "energy is '%s'; it must be one of %s", name ? name : "", FLESH_FORM_NAMES);
 }
 
 int flesh_constants_from_name(const char *name, flesh_constants *constants)
 {
+  FLESH_NEED({name, "name"}, {constants, "constants"});
   for (int c = 0; name && c < CONSTANTS_COUNT; c++)
     if (!strcmp(name, constants_names[c])) {
       *constants = (flesh_constants)c;
@@ -49,69 +50,82 @@ int flesh_constants_from_name(const char *name, flesh_constants *constants)
                     name ? name : "");
 }
 
+/* "raw or matched": the kinds of constants that the form takes. */
+static const char *kinds_of(flesh_energy energy, char text[64])
+{
+  size_t length = 0;
+  for (int c = 0; c < CONSTANTS_COUNT; c++)
+    if (flesh_form_takes(energy, (flesh_constants)c))
+      length += (size_t)snprintf(text + length, 64 - length, "%s%s", length ? " or " : "", constants_names[c]);
+  return text;
+}
+
+/* "D": the forms that take this kind of constants. */
+static const char *forms_with(flesh_constants constants, char text[256])
+{
+  size_t length = 0;
+  for (int e = 0; e < FLESH_ENERGY_COUNT && length < 256; e++)
+    if (flesh_form_takes((flesh_energy)e, constants))
+      length += (size_t)snprintf(text + length, 256 - length, "%s%s", length ? ", " : "", flesh_forms[e].name);
+  return text;
+}
+
 /* Whether the form takes this kind of constants at all. */
 static int check_kind(flesh_energy energy, flesh_constants constants)
 {
   if ((unsigned)energy >= FLESH_ENERGY_COUNT)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "energy is number %d, which is no built-in form; it must be one of "
-                      "Neo, A, B, C, M, D, E, S",
-                      (int)energy);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "energy is number %d, which is no built-in form; it must be one of %s",
+                      (int)energy, FLESH_FORM_NAMES);
   if ((unsigned)constants >= CONSTANTS_COUNT)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "constants is number %d; it must be one of raw, matched, as_e",
                       (int)constants);
-  const char *name = energy_names[energy];
-  if (constants == FLESH_CONSTANTS_AS_E && energy != FLESH_ENERGY_D)
-    return flesh_fail(
-        FLESH_ERR_ARGUMENT,
-        "constants is as_e with energy %s; as_e is for energy D only, %s takes %s", name, name,
-        energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M ? "raw" : "raw or matched");
-  if (constants == FLESH_CONSTANTS_MATCHED &&
-      (energy == FLESH_ENERGY_C || energy == FLESH_ENERGY_M || energy == FLESH_ENERGY_D))
-    return flesh_fail(
-        FLESH_ERR_ARGUMENT,
-        "constants is matched with energy %s, which is stressed at rest and matches no "
-        "small-strain constants; it must be %s",
-        name, energy == FLESH_ENERGY_D ? "raw or as_e" : "raw");
-  return FLESH_OK;
+  if (flesh_form_takes(energy, constants)) return FLESH_OK;
+  char kinds[64], forms[256];
+  const char *name = flesh_forms[energy].name;
+  if (constants == FLESH_CONSTANTS_AS_E)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "constants is as_e with energy %s; as_e is for energy %s only, %s takes %s",
+                      name, forms_with(constants, forms), name, kinds_of(energy, kinds));
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "constants is matched with energy %s, which is stressed at rest and matches no "
+                    "small-strain constants; it must be %s",
+                    name, kinds_of(energy, kinds));
+}
+
+/* The columns of a row that are formulas of mu and lambda. */
+typedef struct constants_of_form {
+  double limit, mu, lambda, alpha;
+} constants_of_form;
+
+static constants_of_form formulas(flesh_energy energy, double mu, double lambda)
+{
+  switch (energy) {
+#define FORMULAS(NAME, name, text, full, volume, takes, colour, formula, source, limit, limit_text, equal, matched_mu, \
+                 matched_lambda, alpha)                                                                                \
+  case FLESH_ENERGY_##NAME:                                                                                            \
+    return (constants_of_form){limit, matched_mu, matched_lambda, alpha};
+    FLESH_FORM_LIST(FORMULAS)
+#undef FORMULAS
+  case FLESH_ENERGY_USER:
+    break;
+  }
+  return (constants_of_form){-INFINITY, mu, lambda, 1};
 }
 
 /* Raw constants below these have no stable rest state (or no lower bound) to be at rest in. */
 static int check_raw(flesh_energy energy, double mu, double lambda)
 {
-  double limit = 0;
-  const char *formula = NULL, *reason = "for a stable rest state";
-  int at_limit = 0; /* whether lambda may equal the limit */
-  switch (energy) {
-  case FLESH_ENERGY_E:
-    limit = mu / 3, formula = "mu/3";
-    break;
-  case FLESH_ENERGY_S:
-    limit = mu / 8, formula = "mu/8";
-    break;
-  case FLESH_ENERGY_B:
-    limit = 0, formula = "0";
-    break;
-  case FLESH_ENERGY_NEO:
-  case FLESH_ENERGY_A:
-    limit = -2 * mu / 3, formula = "-2/3 mu";
-    break;
-  case FLESH_ENERGY_C:
-  case FLESH_ENERGY_D:
-    limit = 0, formula = "0", at_limit = 1;
-    reason = "for an energy bounded from below";
-    break;
-  default:
-    return FLESH_OK; /* M has no lambda */
-  }
-  if (lambda > limit || (at_limit && lambda == limit)) return FLESH_OK;
+  const flesh_form *form = &flesh_forms[energy];
+  double limit = formulas(energy, mu, lambda).limit;
+  if (!form->limit || lambda > limit || (form->at_limit && lambda == limit)) return FLESH_OK;
+  const char *reason = form->at_limit ? "for an energy bounded from below" : "for a stable rest state";
+  const char *sign = form->at_limit ? ">=" : ">";
   if (limit == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "raw lambda is %.15g; energy %s needs lambda %s 0 %s",
-                      lambda, energy_names[energy], at_limit ? ">=" : ">", reason);
+                      lambda, form->name, sign, reason);
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "raw lambda is %.15g with mu %.15g; energy %s needs lambda > %s = %.15g %s",
-                    lambda, mu, energy_names[energy], formula, limit, reason);
+                    "raw lambda is %.15g with mu %.15g; energy %s needs lambda %s %s = %.15g %s",
+                    lambda, mu, form->name, sign, form->limit, limit, reason);
 }
 
 /* Maps checked small-strain constants to those of the form. */
@@ -128,16 +142,14 @@ static int make(flesh_energy energy, flesh_constants constants, double mu, doubl
                       .poisson = NAN};
   if (constants == FLESH_CONSTANTS_AS_E) m.lambda = lambda + mu;
   if (constants == FLESH_CONSTANTS_MATCHED) {
-    if (energy == FLESH_ENERGY_B) m.lambda = lambda + 2 * mu / 3;
-    if (energy == FLESH_ENERGY_E) m.lambda = lambda + mu;
-    if (energy == FLESH_ENERGY_S) m.mu = 4 * mu / 3, m.lambda = lambda + 5 * mu / 6;
+    constants_of_form matched = formulas(energy, mu, lambda);
+    m.mu = matched.mu, m.lambda = matched.lambda;
   }
   if (!isfinite(m.mu) || !isfinite(m.lambda))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "mu is %.15g and lambda %.15g after mapping; both must be finite", m.mu,
                       m.lambda);
-  if (energy == FLESH_ENERGY_E) m.alpha = 1 + m.mu / m.lambda;
-  if (energy == FLESH_ENERGY_S) m.alpha = 1 + 0.75 * m.mu / m.lambda;
+  m.alpha = formulas(energy, m.mu, m.lambda).alpha;
   *material = m;
   return FLESH_OK;
 }
@@ -145,6 +157,7 @@ static int make(flesh_energy energy, flesh_constants constants, double mu, doubl
 int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
                              double lambda, flesh_material *material)
 {
+  FLESH_NEED({material, "material"});
   int status = check_kind(energy, constants);
   if (status) return status;
   if (!(mu > 0) || !isfinite(mu))
@@ -163,6 +176,7 @@ int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, dou
 int flesh_material_from_young(flesh_energy energy, flesh_constants constants, double young,
                               double poisson, flesh_material *material)
 {
+  FLESH_NEED({material, "material"});
   int status = check_kind(energy, constants);
   if (status) return status;
   if (!(young > 0) || !isfinite(young))
@@ -187,6 +201,7 @@ int flesh_material_from_young(flesh_energy energy, flesh_constants constants, do
 
 int flesh_material_from_psi(flesh_psi_function psi, const void *user, flesh_material *material)
 {
+  FLESH_NEED({material, "material"});
   if (!psi) return flesh_fail(FLESH_ERR_ARGUMENT, "psi is NULL; it must be a function psi(I_C, J)");
   *material = (flesh_material){.psi = psi,
                                .mu = NAN,

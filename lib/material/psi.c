@@ -1,6 +1,7 @@
-/* psi.c: the eight energies of psi_forms.h as functions to call. */
+/* psi.c: the energies of psi_forms.h as functions to call. */
 #include "material/psi.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stddef.h>
 
@@ -8,26 +9,18 @@
 #include "math/mat3.h"
 
 /* A flesh_psi_function of every built-in form. */
-#define BUILTIN(name, energy)                                                                    \
-  static int name(double I_C, double J, const flesh_material *material, flesh_psi *psi)          \
+#define BUILTIN(NAME, name, ...)                                                                 \
+  static int psi_##name(double I_C, double J, const flesh_material *material, flesh_psi *psi)    \
   {                                                                                              \
-    if (flesh_psi_needs_volume(energy) && !(J > 0)) return FLESH_UNDEFINED;                      \
-    flesh_psi_form(energy, material, 1, I_C, J, psi);                                            \
+    if (flesh_psi_needs_volume(FLESH_ENERGY_##NAME) && !(J > 0)) return FLESH_UNDEFINED;         \
+    flesh_psi_form(FLESH_ENERGY_##NAME, material, 1, I_C, J, psi);                               \
     return FLESH_OK;                                                                             \
   }
+FLESH_FORM_LIST(BUILTIN)
 
-BUILTIN(psi_neo, FLESH_ENERGY_NEO)
-BUILTIN(psi_a, FLESH_ENERGY_A)
-BUILTIN(psi_b, FLESH_ENERGY_B)
-BUILTIN(psi_c, FLESH_ENERGY_C)
-BUILTIN(psi_m, FLESH_ENERGY_M)
-BUILTIN(psi_d, FLESH_ENERGY_D)
-BUILTIN(psi_e, FLESH_ENERGY_E)
-BUILTIN(psi_s, FLESH_ENERGY_S)
-
-const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT] = {
-    [FLESH_ENERGY_NEO] = psi_neo, [FLESH_ENERGY_A] = psi_a, [FLESH_ENERGY_B] = psi_b, [FLESH_ENERGY_C] = psi_c,
-    [FLESH_ENERGY_M] = psi_m,     [FLESH_ENERGY_D] = psi_d, [FLESH_ENERGY_E] = psi_e, [FLESH_ENERGY_S] = psi_s};
+#define ENTRY(NAME, name, ...) [FLESH_ENERGY_##NAME] = psi_##name,
+const flesh_psi_function flesh_psi_builtins[] = {FLESH_FORM_LIST(ENTRY)};
+static_assert(sizeof flesh_psi_builtins / sizeof *flesh_psi_builtins == FLESH_ENERGY_COUNT, "a psi of every form");
 
 int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J)
 {

@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "flesh/material.h"
+#include "material/form.h"
 
 extern const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT];
 

@@ -1,4 +1,4 @@
-/* psi_forms.h: the eight energies psi(I_C, J) with their first and second derivatives, for one
+/* psi_forms.h: the energies psi(I_C, J) with their first and second derivatives, for one
  * (I_C, J) or several side by side (lanes.h); formulas and sources in flesh/material.h.
  *
  * The value, whose logarithm costs more than all the derivatives, is filled only where asked. */
@@ -6,6 +6,7 @@
 #define FLESH_MATERIAL_PSI_FORMS_H
 
 #include "flesh/material.h"
+#include "material/form.h"
 #include "math/logarithm.h"
 
 #if FLESH_LANES == 1
@@ -15,9 +16,6 @@ typedef struct flesh_psi_real {
   flesh_real value, I, J, II, IJ, JJ;
 } flesh_psi_real;
 #endif
-
-/* Whether a built-in energy is undefined for J <= 0. */
-static inline int flesh_psi_needs_volume(flesh_energy energy) { return energy <= FLESH_ENERGY_C; }
 
 /* Where lambda multiplies J - alpha, J - 1 is taken first: it is exact near rest, so that nearly
  * incompressible constants (lambda >> mu) do not magnify the rounding of alpha. */
@@ -75,8 +73,9 @@ static inline void flesh_psi_c(const flesh_material *m, int with_value, flesh_re
 }
 
 static inline void flesh_psi_m(const flesh_material *m, int with_value, flesh_real I_C,
-                               flesh_psi_real *psi)
+                               flesh_real J, flesh_psi_real *psi)
 {
+  (void)J;
   if (with_value) psi->value = 0.5 * m->mu * (I_C - 3);
 }
 
@@ -122,30 +121,12 @@ static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, 
   flesh_real zero = flesh_all(0);
   *psi = (flesh_psi_real){zero, flesh_all(0.5 * m->mu), zero, zero, zero, zero};
   switch (energy) {
-  case FLESH_ENERGY_NEO:
-    flesh_psi_neo(m, with_value, I_C, J, psi);
+#define FLESH_FORM_CASE(NAME, name, ...)                                                           \
+  case FLESH_ENERGY_##NAME:                                                                        \
+    flesh_psi_##name(m, with_value, I_C, J, psi);                                                  \
     break;
-  case FLESH_ENERGY_A:
-    flesh_psi_a(m, with_value, I_C, J, psi);
-    break;
-  case FLESH_ENERGY_B:
-    flesh_psi_b(m, with_value, I_C, J, psi);
-    break;
-  case FLESH_ENERGY_C:
-    flesh_psi_c(m, with_value, I_C, J, psi);
-    break;
-  case FLESH_ENERGY_M:
-    flesh_psi_m(m, with_value, I_C, psi);
-    break;
-  case FLESH_ENERGY_D:
-    flesh_psi_d(m, with_value, I_C, J, psi);
-    break;
-  case FLESH_ENERGY_E:
-    flesh_psi_e(m, with_value, I_C, J, psi);
-    break;
-  case FLESH_ENERGY_S:
-    flesh_psi_s(m, with_value, I_C, J, psi);
-    break;
+    FLESH_FORM_LIST(FLESH_FORM_CASE)
+#undef FLESH_FORM_CASE
   case FLESH_ENERGY_USER:
     break;
   }

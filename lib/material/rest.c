@@ -10,6 +10,7 @@
 int flesh_material_small_strain(const flesh_material *material, double *mu, double *lambda,
                                 double *rest_stress)
 {
+  FLESH_NEED({material, "material"});
   static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   flesh_psi at;
   int status = flesh_psi_at(material, identity, &at, NULL);
@@ -87,6 +88,7 @@ static int dips(const flesh_material *material, double sign, double low, double 
 
 int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio)
 {
+  FLESH_NEED({material, "material"}, {volume_ratio, "volume_ratio"});
   double g, slope, mu, lambda, stress;
   int status = tension(material, 1, &g, &slope);
   if (!status) status = flesh_material_small_strain(material, &mu, &lambda, &stress);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/error.h"
 #include "material/psi.h"
 #include "math/eig3.h"
 #include "math/mat3.h"
@@ -13,6 +14,7 @@
 int flesh_material_eigen(const flesh_material *material, const double F[9], double values[9],
                          double vectors[81])
 {
+  FLESH_NEED({material, "material"}, {F, "F"}, {values, "values"}, {vectors, "vectors"});
   flesh_psi psi;
   flesh_spectrum s;
   double U[9], sigma[3], V[9], w[3], Q[9];
@@ -45,6 +47,7 @@ int flesh_material_eigen(const flesh_material *material, const double F[9], doub
 int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
                                      double H[81])
 {
+  FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
   double values[9], vectors[81];
   int status = flesh_material_eigen(material, F, values, vectors);
   if (status) return status;

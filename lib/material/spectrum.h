@@ -17,9 +17,6 @@ typedef struct flesh_spectrum {
   flesh_real flip[3];  /* 2 psi_I - psi_J sigma_k */
 } flesh_spectrum;
 
-/* What becomes of negative eigenvalues: zero (Teran et al. 2005) or their absolute values (Chen et
- * al. 2024, "Stabler Neo-Hookean Simulation"). */
-typedef enum flesh_filter { FLESH_FILTER_CLAMP, FLESH_FILTER_ABSOLUTE } flesh_filter;
 
 /* Returns where every entry is finite. */
 static inline flesh_mask flesh_spectrum_make(const flesh_psi_real *psi, const flesh_real sigma[3],
@@ -51,13 +48,13 @@ static inline flesh_mask flesh_spectrum_definite(const flesh_real A[9])
   return (A[0] > 0) & (p1 > 0) & (A[8] - l2 * A[2] - r * r / p1 > 0);
 }
 
-static inline flesh_real flesh_spectrum_filtered(flesh_real value, flesh_filter filter)
+static inline flesh_real flesh_spectrum_filtered(flesh_real value, flesh_eigenvalue_filter filter)
 {
   return filter == FLESH_FILTER_ABSOLUTE ? flesh_abs(value) : flesh_max(value, flesh_all(0));
 }
 
 /* The same for the scaling block, where it has a negative eigenvalue; returns where. */
-static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_filter filter)
+static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_eigenvalue_filter filter)
 {
   flesh_real largest = flesh_all(0), w[3], Q[9], QW[9], scaled[9];
   for (int k = 0; k < 9; k++) largest = flesh_max(largest, flesh_abs(A[k]));
@@ -75,7 +72,7 @@ static inline flesh_mask flesh_spectrum_filter_scaling(flesh_real A[9], flesh_fi
 }
 
 /* Returns where there were negative eigenvalues; nothing changed elsewhere. */
-static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_filter filter)
+static inline flesh_mask flesh_spectrum_filter(flesh_spectrum *spectrum, flesh_eigenvalue_filter filter)
 {
   flesh_mask changed = spectrum->twist[0] < 0;
   for (int k = 0; k < 3; k++) {

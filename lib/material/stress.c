@@ -2,11 +2,13 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/error.h"
 #include "material/psi.h"
 #include "math/mat3.h"
 
 int flesh_material_energy(const flesh_material *material, const double F[9], double *psi)
 {
+  FLESH_NEED({material, "material"}, {F, "F"}, {psi, "psi"});
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status == FLESH_OK) *psi = at.value;
@@ -15,6 +17,7 @@ int flesh_material_energy(const flesh_material *material, const double F[9], dou
 
 int flesh_material_stress(const flesh_material *material, const double F[9], double P[9])
 {
+  FLESH_NEED({material, "material"}, {F, "F"}, {P, "P"});
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status) return status;
@@ -30,6 +33,7 @@ int flesh_material_stress(const flesh_material *material, const double F[9], dou
  * f = vec F, g = vec cof F. */
 int flesh_material_hessian(const flesh_material *material, const double F[9], double H[81])
 {
+  FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status) return status;

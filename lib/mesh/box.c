@@ -39,7 +39,9 @@ static int check_box(const int cells[3], const double size[3], const double orig
 int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                    flesh_mesh **mesh)
 {
+  FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
+  FLESH_NEED({cells, "cells"}, {size, "size"}, {origin, "origin"});
   int status = check_box(cells, size, origin);
   if (status) return status;
   int nx = cells[0], ny = cells[1], nz = cells[2];

@@ -3,7 +3,7 @@
 #define FLESH_MESH_FORMATS_H
 
 #include "mesh/draft.h"
-#include "mesh/scan.h"
+#include "base/scan.h"
 
 /* Each reads the text or bytes of `s` from its beginning into an empty draft. */
 int flesh_plain_read(flesh_scanner *s, flesh_draft *draft);

@@ -3,7 +3,7 @@
 #define FLESH_MESH_GMSH_H
 
 #include "mesh/draft.h"
-#include "mesh/scan.h"
+#include "base/scan.h"
 #include "mesh/tag_map.h"
 
 typedef struct flesh_gmsh {

@@ -50,6 +50,22 @@ int flesh_mesh_region_list(const flesh_mesh *mesh, int **list)
   return distinct;
 }
 
+/* How many tags there are, one after the other in their order; the list serves where there is memory for it. */
+static int region_count(const flesh_mesh *mesh)
+{
+  int *tags, count = flesh_mesh_region_list(mesh, &tags), listed = tags != NULL, last = 0;
+  free(tags);
+  if (listed) return count;
+  for (;; count++) {
+    int found = 0, next = 0;
+    for (int t = 0; t < mesh->tets; t++)
+      if ((!count || mesh->regions[t] > last) && (!found || mesh->regions[t] < next))
+        found = 1, next = mesh->regions[t];
+    if (!found) return count;
+    last = next;
+  }
+}
+
 static double edge_length(const flesh_mesh *mesh, int node, int other)
 {
   const double *from = mesh->positions + 3 * (size_t)node;
@@ -78,9 +94,7 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
                             .unused_nodes = mesh->unused_nodes,
                             .edge_min = INFINITY,
                             .radius_ratio_min = INFINITY};
-  int *tags;
-  info->regions = flesh_mesh_region_list(mesh, &tags);
-  free(tags);
+  info->regions = region_count(mesh);
   info->volume = flesh_mesh_volume(mesh, mesh->positions);
   for (int d = 0; d < 3; d++) info->low[d] = INFINITY, info->high[d] = -INFINITY;
   for (int n = 0; n < mesh->nodes; n++)

@@ -145,6 +145,9 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
 int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                       const int *regions, flesh_mesh **mesh)
 {
+  FLESH_NEED({mesh, "mesh"});
+  *mesh = NULL;
+  FLESH_NEED({positions, "positions"}, {tet_nodes, "tet_nodes"});
   return flesh_mesh_build(nodes, positions, tets, tet_nodes, regions, NULL, mesh);
 }
 

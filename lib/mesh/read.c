@@ -47,7 +47,9 @@ static int read_by_content(flesh_scanner *s, flesh_draft *draft)
 
 int flesh_mesh_read(const char *path, flesh_mesh **mesh)
 {
+  FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
+  FLESH_NEED({path, "path"});
   flesh_scanner scanner;
   flesh_draft draft = {.path = path};
   int status = flesh_scan_open(&scanner, path);

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "base/plain_locale.h"
-#include "io/file.h"
+#include "base/file.h"
 #include "mesh/inspect.h"
 
 static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
@@ -163,6 +163,7 @@ static int write_by_suffix(const flesh_mesh *mesh, const char *path)
 
 int flesh_mesh_write(const flesh_mesh *mesh, const char *path)
 {
+  FLESH_NEED({mesh, "mesh"}, {path, "path"});
   flesh_plain_locale locale;
   int status = flesh_plain_locale_begin(&locale);
   if (status) return status;

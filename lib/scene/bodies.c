@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "effect/motion.h"
+#include "geometry/motion.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "effect/rows.h"
+#include "scene/effect_rows.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
@@ -250,6 +250,6 @@ int flesh_scene_make_system(flesh_scene *scene)
     if ((status = entry->row->add(entry->parameters, &scene->body, scene->system)))
       return flesh_node_fail_within(status, entry->node ? entry->node : scene->root,
                                     "%s: ", entry->path);
-  status = flesh_system_finish(scene->system);
+  status = flesh_system_finalize(scene->system);
   return status ? flesh_fail_within(status, "%s: ", scene->path) : FLESH_OK;
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "scene/renamed.h"
 #include "scene/words.h"
 
 static int no_memory(void)
@@ -14,9 +15,9 @@ static int no_memory(void)
 const flesh_effect_row *flesh_effect_row_named(const char *name)
 {
   int count;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   for (int i = 0; i < count; i++)
-    if (!strcmp(rows[i].name, name)) return &rows[i];
+    if (!strcmp(rows[i]->name, name)) return rows[i];
   return NULL;
 }
 
@@ -50,9 +51,13 @@ static int unknown_effect(const flesh_node *node, const char *path)
 {
   flesh_suggestion suggestion = {.word = node->key};
   char text[512], shown[FLESH_SHOW_SIZE];
+  const char *renamed = flesh_renamed_effect(node->key);
+  if (renamed)
+    return flesh_node_fail_at_key(node, "%s is %s, which has been renamed; write %s", path,
+                                  flesh_word_show(node->key, shown), renamed);
   int count;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
-  for (int i = 0; i < count; i++) flesh_suggestion_offer(&suggestion, rows[i].name);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
+  for (int i = 0; i < count; i++) flesh_suggestion_offer(&suggestion, rows[i]->name);
   return flesh_node_fail_at_key(node, "%s is %s, which is no effect; %s", path,
                                 flesh_word_show(node->key, shown),
                                 flesh_suggestion_text(&suggestion, text));
@@ -97,7 +102,7 @@ static int check_once(const flesh_effect_entry *entries, int count)
   return FLESH_OK;
 }
 
-int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *list, const char *path,
+static int read_list(const flesh_key_reader *reader, const flesh_node *list, const char *path,
                            flesh_objects *entries)
 {
   char shown[FLESH_SHOW_SIZE];
@@ -123,7 +128,7 @@ int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *lis
   return FLESH_OK;
 }
 
-void flesh_effect_list_write(const flesh_objects *entries, int indent, flesh_text *text)
+static void write_list(const flesh_objects *entries, int indent, flesh_text *text)
 {
   const flesh_effect_entry *entry = entries->values;
   for (int i = 0; i < entries->count; i++, entry++) {
@@ -137,3 +142,12 @@ void flesh_effect_list_write(const flesh_objects *entries, int indent, flesh_tex
     if (!text->failed) text->data[--text->size] = 0;
   }
 }
+
+static void visit_paths(const flesh_objects *entries, void (*visit)(void *data, const char *path), void *data)
+{
+  const flesh_effect_entry *entry = entries->values;
+  for (int k = 0; k < entries->count; k++, entry++)
+    flesh_keys_visit_paths(entry->row->keys, entry->parameters, visit, data);
+}
+
+const flesh_key_list flesh_effect_key_list = {read_list, write_list, visit_paths};

@@ -2,7 +2,7 @@
 #ifndef FLESH_SCENE_EFFECT_LIST_H
 #define FLESH_SCENE_EFFECT_LIST_H
 
-#include "effect/registry.h"
+#include "scene/effect_registry.h"
 #include "scene/keys.h"
 
 typedef struct flesh_effect_entry {
@@ -16,9 +16,7 @@ typedef struct flesh_effect_entry {
 const flesh_effect_row *flesh_effect_row_named(const char *name);
 /* Makes `- inertia` and `- inertia:` into `- inertia: {}` everywhere in the list. */
 int flesh_effect_list_normalise(flesh_arena *arena, flesh_node *list);
-/* Reads the list into entries (flesh_objects of flesh_effect_entry). */
-int flesh_effect_list_read(const flesh_key_reader *reader, const flesh_node *list, const char *path,
-                           flesh_objects *entries);
-void flesh_effect_list_write(const flesh_objects *entries, int indent, flesh_text *text);
+/* How keys read the list into entries (flesh_objects of flesh_effect_entry) and write it. */
+extern const flesh_key_list flesh_effect_key_list;
 
 #endif

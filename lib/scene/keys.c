@@ -11,7 +11,7 @@
 
 #include "base/error.h"
 #include "flesh/system.h"
-#include "scene/effect_list.h"
+#include "scene/renamed.h"
 #include "scene/words.h"
 
 static int no_memory(void)
@@ -134,6 +134,11 @@ const char *flesh_key_expectation(const flesh_key *key, char text[FLESH_EXPECTAT
 int flesh_key_fail(const flesh_key *key, const flesh_node *node, const char *path)
 {
   char shown[FLESH_SHOW_SIZE], expected[FLESH_EXPECTATION_SIZE];
+  const int chosen = key->type == FLESH_KEY_CHOICE && node->kind == FLESH_NODE_SCALAR;
+  const char *renamed = chosen ? flesh_renamed_choice(key, node->text) : NULL;
+  if (renamed)
+    return flesh_node_fail(node, "%s is %s, which has been renamed; write %s", path, flesh_node_show(node, shown),
+                           renamed);
   return flesh_node_fail(node, "%s is %s; it must be %s", path, flesh_node_show(node, shown),
                          flesh_key_expectation(key, expected));
 }
@@ -231,13 +236,15 @@ static int read_choice(const flesh_key *key, const flesh_node *node, int *value)
 {
   if (node->kind != FLESH_NODE_SCALAR) return 0;
   for (*value = 0; key->choices[*value]; ++*value)
-    if (!strcmp(key->choices[*value], node->text)) return 1;
+    if (!strcmp(key->choices[*value], node->text) ||
+        (key->aliases && !strcmp(key->aliases[*value], node->text)))
+      return 1;
   return 0;
 }
 
 static int read_set(const flesh_key *key, const flesh_node *node, unsigned *set)
 {
-  if (node->kind != FLESH_NODE_LIST || !node->count) return 0;
+  if (node->kind != FLESH_NODE_LIST || (!node->count && !key->may_be_empty)) return 0;
   *set = 0;
   for (const flesh_node *child = node->first; child; child = child->next) {
     int choice;
@@ -336,7 +343,7 @@ static int read_value(const flesh_key_reader *reader, const flesh_key *key, cons
   case FLESH_KEY_OBJECTS:
     return read_objects(reader, key, node, path, value);
   case FLESH_KEY_EFFECTS:
-    return flesh_effect_list_read(reader, node, path, value);
+    return key->list->read(reader, node, path, value);
   case FLESH_KEY_TREE:
     *(const flesh_node **)value = node;
     return FLESH_OK;
@@ -386,6 +393,10 @@ static int check_names(const flesh_key_reader *reader, const flesh_key *keys,
     if (!key) {
       flesh_suggestion suggestion = {.word = child->key};
       char text[512], shown[FLESH_SHOW_SIZE];
+      const char *renamed = flesh_renamed_key(keys, child->key);
+      if (renamed)
+        return flesh_node_fail_at_key(child, "%s%s%s has been renamed; write %s", path, *path ? "." : "",
+                                      flesh_word_show(child->key, shown), renamed);
       for (key = keys; key->name; key++) flesh_suggestion_offer(&suggestion, key->name);
       return flesh_node_fail_at_key(child, "%s%s%s is unknown%s%s", path, *path ? "." : "",
                                     flesh_word_show(child->key, shown),

@@ -12,6 +12,13 @@ typedef struct flesh_key_reader {
       *directory; /* paths from a file are relative to it; NULL or "": the working directory */
 } flesh_key_reader;
 
+/* A list whose entries have keys by their names: how it is read, written, and searched for the files that it names. */
+typedef struct flesh_key_list {
+  int (*read)(const flesh_key_reader *reader, const flesh_node *list, const char *path, flesh_objects *entries);
+  void (*write)(const flesh_objects *entries, int indent, flesh_text *text);
+  void (*visit_paths)(const flesh_objects *entries, void (*visit)(void *data, const char *path), void *data);
+} flesh_key_list;
+
 /* Reads `mapping` (NULL: none given, defaults only) into `target`. `path` is what leads to it
  * ("body.material";
  * "" at the top), `place` where a missing key is reported. FLESH_ERR_ARGUMENT with place, full key,

@@ -8,8 +8,7 @@
 #include <string.h>
 
 #include "flesh/system.h"
-#include "io/file.h"
-#include "scene/effect_list.h"
+#include "base/file.h"
 
 static int value_absent(const flesh_key *key, const void *value)
 {
@@ -29,7 +28,7 @@ static int value_absent(const flesh_key *key, const void *value)
   case FLESH_KEY_TREE:
     return 1; /* never written */
   case FLESH_KEY_SET:
-    return !*(const unsigned *)value;
+    return !*(const unsigned *)value && !key->may_be_empty;
   case FLESH_KEY_INTEGERS:
     return !((const flesh_integers *)value)->count;
   case FLESH_KEY_OBJECTS:
@@ -130,7 +129,8 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     break;
   }
   case FLESH_KEY_SET: {
-    const char *before = "[";
+    const char *before = "";
+    flesh_text_print(text, "[");
     for (int k = 0; key->choices[k]; k++) {
       if (!(*(const unsigned *)value & 1u << k)) continue;
       flesh_text_print(text, "%s%s", before, key->choices[k]);
@@ -151,7 +151,7 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     if (!text->failed) text->data[--text->size] = 0; /* the caller ends the line */
     break;
   case FLESH_KEY_EFFECTS:
-    flesh_effect_list_write(value, indent, text);
+    key->list->write(value, indent, text);
     break;
   case FLESH_KEY_TREE:
     break;
@@ -184,9 +184,6 @@ void flesh_keys_visit_paths(const flesh_key *keys, const void *target,
     for (int k = 0; keys->type == FLESH_KEY_OBJECTS && k < list->count; k++)
       flesh_keys_visit_paths(keys->children, (char *)list->values + (size_t)k * keys->child_size,
                              visit, data);
-    for (int k = 0; keys->type == FLESH_KEY_EFFECTS && k < list->count; k++) {
-      const flesh_effect_entry *entry = (const flesh_effect_entry *)list->values + k;
-      flesh_keys_visit_paths(entry->row->keys, entry->parameters, visit, data);
-    }
+    if (keys->type == FLESH_KEY_EFFECTS) keys->list->visit_paths(list, visit, data);
   }
 }

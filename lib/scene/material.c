@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
+#include "material/form.h"
 
 /* Two constants that belong together: how many are given, and the last override that gave one. */
 typedef struct pair {
@@ -58,11 +59,6 @@ static int no_pair(const flesh_node *node, const char *path, const pair *lame, c
       constant(young, 0)->name, constant(young, 1)->name);
 }
 
-static int can_be_matched(int energy)
-{
-  return energy != FLESH_ENERGY_C && energy != FLESH_ENERGY_M && energy != FLESH_ENERGY_D;
-}
-
 int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
                               flesh_material *material)
 {
@@ -76,7 +72,7 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
   if (!use_lame && !wins(&young, &lame)) return no_pair(node, path, &lame, &young);
   forget(use_lame ? &young : &lame, keys);
   if (keys->constants < 0)
-    keys->constants = can_be_matched(keys->energy) ? FLESH_CONSTANTS_MATCHED : FLESH_CONSTANTS_RAW;
+    keys->constants = flesh_form_default_constants((flesh_energy)keys->energy);
   flesh_energy energy = (flesh_energy)keys->energy;
   flesh_constants constants = (flesh_constants)keys->constants;
   int status =

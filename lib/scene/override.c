@@ -184,7 +184,9 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
                          flesh_node *root)
 {
   change c = {.arena = arena, .keys = keys};
-  c.source = (flesh_source){flesh_arena_print(arena, "--set %s", text), number};
+  enum { SHOWN = 200 };
+  const char *more = strlen(text) > SHOWN ? "..." : "";
+  c.source = (flesh_source){flesh_arena_print(arena, "--set %.*s%s", SHOWN, text, more), number};
   if (!c.source.name) return no_memory();
   const char *equals = strchr(text, '=');
   if (!equals) return bad_path(&c);
@@ -194,6 +196,10 @@ int flesh_override_apply(flesh_arena *arena, const flesh_key *keys, const char *
   if (!status)
     status = flesh_yaml_parse(arena, equals + 1, strlen(equals + 1), &c.source, &c.value);
   if (status) return status;
+  /* An empty text is a null; one that is only a comment or directive of YAML was meant as a value. */
+  if (!c.value && equals[1 + strspn(equals + 1, " \t\r\n")])
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: there is no value behind the =; a text that begins with # or %% is quoted",
+                      c.source.name);
   if (!c.value && !(c.value = flesh_node_create(arena, FLESH_NODE_SCALAR, &c.source)))
     return no_memory();
   c.value->removed = flesh_node_is_null(c.value);

@@ -9,8 +9,8 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
-#include "io/file.h"
-#include "mesh/scan.h"
+#include "base/file.h"
+#include "base/scan.h"
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/override.h"
@@ -69,7 +69,8 @@ static int read_tree(flesh_scene *scene, int count, const char *const *overrides
 int flesh_scene_make_absolute(flesh_scene *scene, char **path)
 {
   char *whole = realpath(*path, NULL);
-  if (!whole) return flesh_fail(FLESH_ERR_FILE, "%s: %s", *path, strerror(errno));
+  if (!whole)
+    return flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s", *path, strerror(errno));
   *path = flesh_arena_text(&scene->arena, whole, strlen(whole));
   free(whole);
   return *path ? FLESH_OK : no_memory(scene->path);
@@ -93,7 +94,7 @@ static int settle_time(flesh_scene *scene)
 {
   const flesh_key *time = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, time));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, time->offset);
-  if (!flesh_system_has_effect(scene->system, "inertia"))
+  if (!flesh_system_has_role(scene->system, FLESH_ROLE_INERTIA))
     scene->keys.time.method = FLESH_METHOD_STATIC;
   if (isnan(scene->keys.time.end) && scene->keys.time.method != FLESH_METHOD_STATIC) {
     const flesh_key *end =
@@ -111,7 +112,8 @@ static int settle_time(flesh_scene *scene)
                            scene->keys.time.adaptive.max_order);
   }
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
-                                   scene->keys.time.end, scene->keys.time.options, scene->keys.time.adaptive};
+                                   scene->keys.time.end, scene->keys.time.max_energy_gain,
+                                   scene->keys.time.options, scene->keys.time.adaptive};
   int status = flesh_method_options_check(&scene->time.options);
   return status ? flesh_node_fail_within(status, place, "%s.", time->name) : FLESH_OK;
 }
@@ -170,8 +172,11 @@ static int check_output(flesh_scene *scene)
     return flesh_node_fail(place, "%s.camera: the elevation is %g and the field of view %g degrees; "
                                   "they must be -90 to 90 and 0 to less than 120",
                            output->name, camera->elevation, camera->field_of_view);
+  if (fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) == 0)
+    return flesh_node_fail(place, "%s.camera.up is zero; it must be a direction, such as [0, 1, 0]", output->name);
   if (!scene->keys.output.skin.surface) return FLESH_OK;
   int status = flesh_scene_make_absolute(scene, &scene->keys.output.skin.surface);
+  if (!status) status = flesh_regular_check(scene->keys.output.skin.surface);
   return status ? flesh_node_fail_within(status, place, "%s.skin.surface: ", output->name)
                 : FLESH_OK;
 }
@@ -217,7 +222,9 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
 
 int flesh_scene_read(const char *path, int count, const char *const *overrides, flesh_scene **scene)
 {
+  FLESH_NEED({scene, "scene"});
   *scene = NULL;
+  FLESH_NEED({path, "path"});
   flesh_scene *made = calloc(1, sizeof *made);
   if (!made) return no_memory(path);
   made->path = flesh_arena_text(&made->arena, path, strlen(path));
@@ -265,11 +272,17 @@ void flesh_scene_start(const flesh_scene *scene, flesh_state *state)
   memcpy(state->v, scene->start.v, size);
 }
 
+void flesh_scene_print(const flesh_scene *scene, flesh_text *text)
+{
+  flesh_text_print(text, "# Every key in force; running this file repeats the run.\n");
+  flesh_keys_write(flesh_scene_table, &scene->keys, 0, text);
+}
+
 int flesh_scene_write(const flesh_scene *scene, const char *path)
 {
+  FLESH_NEED({scene, "scene"}, {path, "path"});
   flesh_text text = {0};
-  flesh_text_print(&text, "# Every key in force; running this file repeats the run.\n");
-  flesh_keys_write(flesh_scene_table, &scene->keys, 0, &text);
+  flesh_scene_print(scene, &text);
   if (text.failed) {
     free(text.data);
     return no_memory(path);

@@ -26,6 +26,9 @@ struct flesh_scene {
  * nothing is built. */
 int flesh_scene_check_keys(const char *path, int count, const char *const *overrides);
 
+/* What flesh_scene_write writes. */
+void flesh_scene_print(const flesh_scene *scene, flesh_text *text);
+
 /* The node of `name` (may be NULL), else the one above it: where an error about it is reported. */
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset);
 

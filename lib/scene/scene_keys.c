@@ -1,31 +1,45 @@
 /* scene_keys.c: every key of a scene but those of the effects, which stand in the effects' own
  * rows. */
+#include "scene/effect_list.h"
 #include "scene/scene_keys.h"
 
 #include <assert.h>
 #include <stddef.h>
 
-#include "integrator/method.h"
-#include "sparse/preconditioner.h"
+#include "material/form.h"
+#include "time/method.h"
+#include "linear/preconditioner.h"
 
 /* Choices are read as int into fields of enum type. */
 static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
 
 /* In the order of the enums. */
-static const char *const energies[] = {"Neo", "A", "B", "C", "M", "D", "E", "S", NULL};
+#define FORM_NAME(NAME, name, text, ...) text,
+#define FORM_FULL_NAME(NAME, name, text, full, ...) full,
+#define FORM_DOC(NAME, name, text, full, ...) ", " text " or " full
+static const char *const energies[] = {FLESH_FORM_LIST(FORM_NAME) NULL};
+static_assert(sizeof energies / sizeof *energies == FLESH_ENERGY_COUNT + 1, "a name of every form");
+static const char *const full_names[] = {FLESH_FORM_LIST(FORM_FULL_NAME) NULL};
+static_assert(sizeof full_names == sizeof energies, "a full name of every form");
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
+static_assert(sizeof constants / sizeof *constants == FLESH_CONSTANTS_AS_E + 2, "a name of every kind of constants");
 static const char *const masses[] = {"lumped", "consistent", NULL};
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
-static const char *const projections[] = {"demand", "always", "never", NULL};
-static const char *const filterings[] = {"auto", "clamp", "absolute", "trust-region", NULL};
-static const char *const globalizations[] = {"energy", "none", "kinsol", NULL};
+static const char *const projections[] = {"when_indefinite", "always", "never", NULL};
+/* In the order of flesh_eigenvalue_filter. */
+static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto", NULL};
+static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_AUTO + 2, "a name of every filter");
+/* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
+static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
+static const char *const line_searches[] = {"potential", "none", "residual", NULL};
 
 const flesh_key flesh_material_table[] = {
     {.name = "energy",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_scene_material, energy),
      .choices = energies,
-     .doc = "the form of the energy density psi(I_C, J)"},
+     .aliases = full_names,
+     .doc = "the form of the energy density psi(I_C, J), short or in full" FLESH_FORM_LIST(FORM_DOC)},
     {.name = "constants",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_scene_material, constants),
@@ -33,7 +47,7 @@ const flesh_key flesh_material_table[] = {
      .default_value = "",
      .doc = "how the given constants enter the form: raw as they are; matched so that small "
             "strains obey them "
-            "(Neo, A, B, E, S); as_e like E's (D only). Default: matched where the form can be, "
+            "(of" FLESH_FORM_MATCHED_NAMES "); as_e like E's (D only). Default: matched where the form can be, "
             "else raw"},
     {.name = "mu",
      .type = FLESH_KEY_NUMBER,
@@ -170,6 +184,13 @@ static const flesh_key time_table[] = {
      .unit = "s",
      .default_value = "",
      .doc = "when the run ends; required when the scene has inertia, 0 by default when static"},
+    {.name = "max_energy_gain",
+     .type = FLESH_KEY_NUMBER,
+     AT(time.max_energy_gain),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "0.5",
+     .doc = "the run ends with exit code 8 where energy that nothing has put in exceeds this share of the energy that "
+            "the motion has had; from 0.05 on it is told; 1e300: never ended"},
     {.name = "alpha",
      .type = FLESH_KEY_NUMBER,
      AT(time.options.alpha),
@@ -214,12 +235,12 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "100000",
      .doc = "adaptive: internal steps between two outputs before the run gives up"},
-    {.name = "calm",
+    {.name = "switch_threshold",
      .type = FLESH_KEY_NUMBER,
      AT(time.adaptive.calm),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.01",
-     .doc = "calm-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "
+     .doc = "euler-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "
             "motion's second derivative, is at most this share of the body's longest side and of its scale of "
             "velocity"},
     {.name = NULL},
@@ -251,9 +272,10 @@ static const flesh_key solver_table[] = {
      .offset = offsetof(flesh_solver_options, newton_tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-6",
-     .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this "
-            "times the larger of "
-            "the first iterate's and the applied load's"},
+     .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
+            "the applied load's and the first iterate's; where obstacles, prescribed places or springs may have gone "
+            "on at once, and in statics, the first iterate's counts at most as the largest force at the current one: "
+            "of loads, contact, inertia, elements and reactions"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
@@ -273,9 +295,9 @@ static const flesh_key solver_table[] = {
      .default_value = "2000",
      .doc = "iterations per linear solve; one that they do not end is left to a direct factorisation, "
             "unless that costs more"},
-    {.name = "max_halvings",
+    {.name = "max_cutbacks",
      .type = FLESH_KEY_INTEGER,
-     .offset = offsetof(flesh_solver_options, max_halvings),
+     .offset = offsetof(flesh_solver_options, max_cutbacks),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "8",
      .doc = "how often a step or load increment that fails may be halved"},
@@ -292,58 +314,49 @@ static const flesh_key solver_table[] = {
      .choices = flesh_preconditioner_names,
      .default_value = "auto",
      .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
-            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; auto: two-level, "
+            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; auto: "
+            "two-level, "
             "or ic on meshes of a few hundred nodes"},
-    {.name = "projection",
+    {.name = "project",
      .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(flesh_solver_options, projection),
+     .offset = offsetof(flesh_solver_options, project),
      .choices = projections,
-     .default_value = "demand",
+     .default_value = "when_indefinite",
      .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
             "shows, always, "
             "or never"},
-    {.name = "filtering",
+    {.name = "eigenvalue_filter",
      .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(flesh_solver_options, filtering),
-     .choices = filterings,
+     .offset = offsetof(flesh_solver_options, eigenvalue_filter),
+     .choices = eigenvalue_filters,
      .default_value = "auto",
      .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
             "trust-region: zero after a filtered step whose decrease was foretold to 1 %, else "
-            "absolute; auto: the same in dynamics, absolute in statics"},
-    {.name = "globalization",
+            "absolute; auto: the same in dynamics, absolute in statics; none: they stay, as with project: never"},
+    {.name = "line_search",
      .type = FLESH_KEY_CHOICE,
-     .offset = offsetof(flesh_solver_options, globalization),
-     .choices = globalizations,
-     .default_value = "energy",
-     .doc = "energy: full steps guarded by a search on the incremental potential; none: plain full "
+     .offset = offsetof(flesh_solver_options, line_search),
+     .choices = line_searches,
+     .default_value = "potential",
+     .doc = "potential: full steps guarded by a search on the incremental potential; none: plain full "
             "Newton steps; "
-            "kinsol: KINSOL's line search on the residual"},
-    {.name = "follow_curvature",
-     .type = FLESH_KEY_BOOLEAN,
-     .offset = offsetof(flesh_solver_options, follow_curvature),
-     .default_value = "true",
-     .doc = "true: steps that prove too short are lengthened where few nodes carry the residual (a crease, a "
-            "tet that turns inside out), after a cut, or time and again; and where few do, with pcg and "
-            "projection on demand, the true Hessian is followed downhill along negative curvature"},
-    {.name = "nonlinear_elimination",
-     .type = FLESH_KEY_BOOLEAN,
-     .offset = offsetof(flesh_solver_options, nonlinear_elimination),
-     .default_value = "true",
-     .doc = "true: where a step went otherwise than foretold and left few nodes that carry the residual, "
-            "these and their neighbours are solved for alone before the next (globalization: energy)"},
-    {.name = "watchdog",
-     .type = FLESH_KEY_BOOLEAN,
-     .offset = offsetof(flesh_solver_options, watchdog),
-     .default_value = "true",
-     .doc = "true: where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and "
-            "Newton steps back from there; taken if that ends lower (globalization: energy)"},
-    {.name = "untangle",
-     .type = FLESH_KEY_BOOLEAN,
-     .offset = offsetof(flesh_solver_options, untangle),
-     .default_value = "true",
-     .doc = "true: once calm, nodes of tets that stay inverted, collapsed or wound once more around "
-            "an edge, and are held so by no load, are placed anew by their neighbours and the rest "
-            "shape (counted in the results)"},
+            "residual: KINSOL's line search on the residual"},
+    {.name = "techniques",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_solver_options, techniques),
+     .choices = techniques,
+     .may_be_empty = 1,
+     .default_value = "[negative_curvature, nonlinear_elimination, watchdog, untangle]",
+     .doc = "what helps where plain Newton steps are slow or a body is tangled; [] for none of it. negative_curvature: "
+            "steps that prove too short are lengthened where few nodes carry the residual (a crease, a tet that turns "
+            "inside out), after a cut, or time and again; and where few do, with pcg and project: when_indefinite, the "
+            "true Hessian is followed downhill along negative curvature. nonlinear_elimination: where a step went "
+            "otherwise than predicted and left few nodes that carry the residual, these and their neighbours are "
+            "solved for alone before the next (line_search: potential). watchdog: where steps are cut by what is "
+            "stiff, which a straight step cannot turn, some go beyond, and Newton steps back from there; taken if "
+            "that ends lower (line_search: potential). untangle: once calm, nodes of tets that stay inverted, "
+            "collapsed or wound once more around an edge, and are held so by no load, are placed anew by their "
+            "neighbours and the rest shape (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
@@ -381,12 +394,18 @@ static const flesh_key skin_table[] = {
 #undef AT
 
 static const flesh_key camera_table[] = {
+    {.name = "up",
+     .type = FLESH_KEY_VECTOR,
+     .offset = offsetof(flesh_camera, up),
+     .default_value = "",
+     .doc = "direction that points upwards in the picture; by default against gravity, and z without gravity"},
     {.name = "azimuth",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_camera, azimuth),
      .unit = "degree",
      .default_value = "30",
-     .doc = "how far the camera stands turned about z; at 0 it looks along y, at 90 along -x"},
+     .doc = "how far the camera stands turned about up; with up = z it looks along y at 0 and along -x at 90, with "
+            "up = y along -z and -x"},
     {.name = "elevation",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_camera, elevation),
@@ -463,9 +482,10 @@ const flesh_key flesh_scene_table[] = {
      .child_size = sizeof(flesh_scene_other),
      .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material "
             "and a velocity of its own; what acts on the body acts on them as well, unless it is "
-            "for a selection"},
+            "for a selection. Contact is with obstacles only: bodies pass through each other, and each through itself"},
     {.name = "effects",
      .type = FLESH_KEY_EFFECTS,
+     .list = &flesh_effect_key_list,
      .offset = offsetof(flesh_scene_keys, effects),
      .default_value = "[]",
      .doc = "what acts on the body: a list of \"- name: {its keys}\", or \"- name\" when it needs "

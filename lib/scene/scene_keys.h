@@ -35,7 +35,7 @@ typedef struct flesh_scene_keys {
   flesh_objects effects; /* of flesh_effect_entry */
   struct {
     int method; /* flesh_method */
-    double step, end;
+    double step, end, max_energy_gain;
     flesh_adaptive_options adaptive;
     flesh_method_options options;
   } time;

@@ -44,11 +44,11 @@ static int unknown(const char *section, const char *word, const flesh_schema_par
   flesh_suggestion suggestion = {.word = word};
   char text[512];
   int count, at_top = above->keys == flesh_scene_table;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   for (const flesh_key *key = above->keys; key && key->name; key++)
     flesh_suggestion_offer(&suggestion, key->name);
   for (int i = 0; i < count && (at_top || above->value == effects_key()); i++)
-    flesh_suggestion_offer(&suggestion, rows[i].name);
+    flesh_suggestion_offer(&suggestion, rows[i]->name);
   return flesh_fail(FLESH_ERR_ARGUMENT, "%.80s is no section of the schema; %s", section,
                     flesh_suggestion_text(&suggestion, text));
 }
@@ -121,11 +121,11 @@ static void write_effects(writer *w)
 {
   const flesh_key *key = effects_key();
   int count;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   flesh_text_print(w->text, "\n## %s\n\n%s\n", key->name, key->doc);
   for (int i = 0; i < count; i++) {
     flesh_schema_part part;
-    if (effect_part(w->arena, &rows[i], &part)) {
+    if (effect_part(w->arena, rows[i], &part)) {
       w->text->failed = 1;
       return;
     }
@@ -218,5 +218,6 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
 
 int flesh_scene_schema(flesh_schema_format format, char **text)
 {
+  FLESH_NEED({text, "text"});
   return flesh_scene_schema_section(format, NULL, text);
 }

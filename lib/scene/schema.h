@@ -13,7 +13,7 @@ typedef struct flesh_schema_part {
   const char *sample;     /* of an effect; NULL otherwise */
 } flesh_schema_part;
 
-/* Finds "body.material", "solver.projection", "effects.pin", or "pin"; NULL or "": everything. The
+/* Finds "body.material", "solver.project", "effects.pin", or "pin"; NULL or "": everything. The
  * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
 int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part *part);
 

@@ -74,6 +74,10 @@ static void write_choices(const flesh_key *key, flesh_text *text)
     if (choice != key->choices) flesh_text_print(text, ", ");
     flesh_text_quote(text, *choice);
   }
+  for (const char *const *alias = key->aliases; alias && *alias; alias++) {
+    flesh_text_print(text, ", ");
+    flesh_text_quote(text, *alias);
+  }
   flesh_text_print(text, "]");
 }
 
@@ -119,13 +123,13 @@ static void write_object(flesh_arena *arena, const flesh_key *keys, int may_be_n
 static void write_effects(flesh_arena *arena, int indent, flesh_text *text)
 {
   int count;
-  const flesh_effect_row *rows = flesh_effect_registry(&count);
+  const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   flesh_text_print(text, "\"type\": \"array\", \"items\": {\"anyOf\": [");
   new_line(indent, text);
   flesh_text_print(text, "{\"enum\": [");
   for (int i = 0; i < count; i++) {
     if (i) flesh_text_print(text, ", ");
-    flesh_text_quote(text, rows[i].name);
+    flesh_text_quote(text, rows[i]->name);
   }
   flesh_text_print(text, "]},");
   new_line(indent, text);
@@ -133,11 +137,11 @@ static void write_effects(flesh_arena *arena, int indent, flesh_text *text)
                          "\"additionalProperties\": false, \"properties\": {");
   for (int i = 0; i < count; i++) {
     new_line(indent + 2, text);
-    flesh_text_quote(text, rows[i].name);
+    flesh_text_quote(text, rows[i]->name);
     flesh_text_print(text, ": {\"description\": ");
-    flesh_text_quote(text, rows[i].doc);
+    flesh_text_quote(text, rows[i]->doc);
     flesh_text_print(text, ", ");
-    write_object(arena, rows[i].keys, 1, indent + 4, text);
+    write_object(arena, rows[i]->keys, 1, indent + 4, text);
     flesh_text_print(text, i + 1 < count ? "}," : "}");
   }
   flesh_text_print(text, "}}]}");
@@ -197,7 +201,7 @@ static void write_key(flesh_arena *arena, const flesh_key *key, int indent, fles
     flesh_text_print(text, "}");
     break;
   case FLESH_KEY_SET:
-    flesh_text_print(text, "\"type\": \"array\", \"minItems\": 1, \"items\": {");
+    flesh_text_print(text, "\"type\": \"array\", \"minItems\": %d, \"items\": {", !key->may_be_empty);
     write_choices(key, text);
     flesh_text_print(text, "}");
     break;

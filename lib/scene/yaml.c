@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/letter.h"
 
 enum { MAX_DEPTH = 48, MAX_NODES = 1000000, MAX_KEYS = 1000 };
 
@@ -26,6 +27,8 @@ typedef struct anchor {
 typedef struct builder {
   flesh_arena *arena;
   const flesh_source *source;
+  const char *text; /* as libfyaml has it */
+  size_t size;
   flesh_node *root;
   anchor *anchors;
   int depth, nodes, documents;
@@ -44,26 +47,6 @@ static int fail_at(const builder *b, int line, int column, const char *sentence)
   return flesh_fail(FLESH_ERR_ARGUMENT, "%s:%d:%d: %s", b->source->name, line, column, sentence);
 }
 
-/* Bytes of the UTF-8 letter at `text`, and its code; 0 where there is none. */
-static size_t letter_at(const unsigned char *text, size_t left, unsigned *code)
-{
-  static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
-  unsigned first = text[0];
-  size_t size = first < 0x80             ? 1
-                : (first & 0xe0) == 0xc0 ? 2
-                : (first & 0xf0) == 0xe0 ? 3
-                : (first & 0xf8) == 0xf0 ? 4
-                                         : 0;
-  if (!size || size > left) return 0;
-  *code = size == 1 ? first : first & (0xffu >> (size + 1));
-  for (size_t k = 1; k < size; k++) {
-    if ((text[k] & 0xc0) != 0x80) return 0;
-    *code = *code << 6 | (text[k] & 0x3f);
-  }
-  int surrogate = *code >= 0xd800 && *code < 0xe000;
-  return *code < least[size] || *code > 0x10ffff || surrogate ? 0 : size;
-}
-
 /* YAML is text: finds bytes that are not UTF-8 and control characters before the parser meets them.
  */
 static int check_text(const builder *b, const unsigned char *text, size_t size)
@@ -71,7 +54,7 @@ static int check_text(const builder *b, const unsigned char *text, size_t size)
   int line = 1, column = 1;
   for (size_t i = 0; i < size; column++) {
     unsigned code = 0;
-    size_t bytes = letter_at(text + i, size - i, &code);
+    size_t bytes = flesh_letter_at(text + i, size - i, &code);
     int blank = code == '\n' || code == '\r' || code == '\t';
     if (!bytes || (code < 32 && !blank) || (code >= 127 && code < 160)) {
       char sentence[96];
@@ -93,15 +76,26 @@ static void token_place(struct fy_token *token, int quoted, int *line, int *colu
   *column = mark->column + 1 - (quoted && mark->column > 0); /* the mark is behind the quote */
 }
 
+/* Whether there is nothing between the token's marks but blanks, line ends and what escapes these. */
+static int is_blank(const builder *b, struct fy_token *token)
+{
+  const struct fy_mark *from = fy_token_start_mark(token), *to = fy_token_end_mark(token);
+  if (!from || !to || to->input_pos > b->size) return 1;
+  for (size_t at = from->input_pos; at < to->input_pos; at++)
+    if (!strchr(" \t\r\n\\", b->text[at])) return 0;
+  return 1;
+}
+
 /* The text of a scalar or name; escapes in quotes ("\0", "\ud800") can make what is no text. */
 static int token_text(const builder *b, struct fy_token *token, const char **copy)
 {
   size_t size = 0;
   const char *text = token ? fy_token_get_text(token, &size) : NULL;
-  if (!text) size = 0;
+  /* Without memory for a text that it has to copy, libfyaml gives an empty one. */
+  if (token && (!text || (!size && !is_blank(b, token)))) return no_memory(b);
   for (size_t i = 0, bytes; i < size; i += bytes) {
     unsigned code = 0;
-    bytes = letter_at((const unsigned char *)text + i, size - i, &code);
+    bytes = flesh_letter_at((const unsigned char *)text + i, size - i, &code);
     if (bytes && code) continue;
     int line = 1, column = 1;
     token_place(token, 1, &line, &column);
@@ -323,11 +317,10 @@ static int syntax_error(const builder *b, struct fy_diag *diag)
 {
   void *at = NULL;
   const struct fy_diag_error *error = fy_diag_errors_iterate(diag, &at);
+  if (!error || !error->msg) return no_memory(b); /* libfyaml has words for all else */
   char sentence[400];
-  snprintf(sentence, sizeof sentence, "not valid YAML or JSON: %s",
-           error && error->msg ? error->msg : "the text cannot be parsed");
-  return fail_at(b, error && error->line > 0 ? error->line : 1,
-                 error && error->column > 0 ? error->column : 1, sentence);
+  snprintf(sentence, sizeof sentence, "not valid YAML or JSON: %s", error->msg);
+  return fail_at(b, error->line > 0 ? error->line : 1, error->column > 0 ? error->column : 1, sentence);
 }
 
 static int parse(builder *b, struct fy_diag *diag, const char *text, size_t size)
@@ -357,6 +350,8 @@ int flesh_yaml_parse(flesh_arena *arena, const char *text, size_t size, const fl
   if (status) return status;
   if (size >= 3 && !memcmp(text, "\xef\xbb\xbf", 3)) text += 3, size -= 3; /* a byte order mark */
   if (!size) return FLESH_OK;
+  b.text = text;
+  b.size = size;
   struct fy_diag_cfg cfg;
   fy_diag_cfg_default(&cfg);
   cfg.fp = NULL;

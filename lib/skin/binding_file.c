@@ -5,14 +5,15 @@
 
 #include "base/error.h"
 #include "base/plain_locale.h"
-#include "io/file.h"
-#include "mesh/scan.h"
+#include "base/file.h"
+#include "base/scan.h"
 #include "skin/skin.h"
 
 enum { VERSION = 1 };
 
 int flesh_skin_write(const flesh_skin *skin, const char *path)
 {
+  FLESH_NEED({skin, "skin"}, {path, "path"});
   const flesh_skin_identity *id = &skin->identity;
   flesh_plain_locale locale;
   flesh_file file;
@@ -128,7 +129,9 @@ static int read_binding(flesh_scanner *s, const flesh_mesh *mesh, flesh_skin *sk
 int flesh_skin_read(const char *path, const flesh_mesh *mesh, const flesh_surface *surface,
                     flesh_skin **skin)
 {
+  FLESH_NEED({skin, "skin"});
   *skin = NULL;
+  FLESH_NEED({path, "path"}, {mesh, "mesh"}, {surface, "surface"});
   flesh_scanner scanner;
   int status = flesh_scan_open(&scanner, path);
   if (!status) status = flesh_skin_open(mesh, surface, skin);

@@ -72,6 +72,9 @@ void flesh_skin_set(flesh_skin *skin, const flesh_mesh *mesh, int v, int tet,
 
 int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface, flesh_skin **skin)
 {
+  FLESH_NEED({skin, "skin"});
+  *skin = NULL;
+  FLESH_NEED({mesh, "mesh"}, {surface, "surface"});
   flesh_locator *locator;
   int status = flesh_skin_open(mesh, surface, skin);
   if (status) return status;

@@ -1,7 +1,7 @@
 /* block_sunmatrix.c: the block matrix of KINSOL's problems as a SUNMatrix: a view of the problem's K, and clones with
  * memory of their own. */
 #include "base/error.h"
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include "sundials/problem.h"
 #include "sundials/sunmatrix.h"
 #include "sundials/vector.h"
@@ -11,13 +11,13 @@ typedef struct content {
   flesh_block_matrix *K; /* the problem's, or a clone's own */
 } content;
 
-static int is_view(const content *A) { return A->K == A->problem->K; }
+static int is_view(const content *A) { return A->K == A->problem->newton.equations.K; }
 
 /* A view that was set to 0 becomes so when its entries are asked for, which may then change. */
 static content *open_matrix(SUNMatrix matrix)
 {
   content *A = matrix->content;
-  if (is_view(A)) A->problem->solved = 0;
+  if (is_view(A)) A->problem->newton.direction.same_matrix = 0;
   if (is_view(A) && A->problem->zeroed) {
     flesh_block_combine(0, A->K, NULL);
     A->problem->zeroed = 0;
@@ -58,8 +58,8 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector y)
 {
   const content *A = matrix->content;
-  const double *values = flesh_vector_data(x, A->problem->n);
-  double *product = values ? flesh_vector_data(y, A->problem->n) : NULL;
+  const double *values = flesh_vector_data(x, A->problem->newton.equations.n);
+  double *product = values ? flesh_vector_data(y, A->problem->newton.equations.n) : NULL;
   if (!product) return FLESH_ERR_ARGUMENT;
   if (is_view(A) && A->problem->zeroed) N_VConst(0, y);
   else flesh_block_multiply(A->K, values, product);
@@ -95,7 +95,7 @@ static int make(flesh_problem *problem, flesh_block_matrix *K, SUNContext contex
   if (status) return status;
   content *A = (*matrix)->content;
   *A = (content){problem, K};
-  if (!K) status = flesh_system_matrix_create(problem->system, &A->K);
+  if (!K) status = flesh_system_matrix_create(problem->newton.equations.system, &A->K);
   if (status) flesh_sunmatrix_discard(matrix);
   return status;
 }
@@ -109,10 +109,11 @@ static SUNMatrix matrix_clone(SUNMatrix matrix)
 
 int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix)
 {
-  return make(problem, problem->K, context, matrix);
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {matrix, "matrix"});
+  return make(problem, problem->newton.equations.K, context, matrix);
 }
 
 int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J)
 {
-  return J->ops->destroy == matrix_destroy && ((content *)J->content)->K == problem->K;
+  return J->ops->destroy == matrix_destroy && ((content *)J->content)->K == problem->newton.equations.K;
 }

@@ -1,26 +1,29 @@
 /* callbacks.c: the functions that KINSOL calls. */
 #include <stdlib.h>
-#include <string.h>
 #include <sunmatrix/sunmatrix_sparse.h>
 
 #include "base/error.h"
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 
-/* NULL, with words, where user_data leads to none. */
+/* NULL, with words, where user_data leads to none, or to one without a stage, which has no equations. */
 static flesh_problem *problem_of(const void *user_data)
 {
   flesh_problem *problem = flesh_first_member(user_data);
-  if (problem && problem->self == problem) return problem;
-  flesh_fail_user_data("flesh_problem");
+  if (!problem || problem->self != problem) {
+    flesh_fail_user_data("flesh_problem");
+    return NULL;
+  }
+  if (problem->staged) return problem;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_problem has no stage; flesh_problem_set_stage comes first");
   return NULL;
 }
 
 /* KINSOL takes a positive code as "try a shorter step" and gives up at a negative one. */
 static int callback_status(const flesh_problem *problem, int status)
 {
-  if (status > 0 && problem->options.globalization == FLESH_GLOBALIZATION_NONE) return -1;
+  if (status > 0 && problem->newton.options.line_search == FLESH_LINE_SEARCH_NONE) return -1;
   return status;
 }
 
@@ -28,16 +31,16 @@ int flesh_kinsol_residual(N_Vector u, N_Vector r, void *data)
 {
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->n);
-  double *values = at ? flesh_vector_data(r, problem->n) : NULL;
+  const double *at = flesh_vector_data(u, problem->newton.equations.n);
+  double *values = at ? flesh_vector_data(r, problem->newton.equations.n) : NULL;
   if (!values) return FLESH_ERR_ARGUMENT;
-  return callback_status(problem, flesh_problem_residual(problem, at, values));
+  return callback_status(problem, flesh_equations_residual(&problem->newton.equations, at, values));
 }
 
 static int fill_sparse(flesh_problem *problem, SUNMatrix J)
 {
   if (!problem->view.starts) {
-    int status = flesh_scalar_view_create(problem->K, &problem->view);
+    int status = flesh_scalar_view_create(problem->newton.equations.K, &problem->view);
     if (status) return status;
   }
   const flesh_scalar_view *view = &problem->view;
@@ -52,29 +55,31 @@ static int fill_sparse(flesh_problem *problem, SUNMatrix J)
   sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *indices = SUNSparseMatrix_IndexValues(J);
   for (int64_t k = 0; k <= view->n; k++) starts[k] = (sunindextype)view->starts[k];
   for (int64_t k = 0; k < view->entries; k++) indices[k] = (sunindextype)view->indices[k];
-  flesh_scalar_view_fill(view, problem->K, SUNSparseMatrix_Data(J));
+  flesh_scalar_view_fill(view, problem->newton.equations.K, SUNSparseMatrix_Data(J));
   return FLESH_OK;
 }
 
 sunindextype flesh_problem_entries(const flesh_problem *problem)
 {
-  return 9 * (2 * (sunindextype)problem->K->row_start[problem->K->rows] - problem->K->rows);
+  const flesh_block_matrix *K = problem->newton.equations.K;
+  return flesh_sunindex(9 * (2 * (int64_t)K->row_start[K->rows] - K->rows));
 }
 
 int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vector w1, N_Vector w2)
 {
+  FLESH_NEED({J, "J"});
   (void)w1, (void)w2;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->n);
+  const double *at = flesh_vector_data(u, problem->newton.equations.n);
   if (!at) return FLESH_ERR_ARGUMENT;
-  int project = problem->options.projection == FLESH_PROJECTION_ALWAYS, sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
+  const int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
   if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");
-  const double *residual = r && !sparse ? flesh_vector_data(r, problem->n) : NULL;
-  if (residual && flesh_problem_keep_matrix(problem, at, residual)) return 0;
-  int status = flesh_problem_assemble(problem, at, project);
+  const double *residual = r && !sparse ? flesh_vector_data(r, problem->newton.equations.n) : NULL;
+  int status = flesh_newton_matrix(&problem->newton, at, residual);
+  if (!status) problem->zeroed = 0;
   if (!status && sparse) status = fill_sparse(problem, J);
   return callback_status(problem, status);
 }
@@ -85,11 +90,14 @@ int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u, flesh_sunbo
   (void)u, (void)new_u;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *x = flesh_vector_data(v, problem->n);
-  double *y = x ? flesh_vector_data(Jv, problem->n) : NULL, curvature = 0;
+  const double *x = flesh_vector_data(v, problem->newton.equations.n);
+  double *y = x ? flesh_vector_data(Jv, problem->newton.equations.n) : NULL, curvature = 0;
   if (!y) return FLESH_ERR_ARGUMENT;
-  flesh_block_multiply(problem->K, x, y);
-  for (int d = 0; d < problem->n; d++) curvature += x[d] * y[d];
+  if (!problem->newton.direction.assembled)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_kinsol_jacobian_times needs flesh_kinsol_jacobian or "
+                                          "flesh_kinsol_preconditioner_setup before it");
+  flesh_block_multiply(problem->newton.equations.K, x, y);
+  for (int d = 0; d < problem->newton.equations.n; d++) curvature += x[d] * y[d];
   return !(curvature > 0);
 }
 
@@ -99,11 +107,10 @@ int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval
   (void)uscale, (void)fval, (void)fscale;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  const double *at = flesh_vector_data(u, problem->n);
+  const double *at = flesh_vector_data(u, problem->newton.equations.n);
   if (!at) return FLESH_ERR_ARGUMENT;
-  int project = problem->options.projection == FLESH_PROJECTION_ALWAYS;
-  int status = flesh_problem_assemble(problem, at, project);
-  if (!status) status = flesh_problem_factor(problem);
+  int status = flesh_newton_matrix(&problem->newton, at, NULL);
+  if (!status) status = flesh_matrix_policy_refresh(&problem->newton.policy);
   return callback_status(problem, status);
 }
 
@@ -113,13 +120,10 @@ int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval
   (void)u, (void)uscale, (void)fval, (void)fscale;
   flesh_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
-  double *values = flesh_vector_data(z, problem->n);
+  double *values = flesh_vector_data(z, problem->newton.equations.n);
   if (!values) return FLESH_ERR_ARGUMENT;
-  if (!problem->direct) {
-    problem->linear->preconditioner_apply(problem->preconditioner, values, values);
-    return 0;
-  }
-  int status = flesh_direct_solve(problem->direct, values, problem->work);
-  memcpy(values, problem->work, (size_t)problem->n * sizeof *values);
-  return status;
+  if (!problem->newton.direction.prepared)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "flesh_kinsol_preconditioner_solve needs flesh_kinsol_preconditioner_setup before it");
+  return flesh_direction_precondition(&problem->newton.direction, values);
 }

@@ -2,6 +2,8 @@
 #ifndef FLESH_SUNDIALS_COMPATIBILITY_H
 #define FLESH_SUNDIALS_COMPATIBILITY_H
 
+#include "flesh/sundials_abi.h" /* before what it judges */
+
 #include <ida/ida.h>
 #include <kinsol/kinsol.h>
 #include <sundials/sundials_context.h>
@@ -11,9 +13,15 @@
 #if SUNDIALS_VERSION_MAJOR >= 7
 #define FLESH_SUN_SUCCESS SUN_SUCCESS
 #define FLESH_SUNLS_FATAL SUN_ERR_EXT_FAIL
+/* A context of the library's own. It has no logger: from 7.2 on KINSOL formats its messages with malloc in every
+ * iteration, whether or not anybody reads them. (Logging level 5 prints vectors without asking for a logger.) */
 static inline int flesh_suncontext_create(SUNContext *context)
 {
-  return SUNContext_Create(SUN_COMM_NULL, context);
+  const int failed = SUNContext_Create(SUN_COMM_NULL, context);
+#if SUNDIALS_LOGGING_LEVEL < 5
+  if (!failed) SUNContext_SetLogger(*context, NULL);
+#endif
+  return failed;
 }
 /* Failures come back as statuses; nothing is printed. */
 static inline void flesh_sundials_silence(SUNContext context, void *kinsol)

@@ -10,12 +10,16 @@
 #include "sundials/pair_matrix.h"
 #include "sundials/vector.h"
 
-/* NULL, with words, where user_data leads to none. */
+/* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
 static flesh_ida_problem *problem_of(const void *user_data)
 {
   flesh_ida_problem *problem = flesh_first_member(user_data);
-  if (problem && problem->self == problem) return problem;
-  flesh_fail_user_data("flesh_ida_problem");
+  if (!problem || problem->self != problem) {
+    flesh_fail_user_data("flesh_ida_problem");
+    return NULL;
+  }
+  if (problem->started) return problem;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ida_problem has not been started; flesh_ida_start comes first");
   return NULL;
 }
 
@@ -31,8 +35,8 @@ int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void 
 
 sunindextype flesh_ida_entries(const flesh_ida_problem *self)
 {
-  sunindextype full = 9 * (2 * (sunindextype)self->K->row_start[self->K->rows] - self->K->rows);
-  return 2 * (sunindextype)self->n + full + (self->couples ? full : 9 * (sunindextype)self->K->rows);
+  const int64_t full = 9 * (2 * (int64_t)self->K->row_start[self->K->rows] - self->K->rows);
+  return flesh_sunindex(2 * (int64_t)self->n + full + (self->couples ? full : 9 * (int64_t)self->K->rows));
 }
 
 static int make_view(flesh_ida_problem *self)
@@ -80,7 +84,7 @@ static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
 {
   const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_ida_entries(self);
   if (SUNSparseMatrix_SparseType(J) != CSC_MAT || SUNSparseMatrix_Rows(J) != size ||
-      SUNSparseMatrix_Columns(J) != size || SUNSparseMatrix_NNZ(J) < entries)
+      SUNSparseMatrix_Columns(J) != size || entries < 0 || SUNSparseMatrix_NNZ(J) < entries)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "the sparse matrix is %lld x %lld with room for %lld entries; it must be %lld x %lld in "
                       "compressed columns with %lld",
@@ -100,6 +104,7 @@ static int fill_sparse(flesh_ida_problem *self, SUNMatrix J)
 int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J, void *data,
                        N_Vector w1, N_Vector w2, N_Vector w3)
 {
+  FLESH_NEED({J, "J"});
   (void)r, (void)w1, (void)w2, (void)w3;
   flesh_ida_problem *problem = problem_of(data);
   if (!problem) return FLESH_ERR_ARGUMENT;
@@ -153,11 +158,16 @@ int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vec
   const sunindextype length = 2 * (sunindextype)problem->n;
   const double *b = flesh_vector_data(right, length);
   double *x = b ? flesh_vector_data(z, length) : NULL;
-  return x ? flesh_ida_solve_both(problem, b, 1, x) : FLESH_ERR_ARGUMENT;
+  if (!x) return FLESH_ERR_ARGUMENT;
+  if (problem->content != FLESH_IDA_CONDENSED)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "flesh_ida_preconditioner_solve needs flesh_ida_preconditioner_setup before it");
+  return flesh_ida_solve_both(problem, b, 1, x);
 }
 
 int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context, SUNMatrix *matrix)
 {
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {matrix, "matrix"});
   return flesh_pair_matrix_create(problem, NULL, context, matrix);
 }
 
@@ -176,6 +186,7 @@ static sunrealtype weighted_norm(N_Vector x_vector, N_Vector w_vector)
 
 int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context, N_Vector *y)
 {
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {y, "y"});
   *y = N_VNew_Serial(2 * (sunindextype)problem->n, context);
   if (!*y) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * problem->n);
   (*y)->ops->nvwrmsnorm = weighted_norm;

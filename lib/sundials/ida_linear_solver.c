@@ -7,7 +7,8 @@
  * b1 nearly cancel, and what a truncated solve leaves in dx would swamp dv. So the unknown is w = dx - b1/cj = dv/cj,
  * of which nothing cancels: A w = b2 + (C + cj M) b1 - A b1/cj. After sums of matrices the first rows are from_x dx +
  * from_v dv = b1, and cj = -from_x/from_v. */
-#include "sparse/block_matrix.h"
+#include "base/error.h"
+#include "linear/block_matrix.h"
 #include "sundials/ida_problem.h"
 #include "sundials/sunlinsol.h"
 #include "sundials/vector.h"
@@ -63,6 +64,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
 
 int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context, SUNLinearSolver *linear_solver)
 {
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {linear_solver, "solver"});
   int status = flesh_sunlinsol_make(sizeof(solver), SUNLINEARSOLVER_DIRECT, context, linear_solver);
   if (status) return status;
   ((solver *)(*linear_solver)->content)->problem = problem;

@@ -6,9 +6,12 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "sparse/block_matrix.h"
-#include "sparse/pcg.h"
+#include "flesh/sundials_abi.h"
+#include "linear/block_matrix.h"
+#include "linear/pcg.h"
 #include "sundials/problem.h"
+#include "sundials/vector.h"
+#include "sundials/version.h"
 
 /* Whether velocities or accelerations of one node enter the residual of another; asked at a disturbed rest shape, in
  * motion, so that no entry is zero by chance. */
@@ -30,26 +33,34 @@ static int find_coupling(flesh_ida_problem *self)
 int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
                              flesh_ida_problem **problem)
 {
+  FLESH_NEED({problem, "problem"});
   *problem = NULL;
-  if (!flesh_system_has_effect(system, "inertia"))
+  FLESH_NEED({system, "system"}, {options, "options"});
+  if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
+  const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
+  if (flesh_sunindex(unknowns) < 0)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
+                      (long long)unknowns, FLESH_SUNDIALS_INDEX_SIZE);
+  int status = flesh_sundials_check();
+  if (status) return status;
   flesh_ida_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
   self->self = self;
   self->system = system;
-  self->linear = flesh_linear_of(system);
+  self->linear = flesh_linear_for(flesh_system_instructions(system));
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   self->event = INFINITY;
   size_t bytes = (size_t)self->n * sizeof(double);
   double **arrays[] = {&self->x_prescribed, &self->v_prescribed, &self->a_prescribed, &self->x, &self->v,
-                       &self->a,            &self->right,        &self->change};
+                       &self->a,            &self->right,        &self->change,       &self->reactions};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->work = calloc(1, 4 * bytes + 1));
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++)
     failed |= !(*arrays[k] = calloc(1, bytes + 1));
-  if (flesh_system_bars(system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
-  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n) : FLESH_OK;
+  if (flesh_system_limits_step(system)) failed |= !(self->x_accepted = calloc(1, bytes + 1));
+  if (failed) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %lld unknowns", (long long)unknowns);
   if (!status) status = flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_system_matrix_create(system, &self->D);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
@@ -80,7 +91,8 @@ void flesh_ida_problem_destroy(flesh_ida_problem **problem)
   flesh_ida_problem *self = *problem;
   double *arrays[] = {self->x_prescribed, self->v_prescribed, self->a_prescribed, self->x,
                       self->v,            self->a,            self->right,        self->change,
-                      self->work,         self->K_values,     self->D_values,     self->x_accepted};
+                      self->work,         self->K_values,     self->D_values,     self->x_accepted,
+                      self->reactions};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
   free(self->fixed);
   flesh_block_matrix_destroy(&self->K);
@@ -150,7 +162,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted && flesh_system_way(self->system, self->t_accepted, self->x_accepted,
+  int status = self->accepted && flesh_system_max_feasible_step(self->system, self->t_accepted, self->x_accepted,
                                                   point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
@@ -159,6 +171,7 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   if (status) return status;
   for (int d = 0; d < n; d++)
     if (self->fixed[d]) {
+      self->reactions[d] = F[n + d];
       F[d] = y[d] - self->x[d];
       F[n + d] = y[n + d] - self->v[d];
     } else {
@@ -171,14 +184,14 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
                        flesh_ida_content content)
 {
   const flesh_point point = flesh_ida_point(self, t, y, yp);
-  flesh_shift shift = {.x = 1, .project = self->options.projection == FLESH_PROJECTION_ALWAYS};
+  flesh_shift shift = {.x = 1, .filter = self->options.project == FLESH_PROJECT_ALWAYS};
   if (content == FLESH_IDA_CONDENSED) shift.v = cj, shift.a = cj * cj;
   self->content = FLESH_IDA_NOTHING;
   self->cj = self->from_x = cj;
   self->from_v = -1;
   self->held = 1;
   self->stats.assemblies++;
-  self->stats.projections += shift.project;
+  self->stats.projections += shift.filter;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   shift.x = 0, shift.v = 1, shift.a = cj;
   if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->D);
@@ -271,7 +284,7 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
 
 size_t flesh_ida_memory(const flesh_ida_problem *self)
 {
-  size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 13 : 12) * sizeof(double) + 1);
+  size_t bytes = sizeof *self + (size_t)self->n * ((self->x_accepted ? 14 : 13) * sizeof(double) + 1);
   bytes += 2 * (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
   if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
   if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);

@@ -6,9 +6,9 @@
 #include <stdint.h>
 
 #include "flesh/ida.h"
-#include "sparse/direct.h"
-#include "sparse/linear.h"
-#include "sparse/scalar_view.h"
+#include "linear/direct.h"
+#include "linear/linear.h"
+#include "linear/scalar_view.h"
 
 /* What the matrix K holds. */
 typedef enum flesh_ida_content {
@@ -25,6 +25,7 @@ struct flesh_ida_problem {
   int n;                   /* dofs; y has 2*n */
   double length, velocity; /* scales L, V */
   double begin, event;     /* the constraints of `fixed` hold for begin <= t < event */
+  int started;             /* there is a start that these hold for */
   uint8_t *fixed;          /* [n] */
   double t_prescribed;     /* of the next three */
   double *x_prescribed, *v_prescribed, *a_prescribed; /* [n] read where fixed */
@@ -47,6 +48,7 @@ struct flesh_ida_problem {
   double *work;   /* [4*n] of the linear solver */
   double *right;  /* [n] */
   double *change; /* [n] */
+  double *reactions; /* [n] of the residual evaluated last, read where fixed: what the constraints do, N */
   double *x_accepted, t_accepted; /* [n] from where ways are tested, where `accepted`; else NULL */
   int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */

@@ -2,7 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "sparse/block_matrix.h"
+#include "base/error.h"
+#include "linear/block_matrix.h"
 #include "sundials/ida_problem.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
@@ -56,7 +57,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
   memset(zero, 0, (size_t)self->n * sizeof *zero);
   const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
   bent_shape(mesh, u);
-  if (!flesh_system_jacobian(self->system, &rest, &(flesh_shift){.x = 1, .project = 1}, self->K)) {
+  if (!flesh_system_jacobian(self->system, &rest, &(flesh_shift){.x = 1, .filter = 1}, self->K)) {
     flesh_block_multiply(self->K, u, Ku);
     for (int d = 0; d < self->n; d++) stiffness += u[d] * Ku[d];
   }
@@ -122,6 +123,7 @@ static int accelerate(flesh_ida_problem *self, double t, const double *x, const 
 
 int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector y_vector, N_Vector yp_vector)
 {
+  FLESH_NEED({self, "problem"}, {state, "state"});
   const int n = self->n;
   const size_t bytes = (size_t)n * sizeof(double);
   double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
@@ -129,7 +131,7 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!xp) return FLESH_ERR_ARGUMENT;
   double *v = x + n, *a = xp + n;
   const double t = state->t;
-  self->accepted = 0;
+  self->accepted = self->started = 0;
   self->begin = t;
   self->event = flesh_system_next_event(self->system, t);
   flesh_system_fixed(self->system, t, self->fixed);
@@ -157,12 +159,14 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   if (!status) status = take_up(self, self->v_prescribed, v);
   if (!status) status = accelerate(self, t, x, v, a);
   memcpy(xp, v, bytes);
+  self->started = !status;
   return status;
 }
 
 void flesh_ida_tolerances(const flesh_ida_problem *self, double tolerance, N_Vector atol_vector)
 {
-  double *atol = N_VGetArrayPointer(atol_vector);
+  double *atol = flesh_vector_data(atol_vector, 2 * (sunindextype)self->n);
+  if (!atol) return;
   for (int d = 0; d < self->n; d++) {
     atol[d] = self->fixed[d] ? 1e100 : tolerance * self->length;
     atol[self->n + d] = self->fixed[d] ? 1e100 : tolerance * self->velocity;
@@ -186,8 +190,10 @@ static double scaled_norm(const flesh_ida_problem *self, const double *dx, const
 double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector yp_vector)
 {
   const int n = self->n;
-  const double *x = N_VGetArrayPointer(y_vector), *v = x + n, *a = N_VGetArrayPointer(yp_vector) + n;
-  if (self->content != FLESH_IDA_MASS) return INFINITY;
+  const double *x = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  const double *rate = x ? flesh_vector_data(yp_vector, 2 * (sunindextype)n) : NULL;
+  if (!rate || self->content != FLESH_IDA_MASS) return INFINITY;
+  const double *v = x + n, *a = rate + n;
   double speed = scaled_norm(self, v, a);
   if (!(speed < INFINITY)) return INFINITY;
   /* Far enough for the difference to rise above rounding, near enough to be one. */
@@ -202,10 +208,11 @@ double flesh_ida_curvature(flesh_ida_problem *self, N_Vector y_vector, N_Vector 
   return scaled_norm(self, a, a1);
 }
 
-void flesh_ida_finish(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
+void flesh_ida_get_state(flesh_ida_problem *self, double t, N_Vector y_vector, flesh_state *state)
 {
   const int n = self->n;
-  const double *y = N_VGetArrayPointer(y_vector);
+  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  if (!y) return;
   memmove(state->x, y, (size_t)n * sizeof *y);
   memmove(state->v, y + n, (size_t)n * sizeof *y);
   double before = t >= self->event ? nextafter(self->event, self->begin) : t;

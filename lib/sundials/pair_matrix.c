@@ -2,7 +2,7 @@
 #include "sundials/pair_matrix.h"
 
 #include "base/error.h"
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include "sundials/sunmatrix.h"
 #include "sundials/vector.h"
 
@@ -104,7 +104,7 @@ static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
   for (int d = 0; d < n; d++) sum[d] = fixed[d] ? 0 : sum[d] + part[d];
   int status = FLESH_OK;
   if (A->rhs) {
-    status = flesh_rhs_divide_by_mass(A->rhs, sum, part);
+    status = flesh_ode_divide_by_mass(A->rhs, sum, part);
     sum = part;
   }
   for (int d = 0; d < n; d++) {
@@ -153,7 +153,7 @@ static const flesh_sunmatrix_operations operations = {
     .copy = matrix_copy, .scaleadd = matrix_scale_add, .scaleaddi = matrix_scale_add_identity,
     .matvec = matrix_times, .space = matrix_space};
 
-static int make(flesh_ida_problem *ida, flesh_rhs_problem *rhs, int view, SUNContext context, SUNMatrix *matrix)
+static int make(flesh_ida_problem *ida, flesh_ode_problem *rhs, int view, SUNContext context, SUNMatrix *matrix)
 {
   int status = flesh_sunmatrix_make(&operations, sizeof(flesh_pair_matrix), context, matrix);
   if (status) return status;
@@ -181,7 +181,7 @@ static SUNMatrix matrix_clone(SUNMatrix matrix)
   return made;
 }
 
-int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_rhs_problem *rhs, SUNContext context, SUNMatrix *matrix)
+int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_ode_problem *rhs, SUNContext context, SUNMatrix *matrix)
 {
   return make(ida, rhs, ida != NULL, context, matrix);
 }

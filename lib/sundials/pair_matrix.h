@@ -10,18 +10,18 @@
 #include <sundials/sundials_matrix.h>
 
 #include "sundials/ida_problem.h"
-#include "sundials/rhs_problem.h"
+#include "sundials/ode_problem.h"
 
 typedef struct flesh_pair_matrix {
   flesh_ida_problem *ida;   /* the problem whose dofs these are: one of the two */
-  flesh_rhs_problem *rhs;   /* its mass divides the rows K x + D v */
+  flesh_ode_problem *rhs;   /* its mass divides the rows K x + D v */
   int view;                 /* of what `ida` holds: K and D are its own */
   flesh_block_matrix *K, *D; /* rows and columns of constrained dofs are zero */
   double from_x, from_v, held;
 } flesh_pair_matrix;
 
 /* A view of the matrix in `ida`, or a matrix for `rhs` with memory of its own. Returns new. */
-int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_rhs_problem *rhs, SUNContext context, SUNMatrix *matrix);
+int flesh_pair_matrix_create(flesh_ida_problem *ida, flesh_ode_problem *rhs, SUNContext context, SUNMatrix *matrix);
 /* NULL where it is none of these. */
 flesh_pair_matrix *flesh_pair_matrix_of(SUNMatrix A);
 

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 
 #include "base/error.h"
-#include "base/large.h"
-#include "base/parts.h"
+#include "base/huge_pages.h"
+#include "base/parallel_vector.h"
 
 static const char *kind_of(N_Vector_ID id)
 {
@@ -68,12 +68,12 @@ flesh_threads *flesh_vector_threads(N_Vector v) { return ((content *)v->content)
 /* An operation: z from x and y, with the numbers a and b; sums or minima part by part. */
 typedef struct operation {
   const double *x, *y;
-  double *z, a, b, results[FLESH_PARTS_MAX];
+  double *z, a, b, results[FLESH_PARALLEL_PARTS_MAX];
 } operation;
 
 static int run(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
 {
-  return flesh_parts_run(flesh_vector_threads(v), (int)N_VGetLength(v), part, o);
+  return flesh_parallel_parts(flesh_vector_threads(v), (int)N_VGetLength(v), part, o);
 }
 
 /* Defines the part of an operation that gives z one by one. */
@@ -183,12 +183,45 @@ static sunrealtype minimum(N_Vector x)
   return least;
 }
 
+/* Clones made beforehand, of one vector. */
+static _Thread_local N_Vector *ready;
+static _Thread_local int ready_count;
+
 static N_Vector clone(N_Vector v)
 {
+  if (ready_count && ready[0]->sunctx == v->sunctx && N_VGetLength(ready[0]) == N_VGetLength(v))
+    return ready[--ready_count];
   N_Vector copy = N_VClone_Serial(v);
   if (!copy || !flesh_vector_quicken(copy, flesh_vector_threads(v))) return copy;
   N_VDestroy_Serial(copy);
   return NULL;
+}
+
+N_Vector flesh_vector_clone(N_Vector v)
+{
+  N_Vector copy = v->ops->nvclone ? v->ops->nvclone(v) : NULL;
+  if (copy) copy->sunctx = v->sunctx;
+  return copy;
+}
+
+int flesh_vector_prepare(N_Vector v, int count)
+{
+  flesh_vector_drop();
+  N_Vector *list = calloc((size_t)count, sizeof *list);
+  int made = 0;
+  while (list && made < count && (list[made] = clone(v))) made++;
+  ready = list;
+  ready_count = made;
+  if (made == count) return FLESH_OK;
+  flesh_vector_drop();
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d vectors", count);
+}
+
+void flesh_vector_drop(void)
+{
+  while (ready_count) N_VDestroy(ready[--ready_count]);
+  free(ready);
+  ready = NULL;
 }
 
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
@@ -196,7 +229,7 @@ int flesh_vector_quicken(N_Vector v, flesh_threads *threads)
   const size_t bytes = (size_t)N_VGetLength(v) * sizeof(double);
   content *grown = realloc(v->content, sizeof *grown);
   if (grown) v->content = grown;
-  double *data = grown && grown->serial.own_data ? flesh_large_zeroed(bytes) : NULL;
+  double *data = grown && grown->serial.own_data ? flesh_huge_pages_calloc(bytes) : NULL;
   if (!grown || (grown->serial.own_data && !data)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a vector");
   if (data) {
     memcpy(data, grown->serial.data, bytes);

@@ -2,6 +2,7 @@
 #ifndef FLESH_SUNDIALS_VECTOR_H
 #define FLESH_SUNDIALS_VECTOR_H
 
+#include <stdint.h>
 #include <string.h>
 #include <sundials/sundials_nvector.h>
 
@@ -11,9 +12,22 @@
  * or length. */
 double *flesh_vector_data(N_Vector v, sunindextype n);
 
+/* A count as an index of SUNDIALS; -1 where 32-bit ones cannot hold it. */
+static inline sunindextype flesh_sunindex(int64_t count)
+{
+  return (int64_t)(sunindextype)count == count ? (sunindextype)count : -1;
+}
+
 /* Gives a serial vector, and those cloned from it, operations that use the machine's vector units, which SUNDIALS' own
  * are often built without, and `threads` (borrowed; NULL: the caller's). FLESH_OK or FLESH_ERR_MEMORY. */
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads);
+/* A clone, NULL without memory; SUNDIALS' own N_VClone then reads through the NULL. */
+N_Vector flesh_vector_clone(N_Vector v);
+/* Makes `count` clones of a quickened vector, which a SUNDIALS function that is called next in this thread gets of it
+ * or of its clones, since such functions do not survive a want of memory; and drops those that were not taken. FLESH_OK
+ * or FLESH_ERR_MEMORY. */
+int flesh_vector_prepare(N_Vector v, int count);
+void flesh_vector_drop(void);
 /* Those of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 

@@ -308,11 +308,27 @@ static int read_rows(ply *p, const element *e, int is_vertex, int corners, int v
   return status;
 }
 
+/* An element that is read stands once: what is said of its properties would be of one of several. */
+static int check_once(const ply *p, int element)
+{
+  const char *name = p->elements[element].name;
+  for (int k = 0; k < element; k++)
+    if (!strcmp(p->elements[k].name, name))
+      return flesh_fail(FLESH_ERR_FILE, "%s: element %s stands twice; it must stand once", p->s->path, name);
+  return FLESH_OK;
+}
+
 static int check_vertex(const ply *p, const element *e)
 {
   int found = 0;
-  for (int k = 0; k < e->property_count; k++)
-    if (axis_of(&e->properties[k]) >= 0) found |= 1 << axis_of(&e->properties[k]);
+  for (int k = 0; k < e->property_count; k++) {
+    int axis = axis_of(&e->properties[k]);
+    if (axis < 0) continue;
+    if (found & 1 << axis)
+      return flesh_fail(FLESH_ERR_FILE, "%s: element vertex has property %s twice; it must have it once", p->s->path,
+                        e->properties[k].name);
+    found |= 1 << axis;
+  }
   if (found == 7) return FLESH_OK;
   return flesh_fail(FLESH_ERR_FILE,
                     "%s: element vertex has no property %s; it must have x, y and z", p->s->path,
@@ -337,8 +353,10 @@ int flesh_surface_read_ply(flesh_scanner *s, flesh_surface_draft *draft)
   int status = read_header(&p), vertices = -1, faces = -1;
   for (int k = 0; k < p.element_count && !status; k++) {
     const element *e = &p.elements[k];
-    if (!strcmp(e->name, "vertex")) vertices = e->count, status = check_vertex(&p, e);
-    if (!strcmp(e->name, "face")) faces = corners_of(e);
+    int is_vertex = !strcmp(e->name, "vertex"), is_face = !strcmp(e->name, "face");
+    if (is_vertex || is_face) status = check_once(&p, k);
+    if (is_vertex && !status) vertices = e->count, status = check_vertex(&p, e);
+    if (is_face) faces = corners_of(e);
   }
   if (status) return status;
   if (vertices < 0) return flesh_fail(FLESH_ERR_FILE, "%s: there is no element vertex", s->path);

@@ -13,7 +13,9 @@ static int read_by_content(flesh_scanner *s, char *text, flesh_surface_draft *dr
 
 int flesh_surface_read(const char *path, flesh_surface **surface)
 {
+  FLESH_NEED({surface, "surface"});
   *surface = NULL;
+  FLESH_NEED({path, "path"});
   flesh_scanner scanner;
   flesh_surface_draft draft = {0};
   int status = flesh_scan_open(&scanner, path);

@@ -66,7 +66,9 @@ static void *copy(const void *data, size_t size)
 int flesh_surface_create(int vertices, const double *positions, int faces, const int *starts,
                          const int *corners, flesh_surface **surface)
 {
+  FLESH_NEED({surface, "surface"});
   *surface = NULL;
+  FLESH_NEED({positions, "positions"}, {starts, "starts"}, {corners, "corners"});
   int status = check(vertices, positions, faces, starts, corners);
   if (status) return status;
   flesh_surface *s = calloc(1, sizeof *s);
@@ -86,7 +88,9 @@ int flesh_surface_create(int vertices, const double *positions, int faces, const
 
 int flesh_surface_of_mesh(const flesh_mesh *mesh, flesh_surface **surface)
 {
+  FLESH_NEED({surface, "surface"});
   *surface = NULL;
+  FLESH_NEED({mesh, "mesh"});
   int nodes = flesh_mesh_node_count(mesh), count, used = 0;
   const int *triangles = flesh_mesh_surface(mesh, &count);
   const double *x = flesh_mesh_positions(mesh);

@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 #include "flesh/surface.h"
-#include "mesh/scan.h"
+#include "base/scan.h"
 
 enum { FLESH_SURFACE_MAX_CORNERS = 10000 };
 

@@ -5,7 +5,7 @@
 
 #include "base/error.h"
 #include "base/plain_locale.h"
-#include "io/file.h"
+#include "base/file.h"
 #include "surface/surface.h"
 
 static void write_obj(const flesh_surface *s, const double *x, FILE *stream)
@@ -58,6 +58,7 @@ static void write_ply(const flesh_surface *s, const double *x, FILE *stream)
 
 int flesh_surface_write(const flesh_surface *surface, const double *x, const char *path)
 {
+  FLESH_NEED({surface, "surface"}, {path, "path"});
   const char *suffix = strrchr(path, '.');
   int obj = suffix && !strcasecmp(suffix, ".obj"), ply = suffix && !strcasecmp(suffix, ".ply");
   if (!obj && !ply)

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "sparse/block_matrix.h"
+#include "linear/block_matrix.h"
 #include "system/pattern.h"
 
 const flesh_shift flesh_check_shifts[FLESH_CHECK_SHIFTS] = {{.x = 1}, {.x = 1, .v = 60, .a = 3600}};
@@ -28,6 +28,7 @@ typedef struct check {
   const double *x;
   double *v, *a;             /* the point */
   double *x_lag, *v_lag;     /* near x, and any */
+  double *w, *x_frozen, *v_frozen; /* from the frozen state to the point, in the unknown's terms */
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
@@ -71,9 +72,12 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->xs[d] = c->x[d] + s * shift->x * c->du[d];
     c->vs[d] = shift->v != 0 ? c->v[d] + s * shift->v * c->du[d] : 0;
     c->as[d] = shift->a != 0 ? c->a[d] + s * shift->a * c->du[d] : 0;
+    c->x_frozen[d] = c->x[d] + shift->x * c->w[d];
+    c->v_frozen[d] = c->v[d] + shift->v * c->w[d];
   }
   return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as,
-                       .x_lag = c->x_lag, .v_lag = c->v_lag};
+                       .x_lag = c->x_lag, .v_lag = c->v_lag,
+                       .x_frozen = c->x_frozen, .v_frozen = shift->v != 0 ? c->v_frozen : NULL};
 }
 
 static int residual_at(check *c, const flesh_shift *shift, double s, double *r)
@@ -163,7 +167,7 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   if (!K.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   for (size_t k = 0; k < 9 * pairs; k++) K.values[9 * (size_t)c->slots[k / 9] + k % 9] = NAN;
   const flesh_point point = moved(c, shift, 0);
-  const int status = can->jacobian_anew(c->effect, &point, shift, &K, c->slots);
+  const int status = can->jacobian_assign(c->effect, &point, shift, &K, c->slots);
   double error = 0, size = 0;
   for (size_t k = 0; k < numbers; k++) {
     error += (K.values[k] - c->K.values[k]) * (K.values[k] - c->K.values[k]);
@@ -244,7 +248,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   int status = assemble(c, shift);
   if (status) return status;
   report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
-  if (operations->jacobian && operations->jacobian_anew && c->slots)
+  if (operations->jacobian && operations->jacobian_assign && c->slots)
     status = check_anew(c, shift, &report->jacobian[s]);
   for (int d = 0; d < DIRECTIONS && !status; d++) {
     randomize(c, c->du, c->edge);
@@ -254,7 +258,7 @@ static int check_shift(check *c, int s, flesh_derivative_report *report)
   if (!status && operations->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
-  projected.project = 1;
+  projected.filter = 1;
   status = assemble(c, &projected);
   if (!status) report->negative = fmax(report->negative, negative_curvature(c));
   return status;
@@ -271,7 +275,8 @@ static int check_open(check *c, const flesh_mesh *mesh)
   if (status) return status;
   double *values = calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
   c->K = (flesh_block_matrix){nodes, c->pattern.row_start, c->pattern.row_end, c->pattern.column, values};
-  double **vectors[] = {&c->v, &c->a, &c->x_lag, &c->v_lag, &c->xs, &c->vs, &c->as, &c->du, &c->r, &c->dr, &c->Kdu};
+  double **vectors[] = {&c->v,  &c->a,  &c->x_lag, &c->v_lag, &c->w, &c->x_frozen, &c->v_frozen,
+                        &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     if (!(*vectors[k] = calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
@@ -282,7 +287,8 @@ static void check_close(check *c)
   flesh_pattern_clear(&c->pattern);
   free(c->slots);
   free(c->K.values);
-  double *vectors[] = {c->v, c->a, c->x_lag, c->v_lag, c->xs, c->vs, c->as, c->du, c->r, c->dr, c->Kdu};
+  double *vectors[] = {c->v,  c->a,  c->x_lag, c->v_lag, c->w, c->x_frozen, c->v_frozen,
+                       c->xs, c->vs, c->as,    c->du,    c->r, c->dr,       c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) free(vectors[k]);
 }
 
@@ -290,6 +296,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
                                    const double *x, unsigned long long seed,
                                    flesh_derivative_report *report)
 {
+  FLESH_NEED({effect, "effect"}, {mesh, "mesh"}, {x, "x"}, {report, "report"});
   *report = (flesh_derivative_report){.potential = {NAN, NAN}, .jacobian = {NAN, NAN},
                                       .evaluate = {NAN, NAN}};
   flesh_mesh_info info;
@@ -307,6 +314,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
     randomize(&c, c.x_lag, 0.1 * c.edge);
     for (size_t d = 0; d < c.unknowns; d++) c.x_lag[d] += x[d];
     randomize(&c, c.v_lag, c.edge);
+    randomize(&c, c.w, 0.1 * c.edge);
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "base/large.h"
-#include "sparse/halves.h"
+#include "base/huge_pages.h"
+#include "linear/bisection.h"
 
 static int compare_int(const void *a, const void *b)
 {
@@ -21,15 +21,15 @@ static int lay_out(flesh_pattern *pattern)
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
   const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
   int *column = malloc((blocks + 1) * sizeof *column), count = 0;
-  flesh_halves halves = {0};
-  int status = column ? flesh_halves_create(&A, &halves) : FLESH_ERR_MEMORY;
+  flesh_bisection halves = {0};
+  int status = column ? flesh_bisection_create(&A, &halves) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
     const int i = halves.order[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
     memcpy(column + count, pattern->column + from, (size_t)length * sizeof *column);
     pattern->row_start[i] = count;
     pattern->row_end[i] = count += length;
   }
-  flesh_halves_clear(&halves);
+  flesh_bisection_clear(&halves);
   if (status) {
     free(column);
     return status;
@@ -167,7 +167,7 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
   const size_t count = flesh_pattern_pairs(cells), per_cell = pairs_per_cell(cells), m = (size_t)cells->nodes_per_cell;
-  *slots = flesh_large((count + 1) * sizeof **slots);
+  *slots = flesh_huge_pages_alloc((count + 1) * sizeof **slots);
   if (!*slots)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
   for (size_t k = 0; k < count; k++) {

@@ -7,38 +7,17 @@
 #include <time.h>
 
 #include "base/error.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "effect/effect.h"
-#include "effect/motion.h"
-#include "system/pattern.h"
-#include "system/placed.h"
-
-typedef struct constraint {
-  int count, *nodes;
-  unsigned axes;
-  double from, until;
-  flesh_motion motion; /* count 0: a pin */
-} constraint;
-
-typedef struct entry {
-  flesh_effect *effect;
-  int *slots; /* of its cells; owned by the entry with owns_slots */
-  int owns_slots;
-} entry;
-
-struct flesh_system {
-  const flesh_mesh *mesh;
-  int nodes, finished, bars; /* bars: some effect has a `way` */
-  int entry_count, constraint_count;
-  entry *entries;
-  constraint *constraints;
-  flesh_pattern pattern;
-  int leader;            /* the entry whose `jacobian_anew` is called; -1: none */
-  int left_count, *left; /* blocks that it does not set; NULL: all */
-};
+#include "system/one_effect.h"
+#include "system/parts.h"
+#include "system/position_potential.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 {
+  FLESH_NEED({system, "system"});
+  *system = NULL;
+  FLESH_NEED({mesh, "mesh"});
   *system = calloc(1, sizeof **system);
   if (!*system) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a system");
   (*system)->mesh = mesh;
@@ -75,8 +54,12 @@ static int still_open(const flesh_system *system)
 
 int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
 {
+  FLESH_NEED({effect, "effect"});
+  FLESH_NEED({*effect, "*effect"});
+  if (!system) flesh_effect_destroy(effect);
+  FLESH_NEED({system, "system"});
   int status = still_open(system);
-  entry *grown = status ? NULL
+  flesh_system_entry *grown = status ? NULL
                         : realloc(system->entries,
                                   ((size_t)system->entry_count + 1) * sizeof *system->entries);
   if (!grown) {
@@ -84,8 +67,8 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
     return status ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for one more effect");
   }
   system->entries = grown;
-  system->entries[system->entry_count++] = (entry){.effect = *effect};
-  system->bars |= (*effect)->operations->way != NULL;
+  system->entries[system->entry_count++] = (flesh_system_entry){.effect = *effect};
+  system->bars |= (*effect)->operations->max_feasible_step != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -103,12 +86,12 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
     if (nodes[k] < 0 || nodes[k] >= system->nodes)
       return flesh_fail(FLESH_ERR_ARGUMENT, "node %d is constrained; the mesh has the nodes 0 to %d",
                         nodes[k], system->nodes - 1);
-  constraint *grown = realloc(system->constraints,
+  flesh_constraint *grown = realloc(system->constraints,
                               ((size_t)system->constraint_count + 1) * sizeof *grown);
   if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for one more constraint");
   system->constraints = grown;
-  constraint *c = &grown[system->constraint_count];
-  *c = (constraint){.count = count, .axes = axes, .from = from, .until = until};
+  flesh_constraint *c = &grown[system->constraint_count];
+  *c = (flesh_constraint){.count = count, .axes = axes, .from = from, .until = until};
   if (motion && (status = flesh_motion_copy(motion, &c->motion))) return status;
   c->nodes = malloc((size_t)count * sizeof *c->nodes);
   if (!c->nodes) {
@@ -123,12 +106,14 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
 int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                          double from, double until)
 {
+  FLESH_NEED({system, "system"}, {count ? nodes : (const void *)system, "nodes"});
   return add_constraint(system, count, nodes, axes, NULL, from, until);
 }
 
-int flesh_system_add_handle(flesh_system *system, int count, const int *nodes, unsigned axes,
+int flesh_system_add_prescribed_motion(flesh_system *system, int count, const int *nodes, unsigned axes,
                             const flesh_motion *motion, double from, double until)
 {
+  FLESH_NEED({system, "system"}, {count ? nodes : (const void *)system, "nodes"}, {motion, "motion"});
   return add_constraint(system, count, nodes, axes, motion, from, until);
 }
 
@@ -158,8 +143,8 @@ static int find_leader(flesh_system *system)
   size_t most = 0;
   system->leader = -1;
   for (int k = 0; k < system->entry_count; k++) {
-    const entry *e = &system->entries[k];
-    if (!e->effect->operations->jacobian_anew || !e->slots) continue;
+    const flesh_system_entry *e = &system->entries[k];
+    if (!e->effect->operations->jacobian_assign || !e->slots) continue;
     const size_t pairs = flesh_pattern_pairs(cells_of(e->effect));
     if (pairs > most) most = pairs, system->leader = k;
   }
@@ -168,8 +153,9 @@ static int find_leader(flesh_system *system)
                             &system->left);
 }
 
-int flesh_system_finish(flesh_system *system)
+int flesh_system_finalize(flesh_system *system)
 {
+  FLESH_NEED({system, "system"});
   int status = still_open(system);
   if (status) return status;
   const flesh_cells **cells = malloc(((size_t)system->entry_count + 1) * sizeof *cells);
@@ -185,7 +171,7 @@ int flesh_system_finish(flesh_system *system)
   if (!status) status = flesh_pattern_create(system->nodes, count, cells, &system->pattern);
   free(cells);
   for (int k = 0; k < system->entry_count && !status; k++) {
-    entry *e = &system->entries[k];
+    flesh_system_entry *e = &system->entries[k];
     const flesh_cells *own = cells_of(e->effect);
     if (!own) continue;
     for (int j = 0; j < k && !e->slots; j++) {
@@ -223,16 +209,16 @@ flesh_instructions flesh_system_instructions(const flesh_system *system)
   return least;
 }
 
-int flesh_system_has_effect(const flesh_system *system, const char *name)
+int flesh_system_has_role(const flesh_system *system, flesh_role role)
 {
   for (int k = 0; k < system->entry_count; k++)
-    if (!strcmp(system->entries[k].effect->operations->name, name)) return 1;
+    if (system->entries[k].effect->operations->role == role) return 1;
   return 0;
 }
 
 size_t flesh_system_effect_memory(const flesh_system *system, int index)
 {
-  const entry *e = &system->entries[index];
+  const flesh_system_entry *e = &system->entries[index];
   const flesh_cells *cells = cells_of(e->effect);
   if (!e->effect->operations->memory) return 0;
   size_t bytes = e->effect->operations->memory(e->effect);
@@ -240,10 +226,17 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index)
   return bytes + sizeof *e + sizeof *e->effect;
 }
 
-int flesh_system_follows(const flesh_system *system)
+int flesh_system_has_follower_loads(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
-    if (system->entries[k].effect->operations->follows) return 1;
+    if (system->entries[k].effect->operations->is_follower_load) return 1;
+  return 0;
+}
+
+int flesh_system_freezes(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->freezes) return 1;
   return 0;
 }
 
@@ -256,7 +249,7 @@ double flesh_system_next_event(const flesh_system *system, double t)
       next = fmin(next, effect->operations->next_event(effect, t));
   }
   for (int k = 0; k < system->constraint_count; k++) {
-    const constraint *c = &system->constraints[k];
+    const flesh_constraint *c = &system->constraints[k];
     next = fmin(next, flesh_interval_next_event(c->from, c->until, t));
     next = fmin(next, flesh_motion_next_event(&c->motion, t));
   }
@@ -274,6 +267,7 @@ static flesh_point with_lag(const flesh_point *point)
   flesh_point full = *point;
   if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
+  if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
   return full;
 }
 
@@ -304,14 +298,16 @@ static void count(flesh_costs *costs, int k, int what, double start)
   if (costs->timed) cost->cpu_s += processor_time(costs) - start;
 }
 
-static int sum_residuals(const flesh_system *system, const flesh_point *point, int external_only,
-                         double *r)
+/* Of the effects from one index to before another, of those roles. */
+static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
+                         unsigned roles, double *r)
 {
   const flesh_point full = with_lag(point);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
-  for (int k = 0; k < system->entry_count; k++) {
+  for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
+    if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = processor_time(full.costs);
     int status = effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
@@ -322,12 +318,24 @@ static int sum_residuals(const flesh_system *system, const flesh_point *point, i
 
 int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)
 {
-  return sum_residuals(system, point, 0, r);
+  FLESH_NEED({system, "system"}, {point, "point"}, {r, "r"});
+  return sum_residuals(system, 0, system->entry_count, point, 0, FLESH_ROLES_ALL, r);
 }
 
 int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r)
 {
-  return sum_residuals(system, point, 1, r);
+  FLESH_NEED({system, "system"}, {point, "point"}, {r, "r"});
+  return sum_residuals(system, 0, system->entry_count, point, 1, FLESH_ROLES_ALL, r);
+}
+
+int flesh_system_effect_residual(const flesh_system *system, int index, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, index, index + 1, point, 0, FLESH_ROLES_ALL, r);
+}
+
+int flesh_system_roles_residual(const flesh_system *system, unsigned roles, const flesh_point *point, double *r)
+{
+  return sum_residuals(system, 0, system->entry_count, point, 0, roles, r);
 }
 
 /* What threads clear, in parts: the blocks that the leader leaves, or all. */
@@ -352,10 +360,10 @@ static void clear_part(void *data, int task)
 static int add_jacobian(const flesh_system *system, int k, int anew, const flesh_point *full, const flesh_shift *shift,
                         flesh_block_matrix *K)
 {
-  const entry *e = &system->entries[k];
+  const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
   const double start = processor_time(full->costs);
-  int status = (anew ? can->jacobian_anew : can->jacobian)(e->effect, full, shift, K, e->slots);
+  int status = (anew ? can->jacobian_assign : can->jacobian)(e->effect, full, shift, K, e->slots);
   count(full->costs, k, CALL_JACOBIAN, start);
   return status;
 }
@@ -363,6 +371,7 @@ static int add_jacobian(const flesh_system *system, int k, int anew, const flesh
 int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
+  FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
   const flesh_point full = with_lag(point);
   int status = FLESH_OK;
   flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, &(clearing){system, K});
@@ -374,23 +383,24 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 }
 
 /* The potential from its two parts, the others and what is placed, which is known from before or now. */
-static int add_placed(const flesh_placed sums[2], flesh_placed *placed, double *phi, double *magnitude)
+static int add_placed(const flesh_position_potential sums[2], flesh_position_potential *placed, double *phi,
+                      double *magnitude)
 {
-  if (!placed->known) *placed = (flesh_placed){1, sums[1].phi, sums[1].magnitude};
+  if (!placed->known) *placed = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
   *phi = sums[0].phi + placed->phi;
   *magnitude = sums[0].magnitude + placed->magnitude;
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
 }
 
-int flesh_system_potential_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                  flesh_placed *placed, double *phi, double *magnitude)
+int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                  flesh_position_potential *placed, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
-  flesh_placed sums[2] = {{0}}; /* of the others, of the placed */
+  flesh_position_potential sums[2] = {{0}}; /* of the others, of the placed */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->potential || (effect->operations->placed && placed->known)) continue;
-    flesh_placed *sum = &sums[effect->operations->placed != 0];
+    if (!effect->operations->potential || (effect->operations->depends_on_position_only && placed->known)) continue;
+    flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
     const double start = processor_time(full.costs);
     int status = effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
@@ -402,7 +412,8 @@ int flesh_system_potential_placed(const flesh_system *system, const flesh_point 
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                            const flesh_shift *shift, double *phi, double *magnitude)
 {
-  return flesh_system_potential_placed(system, point, shift, &(flesh_placed){0}, phi, magnitude);
+  FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {phi, "phi"}, {magnitude, "magnitude"});
+  return flesh_system_potential_by_position(system, point, shift, &(flesh_position_potential){0}, phi, magnitude);
 }
 
 /* What `evaluate` gives, by it or by the two that it stands for. */
@@ -416,11 +427,11 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
   return status;
 }
 
-int flesh_system_evaluate_placed(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                 flesh_placed *placed, double *r, double *phi, double *magnitude)
+int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_position_potential *placed, double *r, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
-  flesh_placed sums[2] = {{0}};
+  flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   placed->known = 0;
   for (int k = 0; k < system->entry_count; k++) {
@@ -428,7 +439,7 @@ int flesh_system_evaluate_placed(const flesh_system *system, const flesh_point *
     const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
     if (!calls) continue;
-    flesh_placed *sum = &sums[effect->operations->placed != 0];
+    flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
     const double start = processor_time(full.costs);
     int status = evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
     count(full.costs, k, calls, start);
@@ -440,16 +451,25 @@ int flesh_system_evaluate_placed(const flesh_system *system, const flesh_point *
 int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
-  return flesh_system_evaluate_placed(system, point, shift, &(flesh_placed){0}, r, phi, magnitude);
+  FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {r, "r"}, {phi, "phi"}, {magnitude, "magnitude"});
+  return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
 }
 
-int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
+int flesh_system_energies_placed(const flesh_system *system, const flesh_point *point,
+                                 const flesh_position_potential *placed, double *energies)
 {
   const flesh_point full = with_lag(point);
+  int count_placed = 0;
+  for (int k = 0; placed->known && k < system->entry_count; k++)
+    count_placed += system->entries[k].effect->operations->depends_on_position_only != 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
+    if (count_placed == 1 && effect->operations->depends_on_position_only) {
+      energies[k] = placed->phi;
+      continue;
+    }
     const double start = processor_time(full.costs);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
@@ -458,44 +478,70 @@ int flesh_system_energies(const flesh_system *system, const flesh_point *point, 
   return FLESH_OK;
 }
 
-int flesh_system_bars(const flesh_system *system) { return system->bars; }
+int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
+                               double *sum)
+{
+  const flesh_point full = with_lag(point);
+  *sum = 0;
+  for (int k = 0; k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    double energy = 0;
+    if (effect->operations->role != role) continue;
+    int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
+    if (energies) energies[k] = energy;
+    *sum += energy;
+    if (status) return status;
+  }
+  return FLESH_OK;
+}
 
-double flesh_system_way(const flesh_system *system, double t_from, const double *x_from,
+double flesh_system_role_energy(const flesh_system *system, flesh_role role, const double *energies)
+{
+  double sum = 0;
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->role == role) sum += energies[k];
+  return sum;
+}
+
+int flesh_system_limits_step(const flesh_system *system) { return system->bars; }
+
+double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, const double *x_to)
 {
   double way = 1;
   for (int k = 0; system->bars && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->way)
-      way = fmin(way, effect->operations->way(effect, t_from, x_from, t_to, x_to));
+    if (effect->operations->max_feasible_step)
+      way = fmin(way, effect->operations->max_feasible_step(effect, t_from, x_from, t_to, x_to));
   }
   return way;
 }
 
-int flesh_system_passed(const flesh_system *system, double t_from, const double *x_from,
+int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, const double *x_to)
 {
   int passed = 0;
   for (int k = 0; system->bars && k < system->entry_count && !passed; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->passed)
-      passed = effect->operations->passed(effect, t_from, x_from, t_to, x_to);
+    if (effect->operations->tunnelled)
+      passed = effect->operations->tunnelled(effect, t_from, x_from, t_to, x_to);
   }
   return passed;
 }
 
-void flesh_system_clear(const flesh_system *system, double t_from, const double *x_from,
+void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, double *x_to)
 {
   for (int k = 0; system->bars && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->clear)
-      effect->operations->clear(effect, t_from, x_from, t_to, x_to);
+    if (effect->operations->push_out)
+      effect->operations->push_out(effect, t_from, x_from, t_to, x_to);
   }
 }
 
 int flesh_system_check(const flesh_system *system, double t, const double *x)
 {
+  FLESH_NEED({system, "system"}, {x, "x"});
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
@@ -506,12 +552,14 @@ int flesh_system_check(const flesh_system *system, double t, const double *x)
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)
 {
-  const flesh_pattern *pattern = &system->pattern;
+  FLESH_NEED({matrix, "matrix"});
   *matrix = NULL;
+  FLESH_NEED({system, "system"});
+  const flesh_pattern *pattern = &system->pattern;
   if (!system->finished)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is not finished; flesh_system_finish makes its pattern");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is not finished; flesh_system_finalize makes its pattern");
   *matrix = malloc(sizeof **matrix);
-  double *values = flesh_large_zeroed(((size_t)pattern->row_start[pattern->rows] * 9 + 1) * sizeof *values);
+  double *values = flesh_huge_pages_calloc(((size_t)pattern->row_start[pattern->rows] * 9 + 1) * sizeof *values);
   if (!*matrix || !values) {
     free(*matrix);
     free(values);
@@ -529,64 +577,4 @@ void flesh_block_matrix_destroy(flesh_block_matrix **matrix)
   free((*matrix)->values);
   free(*matrix);
   *matrix = NULL;
-}
-
-int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
-{
-  const uint8_t *used = flesh_mesh_node_used(system->mesh);
-  int count = 0;
-  for (int i = 0; i < system->nodes; i++)
-    for (int c = 0; c < 3; c++) fixed[3 * i + c] = !used[i];
-  for (int k = 0; k < system->constraint_count; k++) {
-    const constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++)
-      for (int c = 0; c < 3; c++)
-        if (held->axes >> c & 1) fixed[3 * held->nodes[j] + c] = 1;
-  }
-  for (int d = 0; d < 3 * system->nodes; d++) count += fixed[d];
-  return count;
-}
-
-int flesh_system_holds(const flesh_system *system, double t)
-{
-  for (int k = 0; k < system->constraint_count; k++)
-    if (t >= system->constraints[k].from && t < system->constraints[k].until) return 1;
-  return 0;
-}
-
-void flesh_system_prescribe(const flesh_system *system, double t, double *x)
-{
-  const double *X = flesh_mesh_positions(system->mesh);
-  for (int k = 0; k < system->constraint_count; k++) {
-    const constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++) {
-      int node = held->nodes[j];
-      double y[3] = {X[3 * node], X[3 * node + 1], X[3 * node + 2]};
-      if (held->motion.count) flesh_motion_apply(&held->motion, t, X + 3 * node, y);
-      for (int c = 0; c < 3; c++)
-        if (held->axes >> c & 1) x[3 * node + c] = y[c];
-    }
-  }
-}
-
-void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v, double *a)
-{
-  const double *X = flesh_mesh_positions(system->mesh);
-  for (int k = 0; k < system->constraint_count; k++) {
-    const constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++) {
-      int node = held->nodes[j];
-      double velocity[3] = {0, 0, 0}, acceleration[3] = {0, 0, 0};
-      if (held->motion.count)
-        flesh_motion_rates(&held->motion, t, X + 3 * node, velocity, acceleration);
-      for (int c = 0; c < 3; c++) {
-        if (!(held->axes >> c & 1)) continue;
-        v[3 * node + c] = velocity[c];
-        a[3 * node + c] = acceleration[c];
-      }
-    }
-  }
 }

@@ -1,0 +1,182 @@
+/* accuracy.h: what accuracy costs: the runs of `flesh accuracy`, their figures, and what is made of
+ * them.
+ *
+ * Every run is judged after each of its own steps, by its distance from a reference that two different methods made
+ * (accuracy_reference.c). */
+#ifndef FLESH_ACCURACY_ACCURACY_H
+#define FLESH_ACCURACY_ACCURACY_H
+
+#include <stdio.h>
+
+#include "accuracy/track.h"
+#include "shared/options.h"
+#include "shared/overrides.h"
+
+typedef struct flesh_accuracy_method {
+  const char *name;   /* of --methods and the tables */
+  const char *scene;  /* time.method */
+  int adaptive;       /* has a tolerance instead of a step */
+  int max_order;      /* time.max_order; 0: the scene's */
+  const char *colour; /* "#rrggbb" */
+  int mark;           /* gnuplot's point; nearly equal methods lie on each other */
+} flesh_accuracy_method;
+
+/* What the command compares: ROW(name, time.method, adaptive, max_order, colour, mark, doc). */
+#define FLESH_ACCURACY_METHOD_LIST(ROW)                                                                                \
+  ROW("backward-euler", "backward-euler", 0, 0, "#d55e00", 7, "")                                                      \
+  ROW("bdf2", "bdf2", 0, 0, "#e69f00", 13, "")                                                                         \
+  ROW("midpoint", "midpoint", 0, 0, "#009e73", 9, "")                                                                  \
+  ROW("newmark", "newmark", 0, 0, "#56b4e9", 2, "")                                                                    \
+  ROW("hht", "hht", 0, 0, "#8c8c8c", 11, "")                                                                           \
+  ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
+  ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \
+  ROW("euler-then-adaptive", "euler-then-adaptive", 1, 2, "#000000", 3,                                                \
+      " (backward Euler at the scene's step until the motion is calm)")
+
+#define FLESH_ACCURACY_METHOD_ONE(...) +1
+enum { FLESH_ACCURACY_METHODS = FLESH_ACCURACY_METHOD_LIST(FLESH_ACCURACY_METHOD_ONE) };
+
+/* Ends with a NULL name. */
+extern const flesh_accuracy_method flesh_accuracy_methods[FLESH_ACCURACY_METHODS + 1];
+/* Its index; -1: there is none of that name. */
+int flesh_accuracy_method_find(const char *name);
+
+/* What a row belongs to: the methods' work, or another price with everything else fixed. */
+typedef enum flesh_accuracy_group {
+  FLESH_ACCURACY_WORK,
+  FLESH_ACCURACY_NEWTON,
+  FLESH_ACCURACY_LINEAR,
+  FLESH_ACCURACY_PROJECTION,
+  FLESH_ACCURACY_MASS,
+  FLESH_ACCURACY_MESH,
+  FLESH_ACCURACY_GROUPS
+} flesh_accuracy_group;
+extern const char *const flesh_accuracy_group_names[];
+
+enum { FLESH_ACCURACY_TEXT = 32 };
+
+/* A step, a tolerance: as given and as a number. */
+typedef struct flesh_accuracy_value {
+  double value;
+  char text[FLESH_ACCURACY_TEXT];
+} flesh_accuracy_value;
+
+/* Plain data: it comes through a pipe from the process that ran it. NaN where there is none. */
+typedef struct flesh_accuracy_figures {
+  int status, crashed_by; /* crashed_by: the signal that ended its process, -1 for another end */
+  long steps, rejected, residuals, assemblies, newton, linear;
+  double cpu_s, wall_s_median, wall_s_min; /* of the integration alone, without output */
+  flesh_accuracy_errors errors;            /* against the reference; below its uncertainty NaN */
+  int below;                               /* 1: error_position_rms is below it */
+  double difference; /* other prices: position rms against the same run solved tightly [m] */
+  char message[400];
+} flesh_accuracy_figures;
+
+typedef struct flesh_accuracy_row {
+  flesh_accuracy_group group;
+  int method;                           /* in flesh_accuracy_methods */
+  char setting[80];                     /* "step=1/60", "solver.newton_tolerance=1e-4" */
+  double value;                         /* of the setting; NaN for a word */
+  flesh_accuracy_value step, tolerance; /* in force; tolerance empty for fixed steps */
+  char extra[80];                       /* one more override; may be empty */
+  int tight;                            /* every solve to rounding */
+  int done;
+  flesh_accuracy_figures figures;
+  int on_front[2]; /* work: no other run is as good for less time, for fewer residuals */
+} flesh_accuracy_row;
+
+/* What is known of the reference; plain data. */
+typedef struct flesh_accuracy_reference {
+  char first[120], second[120];      /* how the two were made; first is the one compared with */
+  double seconds;                    /* it took */
+  double apart;                      /* how far the two differ [m], as error_position_rms */
+  double change;                     /* of the first when it was refined last [m] */
+  double between;                    /* how well it is known between its times [m] */
+  flesh_accuracy_errors uncertainty; /* the larger of the two, and what goes with it */
+  flesh_accuracy_scale scale;
+} flesh_accuracy_reference;
+
+/* A line through log(error) over log(step or tolerance), where the error is that of its leading term. */
+typedef struct flesh_accuracy_fit {
+  int points, candidates;     /* points: 3 or more, or 0: the candidates do not show an order yet */
+  double slope, slope_error;  /* NaN without points, as are the others */
+  double low, high, constant; /* over these values; log(error) = constant + slope log(value) */
+} flesh_accuracy_fit;
+
+enum { FLESH_ACCURACY_LIMIT = 32 };
+
+typedef struct flesh_accuracy_plan {
+  const char *scene, *finer, *out;
+  const flesh_texts *overrides;
+  int method_count, methods[FLESH_ACCURACY_LIMIT];
+  int step_count, tolerance_count; /* steps from the longest to the shortest */
+  flesh_accuracy_value steps[FLESH_ACCURACY_LIMIT], tolerances[FLESH_ACCURACY_LIMIT];
+  int representative; /* method of the other prices, at the step below; -1: they are not run */
+  flesh_accuracy_value representative_step;
+  int repeat, quick, resume;
+  double max_seconds, reference_seconds;
+  const char *mass; /* the row's extra value that stands in the scene already */
+  char fingerprint[72], finer_fingerprint[72]; /* of the scenes as they stand */
+  int argc;                                    /* the command line, for the provenance */
+  char **argv;
+  flesh_accuracy_grid grid;
+  flesh_accuracy_measure measure;
+  flesh_accuracy_reference reference;
+  int row_count;
+  flesh_accuracy_row *rows;
+} flesh_accuracy_plan;
+
+/* Reads the row's scene: the plan's with the row's method, step, tolerance and extra value. */
+int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
+                        flesh_scene **scene);
+/* Prints the `flesh run` command that repeats the row. */
+void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
+                                  const flesh_accuracy_row *row);
+
+/* Where the own steps of an adaptive row are written; empty for others. */
+void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
+                               char *path, size_t size);
+
+/* Makes plan->rows: methods x steps or tolerances, then the other prices. */
+int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
+
+/* Makes the reference with two methods and writes it to <out>/reference.states, or reads it back
+ * when plan->reference already tells of it. Fills plan->reference; its scale.length must be set.
+ * FLESH_ERR_SOLVE when fewer than two methods reach the end. */
+int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference);
+
+/* Runs the rows that are not done, one at a time, each in its own process; keeps the results after
+ * each. FLESH_ERR_INTERRUPTED after a signal: the rows that were done stand. */
+int flesh_accuracy_run(flesh_accuracy_plan *plan, const flesh_accuracy_track *reference);
+
+/* accuracy.json: everything that --resume needs. `load` fills plan->reference and the rows that
+ * were done; FLESH_ERR_ARGUMENT when the folder holds the results of another scene, override or
+ * build. Fine when there is nothing to load. */
+int flesh_accuracy_keep(const flesh_accuracy_plan *plan);
+int flesh_accuracy_load(flesh_accuracy_plan *plan);
+
+/* "complete", "below reference", "failed", "crashed", "out of budget", "refused", "not run". */
+const char *flesh_accuracy_status_word(const flesh_accuracy_row *row);
+
+/* Whether two rows made the same run: as many steps, the same error. */
+int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
+/* -1: a took less, 1: b did; 0: their times do not tell them apart, or they made the same run. */
+int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
+/* The same by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
+int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
+
+/* Marks the rows that nothing beats, in time (where times do not tell, by counts) and in residuals. */
+void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);
+/* Of the runs of a method that are neither too coarse to be of use (error above a tenth of the motion) nor near the
+ * reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */
+void flesh_accuracy_fit_order(const flesh_accuracy_plan *plan, int method, flesh_accuracy_fit *fit);
+
+/* accuracy.csv and orders.csv; the table on stdout. */
+int flesh_accuracy_write_csv(const flesh_accuracy_plan *plan);
+void flesh_accuracy_print_table(const flesh_accuracy_plan *plan);
+/* verdict.txt and stdout. */
+int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan);
+/* work_time.png, work_residuals.png, orders.png, energy.png, steps.png. */
+int flesh_accuracy_draw(const flesh_accuracy_plan *plan);
+
+#endif

@@ -1,0 +1,338 @@
+/* command.c: `flesh accuracy SCENE`: what accuracy costs, method by method. */
+#include "accuracy/command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "accuracy/accuracy.h"
+#include "base/error.h"
+#include "shared/inputs.h"
+#include "shared/interrupt.h"
+#include "base/file.h"
+#include "shared/plot.h"
+#include "shared/output.h"
+
+#define METHOD_LINE(name, scene, adaptive, order, colour, mark, doc) "  " name doc "\n"
+#define METHOD_NAME(name, ...) "," name
+
+static const char details[] =
+    "Runs the scene with every method at every step (fixed steps) or tolerance (adaptive) and "
+    "measures each\n"
+    "against a reference, which it makes itself with two different methods, refined until they "
+    "change no more.\n"
+    "How far the two differ, or how much the better one changed last if that is more, is its "
+    "uncertainty, with\n"
+    "what interpolation between its times may add; errors below it are not reported. A run is compared "
+    "at every step\n"
+    "it takes, of the adaptive methods also at their own. Methods:\n"
+    FLESH_ACCURACY_METHOD_LIST(METHOD_LINE)
+    "Then it varies, each alone, the other prices of a run of fixed steps: Newton's tolerance, the "
+    "linear\n"
+    "tolerance, when to project the Hessian, the mass matrix and, with --finer, the mesh.\n"
+    "\n"
+    "Every run goes through a process of its own, one at a time; the times are those of the "
+    "integration, without\n"
+    "output. By default runs are done three times (once with --quick), up to twenty times while "
+    "they take less\n"
+    "than 0.2 s in all, and no more after 10 s.\n"
+    "\n"
+    "Writes into DIR: accuracy.csv, a row per run:\n"
+    "  method, setting\n"
+    "  steps                    taken (the adaptive methods' own)\n"
+    "  rejected                 steps tried in vain\n"
+    "  residual_evaluations, hessian_assemblies, newton, linear_iterations\n"
+    "  cpu_s                    processor time of the integration, the least of the repeats\n"
+    "  wall_s_median, wall_s_min\n"
+    "  error_position_rms       [m] mass-weighted rms distance of the nodes from the reference, "
+    "worst over time\n"
+    "  error_position_max       [m] largest distance of any node at any time\n"
+    "  error_tip                [m] of the node that moves most\n"
+    "  error_volume             of the rest volume\n"
+    "  energy_drift             energy minus the reference's where it differs most, over its "
+    "largest kinetic\n"
+    "                           energy; positive: gained\n"
+    "  status                   complete, below reference (error_position_rms is below its "
+    "uncertainty and left\n"
+    "                           empty), failed, non-finite, crashed, out of budget, refused, not "
+    "run\n"
+    "  error_over_tolerance     error_position_rms / (tolerance x length of the body)\n"
+    "  error_over_motion        error_position_rms / largest rms distance of the body from its "
+    "start\n"
+    "  price                    work, newton_tolerance, linear_tolerance, project, mass, mesh\n"
+    "  value                    the setting as a number\n"
+    "  difference               [m] other prices: rms distance from the same run with every solve "
+    "to rounding\n"
+    "  front_time, front_residuals   1: no other run is as good for less cpu_s, fewer residuals\n"
+    "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (all of it, for "
+    "--resume),\n"
+    "reference.states, steps/ (the adaptive methods' own steps), and pictures: work_time, "
+    "work_residuals, orders,\n"
+    "energy, steps (.png, each with its .gp).\n";
+
+/* The shortest text of a step: 1/N where it is one. */
+static void value_text(double value, flesh_accuracy_value *to)
+{
+  char text[FLESH_NUMBER_SIZE];
+  double inverse = 1 / value, whole = round(inverse);
+  to->value = value;
+  if (inverse > 1.5 && inverse < 1e9 && fabs(inverse - whole) < 1e-9 * whole)
+    snprintf(to->text, sizeof to->text, "1/%.0f", whole);
+  else snprintf(to->text, sizeof to->text, "%.30s", flesh_number_text(value, text));
+}
+
+static int compare_down(const void *a, const void *b)
+{
+  double x = ((const flesh_accuracy_value *)a)->value, y = ((const flesh_accuracy_value *)b)->value;
+  return (x < y) - (x > y);
+}
+
+/* Positive numbers between commas, from the largest to the smallest. */
+static int read_values(const char *option, const char *text, flesh_accuracy_value *values,
+                       int *count)
+{
+  for (*count = 0; *text;) {
+    size_t length = strcspn(text, ",");
+    if (*count == FLESH_ACCURACY_LIMIT)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has more than %d values", option,
+                        FLESH_ACCURACY_LIMIT);
+    flesh_accuracy_value *to = &values[*count];
+    snprintf(to->text, sizeof to->text, "%.*s", (int)(length < 31 ? length : 31), text);
+    if (length > 30 || flesh_option_number(to->text, &to->value) || !(to->value > 0))
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "--%s has '%.*s'; every value must be a positive number", option,
+                        (int)length, text);
+    if (to->text[strspn(to->text, "0123456789.eE+-/")]) value_text(to->value, to); /* blanks, hexadecimal ones */
+    for (int other = 0; other < *count; other++)
+      if (values[other].value == to->value)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "--%s has %s twice", option, to->text);
+    ++*count;
+    text += length + (text[length] == ',');
+  }
+  qsort(values, (size_t)*count, sizeof *values, compare_down);
+  return *count ? FLESH_OK
+                : flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list of numbers",
+                             option);
+}
+
+static int read_methods(const char *text, flesh_accuracy_plan *plan)
+{
+  char name[32], known[200] = "";
+  for (int m = 0; flesh_accuracy_methods[m].name; m++)
+    snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", m ? ", " : "",
+             flesh_accuracy_methods[m].name);
+  while (*text) {
+    size_t length = strcspn(text, ",");
+    snprintf(name, sizeof name, "%.*s", (int)(length < 31 ? length : 31), text);
+    int method = flesh_accuracy_method_find(name);
+    if (method < 0)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--methods has '%s'; the methods are %s", name, known);
+    for (int m = 0; m < plan->method_count; m++)
+      if (plan->methods[m] == method)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "--methods has %s twice", name);
+    plan->methods[plan->method_count++] = method;
+    text += length + (text[length] == ',');
+  }
+  return plan->method_count
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT, "--methods is empty; the methods are %s", known);
+}
+
+/* The scene's step, doubled once and halved again and again. */
+static void default_steps(double step, flesh_accuracy_plan *plan)
+{
+  plan->step_count = plan->quick ? 5 : 8;
+  for (int k = 0; k < plan->step_count; k++) value_text(ldexp(step, 1 - k), &plan->steps[k]);
+}
+
+/* The other prices are those of the scene's own method at its own step, where it has fixed steps.
+ */
+static void choose_representative(const flesh_scene_time *time, flesh_accuracy_plan *plan)
+{
+  plan->representative = -1;
+  for (int m = plan->method_count - 1; m >= 0; m--)
+    if (!flesh_accuracy_methods[plan->methods[m]].adaptive) plan->representative = plan->methods[m];
+  const char *own = flesh_method_name(time->method);
+  for (int m = 0; m < plan->method_count; m++)
+    if (own && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
+      plan->representative = plan->methods[m];
+  value_text(time->step, &plan->representative_step);
+}
+
+/* The command's own files must not take the place of what it reads. */
+static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const flesh_scene *scene)
+{
+  static const char *const names[] = {"accuracy.csv", "accuracy.json", "orders.csv", "verdict.txt", "reference.states",
+                                      NULL};
+  static const char *const subfolders[] = {"steps", NULL};
+  flesh_inputs inputs = {0};
+  flesh_inputs_add_scene(&inputs, path, scene);
+  int status = flesh_inputs_spare_in(&inputs, plan->out, names, subfolders);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
+static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tolerances)
+{
+  flesh_scene *scene = NULL;
+  int status =
+      flesh_scene_read(plan->scene, plan->overrides->count, plan->overrides->values, &scene);
+  if (status) return status;
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  status = spare_inputs(plan, plan->scene, scene);
+  if (!status && !flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA))
+    status =
+        flesh_fail(FLESH_ERR_ARGUMENT,
+                   "%s: the scene has no inertia, so nothing is integrated in time", plan->scene);
+  if (!status)
+    status = read_values("tolerances", tolerances, plan->tolerances, &plan->tolerance_count);
+  if (!status && steps) status = read_values("steps", steps, plan->steps, &plan->step_count);
+  else if (!status) default_steps(time->step, plan);
+  if (!status) status = flesh_accuracy_measure_open(scene, &plan->measure);
+  if (!status) {
+    flesh_state start = {0, malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes),
+                         malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes)};
+    if (start.x && start.v) flesh_scene_start(scene, &start);
+    free(start.x);
+    free(start.v);
+    choose_representative(time, plan);
+    plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
+                                                                    : "body.mass=consistent";
+    if (!(time->end > start.t))
+      status =
+          flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s",
+                     plan->scene, start.t, time->end);
+    else flesh_accuracy_grid_make(start.t, time->end, plan->steps[0].value,
+                                  flesh_accuracy_room(3 * plan->measure.nodes), &plan->grid);
+    flesh_mesh_info info;
+    flesh_mesh_inspect(mesh, &info);
+    for (int c = 0; c < 3; c++)
+      plan->reference.scale.length = fmax(plan->reference.scale.length, info.high[c] - info.low[c]);
+  }
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+/* The finer scene must stand before hours are spent. */
+static int check_finer(const flesh_accuracy_plan *plan)
+{
+  flesh_scene *scene = NULL;
+  if (!plan->finer) return FLESH_OK;
+  int status =
+      flesh_scene_read(plan->finer, plan->overrides->count, plan->overrides->values, &scene);
+  if (!status) status = spare_inputs(plan, plan->finer, scene);
+  flesh_scene_destroy(&scene);
+  return status;
+}
+
+static int run_and_draw(flesh_accuracy_plan *plan)
+{
+  char path[1400];
+  flesh_accuracy_track reference = {0};
+  snprintf(path, sizeof path, "%.1300s/steps", plan->out);
+  int status = flesh_folder_make(path);
+  if (!status) status = flesh_accuracy_load(plan);
+  if (status) return status;
+  int had = 0;
+  for (int k = 0; k < plan->row_count; k++) had += plan->rows[k].done;
+  printf("%d runs", plan->row_count);
+  if (had) printf(", %d of them done before", had);
+  printf(", compared at every step of theirs\n");
+  fflush(stdout);
+  status = flesh_accuracy_make_reference(plan, &reference);
+  if (!status) status = flesh_accuracy_keep(plan);
+  if (status) {
+    flesh_accuracy_track_close(&reference);
+    return status;
+  }
+  int ran = flesh_accuracy_run(plan, &reference);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  flesh_accuracy_track_close(&reference);
+  flesh_accuracy_find_fronts(plan);
+  status = flesh_accuracy_keep(plan);
+  if (!status) {
+    flesh_accuracy_print_table(plan);
+    status = flesh_accuracy_write_verdict(plan);
+  }
+  if (ran) return flesh_fail(ran, "%s", words);
+  const int undrawn = status ? status : flesh_accuracy_draw(plan);
+  if (!status) status = flesh_plot_accept("accuracy", undrawn);
+  if (status) return status;
+  printf("\nresults: %s/accuracy.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
+         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
+  return FLESH_OK;
+}
+
+static int compare(flesh_accuracy_plan *plan)
+{
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = flesh_accuracy_make_rows(plan);
+  if (!status) status = check_finer(plan);
+  if (!status) status = flesh_output_claim(plan->out, "accuracy", &claim);
+  if (!status) status = run_and_draw(plan);
+  flesh_folder_claim_release(&claim);
+  return status;
+}
+
+int flesh_command_accuracy(int argc, char **argv)
+{
+  const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
+  flesh_overrides overrides;
+  flesh_accuracy_plan plan = {.out = "out/accuracy"};
+  int status = flesh_overrides_open(&overrides, argc);
+  if (status) return flesh_command_fail("accuracy", status);
+  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
+  if (!words) {
+    flesh_overrides_close(&overrides);
+    return flesh_command_fail("accuracy", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  }
+  for (int a = 0; a < argc; a++) words[a] = argv[a];
+  plan.argc = argc;
+  plan.argv = words;
+  const flesh_option rows[] = {
+      {"methods", "LIST", FLESH_OPTION_TEXT, &methods, "methods to compare (default: all)"},
+      {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
+       "of the adaptive methods (default 1e-2,1e-3,...,1e-6; to 1e-4 with --quick)"},
+      {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
+       "of the others, in s (default twice the scene's, the scene's, "
+       "its half, "
+       "... to its 64th; to its 8th with --quick)"},
+      {"finer", "SCENE2", FLESH_OPTION_TEXT, &plan.finer, "the same scene on a finer mesh"},
+      {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
+      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
+      {"resume", NULL, FLESH_OPTION_SWITCH, &plan.resume,
+       "go on with what an interrupted comparison in DIR has done; runs that crashed or were out "
+       "of budget are done again"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/accuracy)"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of the scene"},
+      {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
+       "budget of each run (default 600; 60 with --quick)"},
+      {"reference-seconds", "S", FLESH_OPTION_POSITIVE, &plan.reference_seconds,
+       "how long each of the two references is refined, beyond what it needs at least (default 60; "
+       "10 with --quick)"},
+      {0}};
+  const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1,
+                             1,          rows};
+  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON) {
+    plan.scene = argv[1];
+    plan.overrides = &overrides.texts;
+    if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 60 : 600;
+    if (!(plan.reference_seconds > 0)) plan.reference_seconds = plan.quick ? 10 : 60;
+    if (!tolerances) tolerances = plan.quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
+    flesh_interrupt_watch();
+    status = read_methods(methods, &plan);
+    if (!status) status = prepare(&plan, steps, tolerances);
+    if (!status) status = compare(&plan);
+    code = status ? flesh_command_fail("accuracy", status) : 0;
+    if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+  }
+  flesh_accuracy_measure_close(&plan.measure);
+  free(plan.rows);
+  free(words);
+  flesh_overrides_close(&overrides);
+  return code;
+}

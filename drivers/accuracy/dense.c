@@ -1,0 +1,144 @@
+/* dense.c: a track between its times, and how well it is known there.
+ *
+ * Hermite interpolation of positions and velocities at up to four times (degree 7; Stoer and Bulirsch, Introduction to
+ * Numerical Analysis, 2.1.5), never across a time at which the motion has a kink. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "accuracy/track.h"
+#include "base/error.h"
+
+enum { POINTS = 4 };
+
+/* Every `stride`-th time of a track. */
+typedef struct nodes {
+  const flesh_accuracy_track *track;
+  int stride, count;
+} nodes;
+
+static double time_of(const nodes *n, int k) { return n->track->t[k * n->stride]; }
+
+/* Between nodes k and k+1. */
+static int interval_of(const nodes *n, double t)
+{
+  int low = 0, high = n->count - 1;
+  while (high - low > 1) {
+    int middle = (low + high) / 2;
+    if (time_of(n, middle) <= t) low = middle;
+    else high = middle;
+  }
+  return low;
+}
+
+/* The nodes from *first to *last around interval k that no break parts from it; a break within it leaves its two. */
+static void smooth_part(const nodes *n, const flesh_accuracy_measure *measure, int k, int *first, int *last)
+{
+  double left = time_of(n, k), right = time_of(n, k + 1), rounding = 1e-9 * (right - left);
+  double before = -INFINITY, after = INFINITY;
+  for (int b = 0; b < measure->break_count; b++) {
+    double t = measure->breaks[b];
+    if (t <= left + rounding) before = t;
+    else if (t < right - rounding) before = left, after = right;
+    else after = fmin(after, t);
+  }
+  *first = k, *last = k + 1;
+  while (*last - *first < POINTS - 1) {
+    int down = *first > 0 && time_of(n, *first - 1) >= before - rounding;
+    int up = *last < n->count - 1 && time_of(n, *last + 1) <= after + rounding;
+    if (!down && !up) break;
+    if (down && (!up || k - *first <= *last - k - 1)) --*first;
+    else ++*last;
+  }
+}
+
+/* The weights of node j of `count` at t: of its position and velocity, in the position (w[0], w[1]) and in the velocity
+ * (w[2], w[3]) there. With l the Lagrange polynomial of the node: (1 - 2 (t-tj) l'(tj)) l^2 and (t-tj) l^2. */
+static void weigh(int count, const double *times, int j, double t, double w[4])
+{
+  double l = 1, slope = 0, own = 0, s = t - times[j];
+  for (int m = 0; m < count; m++) {
+    if (m == j) continue;
+    double rest = 1 / (times[j] - times[m]);
+    for (int o = 0; o < count; o++)
+      if (o != j && o != m) rest *= (t - times[o]) / (times[j] - times[o]);
+    slope += rest; /* l' at t by the product's rule */
+    l *= (t - times[m]) / (times[j] - times[m]);
+    own += 1 / (times[j] - times[m]);
+  }
+  w[0] = (1 - 2 * s * own) * l * l;
+  w[1] = s * l * l;
+  w[2] = 2 * l * ((1 - 2 * s * own) * slope - own * l);
+  w[3] = l * l + 2 * s * l * slope;
+}
+
+static void interpolate(const nodes *n, const flesh_accuracy_measure *measure, double t, double *x, double *v)
+{
+  const flesh_accuracy_track *track = n->track;
+  size_t unknowns = (size_t)track->unknowns;
+  double times[POINTS], w[POINTS][4];
+  int first = 0, last = 0;
+  if (n->count > 1) smooth_part(n, measure, interval_of(n, t), &first, &last);
+  int count = last - first + 1;
+  for (int j = 0; j < count; j++) times[j] = time_of(n, first + j);
+  for (int j = 0; j < count; j++) weigh(count, times, j, t, w[j]);
+  for (size_t d = 0; d < unknowns; d++) {
+    x[d] = v[d] = 0;
+    for (int j = 0; j < count; j++) {
+      size_t at = (size_t)(first + j) * (size_t)n->stride * unknowns + d;
+      x[d] += w[j][0] * track->x[at] + w[j][1] * track->v[at];
+      v[d] += w[j][2] * track->x[at] + w[j][3] * track->v[at];
+    }
+  }
+}
+
+void flesh_accuracy_track_at(const flesh_accuracy_track *track, const flesh_accuracy_measure *measure, double t,
+                             double *x, double *v)
+{
+  const nodes all = {track, 1, track->times};
+  interpolate(&all, measure, t, x, v);
+}
+
+/* Largest differences at the times that a coarser choice of nodes leaves out. */
+static int hold_out(const flesh_system *system, const flesh_accuracy_measure *measure,
+                    const flesh_accuracy_scale *scale, const flesh_accuracy_track *track, int stride,
+                    flesh_accuracy_errors *errors)
+{
+  const nodes coarse = {track, 2 * stride, (track->times - 1) / (2 * stride) + 1};
+  flesh_accuracy_track one;
+  *errors = (flesh_accuracy_errors){0};
+  int status = flesh_accuracy_track_open(1, track->unknowns, &one);
+  for (int k = stride; !status && k < (coarse.count - 1) * 2 * stride; k += 2 * stride) {
+    const size_t at = (size_t)k * (size_t)track->unknowns;
+    const flesh_accuracy_state truth = {track->x + at, track->energy[k], track->volume[k]};
+    *one.t = track->t[k];
+    interpolate(&coarse, measure, track->t[k], one.x, one.v);
+    status = flesh_accuracy_track_evaluate(system, &one);
+    const flesh_accuracy_state guess = {one.x, *one.energy, *one.volume};
+    if (!status) flesh_accuracy_compare_states(measure, scale, &guess, &truth, errors);
+  }
+  flesh_accuracy_track_close(&one);
+  return status;
+}
+
+/* What is left with all nodes, from what it is with every second and with every fourth: it falls on as it fell, and by
+ * no more than the smooth 2^8. */
+static double left_with_all(double every_second, double every_fourth)
+{
+  double fall = fabs(every_fourth) / fabs(every_second);
+  return every_second == 0 ? 0 : fabs(every_second) / (fall > 1 ? fmin(fall, 256) : 1);
+}
+
+int flesh_accuracy_track_doubt(const flesh_system *system, const flesh_accuracy_measure *measure,
+                               const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
+                               flesh_accuracy_errors *doubt)
+{
+  flesh_accuracy_errors second, fourth;
+  int status = hold_out(system, measure, scale, track, 1, &second);
+  if (!status) status = hold_out(system, measure, scale, track, 2, &fourth);
+  if (status) return status;
+  *doubt = (flesh_accuracy_errors){left_with_all(second.position_rms, fourth.position_rms),
+                                   left_with_all(second.position_max, fourth.position_max),
+                                   left_with_all(second.tip, fourth.tip), left_with_all(second.volume, fourth.volume),
+                                   left_with_all(second.energy, fourth.energy)};
+  return FLESH_OK;
+}

@@ -1,0 +1,188 @@
+/* integrate.c: one integration from a scene's start to its end, timed. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "accuracy/track.h"
+#include "base/error.h"
+#include "shared/interrupt.h"
+#include "base/file.h"
+
+static double seconds(clockid_t clock)
+{
+  struct timespec now;
+  clock_gettime(clock, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static int is_finite(const flesh_state *state, int unknowns)
+{
+  double sum = 0;
+  for (int d = 0; d < unknowns; d++) sum += 0 * state->x[d] + 0 * state->v[d];
+  return sum == 0;
+}
+
+int flesh_accuracy_keep_state(void *data, const flesh_state *state)
+{
+  flesh_accuracy_keeper *k = data;
+  const flesh_accuracy_grid *grid = k->grid;
+  int last = k->next == grid->count - 1;
+  double due = last ? grid->end : grid->start + k->next * grid->interval;
+  if (state->t < due - 1e-6 * fmin(grid->interval, grid->longest)) return FLESH_OK;
+  size_t size = sizeof(double) * (size_t)k->track->unknowns, at = (size_t)k->next * (size_t)k->track->unknowns;
+  k->track->t[k->next] = state->t;
+  memcpy(k->track->x + at, state->x, size);
+  memcpy(k->track->v + at, state->v, size);
+  k->next += !last;
+  return FLESH_OK;
+}
+
+static void add(const flesh_solve_stats *stats, flesh_accuracy_cost *cost)
+{
+  cost->steps += stats->steps; /* none where IDA had stepped past already */
+  cost->rejected += stats->rejected + stats->convergence_failures;
+  cost->residuals += stats->residuals;
+  cost->assemblies += stats->assemblies;
+  cost->newton += stats->newton;
+  cost->linear += stats->linear;
+}
+
+/* What is asked between steps, also the adaptive method's own. */
+typedef struct limit {
+  const flesh_state *state;
+  double started, seconds;
+} limit;
+
+static int ask(void *data)
+{
+  const limit *l = data;
+  if (flesh_interrupt_signal())
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted at t = %g s", l->state->t);
+  if (l->seconds > 0 && seconds(CLOCK_MONOTONIC) - l->started > l->seconds)
+    return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s", l->seconds,
+                      l->state->t);
+  return FLESH_OK;
+}
+
+/* The adaptive method's own steps, gathered in memory. */
+typedef struct steps {
+  size_t count, room;
+  flesh_internal_step *all;
+} steps;
+
+static int gather(steps *s, const flesh_internal_step *step)
+{
+  if (s->count == s->room) {
+    size_t room = s->room ? 2 * s->room : 1024;
+    flesh_internal_step *all = realloc(s->all, room * sizeof *all);
+    if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu steps", room);
+    s->all = all;
+    s->room = room;
+  }
+  s->all[s->count++] = *step;
+  return FLESH_OK;
+}
+
+/* What watches a run, and what that has taken of its time. */
+typedef struct audience {
+  const flesh_accuracy_watch *watch; /* NULL: nothing */
+  double end, cpu_s, wall_s;
+  int unknowns;
+  steps *steps; /* NULL: not gathered */
+} audience;
+
+static int show(audience *a, const flesh_state *state)
+{
+  if (!is_finite(state, a->unknowns))
+    return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
+  if (!a->watch) return FLESH_OK;
+  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID), wall = seconds(CLOCK_MONOTONIC);
+  int status = a->watch->see(a->watch->data, state);
+  a->cpu_s += seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  a->wall_s += seconds(CLOCK_MONOTONIC) - wall;
+  return status;
+}
+
+static int note_step(void *data, const flesh_internal_step *step)
+{
+  audience *a = data;
+  int status = a->steps ? gather(a->steps, step) : FLESH_OK;
+  if (status || !a->watch || !a->watch->own_steps || step->t > a->end) return status;
+  return show(a, step->state);
+}
+
+static int write_steps(const char *path, const steps *s)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  fputs("t,h,order,rejected,convergence_failures\n", file.stream);
+  for (size_t k = 0; k < s->count; k++) {
+    const flesh_internal_step *step = &s->all[k];
+    flesh_number_print(file.stream, step->t);
+    putc(',', file.stream);
+    flesh_number_print(file.stream, step->h);
+    fprintf(file.stream, ",%d,%d,%d\n", step->order, step->rejected, step->convergence_failures);
+  }
+  return flesh_file_commit(&file);
+}
+
+static int integrate(flesh_integrator *integrator, double h, const flesh_accuracy_grid *grid, double max_seconds,
+                     flesh_state *state, audience *a, flesh_accuracy_cost *cost)
+{
+  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  limit l = {state, seconds(CLOCK_MONOTONIC), max_seconds};
+  flesh_integrator_set_stop(integrator, ask, &l);
+  int status = show(a, state), done = 0;
+  /* The same times as flesh_run's, so that `flesh run` repeats it bit for bit. */
+  for (long step = 1; !done && !status; step++) {
+    double target = grid->start + (double)step * h, length = h;
+    done = target > grid->end - 1e-6 * h;
+    if (done) target = grid->end;
+    if (fabs(target - state->t - h) > 1e-9 * h) length = target - state->t;
+    flesh_solve_stats stats = {0};
+    status = flesh_integrator_step(integrator, state, length, &stats);
+    add(&stats, cost);
+    if (status > 0)
+      status = flesh_fail(FLESH_ERR_SOLVE, "the step from t = %g s failed: %s", state->t,
+                          flesh_status_text(status));
+    if (status) break;
+    state->t = target;
+    status = show(a, state);
+    if (!status && !done) status = ask(&l);
+  }
+  cost->wall_s = seconds(CLOCK_MONOTONIC) - l.started - a->wall_s;
+  cost->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu - a->cpu_s;
+  return status;
+}
+
+int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,
+                             const char *steps_file, const flesh_accuracy_watch *watch, flesh_accuracy_cost *cost)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  size_t unknowns = (size_t)flesh_system_unknowns(system);
+  flesh_state state = {0, malloc(sizeof(double) * unknowns), malloc(sizeof(double) * unknowns)};
+  flesh_integrator *integrator = NULL;
+  *cost = (flesh_accuracy_cost){0};
+  flesh_adaptive_options adaptive = time->adaptive;
+  steps s = {0};
+  audience a = {.watch = watch, .end = grid->end, .unknowns = (int)unknowns, .steps = steps_file ? &s : NULL};
+  if (steps_file || (watch && watch->own_steps)) adaptive.observe = note_step, adaptive.observe_data = &a;
+  int status =
+      state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a state");
+  if (!status) flesh_scene_start(scene, &state);
+  if (!status)
+    status = flesh_integrator_create(system, time->method, flesh_scene_solver(scene), &integrator);
+  if (!status) status = flesh_integrator_set_method_options(integrator, &time->options);
+  if (!status) status = flesh_integrator_set_adaptive(integrator, &adaptive);
+  if (!status) status = flesh_integrator_set_max_energy_gain(integrator, INFINITY); /* errors tell */
+  if (!status) status = integrate(integrator, time->step, grid, max_seconds, &state, &a, cost);
+  if (!status && s.count) status = write_steps(steps_file, &s);
+  free(s.all);
+  flesh_integrator_destroy(&integrator);
+  free(state.x);
+  free(state.v);
+  return status;
+}

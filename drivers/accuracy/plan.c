@@ -1,0 +1,171 @@
+/* plan.c: the methods, the runs that are made of them, and how each is said in a scene. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "accuracy/accuracy.h"
+#include "base/error.h"
+#include "shared/safe_text.h"
+
+#define METHOD(name, scene, adaptive, order, colour, mark, doc) {name, scene, adaptive, order, colour, mark},
+const flesh_accuracy_method flesh_accuracy_methods[] = {FLESH_ACCURACY_METHOD_LIST(METHOD){0}};
+static_assert((int)FLESH_ACCURACY_METHODS <= (int)FLESH_ACCURACY_LIMIT, "a plan holds every method");
+
+int flesh_accuracy_method_find(const char *name)
+{
+  for (int m = 0; flesh_accuracy_methods[m].name; m++)
+    if (!strcmp(flesh_accuracy_methods[m].name, name)) return m;
+  return -1;
+}
+
+const char *const flesh_accuracy_group_names[] = {[FLESH_ACCURACY_WORK] = "work",
+                                                  [FLESH_ACCURACY_NEWTON] = "newton_tolerance",
+                                                  [FLESH_ACCURACY_LINEAR] = "linear_tolerance",
+                                                  [FLESH_ACCURACY_PROJECTION] = "project",
+                                                  [FLESH_ACCURACY_MASS] = "mass",
+                                                  [FLESH_ACCURACY_MESH] = "mesh"};
+static_assert(sizeof flesh_accuracy_group_names / sizeof *flesh_accuracy_group_names == FLESH_ACCURACY_GROUPS,
+              "a name of every group");
+
+/* What the row adds to the plan's overrides; returns how many. */
+enum { OWN_LIMIT = 12 };
+typedef char own_texts[OWN_LIMIT][128];
+
+/* Every solve to rounding, whatever the scene makes do with. */
+static const char *const tight[] = {"solver.newton_tolerance=1e-12",
+                                    "solver.linear_tolerance=1e-3",
+                                    "solver.max_newton=100",
+                                    "solver.max_cutbacks=8",
+                                    "solver.line_search=potential",
+                                    "solver.accept_unconverged=false",
+                                    NULL};
+
+static int own_values(const flesh_accuracy_row *row, own_texts texts)
+{
+  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
+  int count = 0;
+  snprintf(texts[count++], sizeof texts[0], "time.method=%s", method->scene);
+  snprintf(texts[count++], sizeof texts[0], "time.step=%s", row->step.text);
+  if (method->adaptive) {
+    snprintf(texts[count++], sizeof texts[0], "time.tolerance=%s", row->tolerance.text);
+    if (method->max_order)
+      snprintf(texts[count++], sizeof texts[0], "time.max_order=%d", method->max_order);
+  }
+  for (int k = 0; row->tight && tight[k]; k++)
+    snprintf(texts[count++], sizeof texts[0], "%s", tight[k]);
+  if (*row->extra) snprintf(texts[count++], sizeof texts[0], "%s", row->extra);
+  return count;
+}
+
+static const char *scene_of(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
+{
+  return row->group == FLESH_ACCURACY_MESH ? plan->finer : plan->scene;
+}
+
+int flesh_accuracy_read(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
+                        flesh_scene **scene)
+{
+  own_texts own;
+  int given = plan->overrides->count, count = own_values(row, own);
+  const char **texts = malloc(sizeof *texts * (size_t)(given + OWN_LIMIT));
+  if (!texts) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < given; k++) texts[k] = plan->overrides->values[k];
+  for (int k = 0; k < count; k++) texts[given + k] = own[k];
+  int status = flesh_scene_read(scene_of(plan, row), given + count, texts, scene);
+  free(texts);
+  return status;
+}
+
+void flesh_accuracy_print_command(FILE *stream, const flesh_accuracy_plan *plan,
+                                  const flesh_accuracy_row *row)
+{
+  own_texts own;
+  int count = own_values(row, own);
+  fputs("flesh run ", stream);
+  flesh_shell_word_print(stream, scene_of(plan, row));
+  for (int k = 0; k < plan->overrides->count + count; k++) {
+    int given = k < plan->overrides->count;
+    fputs(" --set ", stream);
+    flesh_shell_word_print(stream, given ? plan->overrides->values[k] : own[k - plan->overrides->count]);
+  }
+}
+
+void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
+                               char *path, size_t size)
+{
+  const flesh_accuracy_method *method = &flesh_accuracy_methods[row->method];
+  *path = 0;
+  if (!method->adaptive || row->group != FLESH_ACCURACY_WORK) return;
+  char tolerance[FLESH_ACCURACY_TEXT];
+  snprintf(tolerance, sizeof tolerance, "%s", row->tolerance.text);
+  flesh_safe_name(tolerance); /* 1/1000 has a slash */
+  snprintf(path, size, "%s%ssteps/%s_%s.csv", plan ? plan->out : "", plan ? "/" : "", method->name, tolerance);
+}
+
+static flesh_accuracy_row *add_row(flesh_accuracy_plan *plan, flesh_accuracy_group group,
+                                   int method, flesh_accuracy_value step)
+{
+  flesh_accuracy_row *row = &plan->rows[plan->row_count++];
+  *row = (flesh_accuracy_row){.group = group, .method = method, .value = NAN, .step = step};
+  const flesh_accuracy_errors none = {NAN, NAN, NAN, NAN, NAN};
+  row->figures = (flesh_accuracy_figures){.status = FLESH_ERR_INTERRUPTED,
+                                          .cpu_s = NAN,
+                                          .wall_s_median = NAN,
+                                          .wall_s_min = NAN,
+                                          .errors = none,
+                                          .difference = NAN};
+  return row;
+}
+
+/* A price of the representative run: `key` with each of the values, tight to loose or as words. */
+static void add_prices(flesh_accuracy_plan *plan, flesh_accuracy_group group, const char *key,
+                       const char *const *values)
+{
+  for (; *values; values++) {
+    flesh_accuracy_row *row = add_row(plan, group, plan->representative, plan->representative_step);
+    snprintf(row->extra, sizeof row->extra, "%s=%s", key, *values);
+    snprintf(row->setting, sizeof row->setting, "%s", row->extra);
+    if (flesh_option_number(*values, &row->value)) row->value = NAN;
+  }
+}
+
+int flesh_accuracy_make_rows(flesh_accuracy_plan *plan)
+{
+  static const char *const newton[] = {"1e-1", "1e-2", "1e-3", "1e-4", "1e-6", "1e-8", NULL};
+  static const char *const newton_quick[] = {"1e-2", "1e-4", "1e-6", NULL};
+  static const char *const linear[] = {"3e-1", "1e-1", "1e-2", "1e-3", "1e-4", "1e-6", NULL};
+  static const char *const linear_quick[] = {"1e-1", "1e-2", "1e-4", NULL};
+  static const char *const projection[] = {"when_indefinite", "always", "never", NULL};
+  static const char *const mass[] = {"lumped", "consistent", NULL};
+  enum { PRICES = 24 };
+  int most = plan->step_count > plan->tolerance_count ? plan->step_count : plan->tolerance_count;
+  plan->rows = calloc((size_t)(plan->method_count * most + PRICES), sizeof *plan->rows);
+  if (!plan->rows) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int m = 0; m < plan->method_count; m++) {
+    int method = plan->methods[m], adaptive = flesh_accuracy_methods[method].adaptive;
+    for (int k = 0; k < (adaptive ? plan->tolerance_count : plan->step_count); k++) {
+      /* Where the adaptive methods are asked for their state; theirs are their own. */
+      flesh_accuracy_value step = adaptive ? plan->representative_step : plan->steps[k];
+      flesh_accuracy_row *row = add_row(plan, FLESH_ACCURACY_WORK, method, step);
+      if (adaptive) row->tolerance = plan->tolerances[k];
+      row->value = adaptive ? row->tolerance.value : step.value;
+      snprintf(row->setting, sizeof row->setting, "%s=%s", adaptive ? "tolerance" : "step",
+               adaptive ? row->tolerance.text : step.text);
+    }
+  }
+  if (plan->representative < 0) return FLESH_OK;
+  add_prices(plan, FLESH_ACCURACY_NEWTON, "solver.newton_tolerance",
+             plan->quick ? newton_quick : newton);
+  add_prices(plan, FLESH_ACCURACY_LINEAR, "solver.linear_tolerance",
+             plan->quick ? linear_quick : linear);
+  add_prices(plan, FLESH_ACCURACY_PROJECTION, "solver.project", projection);
+  add_prices(plan, FLESH_ACCURACY_MASS, "body.mass", mass);
+  if (plan->finer) {
+    flesh_accuracy_row *row =
+        add_row(plan, FLESH_ACCURACY_MESH, plan->representative, plan->representative_step);
+    snprintf(row->setting, sizeof row->setting, "finer mesh");
+  }
+  return FLESH_OK;
+}

@@ -1,0 +1,310 @@
+/* track.c: runs kept at the times of comparison, and their differences. */
+#include "accuracy/track.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "base/scan.h"
+
+int flesh_accuracy_room(int unknowns)
+{
+  const double bytes = 1 << 30, tracks = 7, of_a_time = 2.0 * sizeof(double) * unknowns;
+  return (int)fmin(fmax(bytes / (tracks * of_a_time), 64), 4096);
+}
+
+void flesh_accuracy_grid_make(double start, double end, double longest, int room, flesh_accuracy_grid *grid)
+{
+  double steps = ceil((end - start) / longest - 1e-6), interval = longest;
+  while (longest / interval * steps < FLESH_ACCURACY_TIMES && 2 * longest / interval * steps < room) interval /= 2;
+  if (steps >= room) interval = longest * ceil(steps / (room - 1));
+  int intervals = (int)ceil((end - start) / interval - 1e-6);
+  *grid = (flesh_accuracy_grid){start, end, longest, interval, intervals + 1};
+}
+
+int flesh_accuracy_track_open(int times, int unknowns, flesh_accuracy_track *track)
+{
+  size_t size = (size_t)times * (size_t)unknowns;
+  *track = (flesh_accuracy_track){.times = times, .unknowns = unknowns};
+  track->t = calloc((size_t)times + 1, sizeof(double));
+  track->x = calloc(size + 1, sizeof(double));
+  track->v = calloc(size + 1, sizeof(double));
+  track->energy = calloc((size_t)times + 1, sizeof(double));
+  track->volume = calloc((size_t)times + 1, sizeof(double));
+  if (track->t && track->x && track->v && track->energy && track->volume) return FLESH_OK;
+  flesh_accuracy_track_close(track);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d states of %d unknowns", times, unknowns);
+}
+
+void flesh_accuracy_track_close(flesh_accuracy_track *track)
+{
+  free(track->t);
+  free(track->x);
+  free(track->v);
+  free(track->energy);
+  free(track->volume);
+  *track = (flesh_accuracy_track){0};
+}
+
+/* The arrays in the order they stand in a file. */
+static void parts(const flesh_accuracy_track *track, double *arrays[5], size_t sizes[5])
+{
+  size_t times = (size_t)track->times, all = times * (size_t)track->unknowns;
+  double *const in_order[] = {track->t, track->x, track->v, track->energy, track->volume};
+  const size_t lengths[] = {times, all, all, times, times};
+  for (int p = 0; p < 5; p++) arrays[p] = in_order[p], sizes[p] = lengths[p];
+}
+
+void flesh_accuracy_track_copy(const flesh_accuracy_track *from, flesh_accuracy_track *to)
+{
+  double *source[5], *target[5];
+  size_t sizes[5];
+  parts(from, source, sizes);
+  parts(to, target, sizes);
+  for (int p = 0; p < 5; p++) memcpy(target[p], source[p], sizes[p] * sizeof(double));
+}
+
+static const char magic[16] = "flesh states 1\n";
+
+int flesh_accuracy_track_write(const char *path, const flesh_accuracy_track *track)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  const int32_t counts[2] = {track->times, track->unknowns};
+  double *arrays[5];
+  size_t sizes[5];
+  parts(track, arrays, sizes);
+  fwrite(magic, 1, sizeof magic, file.stream);
+  fwrite(counts, sizeof counts[0], 2, file.stream);
+  for (int p = 0; p < 5; p++) fwrite(arrays[p], sizeof(double), sizes[p], file.stream);
+  return flesh_file_commit(&file); /* which notices what was not written */
+}
+
+int flesh_accuracy_track_read(const char *path, flesh_accuracy_track *track)
+{
+  char head[16];
+  int32_t counts[2];
+  *track = (flesh_accuracy_track){0};
+  int descriptor, opened = flesh_regular_open(path, &descriptor);
+  if (opened) return opened;
+  FILE *stream = fdopen(descriptor, "rb");
+  if (!stream) {
+    close(descriptor);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  }
+  int whole = fread(head, 1, sizeof head, stream) == sizeof head && !memcmp(head, magic, 16) &&
+              fread(counts, sizeof counts[0], 2, stream) == 2 && counts[0] > 0 && counts[1] > 0 &&
+              counts[0] <= 1 << 20 && counts[1] <= 1 << 30;
+  int status = whole ? flesh_accuracy_track_open(counts[0], counts[1], track) : FLESH_OK;
+  double *arrays[5];
+  size_t sizes[5];
+  if (whole && !status) {
+    parts(track, arrays, sizes);
+    for (int p = 0; p < 5 && whole; p++)
+      whole = fread(arrays[p], sizeof(double), sizes[p], stream) == sizes[p];
+    whole = whole && getc(stream) == EOF;
+  }
+  fclose(stream);
+  if (!whole) {
+    flesh_accuracy_track_close(track);
+    return flesh_fail(FLESH_ERR_FILE, "%s: holds no whole states of a run", path);
+  }
+  return status;
+}
+
+int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_track *track)
+{
+  int effects = flesh_system_effect_count(system);
+  double *energies = calloc((size_t)effects + 1, sizeof(double));
+  double *zeros = calloc((size_t)track->unknowns, sizeof(double));
+  int status = energies && zeros ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < track->times && !status; k++) {
+    const double *x = track->x + (size_t)k * (size_t)track->unknowns;
+    const double *v = track->v + (size_t)k * (size_t)track->unknowns;
+    const flesh_point point = {.t = track->t[k], .load = 1, .x = x, .v = v, .a = zeros};
+    status = flesh_system_energies(system, &point, energies);
+    double sum = status > 0 ? NAN : 0; /* a state with J <= 0 may have none */
+    if (status > 0) status = FLESH_OK;
+    for (int e = 0; e < effects; e++) sum += energies[e];
+    track->energy[k] = sum;
+    track->volume[k] = flesh_mesh_volume(flesh_system_mesh(system), x);
+  }
+  free(energies);
+  free(zeros);
+  return status;
+}
+
+/* As many events as a run is likely to have; those beyond are kinks that the doubt of a reference tells. */
+static int find_breaks(const flesh_system *system, double start, double end, flesh_accuracy_measure *measure)
+{
+  enum { MOST = 10000 };
+  measure->breaks = malloc(sizeof(double) * MOST);
+  if (!measure->breaks) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (double t = start; measure->break_count < MOST;) {
+    double next = flesh_system_next_event(system, t);
+    if (!(next > t && next < end)) break;
+    measure->breaks[measure->break_count++] = t = next;
+  }
+  return FLESH_OK;
+}
+
+int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure *measure)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  size_t nodes = (size_t)flesh_mesh_node_count(mesh);
+  *measure = (flesh_accuracy_measure){.nodes = (int)nodes};
+  measure->mass = calloc(nodes, sizeof(double));
+  measure->start = calloc(3 * nodes, sizeof(double));
+  measure->rest = malloc(3 * nodes * sizeof(double));
+  double *v = calloc(3 * nodes, sizeof(double));
+  if (!measure->mass || !measure->start || !measure->rest || !v) {
+    free(v);
+    flesh_accuracy_measure_close(measure);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  flesh_state state = {0, measure->start, v};
+  flesh_scene_start(scene, &state);
+  free(v);
+  memcpy(measure->rest, flesh_mesh_positions(mesh), 3 * nodes * sizeof(double));
+  int status = find_breaks(flesh_scene_system(scene), state.t, flesh_scene_times(scene)->end, measure);
+  if (status) {
+    flesh_accuracy_measure_close(measure);
+    return status;
+  }
+  flesh_mesh_lumped_mass(mesh, flesh_scene_body(scene)->density, measure->mass);
+  measure->rest_volume = flesh_mesh_volume(mesh, flesh_mesh_positions(mesh));
+  return FLESH_OK;
+}
+
+void flesh_accuracy_measure_close(flesh_accuracy_measure *measure)
+{
+  free(measure->mass);
+  free(measure->start);
+  free(measure->rest);
+  free(measure->breaks);
+  *measure = (flesh_accuracy_measure){0};
+}
+
+/* Mass-weighted RMS of |a-b| over the nodes; the largest distance and its node besides. */
+static double distance(const flesh_accuracy_measure *measure, const double *a, const double *b,
+                       double *largest, int *node)
+{
+  double sum = 0, mass = 0, most = -1;
+  *node = 0;
+  for (int i = 0; i < measure->nodes; i++) {
+    double d2 = 0;
+    for (int c = 0; c < 3; c++) d2 += (a[3 * i + c] - b[3 * i + c]) * (a[3 * i + c] - b[3 * i + c]);
+    sum += measure->mass[i] * d2;
+    mass += measure->mass[i];
+    if (measure->mass[i] > 0 && d2 > most) most = d2, *node = i;
+  }
+  *largest = sqrt(fmax(most, 0));
+  return sqrt(sum / mass);
+}
+
+/* From the times at which the tip passes its mean place: half a period lies between two. Swings
+ * below a tenth of the largest are no motion of their own. */
+static double find_period(const flesh_accuracy_track *track, int dof)
+{
+  double mean = 0, reach = 0, first = NAN, last = NAN, side = 0, crossing = NAN;
+  int crossings = 0, times = track->times;
+  const double *x = track->x + dof;
+  const size_t n = (size_t)track->unknowns;
+  for (int k = 0; k < times; k++) mean += x[(size_t)k * n] / times;
+  for (int k = 0; k < times; k++) reach = fmax(reach, fabs(x[(size_t)k * n] - mean));
+  double previous = x[0] - mean, t = track->t[0];
+  if (fabs(previous) > 0.1 * reach) side = copysign(1, previous);
+  for (int k = 1; k < times; k++) {
+    double now = x[(size_t)k * n] - mean;
+    if (now * previous < 0) crossing = t + (track->t[k] - t) * previous / (previous - now);
+    if (fabs(now) > 0.1 * reach) {
+      if (side != 0 && now * side < 0) {
+        if (isnan(first)) first = crossing;
+        last = crossing;
+        crossings++;
+      }
+      side = copysign(1, now);
+    }
+    t = track->t[k];
+    if (now != 0) previous = now;
+  }
+  return crossings >= 2 ? 2 * (last - first) / (crossings - 1) : NAN;
+}
+
+void flesh_accuracy_measure_scale(const flesh_accuracy_measure *measure, const flesh_mesh *mesh,
+                                  const flesh_accuracy_track *track, flesh_accuracy_scale *scale)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  *scale = (flesh_accuracy_scale){.period = NAN};
+  for (int c = 0; c < 3; c++) scale->length = fmax(scale->length, info.high[c] - info.low[c]);
+  int when = 0;
+  for (int k = 0; k < track->times; k++) {
+    const size_t at = (size_t)k * (size_t)track->unknowns;
+    double largest, kinetic = 0;
+    int node;
+    scale->motion =
+        fmax(scale->motion, distance(measure, track->x + at, measure->start, &largest, &node));
+    if (largest > scale->tip_motion) scale->tip_motion = largest, scale->tip = node, when = k;
+    for (int d = 0; d < track->unknowns; d++)
+      kinetic += measure->mass[d / 3] * track->v[at + (size_t)d] * track->v[at + (size_t)d] / 2;
+    scale->energy = fmax(scale->energy, kinetic);
+  }
+  const double *x = track->x + (size_t)when * (size_t)track->unknowns + 3 * scale->tip;
+  double most = -1;
+  for (int c = 0; c < 3; c++)
+    if (fabs(x[c] - measure->start[3 * scale->tip + c]) > most)
+      most = fabs(x[c] - measure->start[3 * scale->tip + c]), scale->tip_axis = c;
+  int dof = 3 * scale->tip + scale->tip_axis;
+  if (most > 0) scale->period = find_period(track, dof);
+}
+
+/* What is not a number stays: nothing larger comes. */
+static void grow(double *most, double value)
+{
+  if (!isnan(*most) && !(fabs(value) <= fabs(*most))) *most = value;
+}
+
+void flesh_accuracy_compare_states(const flesh_accuracy_measure *measure, const flesh_accuracy_scale *scale,
+                                   const flesh_accuracy_state *state, const flesh_accuracy_state *reference,
+                                   flesh_accuracy_errors *errors)
+{
+  double largest, tip2 = 0;
+  int node;
+  double rms = distance(measure, state->x, reference->x, &largest, &node);
+  for (int c = 3 * scale->tip; c < 3 * scale->tip + 3; c++)
+    tip2 += (state->x[c] - reference->x[c]) * (state->x[c] - reference->x[c]);
+  grow(&errors->position_rms, rms);
+  grow(&errors->position_max, largest);
+  grow(&errors->tip, sqrt(tip2));
+  grow(&errors->volume, fabs(state->volume - reference->volume) / measure->rest_volume);
+  grow(&errors->energy, (state->energy - reference->energy) / scale->energy);
+}
+
+void flesh_accuracy_compare(const flesh_accuracy_measure *measure,
+                            const flesh_accuracy_scale *scale, const flesh_accuracy_track *track,
+                            const flesh_accuracy_track *reference, flesh_accuracy_errors *errors)
+{
+  *errors = (flesh_accuracy_errors){0};
+  for (int k = 0; k < track->times; k++) {
+    const size_t at = (size_t)k * (size_t)track->unknowns;
+    const flesh_accuracy_state a = {track->x + at, track->energy[k], track->volume[k]};
+    const flesh_accuracy_state b = {reference->x + at, reference->energy[k], reference->volume[k]};
+    flesh_accuracy_compare_states(measure, scale, &a, &b, errors);
+  }
+}
+
+void flesh_accuracy_widen(double estimate, const flesh_accuracy_errors *doubt, flesh_accuracy_errors *u)
+{
+  double factor = u->position_rms > 0 ? fmax(1, estimate / u->position_rms) : 1;
+  u->position_rms = fmax(u->position_rms, estimate) + doubt->position_rms;
+  u->position_max = factor * u->position_max + doubt->position_max;
+  u->tip = factor * u->tip + doubt->tip;
+  u->volume = factor * u->volume + doubt->volume;
+  u->energy = factor * fabs(u->energy) + fabs(doubt->energy);
+}

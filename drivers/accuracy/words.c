@@ -1,0 +1,269 @@
+/* words.c: the answer in words. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "accuracy/accuracy.h"
+#include "base/file.h"
+#include "shared/table.h"
+
+/* Writes to both streams. */
+#define SAY(...)                                                                                   \
+  do {                                                                                             \
+    printf(__VA_ARGS__);                                                                           \
+    fprintf(stream, __VA_ARGS__);                                                                  \
+  } while (0)
+
+static int judged(const flesh_accuracy_row *row)
+{
+  return row->group == FLESH_ACCURACY_WORK && row->done && !row->figures.status;
+}
+
+/* A run below the reference's uncertainty is good enough for what lies above it. */
+static int reaches(const flesh_accuracy_row *row, double error)
+{
+  return judged(row) && (row->figures.below || row->figures.errors.position_rms <= error);
+}
+
+/* The cheapest measured run of the method (-1: of any) that is good enough: of those that took the least time, or no
+ * more than times scatter, the one with the least counts. NULL: none. */
+static const flesh_accuracy_row *cheapest(const flesh_accuracy_plan *plan, int method, double error)
+{
+  const flesh_accuracy_row *quickest = NULL, *best = NULL;
+  for (int pass = 0; pass < 2; pass++)
+    for (int k = 0; k < plan->row_count; k++) {
+      const flesh_accuracy_row *row = &plan->rows[k];
+      if ((method >= 0 && row->method != method) || !reaches(row, error)) continue;
+      if (!pass && (!quickest || row->figures.cpu_s < quickest->figures.cpu_s)) quickest = row;
+      if (!pass || flesh_accuracy_compare_times(row, quickest)) continue;
+      if (!best || flesh_accuracy_compare_counts(row, best) < 0) best = row;
+    }
+  return best;
+}
+
+/* The most accurate run of the method; NULL: none. */
+static const flesh_accuracy_row *most_accurate(const flesh_accuracy_plan *plan, int method)
+{
+  const flesh_accuracy_row *best = NULL;
+  for (int k = 0; k < plan->row_count; k++) {
+    const flesh_accuracy_row *row = &plan->rows[k];
+    if (row->method != method || !judged(row) || isnan(row->figures.errors.position_rms)) continue;
+    if (!best || row->figures.errors.position_rms < best->figures.errors.position_rms) best = row;
+  }
+  return best;
+}
+
+/* Seconds at which the method's measured curve passes the error, between two neighbouring settings
+ * along straight lines in log-log; NaN where it does not. */
+static double between(const flesh_accuracy_plan *plan, int method, double error)
+{
+  const flesh_accuracy_row *before = NULL;
+  for (int k = 0; k < plan->row_count; k++) {
+    const flesh_accuracy_row *row = &plan->rows[k];
+    if (row->method != method || !judged(row) || isnan(row->figures.errors.position_rms)) continue;
+    double e = row->figures.errors.position_rms;
+    if (before && e <= error) {
+      double eb = before->figures.errors.position_rms;
+      double share = log(eb / error) / log(eb / e);
+      return before->figures.cpu_s * pow(row->figures.cpu_s / before->figures.cpu_s, share);
+    }
+    if (e <= error) return NAN; /* its coarsest run is better already */
+    before = row;
+  }
+  return NAN;
+}
+
+static void say_run(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, FILE *stream)
+{
+  SAY("%s in %.3g s, %ld steps, error ", row->setting, row->figures.cpu_s, row->figures.steps);
+  if (row->figures.below) SAY("below the reference's uncertainty");
+  else SAY("%.3g %%", 100 * row->figures.errors.position_rms / plan->reference.scale.motion);
+  if (row->figures.errors.energy > 0.01) SAY(", gains energy");
+}
+
+static void say_command(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row,
+                        FILE *stream)
+{
+  flesh_accuracy_print_command(stdout, plan, row);
+  flesh_accuracy_print_command(stream, plan, row);
+  SAY("\n");
+}
+
+static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stream)
+{
+  double error = share * plan->reference.scale.motion;
+  SAY("\nFor %g %% of the motion (%.3g m rms):\n", 100 * share, error);
+  if (error <= plan->reference.uncertainty.position_rms) {
+    SAY("  the reference is not known that well.\n");
+    return;
+  }
+  const flesh_accuracy_row *best = cheapest(plan, -1, error);
+  for (int m = 0; m < plan->method_count; m++) {
+    const flesh_accuracy_row *row = cheapest(plan, plan->methods[m], error);
+    SAY("  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
+    if (row) {
+      say_run(plan, row, stream);
+      if (row == best) SAY("  <- cheapest");
+      else if (flesh_accuracy_same_run(row, best)) SAY("; a tie: the same steps and errors");
+      else if (!flesh_accuracy_compare_times(row, best)) SAY("; as much, as well as times tell");
+      else SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
+    } else if ((row = most_accurate(plan, plan->methods[m]))) {
+      SAY("not reached; its best: ");
+      say_run(plan, row, stream);
+    } else SAY("no run to judge by");
+    SAY("\n");
+  }
+  if (!best) {
+    SAY("  no setting that was measured reaches it.\n");
+    return;
+  }
+  int euler = flesh_accuracy_method_find("backward-euler");
+  const flesh_accuracy_row *slow = cheapest(plan, euler, error);
+  double curve = between(plan, euler, error) / between(plan, best->method, error);
+  if (slow && best->method != euler) {
+    SAY("  Backward Euler costs %.3g times as much in time and %.3g times the steps",
+        slow->figures.cpu_s / best->figures.cpu_s,
+        (double)slow->figures.steps / (double)best->figures.steps);
+    if (isfinite(curve)) SAY(" (%.3g times in time, interpolated between settings)", curve);
+    SAY(".\n");
+  } else if (best->method != euler && (slow = most_accurate(plan, euler))) {
+    if (slow->figures.cpu_s > best->figures.cpu_s)
+      SAY("  Backward Euler costs more than %.3g times as much: that is what its best run took, which does not reach "
+          "it.\n",
+          slow->figures.cpu_s / best->figures.cpu_s);
+    else SAY("  Backward Euler does not reach it at any step that was measured.\n");
+    slow = NULL;
+  }
+  SAY("  to repeat: ");
+  say_command(plan, best, stream);
+  if (slow && best->method != euler) {
+    SAY("             ");
+    say_command(plan, slow, stream);
+  }
+}
+
+static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  SAY("\nOrders, fitted where they hold: over neighbouring runs whose slopes agree within 15 %%, with errors from ten "
+      "times the reference's uncertainty to a tenth of the motion:\n");
+  for (int m = 0; m < plan->method_count; m++) {
+    const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
+    flesh_accuracy_fit fit;
+    flesh_accuracy_fit_order(plan, plan->methods[m], &fit);
+    SAY("  %-18s ", method->name);
+    if (!fit.points && fit.candidates < 3) SAY("too few runs (%d) in that range\n", fit.candidates);
+    else if (!fit.points) SAY("no order yet: the slopes between its %d runs in that range differ\n", fit.candidates);
+    else
+      SAY("error ~ %s^%.3f ± %.3f (%d runs)\n", method->adaptive ? "tolerance" : "step", fit.slope, fit.slope_error,
+          fit.points);
+  }
+}
+
+/* Energy that comes from nowhere is worse than energy that is lost: it can grow. */
+static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  for (int m = 0; m < plan->method_count; m++) {
+    const flesh_accuracy_method *method = &flesh_accuracy_methods[plan->methods[m]];
+    int count = 0;
+    for (int k = 0; k < plan->row_count; k++) {
+      const flesh_accuracy_row *row = &plan->rows[k];
+      double gain = row->figures.errors.energy;
+      if (row->method != plan->methods[m] || !judged(row) || !(gain > 0.01)) continue;
+      if (!count++)
+        SAY("\nwarning: %s gains energy, in %% of the largest kinetic energy:", method->name);
+      SAY("%s %.2g at %s", count > 1 ? "," : "", 100 * gain, row->setting);
+    }
+    if (!count) continue;
+    SAY(".\n");
+    if (method->max_order > 2)
+      SAY("  Orders above 2 are not stable for fast oscillations, which grow: take order 2 "
+          "(adaptive) or a "
+          "tighter tolerance.\n");
+  }
+}
+
+static void say_price(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row, FILE *stream)
+{
+  const flesh_accuracy_figures *f = &row->figures;
+  SAY("  %-32s ", row->setting);
+  if (f->status || !row->done) {
+    SAY("%s\n", flesh_accuracy_status_word(row));
+    return;
+  }
+  SAY("%.3g s, %ld Hessians, %ld linear iterations", f->cpu_s, f->assemblies, f->linear);
+  if (row->group == FLESH_ACCURACY_MESH)
+    SAY("; the tip elsewhere by %.2e m, the volume by %.2g %%", f->errors.tip,
+        100 * f->errors.volume);
+  else if (row->group == FLESH_ACCURACY_MASS && strcmp(row->extra, plan->mass))
+    SAY("; another body: %.2e m rms elsewhere (%.2g %% of the motion)", f->difference,
+        100 * f->difference / plan->reference.scale.motion);
+  else SAY("; adds %.2e m rms", f->difference);
+  SAY("\n");
+}
+
+static void say_prices(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  int any = 0;
+  for (int k = 0; k < plan->row_count; k++) {
+    const flesh_accuracy_row *row = &plan->rows[k];
+    if (row->group == FLESH_ACCURACY_WORK) continue;
+    if (!any++)
+      SAY("\nOther prices, each alone, with %s at a step of %s s:\n",
+          flesh_accuracy_methods[row->method].name, row->step.text);
+    say_price(plan, row, stream);
+  }
+  if (!any) SAY("\nOther prices are not measured: --methods names no method of fixed steps.\n");
+  else if (!plan->finer)
+    SAY("  mesh refinement                  not measured: --finer names no scene with a finer "
+        "mesh\n");
+}
+
+/* Wall times are those of a quiet machine or nobody's; flesh runs on one processor. */
+static void say_times(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  double wall = 0, cpu = 0;
+  for (int k = 0; k < plan->row_count; k++)
+    if (plan->rows[k].done && isfinite(plan->rows[k].figures.wall_s_min)) {
+      wall += plan->rows[k].figures.wall_s_min;
+      cpu += plan->rows[k].figures.cpu_s;
+    }
+  SAY("times: CPU time of the integration alone; what differs by less than a tenth, or than repeats do, counts as "
+      "equal");
+  if (cpu > 0 && wall > 1.2 * cpu)
+    SAY(". The machine was busy: on the wall the runs took %.1f times that", wall / cpu);
+  SAY("\n");
+}
+
+static void say_reference(const flesh_accuracy_plan *plan, FILE *stream)
+{
+  const flesh_accuracy_reference *about = &plan->reference;
+  SAY("\nreference: %s; against %s\n", about->first, about->second);
+  SAY("  they differ by %.2e m rms, the first changed by %.2e m when it was refined last, and between its %d times it "
+      "is known to %.2e m: errors below %.2e m (%.2g %% of the motion) are not reported\n",
+      about->apart, about->change, plan->grid.count, about->between, about->uncertainty.position_rms,
+      100 * about->uncertainty.position_rms / about->scale.motion);
+  SAY("  motion: %.3g m rms, node %d moves most, %.3g m", about->scale.motion, about->scale.tip,
+      about->scale.tip_motion);
+  if (isfinite(about->scale.period)) SAY(", period %.3g s\n", about->scale.period);
+  else SAY("; too short to show a period\n");
+  if (about->uncertainty.position_rms > 0.01 * about->scale.motion)
+    SAY("  warning: this motion cannot be followed that far by any method: nearby states part too "
+        "fast. A "
+        "shorter --set time.end, or more --reference-seconds, may help.\n");
+}
+
+int flesh_accuracy_write_verdict(const flesh_accuracy_plan *plan)
+{
+  static const double shares[] = {0.1, 0.01, 0.001, 0.0001};
+  flesh_file file;
+  int status = flesh_table_open(plan->out, "verdict.txt", &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  say_reference(plan, stream);
+  say_times(plan, stream);
+  for (size_t s = 0; s < sizeof shares / sizeof shares[0]; s++) say_target(plan, shares[s], stream);
+  say_orders(plan, stream);
+  say_gains(plan, stream);
+  say_prices(plan, stream);
+  return flesh_file_commit(&file);
+}

@@ -1,0 +1,216 @@
+/* command.c: `flesh bench`: how close flesh runs to this machine's limits, and how it grows. */
+#include "bench/command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "bench/bench.h"
+#include "shared/interrupt.h"
+#include "base/file.h"
+#include "shared/options.h"
+#include "shared/plot.h"
+#include "shared/output.h"
+
+static const char details[] =
+    "Measures what this machine can do (bandwidth where data live, multiply-adds per instruction set), then every\n"
+    "kernel of a step against the bytes and operations it cannot do without, then whole backward-Euler steps of\n"
+    "1/60 s of a bar with the proportions 48 x 13 x 13 (swing: held at one end under gravity; twist: half a turn in\n"
+    "0.5 s; crush: to 0.6 of its length; drop: onto a plane 5 cm below) and its equilibrium at g = 0.5 (static,\n"
+    "tolerance 1e-8). Times are medians of the repeats, CPU time for one thread and wall time for more; +- is half\n"
+    "the range of the middle half of the repeats. Newton and linear iterations and the answer do not depend on the\n"
+    "machine: two programs that differ in them did not do the same work.\n\n"
+    "Writes into DIR: bench.csv (a row per measurement), bench.json (with ceilings, memory by owner and growth\n"
+    "exponents by fit), roofline.png and growth.png.\n";
+
+/* Calls take(plan, item) for every part of a list separated by commas. */
+static int each(flesh_bench_plan *plan, const char *option, const char *text,
+                int (*take)(flesh_bench_plan *plan, const char *item))
+{
+  char item[64];
+  if (!*text) return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is empty; it must be a list", option);
+  while (*text) {
+    size_t length = strcspn(text, ",");
+    snprintf(item, sizeof item, "%.*s", (int)(length < 63 ? length : 63), text);
+    int status = take(plan, item);
+    if (status) return flesh_fail_within(status, "--%s: ", option);
+    text += length + (text[length] == ',');
+  }
+  return FLESH_OK;
+}
+
+static int room(int count)
+{
+  return count < FLESH_BENCH_LIST
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT, "more than %d values", FLESH_BENCH_LIST);
+}
+
+/* 48x13x13, or a number of tets: the bar of the same proportions with the nearest number. */
+static int take_size(flesh_bench_plan *plan, const char *item)
+{
+  int status = room(plan->size_count);
+  if (status) return status;
+  int *cells = plan->sizes[plan->size_count], used = 0;
+  double tets;
+  if (sscanf(item, "%dx%dx%d%n", &cells[0], &cells[1], &cells[2], &used) == 3 && !item[used]) {
+    if (cells[0] < 1 || cells[1] < 1 || cells[2] < 1 ||
+        6.0 * cells[0] * cells[1] * cells[2] > 2e8)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "'%s' must have at least one cell along each axis and at most 2e8 tets", item);
+  } else {
+    if (flesh_option_number(item, &tets) || !(tets >= 6 && tets <= 2e8))
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "'%s' is neither a number of tets in 6 to 2e8 nor cells such as 48x13x13", item);
+    double across = cbrt(tets / 6 * 13 / 48);
+    cells[1] = cells[2] = across < 1 ? 1 : (int)lround(across);
+    cells[0] = (int)lround(fmax(1, tets / 6 / cells[1] / cells[2]));
+  }
+  plan->size_count++;
+  return FLESH_OK;
+}
+
+static int take_energy(flesh_bench_plan *plan, const char *item)
+{
+  int status = room(plan->energy_count);
+  return status ? status : flesh_energy_from_name(item, &plan->energies[plan->energy_count++]);
+}
+
+static int take_poisson(flesh_bench_plan *plan, const char *item)
+{
+  int status = room(plan->poisson_count);
+  if (status) return status;
+  double *value = &plan->poissons[plan->poisson_count++];
+  if (flesh_option_number(item, value) || !(*value >= 0 && *value < 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be in [0, 0.5)", item);
+  return FLESH_OK;
+}
+
+static int take_threads(flesh_bench_plan *plan, const char *item)
+{
+  int status = room(plan->thread_count);
+  if (status) return status;
+  double value;
+  if (flesh_option_number(item, &value) || value != floor(value) ||
+      !(value >= 1 && value <= FLESH_THREADS_MAX))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "'%s' must be a number in 1 to %d", item,
+                      FLESH_THREADS_MAX);
+  for (int k = 0; k < plan->thread_count; k++)
+    if (plan->threads[k] == (int)value)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s stands twice; once is enough", item);
+  plan->threads[plan->thread_count++] = (int)value;
+  return FLESH_OK;
+}
+
+static int take_case(flesh_bench_plan *plan, const char *item)
+{
+  int status = room(plan->case_count);
+  if (status) return status;
+  for (int k = 0; flesh_bench_cases[k]; k++)
+    if (!strcmp(item, flesh_bench_cases[k])) {
+      plan->cases[plan->case_count++] = flesh_bench_cases[k];
+      return FLESH_OK;
+    }
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "'%s' is no case; they are kernels, swing, twist, crush, drop, static", item);
+}
+
+static int take_instructions(flesh_bench_plan *plan, const char *text)
+{
+  for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++)
+    if (!strcmp(text, flesh_instructions_name((flesh_instructions)k)))
+      plan->instructions = (flesh_instructions)k;
+  if (strcmp(text, flesh_instructions_name(plan->instructions)))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--instructions is '%s'; it must be one of auto, portable, avx2, avx512", text);
+  flesh_instructions usable;
+  return flesh_instructions_find(plan->instructions, &usable);
+}
+
+/* All cases of one bar; kernels at its first ratio only, on which their work does not depend. */
+static int measure_bar(flesh_bench_plan *plan, int size, flesh_energy energy, int ratio)
+{
+  flesh_bench_bar bar;
+  int status = flesh_bench_bar_open(plan, size, energy, plan->poissons[ratio], &bar);
+  for (int c = 0; c < plan->case_count && !status; c++)
+    for (int t = 0; t < plan->thread_count && !status; t++) {
+      int kernels = !strcmp(plan->cases[c], "kernels"), noted = 0;
+      for (int k = 0; k < plan->memory_count; k++)
+        noted |= plan->memory[k].tets == flesh_mesh_tet_count(bar.mesh);
+      if (kernels && ratio == 0) status = flesh_bench_kernels(plan, &bar, plan->threads[t]);
+      if (!kernels)
+        status = flesh_bench_steps(plan, &bar, plan->cases[c], plan->threads[t], !noted);
+      if (!status && flesh_interrupt_signal())
+        status = flesh_fail(FLESH_ERR_INTERRUPTED, "stopped by %s", flesh_interrupt_name());
+    }
+  flesh_bench_bar_close(&bar);
+  return status;
+}
+
+static int measure(flesh_bench_plan *plan)
+{
+  int status = flesh_bench_find_ceilings(plan);
+  if (status) return status;
+  if (!plan->quiet) flesh_bench_print_ceilings(plan);
+  for (int e = 0; e < plan->energy_count && !status; e++)
+    for (int r = 0; r < plan->poisson_count && !status; r++)
+      for (int s = 0; s < plan->size_count && !status; s++)
+        status = measure_bar(plan, s, plan->energies[e], r);
+  return status;
+}
+
+int flesh_command_bench(int argc, char **argv)
+{
+  const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
+  const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto";
+  int json = 0;
+  flesh_bench_plan *plan = calloc(1, sizeof *plan);
+  if (!plan) return flesh_command_fail("bench", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  plan->out = "out/bench";
+  plan->repeats = 3;
+  plan->steps = 10;
+  plan->tolerance = 1e-6;
+  const flesh_option rows[] = {
+      {"cells", "LIST", FLESH_OPTION_TEXT, &sizes, "cells as 48x13x13, or numbers of tets (default 6000,48x13x13)"},
+      {"energies", "LIST", FLESH_OPTION_TEXT, &energies, "forms of the energy (default S)"},
+      {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.45,0.49)"},
+      {"threads", "LIST", FLESH_OPTION_TEXT, &threads, "numbers of threads (default 1)"},
+      {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
+      {"steps", "N", FLESH_OPTION_COUNT, &plan->steps, "steps of a case (default 10)"},
+      {"repeats", "N", FLESH_OPTION_COUNT, &plan->repeats, "repeats of everything, at most 101 (default 3)"},
+      {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan->tolerance, "of Newton's iteration (default 1e-6)"},
+      {"instructions", "SET", FLESH_OPTION_TEXT, &instructions, "auto, portable, avx2 or avx512 (default auto)"},
+      {"json", NULL, FLESH_OPTION_SWITCH, &json, "print bench.json in place of the table"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan->out, "folder of the results (default out/bench)"},
+      {0}};
+  const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", details, 0, 0,
+                             rows};
+  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  if (code != FLESH_OPTIONS_GO_ON) {
+    free(plan);
+    return code;
+  }
+  plan->quiet = json;
+  int status = each(plan, "cells", sizes, take_size);
+  if (!status) status = each(plan, "energies", energies, take_energy);
+  if (!status) status = each(plan, "poisson", poissons, take_poisson);
+  if (!status) status = each(plan, "threads", threads, take_threads);
+  if (!status) status = each(plan, "cases", cases, take_case);
+  if (!status) status = take_instructions(plan, instructions);
+  flesh_interrupt_watch();
+  flesh_folder_claim claim = {.descriptor = -1};
+  if (!status) status = flesh_output_claim(plan->out, "bench", &claim);
+  if (!status) status = measure(plan);
+  if (!status && !json) flesh_bench_print_end(plan);
+  if (!status) status = flesh_bench_write(plan, argc, argv, json);
+  if (!status) status = flesh_plot_accept("bench", flesh_bench_draw(plan));
+  flesh_folder_claim_release(&claim);
+  if (!status && !json)
+    printf("results: %s/bench.csv, %s/bench.json, pictures %s/*.png\n", plan->out, plan->out, plan->out);
+  code = status ? flesh_command_fail("bench", status) : 0;
+  if (status == FLESH_ERR_INTERRUPTED) code = flesh_interrupt_exit_code();
+  free(plan);
+  return code;
+}

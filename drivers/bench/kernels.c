@@ -1,0 +1,280 @@
+/* kernels.c: every kernel of a step by itself, against the bytes and operations it cannot do
+ * without. */
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "bench/bench.h"
+#include "linear/block_matrix.h"
+#include "linear/preconditioner.h"
+#include "linear/linear.h"
+#include "sundials/compatibility.h"
+#include "sundials/vector.h"
+
+typedef struct bench {
+  flesh_system *system;
+  const flesh_effect *elasticity;
+  flesh_block_matrix *K, *A; /* elasticity alone; with inertia, as in a step of 1/60 s */
+  flesh_preconditioner_data *preconditioner;
+  const flesh_linear *linear;
+  flesh_product product;
+  flesh_point point;
+  int projected;
+  size_t n;
+  double *x, *r, *z, sum;
+  double *from, *to; /* [4 * nodes] of the product */
+  float *single_from, *single_to; /* likewise */
+  SUNContext context;
+  N_Vector vectors[2]; /* r and z, as KINSOL and IDA have them */
+} bench;
+
+static int element_force(void *data)
+{
+  bench *b = data;
+  return b->elasticity->operations->residual(b->elasticity, &b->point, b->r);
+}
+
+static int element_energy(void *data)
+{
+  bench *b = data;
+  return b->elasticity->operations->energy(b->elasticity, &b->point, &b->sum);
+}
+
+static int hessian(void *data)
+{
+  bench *b = data;
+  const flesh_shift shift = {.x = 1, .filter = b->projected};
+  return flesh_system_jacobian(b->system, &b->point, &shift, b->K);
+}
+
+static int product(void *data)
+{
+  bench *b = data;
+  b->sum += b->linear->product_multiply(&b->product, b->A, b->point.threads, NULL, NULL, b->from, b->to);
+  return FLESH_OK;
+}
+
+static int single_product(void *data)
+{
+  bench *b = data;
+  b->sum += b->linear->product_multiply_single(&b->product, NULL, 1, b->point.threads, NULL, NULL, b->single_from,
+                                          b->single_to);
+  return FLESH_OK;
+}
+
+static int set_up(void *data)
+{
+  bench *b = data;
+  return b->linear->preconditioner_setup(b->preconditioner, b->A, NULL);
+}
+
+static int apply(void *data)
+{
+  bench *b = data;
+  b->sum += b->linear->preconditioner_solve(b->preconditioner, b->single_from);
+  return FLESH_OK;
+}
+
+static int dot(void *data)
+{
+  bench *b = data;
+  b->sum += N_VDotProd(b->vectors[0], b->vectors[1]);
+  return FLESH_OK;
+}
+
+static int combine(void *data)
+{
+  bench *b = data;
+  N_VLinearSum(1e-3, b->vectors[0], 1, b->vectors[1], b->vectors[1]);
+  return FLESH_OK;
+}
+
+/* Stretched, twisted and unsettled, so that tets differ and many need projecting. */
+static void deform(const flesh_mesh *mesh, double *x)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double length = info.high[0] - info.low[0];
+  for (int i = 0; i < info.nodes; i++) {
+    double s = (X[3 * i] - info.low[0]) / length, angle = 1.57 * s;
+    double y = X[3 * i + 1] - (info.low[1] + info.high[1]) / 2;
+    double z = X[3 * i + 2] - (info.low[2] + info.high[2]) / 2;
+    x[3 * i] = X[3 * i] + 0.2 * length * s;
+    x[3 * i + 1] = y * cos(angle) - z * sin(angle);
+    x[3 * i + 2] = y * sin(angle) + z * cos(angle);
+    for (int c = 0; c < 3; c++)
+      x[3 * i + c] += 0.02 * info.edge_mean * sin(12.9898 * i + 78.233 * c);
+  }
+}
+
+static int open_system(const flesh_bench_bar *bar, bench *b)
+{
+  flesh_effect *effect = NULL;
+  int status = flesh_system_create(bar->mesh, &b->system);
+  if (!status) status = flesh_effect_elasticity(&bar->body, &effect);
+  if (!status) status = flesh_system_add_effect(b->system, &effect);
+  if (!status) status = flesh_system_finalize(b->system);
+  if (!status) b->elasticity = flesh_system_effect(b->system, 0);
+  if (!status) status = flesh_system_matrix_create(b->system, &b->K);
+  if (!status) status = flesh_system_matrix_create(b->system, &b->A);
+  return status;
+}
+
+/* A = M/h^2 + K at the deformed state, with the face x = low held. */
+static int make_matrix(const flesh_bench_bar *bar, bench *b)
+{
+  const flesh_shift shift = {.x = 1, .filter = FLESH_FILTER_CLAMP};
+  int nodes = flesh_mesh_node_count(bar->mesh);
+  double *mass = calloc((size_t)nodes, sizeof *mass);
+  uint8_t *fixed = calloc(b->n, 1);
+  int status = mass && fixed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_system_jacobian(b->system, &b->point, &shift, b->A);
+  if (!status) {
+    flesh_mesh_lumped_mass(bar->mesh, bar->density, mass);
+    for (int i = 0; i < nodes; i++)
+      for (int c = 0; c < 3; c++)
+        b->A->values[9 * (size_t)b->A->row_start[i] + 4 * (size_t)c] += 3600 * mass[i];
+    const double *X = flesh_mesh_positions(bar->mesh);
+    for (int i = 0; i < nodes; i++)
+      if (X[3 * i] <= 0) memset(fixed + 3 * i, 1, 3);
+    flesh_block_fix(b->A, fixed, 1, NULL);
+    status = b->linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, b->point.threads,
+                                              &b->preconditioner);
+  }
+  flesh_bisection halves = {0};
+  if (!status) status = flesh_bisection_create(b->A, &halves);
+  if (!status) status = b->linear->product_create(b->A, &halves, 1, &b->product);
+  flesh_bisection_clear(&halves);
+  size_t apart;
+  const size_t length = 4 * (size_t)b->product.nodes;
+  if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &apart)))
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) {
+    b->to = b->from + apart;
+    b->single_from = (float *)(b->from + 2 * apart);
+    b->single_to = (float *)(b->from + 3 * apart);
+    for (size_t i = 0; i < b->n / 3; i++)
+      for (size_t c = 0; c < 3; c++) b->single_from[4 * i + c] = (float)(b->from[4 * i + c] = b->x[3 * i + c]);
+    b->linear->product_multiply_single(&b->product, b->A, b->linear->preconditioner_scale(b->preconditioner),
+                                       b->point.threads, NULL, NULL, b->single_from, b->single_to);
+  }
+  free(mass);
+  free(fixed);
+  return status;
+}
+
+static int open_bench(const flesh_bench_bar *bar, int threads, bench *b)
+{
+  b->linear = flesh_linear_for(bar->body.instructions);
+  b->n = 3 * (size_t)flesh_mesh_node_count(bar->mesh);
+  b->x = malloc(b->n * sizeof *b->x);
+  b->r = calloc(b->n, sizeof *b->r);
+  b->z = calloc(b->n, sizeof *b->z);
+  if (!b->x || !b->r || !b->z)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  deform(bar->mesh, b->x);
+  b->point =
+      (flesh_point){.load = 1, .x = b->x, .v = b->x, .a = b->x, .x_lag = b->x, .v_lag = b->x};
+  double *numbers[2] = {b->r, b->z};
+  if (flesh_suncontext_create(&b->context)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < 2; k++) {
+    b->vectors[k] = N_VMake_Serial((sunindextype)b->n, numbers[k], b->context);
+    if (!b->vectors[k]) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  int status = flesh_threads_create(threads, &b->point.threads);
+  for (int k = 0; k < 2 && !status; k++) status = flesh_vector_quicken(b->vectors[k], b->point.threads);
+  if (!status) status = open_system(bar, b);
+  if (!status) status = make_matrix(bar, b);
+  return status;
+}
+
+static void close_bench(bench *b)
+{
+  b->linear->preconditioner_destroy(&b->preconditioner);
+  flesh_block_matrix_destroy(&b->K);
+  flesh_block_matrix_destroy(&b->A);
+  flesh_system_destroy(&b->system);
+  flesh_threads_destroy(&b->point.threads);
+  for (int k = 0; k < 2; k++)
+    if (b->vectors[k]) N_VDestroy(b->vectors[k]);
+  if (b->context) SUNContext_Free(&b->context);
+  free(b->x);
+  free(b->r);
+  free(b->z);
+  b->linear->product_clear(&b->product);
+  free(b->from); /* and the others with it */
+}
+
+/* What a kernel cannot do without. Bytes: shapes of the tets (10 numbers), 4 nodes and 6 pairs of theirs (2 bytes
+ * each), the places of some two blocks a tet (4) and the numbers of some three pairs that its nodes' own are summed up
+ * from (2), positions and sums of the nodes (24 bytes each way), blocks (72 bytes, which an assembly writes once, and a
+ * column). A preconditioner reads a matrix twice and writes two triangles of eight binary digits; for its coarse level
+ * it reads where every block goes (16 bytes) and where every node is (20).
+ * Operations by hand from lib/effect/elasticity_kernel.c for S, a division or root as one; two in single precision
+ * count as one, as the ceiling is that of double precision. */
+typedef struct kernel {
+  const char *name;
+  int (*work)(void *data);
+  int projected;
+  double tet_bytes, node_bytes, block_bytes; /* moved */
+  double block_held;                         /* in between */
+  double tet_operations, node_operations, block_operations;
+} kernel;
+
+static const kernel kernels[] = {
+    {"element force", element_force, 0, 88, 72, 0, 0, 210, 0, 0},
+    {"element energy", element_energy, 0, 88, 24, 0, 0, 165, 0, 0},
+    {"true Hessian", hessian, 0, 114, 24, 72, 72, 610, 0, 0},
+    {"projected Hessian", hessian, 1, 114, 24, 72, 72, 1640, 0, 0},
+    {"matrix-vector product", product, 0, 0, 96, 76, 76, 0, 0, 36},
+    {"single-precision product", single_product, 0, 0, 48, 40, 40, 0, 0, 18},
+    {"preconditioner set-up", set_up, 0, 0, 0, 200, 200, 0, 0, 0},
+    {"preconditioner solve", apply, 0, 0, 104, 44, 44, 0, 0, 18},
+    {"dot product", dot, 0, 0, 48, 0, 0, 0, 6, 0},
+    {"vector sum", combine, 0, 0, 72, 0, 0, 0, 6, 0},
+};
+
+/* The level that holds all that a kernel touches, and the time at its ceilings. */
+static void find_floor(const flesh_bench_plan *plan, double held, flesh_bench_row *row)
+{
+  const flesh_bench_ceilings *c = plan->ceilings;
+  while (c->threads != row->threads) c++;
+  row->level = FLESH_BENCH_L2;
+  while (row->level < FLESH_BENCH_MEMORY && held > (double)plan->level_bytes[row->level])
+    row->level++;
+  double peak = 0;
+  for (int k = 0; k < FLESH_INSTRUCTIONS_COUNT; k++) peak = fmax(peak, c->multiply_add[k]);
+  row->floor_s = fmax(row->bytes / c->read[row->level], row->operations / peak);
+}
+
+int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int threads)
+{
+  bench b = {0};
+  int status = open_bench(bar, threads, &b);
+  double tets = flesh_mesh_tet_count(bar->mesh), nodes = flesh_mesh_node_count(bar->mesh);
+  double blocks = status ? 0 : b.A->row_start[b.A->rows];
+  for (size_t k = 0; k < sizeof kernels / sizeof kernels[0] && !status; k++) {
+    const kernel *own = &kernels[k];
+    flesh_bench_row row = {.group = "kernel",
+                           .name = own->name,
+                           .energy = bar->material.energy,
+                           .poisson = bar->material.poisson,
+                           .tets = (int)tets,
+                           .nodes = (int)nodes,
+                           .threads = threads};
+    row.bytes = own->tet_bytes * tets + own->node_bytes * nodes + own->block_bytes * blocks;
+    row.operations =
+        own->tet_operations * tets + own->node_operations * nodes + own->block_operations * blocks;
+    find_floor(plan, own->tet_bytes * tets + own->node_bytes * nodes + own->block_held * blocks,
+               &row);
+    b.projected = own->projected;
+    status = flesh_bench_measure(NULL, own->work, &b, plan->repeats, &row.time);
+    if (!status) status = flesh_bench_add(plan, &row);
+  }
+  close_bench(&b);
+  return status;
+}

@@ -1,0 +1,214 @@
+/* machine.c: timing, and the ceilings of the machine: bandwidths and multiply-adds. */
+#define _GNU_SOURCE
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "bench/bench.h"
+#include "bench/peak.h"
+
+/* A repeat lasts at least this long. */
+#define SHORTEST 2e-3
+enum { MOST_REPEATS = 101 };
+
+static double seconds(clockid_t clock)
+{
+  struct timespec t;
+  clock_gettime(clock, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b)
+{
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+/* One call, or `calls` of them. */
+static int run_once(int (*prepare)(void *data), int (*work)(void *data), void *data, int calls,
+                    double *wall, double *cpu)
+{
+  int status = prepare ? prepare(data) : FLESH_OK;
+  double w = seconds(CLOCK_MONOTONIC), c = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  for (int k = 0; k < calls && !status; k++) status = work(data);
+  *cpu = (seconds(CLOCK_PROCESS_CPUTIME_ID) - c) / calls;
+  *wall = (seconds(CLOCK_MONOTONIC) - w) / calls;
+  return status;
+}
+
+int flesh_bench_measure(int (*prepare)(void *data), int (*work)(void *data), void *data,
+                        int repeats, flesh_bench_time *time)
+{
+  double wall[MOST_REPEATS], cpu[MOST_REPEATS];
+  if (repeats > MOST_REPEATS) repeats = MOST_REPEATS;
+  int calls = 1, status = run_once(prepare, work, data, 1, &wall[0], &cpu[0]);
+  if (!prepare && cpu[0] < SHORTEST) calls = (int)(SHORTEST / (cpu[0] + 1e-7)) + 1;
+  for (int r = calls == 1; r < repeats && !status; r++)
+    status = run_once(prepare, work, data, calls, &wall[r], &cpu[r]);
+  if (status) return status;
+  qsort(wall, (size_t)repeats, sizeof *wall, ascending);
+  qsort(cpu, (size_t)repeats, sizeof *cpu, ascending);
+  double middle = cpu[repeats / 2];
+  *time = (flesh_bench_time){.wall_s = wall[repeats / 2],
+                             .cpu_s = middle,
+                             .best_wall_s = wall[0],
+                             .best_cpu_s = cpu[0],
+                             .repeats = repeats};
+  if (middle > 0) time->scatter = (cpu[3 * repeats / 4] - cpu[repeats / 4]) / 2 / middle;
+  return FLESH_OK;
+}
+
+static const flesh_bench_peak *peak_of(flesh_instructions instructions)
+{
+#ifdef FLESH_HAVE_X86_64
+  if (instructions == FLESH_INSTRUCTIONS_AVX512) return &flesh_bench_peak_avx512;
+  if (instructions == FLESH_INSTRUCTIONS_AVX2) return &flesh_bench_peak_avx2;
+#endif
+  (void)instructions;
+  return &flesh_bench_peak_portable;
+}
+
+/* Every thread works on its own part of the arrays. */
+typedef struct stream {
+  const flesh_bench_peak *peak;
+  flesh_threads *threads;
+  int count;
+  double *a, *b, *c;
+  size_t n; /* of one thread's part */
+  long rounds;
+  double sums[FLESH_THREADS_MAX];
+} stream;
+
+static void read_part(void *data, int task)
+{
+  stream *s = data;
+  for (long r = 0; r < s->rounds; r++)
+    s->sums[task] += s->peak->read(s->a + (size_t)task * s->n, s->n);
+}
+
+static void triad_part(void *data, int task)
+{
+  stream *s = data;
+  size_t at = (size_t)task * s->n;
+  for (long r = 0; r < s->rounds; r++) s->peak->triad(s->a + at, s->b + at, s->c + at, 0.5, s->n);
+}
+
+static void multiply_part(void *data, int task)
+{
+  stream *s = data;
+  s->sums[task] += s->peak->multiply_add(s->rounds, 0.999);
+}
+
+static int read_all(void *data)
+{
+  stream *s = data;
+  flesh_threads_run(s->threads, s->count, read_part, s);
+  return FLESH_OK;
+}
+
+static int triad_all(void *data)
+{
+  stream *s = data;
+  flesh_threads_run(s->threads, s->count, triad_part, s);
+  return FLESH_OK;
+}
+
+static int multiply_all(void *data)
+{
+  stream *s = data;
+  flesh_threads_run(s->threads, s->count, multiply_part, s);
+  return FLESH_OK;
+}
+
+/* Of a ceiling: the best, in CPU time where only one thread works. */
+static double best_of(const stream *s, const flesh_bench_time *time)
+{
+  return s->count == 1 ? time->best_cpu_s : time->best_wall_s;
+}
+
+/* Bandwidths where every thread goes through `bytes`. */
+static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, double *triad)
+{
+  flesh_bench_time time;
+  s->n = bytes / sizeof(double) / 64 * 64;
+  s->rounds = bytes < 1 << 20 ? 20 : 1;
+  int status = flesh_bench_measure(NULL, read_all, s, repeats, &time);
+  if (status) return status;
+  *read = 8.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
+  s->n = s->n / 3 / 64 * 64;
+  status = flesh_bench_measure(NULL, triad_all, s, repeats, &time);
+  *triad = 24.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
+  return status;
+}
+
+static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, stream *s,
+                            const size_t sets[FLESH_BENCH_LEVELS])
+{
+  flesh_instructions best;
+  int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
+  s->peak = peak_of(best);
+  for (int level = 0; level < FLESH_BENCH_LEVELS && !status; level++) {
+    size_t bytes = level == FLESH_BENCH_MEMORY ? sets[level] / (size_t)s->count : sets[level];
+    status = find_bandwidth(s, bytes, plan->repeats, &c->read[level], &c->triad[level]);
+  }
+  for (int k = FLESH_INSTRUCTIONS_PORTABLE; k <= (int)best && !status; k++) {
+    flesh_bench_time time;
+    s->peak = peak_of((flesh_instructions)k);
+    s->rounds = 200000;
+    status = flesh_bench_measure(NULL, multiply_all, s, plan->repeats, &time);
+    c->multiply_add[k] = s->peak->operations * (double)s->rounds * s->count / best_of(s, &time);
+  }
+  return status;
+}
+
+/* What one thread's share of L3 holds, by measurement, since systems report the sum of a socket's or what their host
+ * has: the largest power of two times L2 that is read at a speed nearer to L3's than to memory's. */
+static int find_l3(flesh_bench_plan *plan, stream *s, size_t l2, size_t memory)
+{
+  const flesh_bench_ceilings *c = &plan->ceilings[0];
+  double between = sqrt(c->read[FLESH_BENCH_L3] * c->read[FLESH_BENCH_MEMORY]), read, triad;
+  flesh_instructions best;
+  int status = flesh_instructions_find(FLESH_INSTRUCTIONS_AUTO, &best);
+  s->peak = peak_of(best);
+  plan->level_bytes[FLESH_BENCH_L3] = 2 * l2 * (size_t)s->count;
+  for (size_t bytes = 2 * plan->level_bytes[FLESH_BENCH_L3]; bytes < memory && !status; bytes *= 2) {
+    status = find_bandwidth(s, bytes / (size_t)s->count, plan->repeats, &read, &triad);
+    if (read < between) break;
+    plan->level_bytes[FLESH_BENCH_L3] = bytes;
+  }
+  return status;
+}
+
+int flesh_bench_find_ceilings(flesh_bench_plan *plan)
+{
+  long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
+  size_t l2 = reported > 0 ? (size_t)reported : 1 << 20, most = 1;
+  /* The caches' of every thread, memory's of all together. */
+  const size_t sets[FLESH_BENCH_LEVELS] = {l2 / 2, 2 * l2, 256u << 20};
+  plan->level_bytes[FLESH_BENCH_L2] = l2;
+  for (int k = 0; k < plan->thread_count; k++)
+    if ((size_t)plan->threads[k] > most) most = (size_t)plan->threads[k];
+  size_t room = sets[FLESH_BENCH_MEMORY] + 2 * most * l2;
+  double *numbers = aligned_alloc(64, room / 64 * 64);
+  stream *s = calloc(1, sizeof *s);
+  int status =
+      numbers && s ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to measure the machine");
+  if (numbers) memset(numbers, 0, room / 64 * 64);
+  for (int k = 0; k < plan->thread_count && !status; k++) {
+    *s = (stream){.count = plan->threads[k], .a = numbers};
+    s->b = numbers + room / 24 / 64 * 64;
+    s->c = s->b + room / 24 / 64 * 64;
+    status = flesh_threads_create(plan->threads[k], &s->threads);
+    plan->ceilings[k].threads = plan->threads[k];
+    if (!status) status = find_for_threads(plan, &plan->ceilings[k], s, sets);
+    if (!status && k == 0) status = find_l3(plan, s, l2, sets[FLESH_BENCH_MEMORY]);
+    flesh_threads_destroy(&s->threads);
+  }
+  plan->ceiling_count = plan->thread_count;
+  free(s);
+  free(numbers);
+  return status;
+}

@@ -1,0 +1,229 @@
+/* steps.c: whole steps of a bar that swings, is twisted, is crushed, is dropped, or comes to
+ * rest under its weight. */
+#define _GNU_SOURCE
+#include <malloc.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "bench/bench.h"
+#include "shared/interrupt.h"
+#include "material/form.h"
+
+const char *const flesh_bench_cases[] = {"kernels", "swing",  "twist", "crush",
+                                         "drop",    "static", NULL};
+
+/* Bytes allocated by now. */
+static double held(void)
+{
+  struct mallinfo2 info = mallinfo2();
+  return (double)info.uordblks + (double)info.hblkhd;
+}
+
+int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy energy,
+                         double poisson, flesh_bench_bar *bar)
+{
+  const int *cells = plan->sizes[size];
+  double edge = 1.0 / cells[0], extent[3] = {1, cells[1] * edge, cells[2] * edge};
+  *bar = (flesh_bench_bar){0};
+  double before = held();
+  int status =
+      flesh_material_from_young(energy, flesh_form_default_constants(energy), 1e5, poisson, &bar->material);
+  if (!status) status = flesh_mesh_box(cells, extent, (double[]){0, 0, 0}, &bar->mesh);
+  if (status) return status;
+  bar->mesh_bytes = held() - before;
+  int tets = flesh_mesh_tet_count(bar->mesh);
+  bar->density = malloc((size_t)tets * sizeof *bar->density);
+  if (!bar->density) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int e = 0; e < tets; e++) bar->density[e] = 1000;
+  bar->body = (flesh_body){.mesh = bar->mesh,
+                           .density = bar->density,
+                           .materials = &bar->material,
+                           .instructions = plan->instructions};
+  return FLESH_OK;
+}
+
+void flesh_bench_bar_close(flesh_bench_bar *bar)
+{
+  flesh_mesh_destroy(&bar->mesh);
+  free(bar->density);
+  bar->density = NULL;
+}
+
+/* A whole case: its system, and the state it starts from. */
+typedef struct run {
+  const flesh_bench_plan *plan;
+  const flesh_bench_bar *bar;
+  const char *name;
+  int threads, is_static;
+  flesh_system *system;
+  flesh_integrator *integrator;
+  flesh_state state;
+  flesh_solve_stats stats;
+  double system_bytes;
+} run;
+
+/* The nodes of one face: x <= 0 or x >= 1. */
+static int face(const flesh_mesh *mesh, int far, int *nodes)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  int count = 0;
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++)
+    if (far ? X[3 * i] >= 1 - 1e-9 : X[3 * i] <= 0) nodes[count++] = i;
+  return count;
+}
+
+static int add(run *r, int status, flesh_effect **effect)
+{
+  return status ? status : flesh_system_add_effect(r->system, effect);
+}
+
+static int hold(run *r)
+{
+  int *nodes = malloc((size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof *nodes);
+  if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = FLESH_OK, twist = !strcmp(r->name, "twist"), crush = !strcmp(r->name, "crush");
+  if (strcmp(r->name, "drop"))
+    status = flesh_system_add_pin(r->system, face(r->bar->mesh, 0, nodes), nodes, FLESH_AXES_ALL,
+                                  -INFINITY, INFINITY);
+  if (!status && (twist || crush)) {
+    /* Half a turn, or 0.4 of the length, in half a second. */
+    flesh_keyframe keys[2] = {{.t = 0}, {.t = 0.5}};
+    if (twist) keys[1].rotation[0] = 3.14159265358979;
+    else keys[1].translation[0] = -0.4;
+    const double *extent =
+        flesh_mesh_positions(r->bar->mesh) + 3 * (size_t)(flesh_mesh_node_count(r->bar->mesh) - 1);
+    flesh_motion motion = {2, keys, {1, extent[1] / 2, extent[2] / 2}, 0};
+    status = flesh_system_add_prescribed_motion(r->system, face(r->bar->mesh, 1, nodes), nodes, FLESH_AXES_ALL,
+                                     &motion, -INFINITY, INFINITY);
+  }
+  free(nodes);
+  return status;
+}
+
+/* A plane 5 cm below the bar. */
+static int make_ground(const flesh_body *body, flesh_effect **effect)
+{
+  flesh_obstacle *plane = NULL;
+  flesh_contact_options options;
+  flesh_contact_options_default(&options);
+  int status = flesh_obstacle_plane((double[]){0, 0, -0.05}, (double[]){0, 0, 1}, &plane);
+  return status ? status : flesh_effect_contact(body, &options, &plane, effect);
+}
+
+static int make_system(run *r)
+{
+  const flesh_body *body = &r->bar->body;
+  flesh_effect *effect = NULL;
+  double before = held();
+  int status = flesh_system_create(r->bar->mesh, &r->system);
+  if (!status && !r->is_static) status = add(r, flesh_effect_inertia(body, &effect), &effect);
+  if (!status) status = add(r, flesh_effect_elasticity(body, &effect), &effect);
+  int drop = !strcmp(r->name, "drop");
+  if (!status && drop) status = add(r, make_ground(body, &effect), &effect);
+  if (!status && (r->is_static || drop || !strcmp(r->name, "swing"))) {
+    const double g[3] = {0, 0, r->is_static ? -0.5 : -9.81};
+    status = add(r, flesh_effect_gravity(body, g, &effect), &effect);
+  }
+  if (!status) status = hold(r);
+  if (!status) status = flesh_system_finalize(r->system);
+  r->system_bytes = held() - before;
+  return status;
+}
+
+static void set_state(run *r)
+{
+  size_t bytes = 3 * (size_t)flesh_mesh_node_count(r->bar->mesh) * sizeof(double);
+  memcpy(r->state.x, flesh_mesh_positions(r->bar->mesh), bytes);
+  memset(r->state.v, 0, bytes);
+  r->state.t = 0;
+}
+
+/* A new integrator at the start. */
+static int prepare(void *data)
+{
+  run *r = data;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = r->is_static ? 1e-8 : r->plan->tolerance;
+  options.threads = r->threads;
+  flesh_integrator_destroy(&r->integrator);
+  memset(&r->stats, 0, sizeof r->stats);
+  set_state(r);
+  return flesh_integrator_create(
+      r->system, r->is_static ? FLESH_METHOD_STATIC : FLESH_METHOD_BACKWARD_EULER, &options,
+      &r->integrator);
+}
+
+static int all_steps(void *data)
+{
+  run *r = data;
+  int status = FLESH_OK, steps = r->is_static ? 1 : r->plan->steps;
+  double h = r->is_static ? 1 : 1.0 / 60;
+  for (int k = 0; k < steps && !status; k++) {
+    status = flesh_integrator_step(r->integrator, &r->state, h, &r->stats);
+    if (flesh_interrupt_signal())
+      return flesh_fail(FLESH_ERR_INTERRUPTED, "stopped by %s", flesh_interrupt_name());
+  }
+  return status;
+}
+
+static void note_memory(flesh_bench_plan *plan, const char *owner, int tets, double bytes)
+{
+  if (plan->memory_count < (int)(sizeof plan->memory / sizeof plan->memory[0]))
+    plan->memory[plan->memory_count++] = (flesh_bench_memory){owner, tets, bytes};
+}
+
+static void fill_row(const run *r, flesh_bench_row *row)
+{
+  row->newton = r->stats.newton;
+  row->linear = r->stats.linear;
+  row->assemblies = r->stats.assemblies;
+  row->projections = r->stats.projections;
+  row->backtracks = r->stats.backtracks;
+  const double *X = flesh_mesh_positions(r->bar->mesh);
+  double sum = 0;
+  for (int d = 0; d < 3 * row->nodes; d++) sum += (r->state.x[d] - X[d]) * (r->state.x[d] - X[d]);
+  row->answer = sqrt(sum);
+}
+
+int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const char *name,
+                      int threads, int memory)
+{
+  run r = {.plan = plan, .bar = bar, .name = name, .threads = threads};
+  r.is_static = !strcmp(name, "static");
+  flesh_bench_row row = {.group = r.is_static ? "static" : "step",
+                         .name = name,
+                         .energy = bar->material.energy,
+                         .poisson = bar->material.poisson,
+                         .tets = flesh_mesh_tet_count(bar->mesh),
+                         .nodes = flesh_mesh_node_count(bar->mesh),
+                         .threads = threads,
+                         .steps = r.is_static ? 1 : plan->steps};
+  size_t bytes = 3 * (size_t)row.nodes * sizeof(double);
+  r.state.x = malloc(bytes);
+  r.state.v = malloc(bytes);
+  int status = r.state.x && r.state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = make_system(&r);
+  double before = held();
+  if (!status) {
+    row.status = flesh_bench_measure(prepare, all_steps, &r, plan->repeats, &row.time);
+    if (row.status == FLESH_ERR_SOLVE) row.time = (flesh_bench_time){NAN, NAN, NAN, NAN, NAN, 0};
+    else status = row.status;
+  }
+  if (!status) {
+    fill_row(&r, &row);
+    status = flesh_bench_add(plan, &row);
+  }
+  if (!status && memory) {
+    note_memory(plan, "mesh", row.tets, bar->mesh_bytes);
+    note_memory(plan, "effects and pattern", row.tets, r.system_bytes);
+    note_memory(plan, "integrator", row.tets, held() - before);
+  }
+  flesh_integrator_destroy(&r.integrator);
+  flesh_system_destroy(&r.system);
+  free(r.state.x);
+  free(r.state.v);
+  return status;
+}

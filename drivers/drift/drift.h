@@ -1,0 +1,76 @@
+/* drift.h: the volume-drift comparison: its cases, the figures of each, and what is made of them. */
+#ifndef FLESH_DRIFT_DRIFT_H
+#define FLESH_DRIFT_DRIFT_H
+
+#include "flesh/material.h"
+#include "shared/options.h"
+
+typedef enum flesh_drift_solver {
+  FLESH_DRIFT_GUARDED, /* the scene's own solver */
+  FLESH_DRIFT_PLAIN,   /* full Newton steps, clamped Hessian, ten at most, taken as they come */
+  FLESH_DRIFT_SOLVERS
+} flesh_drift_solver;
+
+/* An energy with a way to its constants. */
+typedef struct flesh_drift_variant {
+  flesh_energy energy;
+  flesh_constants constants;
+} flesh_drift_variant;
+
+typedef struct flesh_drift_case {
+  int scene, variant, poisson; /* indices into the plan */
+  flesh_drift_solver solver;
+  /* Figures; NaN where there is none. Plain data: they come through a pipe from the process that ran it. */
+  struct flesh_drift_figures {
+    int status, exit_code, tets, steps, max_inverted, first_inverted_step;
+    double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, min_J;
+    double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
+    double stressed_rest; /* flesh_figures.stressed_rest, J */
+    double worst_t, worst_drift, event_t, event_drift; /* of the frames kept for pictures */
+    int crashed_by; /* signal that ended its process; 0: none */
+    char message[400];
+  } figures;
+} flesh_drift_case;
+
+typedef struct flesh_drift_plan {
+  const char *out;
+  int scene_count;
+  const char *const *scenes; /* paths */
+  char (*names)[64];         /* [scenes] unique short names */
+  int variant_count;
+  const flesh_drift_variant *variants;
+  int poisson_count;
+  const double *poissons;
+  int solver_count;
+  const flesh_drift_solver *solvers;
+  const flesh_texts *overrides;
+  double max_seconds; /* per case; 0: no limit */
+  int jobs;
+  int case_count;
+  flesh_drift_case *cases; /* scenes x poissons x variants x solvers, in this order */
+} flesh_drift_plan;
+
+const char *flesh_drift_solver_name(flesh_drift_solver solver);
+
+/* "S", "D raw", "D as_e": with the constants where the energy alone does not say it. */
+void flesh_drift_variant_title(flesh_drift_variant variant, char title[16]);
+
+/* The case's folder below plan->out: "runs/<scene>_<energy>_<constants>_<poisson>_<solver>". */
+void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256]);
+
+/* "complete", "undefined", "not converged", "non-finite", "out of budget", "interrupted", "crashed". */
+const char *flesh_drift_status_word(const flesh_drift_case *c);
+
+/* Runs every case in a process of its own, plan->jobs at a time; a case that fails is a row. FLESH_ERR_INTERRUPTED
+ * when a signal ended the comparison: the cases that were done stand. */
+int flesh_drift_run(flesh_drift_plan *plan);
+
+/* drift.csv and the table on stdout. */
+int flesh_drift_write_table(const flesh_drift_plan *plan);
+/* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
+int flesh_drift_draw(const flesh_drift_plan *plan);
+int flesh_drift_draw_volumes(const flesh_drift_plan *plan, int scene, int poisson);
+/* The answer in words: verdict.txt and stdout. */
+int flesh_drift_write_verdict(const flesh_drift_plan *plan);
+
+#endif

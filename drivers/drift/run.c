@@ -1,0 +1,343 @@
+/* run.c: runs the cases of a drift comparison, each in its own process. */
+#include <errno.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "drift/drift.h"
+#include "shared/interrupt.h"
+#include "shared/overrides.h"
+#include "shared/process.h"
+#include "shared/runner.h"
+
+const char *flesh_drift_solver_name(flesh_drift_solver solver)
+{
+  return solver == FLESH_DRIFT_PLAIN ? "plain" : "guarded";
+}
+
+void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
+{
+  int told = variant.constants != FLESH_CONSTANTS_MATCHED;
+  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), told ? " " : "",
+           told ? flesh_constants_name(variant.constants) : "");
+}
+
+void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
+{
+  const flesh_drift_variant *v = &plan->variants[c->variant];
+  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->names[c->scene], flesh_energy_name(v->energy),
+           flesh_constants_name(v->constants), plan->poissons[c->poisson],
+           flesh_drift_solver_name(c->solver));
+}
+
+/* A frame kept for a picture. */
+typedef struct frame {
+  flesh_state state;
+  double drift; /* V/V_rest - 1 */
+  int known;
+} frame;
+
+/* Keeps two frames: that of the largest change of volume, and the last one before the scene's last event (the
+ * release), at which all energies can be compared. */
+typedef struct watcher {
+  frame worst, event;
+  double event_t; /* of the scene's last event before its end; its end when there is none */
+  double reach, low[3], high[3]; /* how far from the rest shape a picture can show */
+  int unknowns, first_inverted_step;
+} watcher;
+
+static void keep(frame *kept, const flesh_step_record *record, double drift, int unknowns)
+{
+  kept->known = 1;
+  kept->drift = drift;
+  kept->state.t = record->state->t;
+  memcpy(kept->state.x, record->state->x, sizeof(double) * (size_t)unknowns);
+  memcpy(kept->state.v, record->state->v, sizeof(double) * (size_t)unknowns);
+}
+
+static int watch(void *data, const flesh_step_record *record)
+{
+  watcher *w = data;
+  if (record->inverted && w->first_inverted_step < 0) w->first_inverted_step = record->step;
+  double drift = record->volume / record->rest_volume - 1;
+  for (int d = 0; d < w->unknowns; d++)
+    if (!(record->state->x[d] > w->low[d % 3] - w->reach && record->state->x[d] < w->high[d % 3] + w->reach))
+      return FLESH_OK;
+  if (!w->worst.known || fabs(drift) > fabs(w->worst.drift)) keep(&w->worst, record, drift, w->unknowns);
+  if (record->state->t < w->event_t) keep(&w->event, record, drift, w->unknowns);
+  return FLESH_OK;
+}
+
+static int open_watcher(watcher *w, const flesh_scene *scene)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  double end = flesh_scene_times(scene)->end;
+  flesh_mesh_info info;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  w->unknowns = 3 * info.nodes;
+  w->first_inverted_step = -1;
+  w->event_t = INFINITY;
+  for (double t = flesh_system_next_event(system, -INFINITY); t < end; t = flesh_system_next_event(system, t))
+    if (t > 0) w->event_t = t;
+  for (int c = 0; c < 3; c++) {
+    w->low[c] = info.low[c], w->high[c] = info.high[c];
+    w->reach = fmax(w->reach, 2 * (info.high[c] - info.low[c]));
+  }
+  size_t size = sizeof(double) * (size_t)w->unknowns;
+  flesh_state *states[] = {&w->worst.state, &w->event.state};
+  for (int k = 0; k < 2; k++) {
+    states[k]->x = malloc(size);
+    states[k]->v = malloc(size);
+    if (!states[k]->x || !states[k]->v) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  return FLESH_OK;
+}
+
+static void close_watcher(watcher *w)
+{
+  free(w->worst.state.x), free(w->worst.state.v);
+  free(w->event.state.x), free(w->event.state.v);
+}
+
+static int write_frame(const char *folder, const char *name, const frame *kept, int nodes)
+{
+  char path[1500];
+  snprintf(path, sizeof path, "%s/%s", folder, name);
+  unlink(path); /* of an older comparison */
+  return kept->known ? flesh_state_write(path, nodes, &kept->state) : FLESH_OK;
+}
+
+/* Reads the case's scene; `at_rest` without inertia and external loads, for its rest shape. */
+static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, int at_rest,
+                      flesh_scene **scene)
+{
+  const flesh_drift_variant *v = &plan->variants[c->variant];
+  flesh_overrides overrides;
+  char material[256], key[128];
+  flesh_scene *base = NULL;
+  const char *path = plan->scenes[c->scene];
+  int status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &base);
+  if (status) return status;
+  const flesh_body *body = flesh_scene_body(base);
+  if (!body->materials) {
+    flesh_scene_destroy(&base);
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the comparison needs a scene with body.material", path);
+  }
+  double young = body->materials[0].young;
+  if (isnan(young)) {
+    double mu, lambda;
+    status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
+    young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
+  }
+  if (!status) status = flesh_overrides_open(&overrides, plan->overrides->count);
+  if (status) {
+    flesh_scene_destroy(&base);
+    return status;
+  }
+  for (int k = 0; k < plan->overrides->count; k++)
+    overrides.texts.values[overrides.texts.count++] = plan->overrides->values[k];
+  snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
+           flesh_energy_name(v->energy), flesh_constants_name(v->constants), young,
+           plan->poissons[c->poisson]);
+  status = flesh_overrides_add(&overrides, "body.material", material);
+  if (!status && c->solver == FLESH_DRIFT_PLAIN)
+    status = flesh_overrides_add(&overrides, "solver.line_search", "none") ||
+             flesh_overrides_add(&overrides, "time.max_energy_gain", "1e300") || /* as they come */
+             flesh_overrides_add(&overrides, "solver.project", "always") ||
+             flesh_overrides_add(&overrides, "solver.eigenvalue_filter", "clamp") ||
+             flesh_overrides_add(&overrides, "solver.max_newton", "10") ||
+             flesh_overrides_add(&overrides, "solver.max_cutbacks", "0") ||
+             flesh_overrides_add(&overrides, "solver.accept_unconverged", "true")
+                 ? FLESH_ERR_MEMORY
+                 : FLESH_OK;
+  const flesh_system *system = flesh_scene_system(base);
+  for (int k = 0; at_rest && !status && k < flesh_system_effect_count(system); k++) {
+    const flesh_effect_operations *effect = flesh_system_effect(system, k)->operations;
+    if (!effect->external && effect->role != FLESH_ROLE_INERTIA) continue;
+    snprintf(key, sizeof key, "effects.%s", effect->name);
+    status = flesh_overrides_add(&overrides, key, "null");
+  }
+  flesh_scene_destroy(&base);
+  if (!status) status = flesh_scene_read(path, overrides.texts.count, overrides.texts.values, scene);
+  flesh_overrides_close(&overrides);
+  return status;
+}
+
+/* Volume ratio of the body in equilibrium with its pins alone; NaN where none is found. */
+static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c)
+{
+  flesh_scene *scene = NULL;
+  flesh_integrator *integrator = NULL;
+  double ratio = NAN;
+  if (read_scene(plan, c, 1, &scene)) return NAN;
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  size_t n = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
+  flesh_state state = {0, malloc(sizeof(double) * n), calloc(n, sizeof(double))};
+  if (state.x && state.v) {
+    memcpy(state.x, flesh_mesh_positions(mesh), sizeof(double) * n);
+    if (!flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, flesh_scene_solver(scene),
+                                 &integrator) &&
+        !flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL))
+      ratio = flesh_mesh_volume(mesh, state.x) / flesh_mesh_volume(mesh, flesh_mesh_positions(mesh));
+  }
+  free(state.x);
+  free(state.v);
+  flesh_integrator_destroy(&integrator);
+  flesh_scene_destroy(&scene);
+  return ratio;
+}
+
+static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
+                     struct flesh_drift_figures *f)
+{
+  char folder[256], path[1400], state_path[1500];
+  flesh_scene *scene = NULL;
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  watcher w = {0};
+  int status = read_scene(plan, c, 0, &scene);
+  if (!status) status = open_watcher(&w, scene);
+  if (status) {
+    f->status = status;
+    f->exit_code = flesh_exit_code(status);
+    snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+    flesh_scene_destroy(&scene);
+    close_watcher(&w);
+    return;
+  }
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  flesh_drift_case_folder(plan, c, folder);
+  snprintf(path, sizeof path, "%s/%s", plan->out, folder);
+  const flesh_observer watching = {watch, &w};
+  const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene],
+                                        .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
+                                        .observer_count = 1, .observers = &watching};
+  flesh_runner_run(scene, &options, &figures, &outcome);
+  f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
+  f->exit_code = outcome.exit_code;
+  snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
+  f->stressed_rest = figures.stressed_rest;
+  f->tets = flesh_mesh_tet_count(mesh);
+  f->steps = figures.steps;
+  f->max_inverted = figures.max_inverted;
+  f->first_inverted_step = w.first_inverted_step;
+  f->max_volume_drift = figures.max_volume_drift;
+  f->final_volume_drift = figures.final_volume_drift;
+  f->min_J = figures.min_J;
+  f->newton_per_step = figures.steps ? (double)figures.newton / figures.steps : NAN;
+  f->linear_per_newton = figures.newton ? (double)figures.linear / (double)figures.newton : NAN;
+  f->wall_s = figures.wall_s;
+  f->failed_at = outcome.status ? (outcome.has_failure ? outcome.failure.t : figures.t) : NAN;
+  f->worst_t = w.worst.state.t;
+  f->worst_drift = w.worst.drift;
+  f->event_t = w.event.state.t;
+  f->event_drift = w.event.drift;
+  if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
+    f->rest_volume_ratio_theory = NAN;
+  status = write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
+  if (!status) status = write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
+  if (status && !f->status) {
+    f->status = status;
+    f->exit_code = flesh_exit_code(status);
+    snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  }
+  flesh_state last = w.worst.state; /* its room, from now on for the last state */
+  snprintf(state_path, sizeof state_path, "%s/state.txt", path);
+  if (!flesh_state_read(state_path, w.unknowns / 3, &last))
+    f->distance_from_rest = flesh_mesh_distance_from_rest(mesh, last.x);
+  /* The rest shape does not depend on the solver: the first one's case finds it for all. */
+  if (c->solver == plan->solvers[0]) f->rest_volume_ratio = rest_ratio(plan, c);
+  flesh_figures_close(&figures);
+  flesh_scene_destroy(&scene);
+  close_watcher(&w);
+}
+
+typedef struct job {
+  flesh_process process;
+  flesh_drift_case *c;
+} job;
+
+/* What a new process is told. */
+typedef struct task {
+  const flesh_drift_plan *plan;
+  const flesh_drift_case *c;
+} task;
+
+static void work(const void *data, void *result)
+{
+  const task *given = data;
+  run_case(given->plan, given->c, result);
+}
+
+static int start(const flesh_drift_plan *plan, flesh_drift_case *c, job *j)
+{
+  const task given = {plan, c};
+  j->c = c;
+  return flesh_process_start(work, &given, &c->figures, sizeof c->figures, &j->process);
+}
+
+static void collect(job *j, int ended)
+{
+  int crashed = flesh_process_collect(&j->process, ended, &j->c->figures, sizeof j->c->figures);
+  if (!crashed) return;
+  j->c->figures.status = FLESH_ERR_SOLVE;
+  j->c->figures.crashed_by = crashed;
+}
+
+static void show_progress(const flesh_drift_plan *plan, int done, const flesh_drift_case *c)
+{
+  char title[16];
+  if (!isatty(STDERR_FILENO)) return;
+  flesh_drift_variant_title(plan->variants[c->variant], title);
+  fprintf(stderr, "\r\033[K%d of %d  %s, %s, poisson %g, %s: %s", done, plan->case_count,
+          plan->names[c->scene], title, plan->poissons[c->poisson], flesh_drift_solver_name(c->solver),
+          flesh_drift_status_word(c));
+  if (done == plan->case_count) fputs("\r\033[K", stderr);
+  fflush(stderr);
+}
+
+int flesh_drift_run(flesh_drift_plan *plan)
+{
+  const int room = plan->jobs;
+  job *jobs = calloc((size_t)room, sizeof *jobs);
+  if (!jobs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int next = 0, running = 0, done = 0, told = 0, status = FLESH_OK;
+  while (next < plan->case_count || running) {
+    int stopping = status || flesh_interrupt_signal();
+    if (!stopping && next < plan->case_count && running < plan->jobs) {
+      int place = 0;
+      while (jobs[place].process.id) place++;
+      status = start(plan, &plan->cases[next], &jobs[place]);
+      if (!status) next++, running++;
+      else if (running) plan->jobs = running, status = FLESH_OK; /* no more processes can be had */
+      continue;
+    }
+    if (!running) break;
+    /* A signal sent to this process alone is passed on, once. */
+    for (int j = 0; stopping && !told && j < room; j++)
+      if (jobs[j].process.id) kill(jobs[j].process.id, SIGTERM);
+    told |= stopping;
+    int ended;
+    pid_t process = waitpid(-1, &ended, 0);
+    for (int j = 0; process > 0 && j < room; j++)
+      if (jobs[j].process.id == process) {
+        collect(&jobs[j], ended);
+        running--;
+        show_progress(plan, ++done, jobs[j].c);
+      }
+    if (process < 0 && errno != EINTR) break;
+  }
+  free(jobs);
+  if (!status && flesh_interrupt_signal())
+    status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d cases", done, plan->case_count);
+  /* What the first solver's case found holds for its siblings, which follow it. */
+  for (int k = 0; k < plan->case_count; k++)
+    if (k % plan->solver_count)
+      plan->cases[k].figures.rest_volume_ratio = plan->cases[k - k % plan->solver_count].figures.rest_volume_ratio;
+  return status;
+}

@@ -1,0 +1,262 @@
+/* command.c: `flesh film`: the frames of runs side by side as pictures, and as a video by
+ * ffmpeg. */
+#include "film/command.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "shared/interrupt.h"
+#include "base/file.h"
+#include "shared/output.h"
+#include "shared/snapshot.h"
+
+enum { NOT_FOUND = 127, PATH_SIZE = 4096 };
+
+typedef struct film {
+  flesh_snapshot snapshot;
+  const char *out;
+  int every, keep; /* keep: the pictures stay */
+  double fps;      /* NaN: that of real time */
+  char folder[PATH_SIZE];
+  flesh_folder_claim claim; /* of the folder */
+  const flesh_run_folder *clock; /* the run whose times are filmed */
+  flesh_picture_frame frame;
+  flesh_picture_panel *panels;
+  char (*subtitles)[32];
+} film;
+
+static int picture_count(const film *f) { return (f->clock->count + f->every - 1) / f->every; }
+
+/* The panels of picture k: every run at its time. */
+static int load(film *f, int k)
+{
+  double t = f->clock->times[k * f->every];
+  int status = FLESH_OK;
+  for (int r = 0; r < f->snapshot.count && !status; r++)
+    status = flesh_snapshot_panel(&f->snapshot, r,
+                                  flesh_run_folder_at(&f->snapshot.runs[r].folder, t),
+                                  f->subtitles[r], sizeof *f->subtitles, &f->panels[r]);
+  return status;
+}
+
+static int fit(film *f)
+{
+  flesh_picture_fit fit;
+  int status = FLESH_OK;
+  flesh_picture_fit_begin(&f->snapshot.options, &fit);
+  for (int k = 0; k < picture_count(f) && !status; k++) {
+    status = load(f, k);
+    for (int r = 0; r < f->snapshot.count && !status; r++)
+      status = flesh_picture_fit_add(&fit, &f->panels[r]);
+  }
+  if (!status) flesh_picture_fit_end(&fit, &f->frame);
+  return status;
+}
+
+static void picture_path(const film *f, int k, char path[PATH_SIZE + 32])
+{
+  snprintf(path, PATH_SIZE + 32, "%s/frame_%06d.png", f->folder, k);
+}
+
+/* Takes the pictures away that were made (or an earlier film's, from `first`). */
+static void remove_pictures(film *f, int first)
+{
+  char path[PATH_SIZE + 32];
+  for (int k = first;; k++) {
+    picture_path(f, k, path);
+    if (unlink(path)) break;
+  }
+  if (first) return;
+  flesh_folder_claim_release(&f->claim);
+  rmdir(f->folder); /* stays where something else is in it */
+}
+
+static int draw(film *f)
+{
+  char path[PATH_SIZE + 32];
+  int status = flesh_output_claim(f->folder, "film", &f->claim);
+  for (int k = 0; k < picture_count(f) && !status; k++) {
+    if (flesh_interrupt_signal())
+      return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s after %d of %d pictures; they are in %s",
+                        flesh_interrupt_name(), k, picture_count(f), f->folder);
+    status = load(f, k);
+    picture_path(f, k, path);
+    if (!status)
+      status = flesh_picture_draw(path, f->snapshot.count, f->panels, &f->snapshot.options, &f->frame);
+  }
+  if (!status) remove_pictures(f, picture_count(f));
+  return status;
+}
+
+/* Pictures per second: as many as make the film run in real time, 1 to 60. */
+static double rate(const film *f)
+{
+  int count = f->clock->count, last = (count - 1) / f->every * f->every;
+  double length = last > 0 ? f->clock->times[last] - f->clock->times[0] : 0;
+  if (!isnan(f->fps)) return f->fps;
+  return length > 0 ? fmin(fmax(last / f->every / length, 1), 60) : 25;
+}
+
+/* Runs ffmpeg in the folder of the pictures; its words go into `log` there. ffmpeg takes names for addresses, patterns
+ * and options: it is told none from outside. Its exit code, or -1. */
+static int run_ffmpeg(const film *f, const char *video, const char *log)
+{
+  char fps[32];
+  snprintf(fps, sizeof fps, "%.6g", rate(f));
+  fflush(NULL);
+  pid_t child = fork();
+  if (child < 0) return -1;
+  if (!child) {
+    if (chdir(f->folder)) _exit(1);
+    int nowhere = open("/dev/null", O_RDWR), words = open(log, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
+    if (words >= 0) dup2(words, STDERR_FILENO);
+    execlp("ffmpeg", "ffmpeg", "-y", "-loglevel", "error", "-framerate", fps, "-f", "image2", "-i", "./frame_%06d.png",
+           "-pix_fmt", strstr(video, ".gif") ? "rgb8" : "yuv420p", video, (char *)NULL);
+    _exit(NOT_FOUND);
+  }
+  int ended;
+  while (waitpid(child, &ended, 0) < 0 && errno == EINTR) continue;
+  return WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
+}
+
+/* The video under its name when it is whole. */
+static int encode(film *f)
+{
+  char video[64], target[PATH_SIZE + 80], log[PATH_SIZE + 64];
+  snprintf(video, sizeof video, "./film.part-%ld%s", (long)getpid(), strrchr(f->out, '.'));
+  snprintf(target, sizeof target, "%s/%s", f->folder, video);
+  snprintf(log, sizeof log, "%s/ffmpeg.log", f->folder);
+  int code = run_ffmpeg(f, video, "ffmpeg.log"), renamed = !code && !rename(target, f->out), reason = errno;
+  if (renamed) {
+    unlink(log);
+    if (!f->keep) remove_pictures(f, 0);
+    return FLESH_OK;
+  }
+  unlink(target);
+  if (!code || code == NOT_FOUND) unlink(log);
+  if (!code)
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s; the %d pictures are in %s", f->out, strerror(reason),
+                      picture_count(f), f->folder);
+  if (code == NOT_FOUND)
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s is not made: ffmpeg is not installed (Debian package ffmpeg); the %d "
+                      "pictures are in %s",
+                      f->out, picture_count(f), f->folder);
+  return flesh_fail(FLESH_ERR_FILE,
+                    "%s is not made: ffmpeg failed, its words are in %s; the %d pictures are there",
+                    f->out, log, picture_count(f));
+}
+
+static int make(film *f, int runs, char **paths)
+{
+  int status = flesh_snapshot_open(&f->snapshot, runs, paths);
+  if (status) return status;
+  f->panels = calloc((size_t)runs, sizeof *f->panels);
+  f->subtitles = calloc((size_t)runs, sizeof *f->subtitles);
+  if (!f->panels || !f->subtitles) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  f->clock = &f->snapshot.runs[0].folder;
+  for (int r = 1; r < runs; r++)
+    if (f->snapshot.runs[r].folder.count > f->clock->count) f->clock = &f->snapshot.runs[r].folder;
+  if (f->clock->count < 2)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: there is only one frame; a film needs a run with frames "
+                      "(`flesh snap` draws a single one)",
+                      paths[0]);
+  status = fit(f);
+  if (!status) status = draw(f);
+  return status;
+}
+
+/* Whether `out` is a video, and where the pictures go: into it when it is a folder. -1: another video or a picture. */
+static int choose_folder(film *f)
+{
+  static const char *const suffixes[] = {".mp4", ".mkv", ".webm", ".gif"};
+  static const char *const others[] = {".avi", ".mov", ".m4v", ".mpg", ".mpeg",
+                                       ".ogv", ".wmv", ".png", ".jpg", ".jpeg"};
+  size_t length = strlen(f->out);
+  const char *dot = strrchr(f->out, '.');
+  for (size_t k = 0; k < sizeof suffixes / sizeof *suffixes && dot; k++)
+    if (!strcmp(dot, suffixes[k])) {
+      snprintf(f->folder, sizeof f->folder, "%.*s_frames", (int)(dot - f->out), f->out);
+      return 1;
+    }
+  for (size_t k = 0; k < sizeof others / sizeof *others && dot; k++)
+    if (!strcmp(dot, others[k])) return -1;
+  while (length > 1 && f->out[length - 1] == '/') length--;
+  snprintf(f->folder, sizeof f->folder, "%.*s", (int)length, f->out);
+  f->keep = 1;
+  return 0;
+}
+
+int flesh_command_film(int argc, char **argv)
+{
+  film f = {.every = 1, .fps = NAN};
+  flesh_snapshot_default(&f.snapshot);
+  const flesh_option options[] = {
+      {"out", "FILE", FLESH_OPTION_TEXT, &f.out,
+       "video to write, .mp4, .mkv, .webm or .gif; or a folder for the pictures alone"},
+      {"every", "N", FLESH_OPTION_COUNT, &f.every, "every N-th frame of the run (default 1)"},
+      {"fps", "N", FLESH_OPTION_POSITIVE, &f.fps, "pictures per second (default: as in real time, but 1 to 60)"},
+      {"keep", NULL, FLESH_OPTION_SWITCH, &f.keep, "keep the pictures, in FILE_frames, beside the video"},
+      FLESH_SNAPSHOT_OPTIONS(f.snapshot),
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "film",
+      .positionals = "RUN... --out FILE",
+      .summary = "Films runs side by side, seen by one camera and coloured on one scale.",
+      .details = "RUN is the folder that `flesh run` has filled; the times are those of the run with\n"
+                 "most frames, of the others the frames nearest in time. The pictures are made in\n"
+                 "FILE_frames, numbered through from frame_000000.png, and joined by ffmpeg; without\n"
+                 "ffmpeg they stay there. Colours span all but a hundredth of the values at either end;\n"
+                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
+                 "and speed. Obstacles are transparent where they are seen from behind.\n",
+      .positional_min = 1,
+      .positional_max = INT_MAX,
+      .options = options};
+  int runs, code = flesh_options_read(&usage, argc, argv, &runs);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (!f.out || !*f.out || strlen(f.out) > PATH_SIZE - 64) {
+    fprintf(stderr, "flesh film: --out is %s; it must be a video named .mp4, .mkv, .webm or .gif, or a "
+                    "folder\n",
+            f.out && *f.out ? "too long" : "missing");
+    return 2;
+  }
+  int video = choose_folder(&f);
+  if (video < 0) {
+    fprintf(stderr, "flesh film: --out is '%s'; it must be a video named .mp4, .mkv, .webm or .gif, or a folder\n",
+            f.out);
+    return 2;
+  }
+  flesh_interrupt_watch();
+  flesh_inputs inputs = {0};
+  for (int r = 0; r < runs; r++) flesh_inputs_add(&inputs, argv[1 + r]);
+  if (f.snapshot.surface) flesh_inputs_add(&inputs, f.snapshot.surface);
+  int status = video ? flesh_output_prepare(f.out, &inputs) : FLESH_OK;
+  flesh_inputs_close(&inputs);
+  if (!status) status = make(&f, runs, argv + 1);
+  int pictures = status ? 0 : picture_count(&f);
+  double fps = status ? 0 : rate(&f);
+  if (!status && video) status = encode(&f);
+  if (!status) printf("%s: %d picture%s", f.out, pictures, pictures == 1 ? "" : "s");
+  if (!status) printf(video ? " at %.4g per second\n" : "\n", fps);
+  if (!status) flesh_snapshot_report(&f.snapshot, &f.frame);
+  flesh_folder_claim_release(&f.claim);
+  flesh_snapshot_close(&f.snapshot);
+  free(f.panels);
+  free(f.subtitles);
+  if (status == FLESH_ERR_INTERRUPTED) {
+    flesh_command_fail(usage.command, status);
+    return flesh_interrupt_exit_code();
+  }
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}

@@ -1,0 +1,351 @@
+/* command.c: `flesh stress`: the battery of hard cases. */
+#include "hardcases/command.h"
+
+#include <fnmatch.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "shared/interrupt.h"
+#include "base/file.h"
+#include "shared/overrides.h"
+#include "shared/plot.h"
+#include "shared/process.h"
+#include "shared/output.h"
+#include "hardcases/hardcases.h"
+#include "material/form.h"
+
+static const char details[] = "Puts bodies through what breaks elastic solvers: scrambled, "
+                              "collapsed, mirrored, torn, spun and stopped bodies,\n"
+                              "extreme materials, meshes and steps (--list shows them). Every run "
+                              "is a process of its own with a budget, and\n"
+                              "a scene of its own: DIR/cases/NAME/scene.yaml (some with "
+                              "release.yaml, a second phase that goes on from it), which\n"
+                              "`flesh run` repeats with the same result. A run has recovered when "
+                              "every solve converged, the incremental\n"
+                              "potential never rose from a step's start to its end, no number was "
+                              "non-finite, and at the end the body is within\n"
+                              "1e-3 of its length and of its volume from its rest shape with no "
+                              "element inverted; put back when calm tangles had\n"
+                              "to be placed anew on the way (solver.techniques: untangle), which no force did. "
+                              "Where it ends otherwise a\n"
+                              "static solve and the eigenvalues of the Hessian tell whether that "
+                              "is a true local minimum; it counts as not\n"
+                              "recovered all the same. Free bodies on an exact line or point are "
+                              "judged as the equilibria they are.\n\n"
+                              "Writes into DIR: stress.csv (a row per run), verdict.txt, "
+                              "matrix.png (cases x settings), frames_*.png, cases/.\n";
+
+enum { LIMIT = 64, SETTING_LIMIT = 1024 };
+
+/* Calls `take` with every item of a comma list. */
+static int split(const char *option, const char *text, int (*take)(void *data, const char *item),
+                 void *data)
+{
+  char item[64];
+  int count = 0;
+  while (*text) {
+    size_t length = strcspn(text, ",");
+    snprintf(item, sizeof item, "%.*s", (int)(length < 63 ? length : 63), text);
+    int status = take(data, item);
+    if (status) return status;
+    if (++count > LIMIT)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d items", option, LIMIT);
+    text += length + (text[length] == ',');
+  }
+  return count ? FLESH_OK
+               : flesh_fail(FLESH_ERR_ARGUMENT, "%s is empty; it must be a list", option);
+}
+
+typedef struct lists {
+  int energies, poissons, steps, solvers;
+  flesh_energy energy[LIMIT + 1];
+  flesh_constants constants[LIMIT + 1];
+  double poisson[LIMIT + 1], step[LIMIT + 1];
+  flesh_stress_solver solver[LIMIT + 1];
+} lists;
+
+/* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
+static int take_energy(void *data, const char *item)
+{
+  lists *l = data;
+  char name[64];
+  const char *dot = strchr(item, '.');
+  snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : 63, item);
+  flesh_energy energy;
+  flesh_constants constants;
+  int status = flesh_energy_from_name(name, &energy);
+  if (status) return status;
+  constants = flesh_form_default_constants(energy);
+  if (dot) status = flesh_constants_from_name(dot + 1, &constants);
+  l->energy[l->energies] = energy;
+  l->constants[l->energies++] = constants;
+  return status;
+}
+
+static int take_poisson(void *data, const char *item)
+{
+  lists *l = data;
+  double value;
+  if (flesh_option_number(item, &value) || !(value >= 0 && value < 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in [0, 0.5)",
+                      item);
+  l->poisson[l->poissons++] = value;
+  return FLESH_OK;
+}
+
+static int take_step(void *data, const char *item)
+{
+  lists *l = data;
+  double value;
+  if (flesh_option_number(item, &value) || !(value > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--steps has '%s'; every value must be positive [s], as in 1/60", item);
+  l->step[l->steps++] = value;
+  return FLESH_OK;
+}
+
+static int take_solver(void *data, const char *item)
+{
+  lists *l = data;
+  for (int s = 0; s < FLESH_STRESS_SOLVERS; s++)
+    if (!strcmp(item, flesh_stress_solver_name((flesh_stress_solver)s)) || !strcmp(item, "all")) {
+      l->solver[l->solvers++] = (flesh_stress_solver)s;
+      if (strcmp(item, "all")) return FLESH_OK;
+    }
+  return !strcmp(item, "all")
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT,
+                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
+                          "always-projected, never-projected, clamped, absolute, trust-region, "
+                          "no-untangling, or all of them: all",
+                          item);
+}
+
+typedef struct choice {
+  int count;
+  const flesh_stress_case *cases[256];
+} choice;
+
+/* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
+static int take_case(void *data, const char *item)
+{
+  choice *c = data;
+  const int leave = *item == '!';
+  int found = 0;
+  if (leave && c->count == 0) take_case(data, "*");
+  for (const flesh_stress_case *row = flesh_stress_case_table; row->name; row++) {
+    if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
+    found = 1;
+    int place = 0;
+    while (place < c->count && c->cases[place] != row) place++;
+    if (!leave && place == c->count && c->count < 256) c->cases[c->count++] = row;
+    if (leave && place < c->count)
+      memmove(c->cases + place, c->cases + place + 1, (size_t)(--c->count - place) * sizeof row);
+  }
+  return found ? FLESH_OK
+               : flesh_fail(
+                     FLESH_ERR_ARGUMENT,
+                     "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*' or '!twist*': "
+                     "`flesh stress --list` shows them",
+                     item);
+}
+
+static int list_cases(void)
+{
+  for (const flesh_stress_case *row = flesh_stress_case_table; row->name; row++)
+    printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
+  return 0;
+}
+
+static int add_setting(flesh_stress_setting *settings, int *count, const lists *l, int e, int p,
+                       int h, int s)
+{
+  if (*count == SETTING_LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
+  settings[(*count)++] = (flesh_stress_setting){.energy = l->energy[e],
+                                                .constants = l->constants[e],
+                                                .poisson = l->poisson[p],
+                                                .step = l->step[h],
+                                                .first_poisson = p == 0,
+                                                .first_step = h == 0,
+                                                .solver = l->solver[s]};
+  return FLESH_OK;
+}
+
+static int make_settings(const lists *l, flesh_stress_setting *settings, int *count)
+{
+  int status = FLESH_OK;
+  for (int s = 0; s < l->solvers; s++)
+    for (int e = 0; e < l->energies; e++)
+      for (int h = 0; h < l->steps; h++)
+        for (int p = 0; p < l->poissons && !status; p++)
+          status = add_setting(settings, count, l, e, p, h, s);
+  return status;
+}
+
+static int is_run(const flesh_stress_case *row, const flesh_stress_setting *setting)
+{
+  return (!(row->poisson > 0) || setting->first_poisson) &&
+         (!(row->step > 0) || setting->first_step);
+}
+
+static int make_runs(flesh_stress_plan *plan)
+{
+  plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds,
+                      sizeof *plan->runs);
+  if (!plan->runs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int s = 0; s < plan->setting_count; s++)
+    for (int c = 0; c < plan->case_count; c++)
+      for (int seed = 1; seed <= plan->seeds; seed++) {
+        const flesh_stress_case *row = plan->cases[c];
+        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_STRESS_RANDOM)))
+          continue;
+        plan->runs[plan->run_count++] =
+            (flesh_stress_run){.row = row,
+                               .setting = &plan->settings[s],
+                               .seed = seed,
+                               .outcome = FLESH_STRESS_NOT_RUN,
+                               .figures = {.status = FLESH_ERR_INTERRUPTED,
+                                           .exit_code = 130,
+                                           .rank = -1,
+                                           .distance = NAN,
+                                           .volume_error = NAN,
+                                           .recovered_at = NAN,
+                                           .newton_ratio = NAN,
+                                           .time_ratio = NAN,
+                                           .gradient = NAN,
+                                           .smallest_eigenvalue = NAN}};
+      }
+  return FLESH_OK;
+}
+
+/* A run that could not write its files says nothing of its solver. */
+static int check_written(const flesh_stress_plan *plan)
+{
+  int count = 0, first = -1;
+  for (int k = 0; k < plan->run_count; k++) {
+    if (plan->runs[k].figures.exit_code != flesh_exit_code(FLESH_ERR_FILE)) continue;
+    if (!count++) first = k;
+  }
+  return count ? flesh_fail(FLESH_ERR_FILE, "%d of %d runs could not write or read their files; the first: %s", count,
+                            plan->run_count, plan->runs[first].figures.message)
+               : FLESH_OK;
+}
+
+static int run_and_draw(flesh_stress_plan *plan)
+{
+  plan->jobs = flesh_process_fit(plan->jobs, plan->run_count);
+  printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
+         plan->setting_count, plan->jobs);
+  fflush(stdout);
+  int ran = flesh_stress_run_all(plan);
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  int status = flesh_stress_write_csv(plan);
+  if (!status && !ran) status = check_written(plan);
+  if (!status) status = flesh_stress_write_verdict(plan);
+  if (ran) return flesh_fail(ran, "%s", words);
+  const int undrawn = status ? status : flesh_stress_draw(plan);
+  if (!status) status = flesh_plot_accept("stress", undrawn);
+  if (status) return status;
+  printf("\nresults: %s/stress.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
+         undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
+  return FLESH_OK;
+}
+
+static int batter(flesh_stress_plan *plan)
+{
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = make_runs(plan);
+  if (!status) status = flesh_output_claim(plan->out, "stress", &claim);
+  if (!status) status = run_and_draw(plan);
+  flesh_folder_claim_release(&claim);
+  return status;
+}
+
+/* "Neo,A,...": the forms that keep their volume at all. */
+static const char *forms_with_lambda(char text[256])
+{
+  size_t length = 0;
+  for (int e = 0; e < FLESH_ENERGY_COUNT && length < 256; e++)
+    if (flesh_forms[e].limit)
+      length += (size_t)snprintf(text + length, 256 - length, "%s%s", length ? "," : "", flesh_forms[e].name);
+  return text;
+}
+
+int flesh_command_stress(int argc, char **argv)
+{
+  char every[256];
+  const char *energies = NULL, *poissons = NULL, *steps = "1/60", *solvers = "default",
+             *cases = "*";
+  int list = 0;
+  lists *l = calloc(1, sizeof *l);
+  choice *chosen = calloc(1, sizeof *chosen);
+  flesh_stress_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
+  flesh_overrides overrides;
+  long processors = sysconf(_SC_NPROCESSORS_ONLN);
+  flesh_stress_plan plan = {
+      .out = "out/stress", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
+  int status = flesh_overrides_open(&overrides, argc);
+  if (!status && (!l || !chosen || !settings))
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (status) return flesh_command_fail("stress", status);
+  const flesh_option rows[] = {
+      {"energies", "LIST", FLESH_OPTION_TEXT, &energies,
+       "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
+      {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons,
+       "Poisson's ratios (default 0,0.3,0.45,0.49,0.499,0.4999; 0.45,0.49 with --quick)"},
+      {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
+       "steps of the cases without one of their own (default 1/60)"},
+      {"cases", "LIST", FLESH_OPTION_TEXT, &cases,
+       "cases, groups or patterns, without those after a ! (default: all)"},
+      {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
+       "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
+       "                         trust-region, no-untangling or all (default: default)"},
+      {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
+       "how often the random cases run, each with other numbers (default 1)"},
+      {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,
+       "smaller meshes and fewer settings: minutes"},
+      {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
+       "budget of each phase of a run (default 30; 15 with --quick)"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
+       "a value of all scenes, as in --set solver.max_newton=50"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/stress)"},
+      {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
+      {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
+      {0}};
+  const flesh_usage usage = {"stress", "", "Runs the battery of hard cases.", details, 0, 0, rows};
+  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases();
+  if (code != FLESH_OPTIONS_GO_ON) goto done;
+  if (!energies) energies = plan.quick ? "S,E" : forms_with_lambda(every);
+  if (!poissons) poissons = plan.quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
+  if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 15 : 30;
+  plan.overrides = &overrides.texts;
+  status = split("--energies", energies, take_energy, l);
+  if (!status) status = split("--poisson", poissons, take_poisson, l);
+  if (!status) status = split("--steps", steps, take_step, l);
+  if (!status) status = split("--solvers", solvers, take_solver, l);
+  if (!status) status = split("--cases", cases, take_case, chosen);
+  if (!status && chosen->count == 0)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh stress --list` shows them", cases);
+  if (!status) status = make_settings(l, settings, &plan.setting_count);
+  plan.settings = settings;
+  plan.cases = chosen->cases;
+  plan.case_count = chosen->count;
+  flesh_interrupt_watch();
+  if (!status) status = batter(&plan);
+  code = status ? flesh_command_fail("stress", status) : 0;
+  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+done:
+  free(plan.runs);
+  free(settings);
+  free(chosen);
+  free(l);
+  flesh_overrides_close(&overrides);
+  return code;
+}

@@ -1,0 +1,211 @@
+/* end.c: rest shapes, ranks, and whether an end is a true local minimum. */
+#include "hardcases/end.h"
+
+#include <gsl/gsl_eigen.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "flesh/system.h"
+
+/* Dense eigenvalues take seconds beyond. */
+enum { DENSE_LIMIT = 1200 };
+
+static int is_stressed_at_rest(const flesh_material *material)
+{
+  double stress, mu;
+  return flesh_material_small_strain(material, &mu, NULL, &stress) ||
+         fabs(stress) > 1e-9 * fabs(mu);
+}
+
+/* Static equilibrium at time t from x, with the scene's pins, to rounding if it can be had. */
+static int settle(const flesh_scene *scene, double t, double *x, double tolerance)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  double *v = calloc((size_t)flesh_system_unknowns(system), sizeof *v);
+  flesh_state state = {t, x, v};
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = tolerance;
+  options.max_newton = 200;
+  options.max_cutbacks = 0;
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE; /* the energy's own equilibrium is asked for */
+  options.accept_unconverged = 1; /* what is reached is judged by its gradient */
+  int status = v ? flesh_integrator_create(system, FLESH_METHOD_STATIC, &options, &integrator)
+                 : FLESH_ERR_MEMORY;
+  /* A tolerance relative to what stiff parts begin with says little of soft ones: again from there. */
+  for (int again = 0; again < 5 && !status; again++) {
+    flesh_solve_stats stats = {0};
+    status = flesh_integrator_step(integrator, &state, 0, &stats);
+    if (stats.at_rounding || !stats.newton) break;
+  }
+  flesh_integrator_destroy(&integrator);
+  free(v);
+  return status;
+}
+
+static int count_fixed(const flesh_system *system, double t, uint8_t *fixed)
+{
+  return flesh_system_fixed(system, t, fixed);
+}
+
+void flesh_stress_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  const flesh_body *body = flesh_scene_body(scene);
+  int nodes = flesh_mesh_node_count(mesh), materials = flesh_scene_material_count(scene);
+  double *x = malloc(sizeof *x * 3 * (size_t)nodes);
+  uint8_t *fixed = calloc(3 * (size_t)nodes, 1);
+  int status = x && fixed ? FLESH_OK : FLESH_ERR_MEMORY, stressed = 0;
+  *rest = NULL;
+  if (!status) memcpy(x, flesh_mesh_positions(mesh), sizeof *x * 3 * (size_t)nodes);
+  for (int m = 0; m < materials; m++) stressed |= is_stressed_at_rest(&body->materials[m]);
+  if (!status && stressed) {
+    double ratio;
+    status = flesh_material_rest_ratio(&body->materials[0], &ratio);
+    if (!status && count_fixed(flesh_scene_system(scene), t, fixed)) {
+      status = settle(scene, t, x, 1e-8);
+    } else {
+      for (int d = 0; d < 3 * nodes && !status; d++) x[d] *= cbrt(ratio);
+    }
+  }
+  if (!status)
+    flesh_mesh_create(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), NULL, rest);
+  free(x);
+  free(fixed);
+}
+
+int flesh_stress_rank(const flesh_mesh *mesh, const double *x)
+{
+  int nodes = flesh_mesh_node_count(mesh), rank = 0;
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double length = info.high[0] - info.low[0], mean[3] = {0};
+  double spread[9] = {0};
+  for (int d = 0; d < 3 * nodes; d++) mean[d % 3] += x[d] / nodes;
+  for (int i = 0; i < nodes; i++)
+    for (int a = 0; a < 3; a++)
+      for (int b = 0; b < 3; b++)
+        spread[3 * a + b] += (x[3 * i + a] - mean[a]) * (x[3 * i + b] - mean[b]) / nodes;
+  for (int k = 0; k < 9; k++)
+    if (!isfinite(spread[k])) return 3;
+  gsl_matrix_view matrix = gsl_matrix_view_array(spread, 3, 3);
+  double values[3];
+  gsl_vector_view vector = gsl_vector_view_array(values, 3);
+  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc(3);
+  gsl_eigen_symm(&matrix.matrix, &vector.vector, work);
+  gsl_eigen_symm_free(work);
+  for (int k = 0; k < 3; k++) rank += values[k] > 1e-12 * length * length;
+  return rank;
+}
+
+static int compare(const void *a, const void *b)
+{
+  double p = *(const double *)a, q = *(const double *)b;
+  return (p > q) - (p < q);
+}
+
+/* Ascending eigenvalues of the true Hessian of the free dofs; `free_count` of them in new *values.
+ */
+static int spectrum(const flesh_system *system, const flesh_point *point, const uint8_t *fixed,
+                    int free_count, double **values)
+{
+  int unknowns = flesh_system_unknowns(system);
+  flesh_block_matrix *K = NULL;
+  int *number = malloc(sizeof *number * (size_t)unknowns);
+  gsl_matrix *dense = gsl_matrix_calloc((size_t)free_count, (size_t)free_count);
+  gsl_vector *found = gsl_vector_alloc((size_t)free_count);
+  *values = malloc(sizeof **values * (size_t)free_count);
+  int status = number && dense && found && *values ? flesh_system_matrix_create(system, &K)
+                                                   : FLESH_ERR_MEMORY;
+  const flesh_shift shift = {.x = 1};
+  if (!status) status = flesh_system_jacobian(system, point, &shift, K);
+  for (int d = 0, next = 0; d < unknowns && !status; d++) number[d] = fixed[d] ? -1 : next++;
+  for (int i = 0; !status && i < K->rows; i++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++)
+      for (int e = 0; e < 9; e++) {
+        int row = number[3 * i + e / 3], column = number[3 * K->column[k] + e % 3];
+        if (row < 0 || column < 0) continue;
+        gsl_matrix_set(dense, (size_t)row, (size_t)column, K->values[9 * (size_t)k + e]);
+        gsl_matrix_set(dense, (size_t)column, (size_t)row, K->values[9 * (size_t)k + e]);
+      }
+  if (!status) {
+    gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)free_count);
+    gsl_eigen_symm(dense, found, work);
+    gsl_eigen_symm_free(work);
+    for (int k = 0; k < free_count; k++) (*values)[k] = gsl_vector_get(found, (size_t)k);
+    qsort(*values, (size_t)free_count, sizeof **values, compare);
+  }
+  flesh_block_matrix_destroy(&K);
+  free(number);
+  gsl_matrix_free(dense);
+  gsl_vector_free(found);
+  return status;
+}
+
+/* Size of the forces that balance: the sum over the nodes at the stiffness's scale, E times the
+ * mean area per node. */
+static double force_scale(const flesh_scene *scene)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  return flesh_scene_body(scene)->materials[0].mu * info.edge_mean * info.edge_mean *
+         sqrt(info.nodes);
+}
+
+/* Fills end, gradient and eigenvalues for the equilibrium x. */
+static void judge_equilibrium(const flesh_scene *scene, double t, const double *x,
+                              flesh_stress_figures *f)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  int unknowns = flesh_system_unknowns(system);
+  double *zero = calloc((size_t)unknowns, sizeof *zero), *r = calloc((size_t)unknowns, sizeof *r),
+         *values = NULL;
+  uint8_t *fixed = calloc((size_t)unknowns, 1);
+  if (zero && r && fixed) {
+    const flesh_point point = {.t = t, .load = 1, .x = x, .v = zero, .a = zero};
+    int free_count = unknowns - count_fixed(system, t, fixed);
+    double sum = 0;
+    int status = flesh_system_residual(system, &point, r);
+    for (int d = 0; d < unknowns; d++) sum += fixed[d] ? 0 : r[d] * r[d];
+    f->gradient = sqrt(sum) / force_scale(scene);
+    if (!(f->gradient < 1e-6)) {
+      f->end = FLESH_STRESS_END_MOVING;
+    } else if (!status && free_count <= DENSE_LIMIT && free_count > 6 &&
+               !spectrum(system, &point, fixed, free_count, &values)) {
+      double zero_below = 1e-9 * fabs(values[free_count - 1]);
+      int rigid = free_count == unknowns ? 6 : 0, zeros = 0;
+      for (int k = 0; k < free_count; k++) {
+        f->negative_eigenvalues += values[k] < -zero_below;
+        zeros += fabs(values[k]) <= zero_below;
+      }
+      /* A free body's rigid motions are no weakness (in a point or line, some of them do not
+       * exist). */
+      f->smallest_eigenvalue = values[f->negative_eigenvalues ? 0 : zeros < rigid ? zeros : rigid];
+      f->end = f->negative_eigenvalues ? FLESH_STRESS_END_SADDLE
+               : zeros > rigid         ? FLESH_STRESS_END_DEGENERATE
+                                       : FLESH_STRESS_END_MINIMUM;
+    }
+  }
+  free(zero), free(r), free(values), free(fixed);
+}
+
+void flesh_stress_judge_end(const flesh_scene *scene, double t, const double *x,
+                            const flesh_mesh *rest, flesh_stress_figures *f)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  int nodes = flesh_mesh_node_count(mesh);
+  double *settled = malloc(sizeof *settled * 3 * (size_t)nodes);
+  if (!settled) return;
+  memcpy(settled, x, sizeof *settled * 3 * (size_t)nodes);
+  if (3 * nodes <= 2 * DENSE_LIMIT) {
+    /* What is at rest to rounding fails to fall further: its gradient tells. */
+    settle(scene, t, settled, 1e-9);
+    if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_STRESS_TOLERANCE)
+      f->end = FLESH_STRESS_END_UNTANGLES;
+    else judge_equilibrium(scene, t, settled, f);
+  }
+  free(settled);
+}

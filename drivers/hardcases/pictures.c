@@ -1,0 +1,322 @@
+/* pictures.c: the matrix (cases x settings, coloured by outcome) and the frames of the
+ * battery. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "flesh/scene.h"
+#include "shared/picture.h"
+#include "shared/plot.h"
+#include "shared/plot_text.h"
+#include "hardcases/hardcases.h"
+
+/* Told apart by eyes of all kinds; from good to bad also from light to dark. */
+static const char *const colours[] = {
+    [FLESH_STRESS_RECOVERED] = "#8fd0a8",   [FLESH_STRESS_PUT_BACK] = "#c5dc7a",
+    [FLESH_STRESS_EQUILIBRIUM] = "#d3ecdb", [FLESH_STRESS_AT_REST] = "#f7e3a1", [FLESH_STRESS_NOT_RECOVERED] = "#f2cf63",
+    [FLESH_STRESS_UNCONVERGED] = "#e08a2e", [FLESH_STRESS_STOPPED] = "#8fb3d9",
+    [FLESH_STRESS_BUDGET] = "#8c6bb1",      [FLESH_STRESS_NONFINITE] = "#c2185b",
+    [FLESH_STRESS_CRASHED] = "#7a0c0c",     [FLESH_STRESS_NOT_RUN] = "#f4f4f4"};
+static_assert(sizeof colours / sizeof *colours == FLESH_STRESS_OUTCOMES, "a colour of every outcome");
+
+/* Pixels. */
+enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 110 };
+
+/* What stands in a cell beside its colour. */
+static void cell_text(const flesh_stress_run *r, char text[32])
+{
+  const flesh_stress_figures *f = &r->figures;
+  const char *mark = f->end == FLESH_STRESS_END_MINIMUM     ? " min"
+                     : f->end == FLESH_STRESS_END_SADDLE    ? " saddle"
+                     : f->end == FLESH_STRESS_END_UNTANGLES ? " untan."
+                                                            : "";
+  static const char *const ranks[] = {"point", "line", "plane", "body"};
+  *text = 0;
+  if (r->outcome == FLESH_STRESS_EQUILIBRIUM && f->rank >= 0)
+    snprintf(text, 32, "%s%s", ranks[f->rank], mark);
+  if (r->outcome <= FLESH_STRESS_PUT_BACK && r->row->flags & FLESH_STRESS_STATIC)
+    snprintf(text, 32, "%ld it.", f->newton);
+  else if (r->outcome <= FLESH_STRESS_PUT_BACK && isfinite(f->recovered_at))
+    snprintf(text, 32, "%.2g s", f->recovered_at);
+  const int not_back = r->outcome == FLESH_STRESS_NOT_RECOVERED || r->outcome == FLESH_STRESS_AT_REST;
+  if (r->outcome == FLESH_STRESS_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
+  else if (not_back && f->inverted_end)
+    snprintf(text, 32, "%d inv%s", f->inverted_end, mark);
+  else if (not_back)
+    snprintf(text, 32, "%.2g%s", f->distance, mark);
+  if (r->outcome == FLESH_STRESS_UNCONVERGED)
+    snprintf(text, 32, "%ld%s", f->rises ? f->rises : f->unconverged,
+             f->rises ? " rises" : " unconv.");
+  if (r->outcome == FLESH_STRESS_STOPPED) snprintf(text, 32, "exit %d", f->exit_code);
+}
+
+/* The worst of the cell's seeds, which stand side by side; *good of them came back. NULL: not run.
+ */
+static const flesh_stress_run *find(const flesh_stress_plan *plan, int c, int s, int *good,
+                                    int *count)
+{
+  const flesh_stress_run *worst = NULL;
+  *good = *count = 0;
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_stress_run *r = &plan->runs[k];
+    if (r->row != plan->cases[c] || r->setting != &plan->settings[s]) continue;
+    ++*count;
+    *good += r->outcome <= FLESH_STRESS_EQUILIBRIUM;
+    if (!worst || r->outcome > worst->outcome) worst = r;
+  }
+  return worst;
+}
+
+static void draw_cell(FILE *stream, const flesh_stress_plan *plan, int c, int s)
+{
+  char text[32] = "";
+  int good, count;
+  const flesh_stress_run *r = find(plan, c, s, &good, &count);
+  flesh_stress_outcome outcome = r ? r->outcome : FLESH_STRESS_NOT_RUN;
+  fprintf(stream,
+          "set object rectangle from %d,%d to %d,%d fc rgb '%s' fs solid border lc rgb '#ffffff'\n",
+          s, c, s + 1, c + 1, colours[outcome]);
+  if (!r) return;
+  if (count > 1) snprintf(text, sizeof text, "%d of %d", good, count);
+  else cell_text(r, text);
+  int dark = outcome == FLESH_STRESS_BUDGET || outcome == FLESH_STRESS_NONFINITE ||
+             outcome == FLESH_STRESS_CRASHED;
+  fprintf(stream, "set label ");
+  flesh_plot_quote(stream, text);
+  fprintf(stream, " at %g,%g center noenhanced font ',7' textcolor rgb '%s' front\n", s + 0.5,
+          c + 0.5, dark ? "#ffffff" : "#404040");
+}
+
+static void draw_legend(FILE *stream, double width, double height)
+{
+  double x = LEFT;
+  for (int o = 0; o <= FLESH_STRESS_NOT_RUN; o++) {
+    const char *name = flesh_stress_outcome_name((flesh_stress_outcome)o);
+    fprintf(
+        stream,
+        "set object rectangle from screen %.5f,%.5f to screen %.5f,%.5f fc rgb '%s' fs solid "
+        "noborder\n"
+        "set label ",
+        (x - 170) / width, 22 / height, (x - 156) / width, 36 / height, colours[o]);
+    flesh_plot_quote(stream, name);
+    fprintf(stream, " at screen %.5f,%.5f left noenhanced font ',9' textcolor rgb '#303030'\n", (x - 150) / width,
+            29 / height);
+    x += 34 + 7.2 * (double)strlen(name);
+  }
+}
+
+static int draw_matrix(const flesh_stress_plan *plan)
+{
+  flesh_file file;
+  int status = flesh_plot_open(plan->out, "matrix", ".gp", &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  double width = LEFT + RIGHT + CELL_WIDTH * plan->setting_count,
+         height = TOP + BOTTOM + CELL_HEIGHT * plan->case_count;
+  width = fmax(width, 1140);
+  double right = LEFT + CELL_WIDTH * plan->setting_count;
+  flesh_plot_begin(stream, "matrix", (int)width, (int)height);
+  fprintf(stream,
+          "set lmargin at screen %.6f\nset rmargin at screen %.6f\nset tmargin at screen %.6f\n"
+          "set bmargin at screen %.6f\nset xrange [0:%d]\nset yrange [%d:0]\nunset tics\nunset "
+          "border\nunset key\n",
+          LEFT / width, right / width, 1 - TOP / height, BOTTOM / height, plan->setting_count,
+          plan->case_count);
+  for (int c = 0; c < plan->case_count; c++) {
+    for (int s = 0; s < plan->setting_count; s++) draw_cell(stream, plan, c, s);
+    char own[32] = "";
+    if (plan->cases[c]->poisson > 0) snprintf(own, sizeof own, " (%g)", plan->cases[c]->poisson);
+    char name[128];
+    snprintf(name, sizeof name, "%.90s%s", plan->cases[c]->name, own);
+    fputs("set label ", stream);
+    flesh_plot_quote(stream, name);
+    fprintf(stream, " at screen %.6f, first %g right noenhanced font ',9' textcolor rgb '#303030'\n",
+            (LEFT - 8) / width, c + 0.5);
+    if (c && strcmp(plan->cases[c]->group, plan->cases[c - 1]->group))
+      fprintf(stream,
+              "set arrow from screen %.6f, first %d to screen %.6f, first %d nohead lc rgb "
+              "'#606060' front\n",
+              10 / width, c, right / width, c);
+  }
+  for (int s = 0; s < plan->setting_count; s++) {
+    char title[80];
+    flesh_stress_setting_title(&plan->settings[s], title);
+    fputs("set label ", stream);
+    flesh_plot_quote(stream, title);
+    fprintf(stream, " at first %g, screen %.6f left rotate by 55 noenhanced font ',9' textcolor rgb '#303030'\n",
+            s + 0.4, 1 - (TOP - 8) / height);
+  }
+  fprintf(stream,
+          "set label 'Hard cases: what became of them' at screen %.6f,%.6f left font ',13'\n",
+          10 / width, 1 - 20 / height);
+  fprintf(stream,
+          "set label \"Recovered: simulated time until at rest for good (statics: Newton "
+          "iterations); put back: after "
+          "calm tangles were placed anew.\\nNot recovered: "
+          "distance from rest in body lengths, or inverted tets;\\nmin: the end is a true local "
+          "minimum. Several seeds: "
+          "how many recovered.\\nColumns: energy, Poisson's ratio, solver.\" at screen %.6f,%.6f left noenhanced "
+          "font ',9' textcolor rgb '#606060'\n",
+          10 / width, 1 - 44 / height);
+  draw_legend(stream, width, height);
+  fputs("plot NaN\n", stream);
+  status = flesh_file_commit(&file);
+  return status ? status : flesh_plot_draw(plan->out, "matrix");
+}
+
+enum { FRAMES = 4 };
+static const double REACH = 1.05; /* of a picture, in body lengths */
+
+/* The frames of a case: a panel each. */
+typedef struct strip {
+  flesh_mesh *mesh;
+  flesh_body body;
+  double *x[FRAMES], *J[FRAMES];
+  char titles[FRAMES][64], subtitle[64];
+} strip;
+
+/* Into a box about the origin whose side is the body's length; a free body stays in its middle.
+ * What is far larger than the picture is shown smaller: returns by how much, 1 or less. */
+static double centre(const flesh_stress_case *row, const flesh_mesh *mesh, double *x)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double middle[3];
+  for (int c = 0; c < 3; c++) {
+    double low = info.low[c], high = info.high[c];
+    if (!(row->flags & FLESH_STRESS_PINNED)) {
+      low = INFINITY, high = -INFINITY;
+      for (int i = 0; i < info.nodes; i++)
+        low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
+    }
+    middle[c] = 0.5 * (low + high);
+  }
+  double largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
+  for (int c = 0; c < 3; c++) length += pow(info.high[c] - info.low[c], 2);
+  length = sqrt(length / 1.5);
+  for (int d = 0; d < 3 * info.nodes; d++) {
+    x[d] = (x[d] - middle[d % 3]) / length;
+    largest = fmax(largest, fabs(x[d]));
+  }
+  if (!(largest > REACH)) return 1;
+  for (int d = 0; d < 3 * info.nodes; d++) x[d] *= REACH / largest;
+  return REACH / largest;
+}
+
+static int read_strip(const flesh_stress_plan *plan, const flesh_stress_run *run, strip *s)
+{
+  static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
+  static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
+                                            "out/state.txt"};
+  char folder[256], path[1700];
+  int status = flesh_stress_make_mesh(run->row, plan->quick, &s->mesh);
+  if (status) return status;
+  int nodes = flesh_mesh_node_count(s->mesh);
+  double *v = malloc(sizeof *v * 3 * (size_t)nodes);
+  flesh_stress_run_folder(run, folder);
+  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_stress_outcome_name(run->outcome));
+  for (int k = 0; k < FRAMES && v; k++) {
+    s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
+    s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
+    flesh_state state = {0, s->x[k], v};
+    snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
+             words[k]);
+    snprintf(path, sizeof path, "%s/%s/release/state.txt", plan->out, folder);
+    int found = s->x[k] && s->J[k] && k == FRAMES - 1 && !flesh_state_read(path, nodes, &state);
+    snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[k]);
+    if (!found && (!s->x[k] || !s->J[k] || flesh_state_read(path, nodes, &state))) {
+      free(s->x[k]);
+      s->x[k] = NULL;
+      continue;
+    }
+    flesh_mesh_jacobians(s->mesh, s->x[k], s->J[k], NULL, NULL);
+    double shrunk = centre(run->row, s->mesh, s->x[k]);
+    size_t length = strlen(s->titles[k]);
+    if (shrunk < 1)
+      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.2g)", 1 / shrunk);
+  }
+  free(v);
+  return FLESH_OK;
+}
+
+static void free_strips(int count, strip *strips)
+{
+  for (int c = 0; c < count; c++) {
+    flesh_mesh_destroy(&strips[c].mesh);
+    for (int k = 0; k < FRAMES; k++) free(strips[c].x[k]), free(strips[c].J[k]);
+  }
+  free(strips);
+}
+
+/* The setting that the frames show: the first energy and solver at the largest Poisson's ratio up
+ * to 0.49. */
+static const flesh_stress_setting *shown(const flesh_stress_plan *plan)
+{
+  const flesh_stress_setting *best = &plan->settings[0];
+  for (int s = 1; s < plan->setting_count; s++) {
+    const flesh_stress_setting *other = &plan->settings[s];
+    int same = other->energy == best->energy && other->constants == best->constants &&
+               other->solver == best->solver && other->step == best->step;
+    if (same && other->poisson <= 0.49 && other->poisson > best->poisson) best = other;
+  }
+  return best;
+}
+
+/* A picture per group: start, first step, a tenth of the time, end. */
+static int draw_frames(const flesh_stress_plan *plan, const char *group)
+{
+  const flesh_stress_setting *setting = shown(plan);
+  strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
+  flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
+  int count = 0,
+      status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < plan->run_count && !status; k++) {
+    const flesh_stress_run *r = &plan->runs[k];
+    int first = r->setting->first_poisson && r->row->poisson > 0 &&
+                r->setting->energy == setting->energy && r->setting->solver == setting->solver;
+    if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
+    if (count == plan->case_count) break;
+    status = read_strip(plan, r, &strips[count]);
+    strips[count].body = (flesh_body){.mesh = strips[count].mesh};
+    for (int f = 0; f < FRAMES; f++)
+      panels[FRAMES * count + f] =
+          (flesh_picture_panel){.title = strips[count].titles[f],
+                                .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
+                                .body = &strips[count].body,
+                                .x = strips[count].x[f],
+                                .J = strips[count].J[f]};
+    count++;
+  }
+  if (!status && count) {
+    char path[1700];
+    flesh_picture_options options;
+    flesh_picture_options_default(&options);
+    options.columns = count > 1 ? 2 * FRAMES : FRAMES;
+    options.width = 190;
+    options.height = 130;
+    options.low = 0.5, options.high = 1.5;
+    options.edges = 1;
+    for (int d = 0; d < 3; d++) options.camera.target[d] = 0;
+    options.camera.height = 1.5;
+    snprintf(path, sizeof path, "%s/frames_%s.png", plan->out, group);
+    status = flesh_picture(path, FRAMES * count, panels, &options, NULL);
+  }
+  if (strips) free_strips(plan->case_count, strips);
+  free(panels);
+  return status;
+}
+
+int flesh_stress_draw(const flesh_stress_plan *plan)
+{
+  flesh_plot_outcome outcome = {0};
+  flesh_plot_note(&outcome, draw_matrix(plan));
+  for (int c = 0; c < plan->case_count; c++) {
+    int first = 1;
+    for (int b = 0; b < c; b++) first &= strcmp(plan->cases[b]->group, plan->cases[c]->group) != 0;
+    if (first) flesh_plot_note(&outcome, draw_frames(plan, plan->cases[c]->group));
+  }
+  return flesh_plot_ended(&outcome);
+}

@@ -1,0 +1,300 @@
+/* run.c: runs the cases of the battery, each in its own process with a budget. */
+#include <errno.h>
+#include <math.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "shared/interrupt.h"
+#include "shared/process.h"
+#include "shared/runner.h"
+#include "hardcases/hardcases.h"
+#include "hardcases/end.h"
+#include "hardcases/watch.h"
+
+void flesh_stress_run_folder(const flesh_stress_run *run, char folder[256])
+{
+  const flesh_stress_setting *s = run->setting;
+  char seed[24] = "", constants[16] = "", step[24] = "";
+  if (run->row->flags & FLESH_STRESS_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
+  if (s->constants != FLESH_CONSTANTS_MATCHED)
+    snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
+  if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
+    snprintf(step, sizeof step, "_h%g", s->step);
+  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed,
+           flesh_energy_name(s->energy), constants,
+           run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
+           flesh_stress_solver_name(s->solver));
+}
+
+static double wall_seconds(void)
+{
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Reads a phase's scene with the command line's overrides, which become part of its file, so that
+ * the file alone gives the same run. */
+static int read_phase(const flesh_stress_plan *plan, const char *path, flesh_scene **scene)
+{
+  int count = plan->overrides->count;
+  int status = flesh_scene_read(path, count, plan->overrides->values, scene);
+  return status || !count ? status : flesh_scene_write(*scene, path);
+}
+
+/* Runs a phase into folder/out; returns its status. */
+static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, const char *folder,
+                     const char *name, flesh_stress_watch *watch)
+{
+  char out[1400], path[1500];
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  flesh_stress_figures *f = watch->figures;
+  snprintf(out, sizeof out, "%s/%s", folder, name);
+  snprintf(path, sizeof path, "%s/scene.yaml", folder);
+  const flesh_observer watching = {flesh_stress_watch_observe, watch};
+  const flesh_runner_options options = {.out = out,
+                                        .scene_path = path,
+                                        .max_seconds = plan->max_seconds,
+                                        .no_frames = 1,
+                                        .quiet = 1,
+                                        .observer_count = 1,
+                                        .observers = &watching};
+  flesh_runner_run(scene, &options, &figures, &outcome);
+  f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
+  f->exit_code = outcome.exit_code;
+  f->stressed_rest = figures.stressed_rest;
+  snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
+  f->wall_s += isfinite(figures.wall_s) ? figures.wall_s : 0;
+  f->cpu_s += isfinite(figures.cpu_s) ? figures.cpu_s : 0;
+  flesh_figures_close(&figures);
+  return outcome.status;
+}
+
+/* The shape to come back to: by the phase that is to do so, from rest. NULL: none. */
+static int find_rest(const flesh_stress_plan *plan, const char *folder, flesh_mesh **rest)
+{
+  char file[1400];
+  flesh_scene *last = NULL;
+  const char **values = malloc(sizeof *values * ((size_t)plan->overrides->count + 1));
+  if (!values) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < plan->overrides->count; k++) values[k] = plan->overrides->values[k];
+  values[plan->overrides->count] = "start=null"; /* it is not there yet */
+  snprintf(file, sizeof file, "%s/release.yaml", folder);
+  if (access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
+  int status = flesh_scene_read(file, plan->overrides->count + 1, values, &last);
+  if (!status) flesh_stress_rest_shape(last, flesh_scene_times(last)->end, rest);
+  flesh_scene_destroy(&last);
+  free(values);
+  return status;
+}
+
+static int is_back(const flesh_stress_figures *f)
+{
+  return f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE &&
+         !f->inverted_end;
+}
+
+static int refuse(flesh_stress_figures *f, int status)
+{
+  f->status = status;
+  f->exit_code = flesh_exit_code(status);
+  snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+  return status;
+}
+
+void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run *run,
+                          flesh_stress_figures *f)
+{
+  char folder[256], path[1300], file[1400];
+  flesh_scene *scene = NULL, *release = NULL;
+  flesh_mesh *rest = NULL;
+  flesh_stress_run_folder(run, folder);
+  snprintf(path, sizeof path, "%s/%s", plan->out, folder);
+  int status = flesh_stress_write_scene(plan, run, path);
+  snprintf(file, sizeof file, "%s/scene.yaml", path);
+  if (!status) status = read_phase(plan, file, &scene);
+  if (!status) status = find_rest(plan, path, &rest);
+  flesh_stress_watch watch = {.folder = path, .figures = f};
+  if (!status) status = flesh_stress_watch_open(&watch, flesh_scene_mesh(scene));
+  if (status) {
+    refuse(f, status);
+    goto done;
+  }
+  f->tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
+  f->finite = 1;
+  double end = flesh_scene_times(scene)->end;
+  watch.rest = rest;
+  watch.early = 0.1 * end;
+  status = run_phase(plan, scene, path, "out", &watch);
+  snprintf(file, sizeof file, "%s/release.yaml", path);
+  if (!status && access(file, F_OK) == 0) {
+    status = read_phase(plan, file, &release);
+    if (status) {
+      refuse(f, status);
+      goto done;
+    }
+    end = flesh_scene_times(release)->end;
+    flesh_stress_watch_release(&watch);
+    status = run_phase(plan, release, path, "release", &watch);
+  }
+  flesh_stress_watch_finish(&watch);
+  if (status) goto done;
+  f->rank = flesh_stress_rank(flesh_scene_mesh(scene), watch.last.x);
+  if (!is_back(f) && f->finite)
+    flesh_stress_judge_end(release ? release : scene, end, watch.last.x, rest, f);
+done:
+  flesh_stress_watch_close(&watch);
+  flesh_mesh_destroy(&rest);
+  flesh_scene_destroy(&release);
+  flesh_scene_destroy(&scene);
+}
+
+static flesh_stress_outcome judge(const flesh_stress_run *run)
+{
+  const flesh_stress_figures *f = &run->figures;
+  if (f->crashed_by) return FLESH_STRESS_CRASHED;
+  switch (f->status) {
+  case FLESH_OK:
+    break;
+  case FLESH_ERR_BUDGET:
+    return FLESH_STRESS_BUDGET;
+  case FLESH_NONFINITE:
+  case FLESH_ERR_NONFINITE:
+    return FLESH_STRESS_NONFINITE;
+  case FLESH_ERR_INTERRUPTED:
+    return FLESH_STRESS_NOT_RUN;
+  default:
+    return FLESH_STRESS_STOPPED;
+  }
+  if (!f->finite) return FLESH_STRESS_NONFINITE;
+  if (f->unconverged || f->rises) return FLESH_STRESS_UNCONVERGED;
+  int kept = run->row->flags & FLESH_STRESS_KEPT_EQUILIBRIUM;
+  if (kept && f->rank < 2 && f->end != FLESH_STRESS_END_MOVING) return FLESH_STRESS_EQUILIBRIUM;
+  if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_STRESS_AT_REST : FLESH_STRESS_NOT_RECOVERED;
+  return f->untanglings ? FLESH_STRESS_PUT_BACK : FLESH_STRESS_RECOVERED;
+}
+
+/* What a new process is told. */
+typedef struct task {
+  const flesh_stress_plan *plan;
+  const flesh_stress_run *run;
+} task;
+
+static void work(const void *data, void *result)
+{
+  const task *given = data;
+  flesh_stress_run_one(given->plan, given->run, result);
+}
+
+typedef struct job {
+  flesh_process process;
+  flesh_stress_run *run;
+  double deadline; /* after which it hangs; 0: none */
+} job;
+
+static void collect(job *j)
+{
+  int ended = 0;
+  while (waitpid(j->process.id, &ended, 0) < 0 && errno == EINTR) continue;
+  int crashed = flesh_process_collect(&j->process, ended, &j->run->figures, sizeof j->run->figures);
+  if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
+  if (crashed) {
+    flesh_stress_figures *f = &j->run->figures;
+    f->status = FLESH_ERR_SOLVE;
+    f->exit_code = 1;
+    f->crashed_by = crashed;
+    if (crashed == SIGKILL)
+      snprintf(f->message, sizeof f->message,
+               "killed: no step ended within its time, or something else ended it");
+    else
+      snprintf(f->message, sizeof f->message, "ended by signal %d (%s)", crashed,
+               crashed > 0 ? strsignal(crashed) : "exit");
+  }
+  j->run->outcome = judge(j->run);
+}
+
+static void show_progress(const flesh_stress_plan *plan, int done, const flesh_stress_run *run)
+{
+  char title[80];
+  if (!isatty(STDERR_FILENO)) return;
+  flesh_stress_setting_title(run->setting, title);
+  fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", done, plan->run_count, run->row->name, title,
+          flesh_stress_outcome_name(run->outcome));
+  if (done == plan->run_count) fputs("\r\033[K", stderr);
+  fflush(stderr);
+}
+
+/* Waits until a process has something to say, a signal comes, or one has hung and is ended. */
+static int wait_for_any(int count, job *jobs, struct pollfd *ends)
+{
+  for (int j = 0; j < count; j++)
+    ends[j] =
+        (struct pollfd){.fd = jobs[j].process.id ? jobs[j].process.pipe : -1, .events = POLLIN};
+  int status = FLESH_OK;
+  if (poll(ends, (nfds_t)count, 200) < 0) {
+    if (errno != EINTR) status = flesh_fail(FLESH_ERR_MEMORY, "the runs cannot be waited for: %s", strerror(errno));
+    /* After a failure each is waited for in turn. */
+    for (int j = 0; j < count; j++) ends[j].revents = status && jobs[j].process.id ? POLLHUP : 0;
+  }
+  for (int j = 0; j < count; j++)
+    if (jobs[j].process.id && jobs[j].deadline > 0 && wall_seconds() > jobs[j].deadline)
+      kill(jobs[j].process.id, SIGKILL);
+  return status;
+}
+
+int flesh_stress_run_all(flesh_stress_plan *plan)
+{
+  const int room = plan->jobs;
+  job *jobs = calloc((size_t)room, sizeof *jobs);
+  struct pollfd *ends = calloc((size_t)room, sizeof *ends);
+  int next = 0, running = 0, done = 0, told = 0;
+  int status = jobs && ends ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  while (!(status && !running) && (next < plan->run_count || running)) {
+    int stopping = status || flesh_interrupt_signal();
+    if (!stopping && next < plan->run_count && running < plan->jobs) {
+      int place = 0;
+      while (jobs[place].process.id) place++;
+      job *j = &jobs[place];
+      j->run = &plan->runs[next];
+      /* Two phases, and time to judge the end. */
+      j->deadline = plan->max_seconds > 0 ? wall_seconds() + 3 * plan->max_seconds + 20 : 0;
+      const task given = {plan, j->run};
+      status =
+          flesh_process_start(work, &given, &j->run->figures, sizeof j->run->figures, &j->process);
+      if (!status) next++, running++;
+      else if (running) plan->jobs = running, status = FLESH_OK; /* no more processes can be had */
+      continue;
+    }
+    if (!running) break;
+    /* A signal sent to this process alone is passed on, once; a solve that does not look up is
+     * ended. */
+    for (int j = 0; stopping && !told && j < room; j++)
+      if (jobs[j].process.id) {
+        kill(jobs[j].process.id, SIGTERM);
+        jobs[j].deadline = wall_seconds() + 2;
+      }
+    told |= stopping;
+    int waited = wait_for_any(room, jobs, ends);
+    if (waited && !status) status = waited;
+    for (int j = 0; j < room; j++)
+      if (jobs[j].process.id && ends[j].revents) {
+        collect(&jobs[j]);
+        running--;
+        show_progress(plan, ++done, jobs[j].run);
+      }
+  }
+  free(jobs);
+  free(ends);
+  if (!status && flesh_interrupt_signal())
+    status =
+        flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted after %d of %d runs", done, plan->run_count);
+  return status;
+}

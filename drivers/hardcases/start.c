@@ -1,0 +1,149 @@
+/* start.c: the start states of the hard cases. */
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "hardcases/cases.h"
+
+static double uniform(uint64_t *state) /* splitmix64 (Steele, Lea & Flood 2014); [-1, 1) */
+{
+  uint64_t z = *state += 0x9e3779b97f4a7c15u;
+  z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+  return (double)(int64_t)(z ^ z >> 31) * 0x1p-63;
+}
+
+/* Mean rest length of the edges at every node, into edge [nodes]. */
+static int mean_edges(const flesh_mesh *mesh, double *edge)
+{
+  int nodes = flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  int *count = calloc((size_t)nodes, sizeof *count);
+  if (!count) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int i = 0; i < nodes; i++) edge[i] = 0;
+  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
+    const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)t;
+    for (int a = 0; a < 4; a++)
+      for (int b = 0; b < 4; b++) {
+        const double *p = X + 3 * tet[a], *q = X + 3 * tet[b];
+        if (a == b) continue;
+        edge[tet[a]] += sqrt(pow(p[0] - q[0], 2) + pow(p[1] - q[1], 2) + pow(p[2] - q[2], 2));
+        count[tet[a]]++;
+      }
+  }
+  for (int i = 0; i < nodes; i++) edge[i] /= count[i] ? count[i] : 1;
+  free(count);
+  return FLESH_OK;
+}
+
+/* A node through the opposite face of one of its tets, as far as leaves that tet the only inverted
+ * one. */
+static void invert_one(const flesh_mesh *mesh, double *x)
+{
+  static const double factors[] = {2, 1.5, 1.2, 1.05};
+  const int *tets = flesh_mesh_tets(mesh);
+  for (int f = 0; f < 4; f++)
+    for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
+      for (int corner = 0; corner < 4; corner++) {
+        double kept[3], *moved = x + 3 * tets[4 * t + corner];
+        int inverted;
+        memcpy(kept, moved, sizeof kept);
+        for (int c = 0; c < 3; c++) {
+          double centre = 0;
+          for (int a = 0; a < 4; a++)
+            if (a != corner) centre += x[3 * tets[4 * t + a] + c] / 3;
+          moved[c] += factors[f] * (centre - moved[c]);
+        }
+        flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+        if (inverted == 1) return;
+        memcpy(moved, kept, sizeof kept);
+      }
+}
+
+/* Turns y, z about the middle. */
+static void turn(double *x, const double middle[3], double angle)
+{
+  double y = x[1] - middle[1], z = x[2] - middle[2];
+  x[1] = middle[1] + cos(angle) * y - sin(angle) * z;
+  x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
+}
+
+int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed,
+                            double step, flesh_state *state)
+{
+  const double pi = acos(-1);
+  int nodes = flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *edge = malloc(sizeof *edge * (size_t)nodes), middle[3];
+  flesh_mesh_info info;
+  if (!edge) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = mean_edges(mesh, edge);
+  flesh_mesh_inspect(mesh, &info);
+  for (int c = 0; c < 3; c++) middle[c] = 0.5 * (info.low[c] + info.high[c]);
+  double length = info.high[0] - info.low[0], amount = row->amount;
+  uint64_t random = (uint64_t)seed * 0x632be59bd9b4e019u;
+  state->t = 0;
+  memcpy(state->x, X, sizeof(double) * 3 * (size_t)nodes);
+  memset(state->v, 0, sizeof(double) * 3 * (size_t)nodes);
+  for (int i = 0; i < nodes && !status; i++) {
+    double *x = state->x + 3 * i, *v = state->v + 3 * i, u[3];
+    for (int c = 0; c < 3; c++) u[c] = uniform(&random);
+    switch (row->start) {
+    case FLESH_STRESS_REST:
+    case FLESH_STRESS_INVERT_ONE:
+      break;
+    case FLESH_STRESS_SCRAMBLE_ONE:
+      for (int c = 0; c < 3 && X[3 * i] > 0.1; c++)
+        x[c] = c ? middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]) : 0.15 + 0.05 * u[c];
+      break;
+    case FLESH_STRESS_SCRAMBLE:
+      for (int c = 0; c < 3; c++) x[c] = middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]);
+      break;
+    case FLESH_STRESS_JITTER:
+      for (int c = 0; c < 3; c++) x[c] += amount * edge[i] * u[c];
+      break;
+    case FLESH_STRESS_PLANE:
+      x[2] = middle[2] + amount * length * u[2];
+      break;
+    case FLESH_STRESS_LINE:
+      for (int c = 1; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
+      break;
+    case FLESH_STRESS_POINT:
+      for (int c = 0; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
+      break;
+    case FLESH_STRESS_MIRROR:
+      x[0] = 2 * middle[0] - x[0];
+      break;
+    case FLESH_STRESS_SCALE_X:
+      x[0] *= amount;
+      break;
+    case FLESH_STRESS_SCALE_ALL:
+      for (int c = 0; c < 3; c++)
+        x[c] = middle[c] * (c > 0) + amount * (x[c] - middle[c] * (c > 0));
+      break;
+    case FLESH_STRESS_TWIST:
+      turn(x, middle, 2 * pi * amount * x[0] / length);
+      break;
+    case FLESH_STRESS_SHEAR:
+      x[2] += amount * x[0];
+      break;
+    case FLESH_STRESS_STRETCH_TWIST:
+      turn(x, middle, pi * x[0] / length);
+      x[0] *= amount;
+      break;
+    case FLESH_STRESS_SPIN:
+      v[0] = -2 * pi * amount / step * (x[1] - middle[1]);
+      v[1] = 2 * pi * amount / step * (x[0] - middle[0]);
+      break;
+    case FLESH_STRESS_FLY:
+      x[0] -= amount;
+      v[0] = 100;
+      break;
+    }
+  }
+  if (!status && row->start == FLESH_STRESS_INVERT_ONE) invert_one(mesh, state->x);
+  free(edge);
+  return status;
+}

@@ -1,0 +1,279 @@
+/* table.c: the battery's result as stress.csv and in words. */
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "flesh/status.h"
+#include "base/file.h"
+#include "hardcases/hardcases.h"
+
+const char *flesh_stress_solver_name(flesh_stress_solver solver)
+{
+  static const char *const names[] = {
+      [FLESH_STRESS_DEFAULT] = "default",
+      [FLESH_STRESS_KINSOL] = "kinsol-line-search",
+      [FLESH_STRESS_PLAIN] = "plain",
+      [FLESH_STRESS_ALWAYS_PROJECTED] = "always-projected",
+      [FLESH_STRESS_NEVER_PROJECTED] = "never-projected",
+      [FLESH_STRESS_CLAMPED] = "clamped",
+      [FLESH_STRESS_ABSOLUTE] = "absolute",
+      [FLESH_STRESS_TRUST_REGION] = "trust-region",
+      [FLESH_STRESS_NO_UNTANGLING] = "no-untangling"};
+  static_assert(sizeof names / sizeof *names == FLESH_STRESS_SOLVERS, "a name of every solver");
+  return names[solver];
+}
+
+const char *flesh_stress_outcome_name(flesh_stress_outcome outcome)
+{
+  static const char *const names[] = {
+      [FLESH_STRESS_RECOVERED] = "recovered",     [FLESH_STRESS_PUT_BACK] = "put back",
+      [FLESH_STRESS_EQUILIBRIUM] = "equilibrium", [FLESH_STRESS_AT_REST] = "at rest, stressed",
+      [FLESH_STRESS_NOT_RECOVERED] = "not recovered",
+      [FLESH_STRESS_UNCONVERGED] = "unconverged", [FLESH_STRESS_STOPPED] = "stopped",
+      [FLESH_STRESS_BUDGET] = "out of budget",    [FLESH_STRESS_NONFINITE] = "non-finite",
+      [FLESH_STRESS_CRASHED] = "crashed or hung", [FLESH_STRESS_NOT_RUN] = "not run"};
+  static_assert(sizeof names / sizeof *names == FLESH_STRESS_OUTCOMES, "a name of every outcome");
+  return names[outcome];
+}
+
+const char *flesh_stress_end_name(flesh_stress_end end)
+{
+  static const char *const names[] = {[FLESH_STRESS_END_UNKNOWN] = "",
+                                                       [FLESH_STRESS_END_MINIMUM] = "minimum",
+                                                       [FLESH_STRESS_END_DEGENERATE] = "degenerate",
+                                                       [FLESH_STRESS_END_SADDLE] = "saddle",
+                                                       [FLESH_STRESS_END_UNTANGLES] = "untangles",
+                                                       [FLESH_STRESS_END_MOVING] =
+                                                           "no equilibrium found"};
+  static_assert(sizeof names / sizeof *names == FLESH_STRESS_ENDS, "a name of every end");
+  return names[end];
+}
+
+void flesh_stress_setting_title(const flesh_stress_setting *s, char title[80])
+{
+  char constants[16] = "", step[32] = "";
+  if (s->constants != FLESH_CONSTANTS_MATCHED)
+    snprintf(constants, sizeof constants, " %s", flesh_constants_name(s->constants));
+  if (fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, " h=%g", s->step);
+  snprintf(title, 80, "%s%s %g%s %s", flesh_energy_name(s->energy), constants, s->poisson, step,
+           flesh_stress_solver_name(s->solver));
+}
+
+/* A CSV field: empty for NaN. */
+static void field(FILE *stream, double value)
+{
+  putc(',', stream);
+  if (!isnan(value)) flesh_number_print(stream, value);
+}
+
+static void quoted(FILE *stream, const char *text)
+{
+  fputs(",\"", stream);
+  for (; *text; text++) {
+    if (*text == '"') putc('"', stream);
+    putc(*text == '\n' ? ' ' : *text, stream);
+  }
+  putc('"', stream);
+}
+
+int flesh_stress_write_csv(const flesh_stress_plan *plan)
+{
+  static const char *const ranks[] = {"point", "line", "plane", "body"};
+  char path[1400], folder[256];
+  flesh_file file;
+  snprintf(path, sizeof path, "%s/stress.csv", plan->out);
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  fputs("case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,"
+        "solves,"
+        "retried,unconverged,at_rounding,untanglings,untangled_nodes,potential_rises,potential_"
+        "checked,worst_rise,finite,max_inverted,"
+        "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
+        "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
+        "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,folder,message\n",
+        stream);
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_stress_run *r = &plan->runs[k];
+    const flesh_stress_figures *f = &r->figures;
+    const flesh_stress_setting *s = r->setting;
+    flesh_stress_run_folder(r, folder);
+    fprintf(stream, "%s,%s,%d,%s,%s,%g", r->row->name, r->row->group, r->seed,
+            flesh_energy_name(s->energy), flesh_constants_name(s->constants),
+            r->row->poisson > 0 ? r->row->poisson : s->poisson);
+    field(stream, r->row->flags & FLESH_STRESS_STATIC ? NAN
+                  : r->row->step > 0                  ? r->row->step
+                                                      : s->step);
+    fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%ld",
+            flesh_stress_solver_name(s->solver), f->tets, flesh_stress_outcome_name(r->outcome),
+            flesh_status_name(f->status), f->exit_code, f->steps, f->solves, f->retried,
+            f->unconverged, f->at_rounding, f->untanglings, f->untangled_nodes, f->rises,
+            f->rises_checked);
+    field(stream, f->worst_rise);
+    fprintf(stream, ",%d,%d,%d", f->finite, f->max_inverted, f->inverted_end);
+    field(stream, f->distance);
+    field(stream, f->volume_error);
+    field(stream, f->recovered_at);
+    fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_stress_end_name(f->end));
+    field(stream, f->gradient);
+    field(stream, f->smallest_eigenvalue);
+    fprintf(stream, ",%d,%ld,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
+            f->direct, f->projections, f->backtracks);
+    field(stream, f->newton_ratio);
+    field(stream, f->time_ratio);
+    field(stream, f->wall_s);
+    field(stream, f->cpu_s);
+    field(stream, f->simulated_s);
+    field(stream, f->stressed_rest);
+    fprintf(stream, ",%s", folder);
+    quoted(stream, f->message);
+    putc('\n', stream);
+  }
+  return flesh_file_commit(&file);
+}
+
+/* Writes to both streams. */
+#define SAY(...)                                                                                   \
+  do {                                                                                             \
+    printf(__VA_ARGS__);                                                                           \
+    fprintf(stream, __VA_ARGS__);                                                                  \
+  } while (0)
+
+/* Whether S and E promise that this run comes back (see `flesh stress --help`). */
+static int is_promised(const flesh_stress_run *r)
+{
+  const flesh_stress_setting *s = r->setting;
+  double poisson = r->row->poisson > 0 ? r->row->poisson : s->poisson;
+  if (s->energy != FLESH_ENERGY_S && s->energy != FLESH_ENERGY_E) return 0;
+  if (s->solver != FLESH_STRESS_DEFAULT) return 0;
+  return poisson < 0.4951 || !(r->row->flags & FLESH_STRESS_HARDEST);
+}
+
+static int is_good(const flesh_stress_run *r) { return r->outcome <= FLESH_STRESS_EQUILIBRIUM; }
+
+static int is_failed(const flesh_stress_run *r)
+{
+  return !is_good(r) && r->outcome != FLESH_STRESS_NOT_RUN;
+}
+
+static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream)
+{
+  int counts[FLESH_STRESS_OUTCOMES] = {0}, total = 0;
+  long newton = 0, retried = 0, rises = 0;
+  double seconds = 0;
+  char title[80];
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_stress_run *r = &plan->runs[k];
+    if (r->setting != &plan->settings[setting]) continue;
+    counts[r->outcome]++;
+    total++;
+    newton += r->figures.newton;
+    retried += r->figures.retried;
+    rises += r->figures.rises;
+    seconds += isnan(r->figures.wall_s) ? 0 : r->figures.cpu_s;
+  }
+  flesh_stress_setting_title(&plan->settings[setting], title);
+  SAY("  %-28s %3d of %d", title,
+      counts[FLESH_STRESS_RECOVERED] + counts[FLESH_STRESS_PUT_BACK] +
+          counts[FLESH_STRESS_EQUILIBRIUM],
+      total);
+  if (counts[FLESH_STRESS_PUT_BACK]) SAY(" (%d of them put back)", counts[FLESH_STRESS_PUT_BACK]);
+  for (int o = FLESH_STRESS_AT_REST; o < FLESH_STRESS_OUTCOMES; o++)
+    if (counts[o]) SAY(", %d %s", counts[o], flesh_stress_outcome_name((flesh_stress_outcome)o));
+  SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
+  if (rises) SAY("; the incremental potential rose %ld times", rises);
+  SAY("\n");
+}
+
+static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FILE *stream)
+{
+  const flesh_stress_figures *f = &r->figures;
+  char folder[256], title[80];
+  flesh_stress_run_folder(r, folder);
+  flesh_stress_setting_title(r->setting, title);
+  SAY("  %s, %s", r->row->name, title);
+  if (r->row->flags & FLESH_STRESS_RANDOM) SAY(", seed %d", r->seed);
+  SAY(": %s", flesh_stress_outcome_name(r->outcome));
+  if (r->outcome == FLESH_STRESS_UNCONVERGED)
+    SAY(" (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
+        f->rises, f->worst_rise);
+  if (f->stressed_rest > 0) SAY(", %.4g J of strain energy that no load holds", f->stressed_rest);
+  if (r->outcome == FLESH_STRESS_AT_REST || r->outcome == FLESH_STRESS_NOT_RECOVERED ||
+      r->outcome == FLESH_STRESS_UNCONVERGED) {
+    if (isnan(f->distance)) SAY(", this form has no rest shape");
+    else
+      SAY(", %.2g of the length from rest, volume off by %.2g, %d tets inverted", f->distance,
+          f->volume_error, f->inverted_end);
+    if (f->end == FLESH_STRESS_END_MINIMUM)
+      SAY("; a true local minimum (smallest eigenvalue %.2g N/m)", f->smallest_eigenvalue);
+    else if (f->end == FLESH_STRESS_END_SADDLE)
+      SAY("; a saddle (%d negative eigenvalues)", f->negative_eigenvalues);
+    else if (f->end == FLESH_STRESS_END_UNTANGLES)
+      SAY("; a static solve from there leads back to rest");
+    else if (f->end) SAY("; %s", flesh_stress_end_name(f->end));
+  }
+  if (*f->message) SAY(": %s", f->message);
+  SAY("\n      flesh run %s/%s/scene.yaml\n", plan->out, folder);
+}
+
+static int compare_cost(const void *a, const void *b)
+{
+  double p = (*(const flesh_stress_run *const *)a)->figures.cpu_s;
+  double q = (*(const flesh_stress_run *const *)b)->figures.cpu_s;
+  return (p < q) - (p > q);
+}
+
+/* The runs that took longest, and the worst single steps. */
+static void say_slowest(const flesh_stress_plan *plan, FILE *stream)
+{
+  const flesh_stress_run **order = malloc(sizeof *order * (size_t)(plan->run_count + 1));
+  int count = 0;
+  if (!order) return;
+  for (int k = 0; k < plan->run_count; k++) order[count++] = &plan->runs[k];
+  qsort(order, (size_t)count, sizeof *order, compare_cost);
+  SAY("\nThe slowest runs (CPU)\n");
+  for (int k = 0; k < count && k < 10; k++) {
+    const flesh_stress_figures *f = &order[k]->figures;
+    char title[80];
+    flesh_stress_setting_title(order[k]->setting, title);
+    SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
+    if (isfinite(f->newton_ratio)) SAY(", worst step %.3g times the median", f->newton_ratio);
+    SAY("\n");
+  }
+  free(order);
+}
+
+int flesh_stress_write_verdict(const flesh_stress_plan *plan)
+{
+  char path[1400];
+  flesh_file file;
+  snprintf(path, sizeof path, "%s/verdict.txt", plan->out);
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  SAY("\nBack at rest, or the equilibrium that was to be kept\n");
+  for (int s = 0; s < plan->setting_count; s++) say_setting(plan, s, stream);
+  int promised = 0, broken = 0;
+  for (int k = 0; k < plan->run_count; k++) {
+    promised += is_promised(&plan->runs[k]) && plan->runs[k].outcome != FLESH_STRESS_NOT_RUN;
+    broken += is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
+  }
+  SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "
+      "point): %d of %d "
+      "do%s\n",
+      promised - broken, promised, broken ? "; these do not:" : ".");
+  for (int k = 0; k < plan->run_count; k++)
+    if (is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
+      say_run(plan, &plan->runs[k], stream);
+  int others = 0;
+  for (int k = 0; k < plan->run_count; k++)
+    others += !is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
+  if (others) SAY("\nThe others that do not: %d\n", others);
+  for (int k = 0; k < plan->run_count; k++)
+    if (!is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
+      say_run(plan, &plan->runs[k], stream);
+  say_slowest(plan, stream);
+  return flesh_file_commit(&file);
+}

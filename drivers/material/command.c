@@ -1,0 +1,280 @@
+/* command.c: `flesh material` tabulates and draws the energies along stretch, scaling,
+ * flattening, shear and rotation, and says in words how each rests and where it breaks. */
+#include "material/command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "material/curves.h"
+#include "shared/options.h"
+#include "shared/output.h"
+#include "material/form.h"
+
+static const char details[] =
+    "Writes into DIR: material.csv (energies in J/m^3, stresses and smallest eigenvalues in Pa; a\n"
+    "field is empty where the energy has no value) and a picture per deformation, PATH.png, drawn\n"
+    "by PATH.gp. The constants are those of small strain, E and nu or mu and lambda. Matched\n"
+    "constants reproduce them; forms that are stressed at rest and cannot are then shown raw, and\n"
+    "as_e (with E's constants) as well where they take it.\n";
+
+typedef struct request {
+  const char *out, *energies, *constants_name;
+  double young, poisson, mu, lambda; /* NaN where not given */
+  flesh_constants constants;
+  int chosen[FLESH_ENERGY_COUNT];
+} request;
+
+/* ---- what is asked for ---- */
+
+static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
+{
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) chosen[e] = !list;
+  for (const char *at = list; at;) {
+    size_t length = strcspn(at, ",");
+    char name[16];
+    flesh_energy energy;
+    snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), at);
+    int status = flesh_energy_from_name(name, &energy);
+    if (status) return flesh_fail_within(status, "--energies: ");
+    chosen[energy] = 1;
+    at = at[length] ? at + length + 1 : NULL;
+  }
+  return FLESH_OK;
+}
+
+static int make_material(const request *r, flesh_energy energy, flesh_constants constants,
+                         flesh_material *material)
+{
+  return isnan(r->mu) ? flesh_material_from_young(energy, constants, r->young, r->poisson, material)
+                      : flesh_material_from_lame(energy, constants, r->mu, r->lambda, material);
+}
+
+static int complete(request *r)
+{
+  if (!r->out || !*r->out)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--out is missing; it must name a folder for the table and the pictures");
+  int status = read_energies(r->energies, r->chosen);
+  if (status) return status;
+  r->constants = FLESH_CONSTANTS_MATCHED;
+  if (r->constants_name && (flesh_constants_from_name(r->constants_name, &r->constants) ||
+                            r->constants == FLESH_CONSTANTS_AS_E))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--constants is '%s'; it must be raw or matched",
+                      r->constants_name);
+  int lame = !isnan(r->mu) + !isnan(r->lambda), young = !isnan(r->young) + !isnan(r->poisson);
+  if (lame && young)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "--mu, --lambda and --young, --poisson were both given; choose one pair");
+  if (lame == 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is missing; --mu and --lambda go together",
+                      isnan(r->mu) ? "mu" : "lambda");
+  if (isnan(r->young)) r->young = 1e5;
+  if (isnan(r->poisson)) r->poisson = 0.45;
+  if (lame) r->young = r->poisson = NAN;
+  /* What no form takes is said once; E and M have no limits of their own. */
+  flesh_material any;
+  int matched = r->constants == FLESH_CONSTANTS_MATCHED;
+  return make_material(r, matched ? FLESH_ENERGY_E : FLESH_ENERGY_M, r->constants, &any);
+}
+
+static void add_curve(const request *r, flesh_energy energy, flesh_constants constants,
+                      flesh_curves *all)
+{
+  static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  flesh_curve *curve = &all->curves[all->count];
+  snprintf(curve->label, sizeof curve->label, "%s %s", flesh_energy_name(energy),
+           flesh_constants_name(constants));
+  int status = make_material(r, energy, constants, &curve->material);
+  if (!status) {
+    status = flesh_material_energy(&curve->material, identity, &curve->rest_value);
+    if (status) flesh_fail(status, "its energy at rest is too large for a number");
+  }
+  if (status)
+    fprintf(stderr, "flesh material: %s is left out: %s\n", curve->label, flesh_error_text());
+  else all->count++;
+}
+
+static int make_curves(const request *r, flesh_curves *all)
+{
+  *all = (flesh_curves){.mu = r->mu, .lambda = r->lambda, .young = r->young, .poisson = r->poisson};
+  if (isnan(r->mu)) {
+    all->mu = r->young / (2 * (1 + r->poisson));
+    all->lambda = r->young * r->poisson / ((1 + r->poisson) * (1 - 2 * r->poisson));
+  }
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
+    if (!r->chosen[e]) continue;
+    flesh_energy energy = (flesh_energy)e;
+    add_curve(r, energy, flesh_form_takes(energy, r->constants) ? r->constants : FLESH_CONSTANTS_RAW, all);
+    if (flesh_form_takes(energy, FLESH_CONSTANTS_AS_E) && r->constants == FLESH_CONSTANTS_MATCHED)
+      add_curve(r, energy, FLESH_CONSTANTS_AS_E, all);
+  }
+  return all->count ? FLESH_OK
+                    : flesh_fail(FLESH_ERR_ARGUMENT, "no energy is left to show; other constants "
+                                                     "or --energies would leave some");
+}
+
+/* ---- words ---- */
+
+static double flat_eigenvalue(const flesh_curve *curve, double thickness)
+{
+  double energy, q[FLESH_CURVE_QUANTITIES];
+  flesh_curve_sample(curve, &flesh_paths[FLESH_PATH_FLATTEN], thickness, &energy, q);
+  return q[2];
+}
+
+/* The thickness below 1 at which the smallest eigenvalue first turns negative under flattening; NaN
+ * when it stays positive as long as the energy has a value. */
+static double softening(const flesh_curve *curve)
+{
+  double above = 1, limit = -1e-12 * curve->material.mu;
+  for (int k = 0; k <= FLESH_CURVE_STEPS; k++) {
+    double below = 1 - 2. * k / FLESH_CURVE_STEPS, value = flat_eigenvalue(curve, below);
+    if (isnan(value)) return NAN;
+    if (value < limit) {
+      for (int n = 0; n < 40; n++) {
+        double middle = 0.5 * (above + below);
+        if (flat_eigenvalue(curve, middle) < limit) below = middle;
+        else above = middle;
+      }
+      return above;
+    }
+    above = below;
+  }
+  return NAN;
+}
+
+static void describe(const flesh_curve *curve)
+{
+  static const double nothing[9] = {0}, mirror[9] = {1, 0, 0, 0, 1, 0, 0, 0, -1},
+                      flat[9] = {1, 0, 0, 0, 1, 0, 0, 0, 0};
+  const flesh_material *m = &curve->material;
+  double mu, lambda, stress, ratio, P[9], values[9], vectors[81];
+  flesh_material_small_strain(m, &mu, &lambda, &stress);
+  printf("%-12s mu %.6g Pa, lambda %.6g Pa", curve->label, m->mu, m->lambda);
+  if (m->alpha != 1) printf(", alpha %.6g", m->alpha);
+  printf("\n             at rest: ");
+  if (fabs(stress) <= 1e-12 * m->mu)
+    printf("no stress; small strain mu %.6g, lambda %.6g Pa", mu, lambda);
+  else printf("stress %.6g Pa", stress);
+  if (flesh_material_rest_ratio(m, &ratio)) printf("; a free body has no rest volume");
+  else printf("; a free body rests at %.6g of its volume", ratio);
+  printf("\n             beyond: ");
+  int inverts = !flesh_material_stress(m, mirror, P);
+  double soft = softening(curve);
+  printf(inverts ? "never undefined" : "undefined for J <= 0");
+  if (!flesh_material_stress(m, flat, P)) printf("; pressed flat by %.6g Pa", 0 - P[8]);
+  else printf("; pressing it flat takes ever more");
+  if (flat_eigenvalue(curve, 1) < -1e-12 * m->mu)
+    printf("; its Hessian is indefinite already at rest");
+  else if (isnan(soft)) printf("; flattening keeps its Hessian definite");
+  else if (soft > 0.999) printf("; the least flattening makes its Hessian indefinite");
+  else printf("; its Hessian is indefinite below thickness %.4g", soft);
+  if (!flesh_material_eigen(m, nothing, values, vectors)) {
+    double smallest = values[0];
+    for (int k = 1; k < 9; k++) smallest = fmin(smallest, values[k]);
+    printf(smallest > 0 ? "; F = 0 is a local minimum"
+                        : "; F = 0 is an equilibrium of zero stiffness");
+  }
+  printf("\n");
+}
+
+/* ---- the table ---- */
+
+static void put_number(FILE *stream, double value)
+{
+  fputc(',', stream);
+  if (isfinite(value)) flesh_number_print(stream, value);
+}
+
+static void put_curve(FILE *stream, const flesh_path *path, const flesh_curve *curve)
+{
+  const flesh_material *m = &curve->material;
+  for (int k = 0; k <= FLESH_CURVE_STEPS; k++) {
+    double energy, q[FLESH_CURVE_QUANTITIES], s = flesh_path_parameter(path, k);
+    flesh_curve_sample(curve, path, s, &energy, q);
+    fprintf(stream, "%s,%.6g,%s,%s", path->name, s, flesh_energy_name(m->energy),
+            flesh_constants_name(m->constants));
+    put_number(stream, m->mu);
+    put_number(stream, m->lambda);
+    put_number(stream, energy);
+    for (int n = 0; n < FLESH_CURVE_QUANTITIES; n++) put_number(stream, q[n]);
+    fputc('\n', stream);
+  }
+}
+
+static int write_table(const char *folder, const flesh_curves *all)
+{
+  char *name = malloc(strlen(folder) + sizeof "/material.csv");
+  flesh_file file;
+  if (!name) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sprintf(name, "%s/material.csv", folder);
+  int status = flesh_file_open(name, &file);
+  free(name);
+  if (status) return status;
+  fputs("path,parameter,energy,constants,mu,lambda,psi,psi_minus_rest,stress,"
+        "smallest_eigenvalue\n",
+        file.stream);
+  for (int p = 0; p < FLESH_PATHS; p++)
+    for (int c = 0; c < all->count; c++) put_curve(file.stream, &flesh_paths[p], &all->curves[c]);
+  return flesh_file_commit(&file);
+}
+
+static int write_and_draw(const request *r, const flesh_curves *all)
+{
+  int status = write_table(r->out, all);
+  if (status) return status;
+  printf("Given: mu %.6g Pa, lambda %.6g Pa", all->mu, all->lambda);
+  if (!isnan(all->young)) printf(" (E %.6g Pa, nu %.15g)", all->young, all->poisson);
+  printf("\n");
+  for (int c = 0; c < all->count; c++) describe(&all->curves[c]);
+  printf("Table: %s/material.csv\n", r->out);
+  fflush(stdout);
+  for (int p = 0; p < FLESH_PATHS; p++) { /* without gnuplot the scripts are left for later */
+    int drawn = flesh_curves_draw(r->out, &flesh_paths[p], all);
+    if (!status) status = drawn;
+  }
+  if (status) return status;
+  printf("Pictures:");
+  for (int p = 0; p < FLESH_PATHS; p++) printf(" %s/%s.png", r->out, flesh_paths[p].name);
+  printf("\n");
+  return FLESH_OK;
+}
+
+static int compare(const request *r)
+{
+  flesh_curves all;
+  flesh_folder_claim claim = {.descriptor = -1};
+  int status = make_curves(r, &all);
+  if (!status) status = flesh_output_claim(r->out, "material", &claim);
+  if (!status) status = write_and_draw(r, &all);
+  flesh_folder_claim_release(&claim);
+  return status;
+}
+
+/* ",Neo,A,...S" for --help. */
+#define FORM_OF(NAME, name, text, ...) "," text
+
+int flesh_command_material(int argc, char **argv)
+{
+  request r = {.young = NAN, .poisson = NAN, .mu = NAN, .lambda = NAN};
+  const flesh_option rows[] = {
+      {"out", "DIR", FLESH_OPTION_TEXT, &r.out, "folder of the table and the pictures (required)"},
+      {"energies", "LIST", FLESH_OPTION_TEXT, &r.energies, &(FLESH_FORM_LIST(FORM_OF) " (default all)")[1]},
+      {"young", "E", FLESH_OPTION_POSITIVE, &r.young, "Young's modulus, Pa (default 1e5)"},
+      {"poisson", "NU", FLESH_OPTION_NUMBER, &r.poisson, "Poisson's ratio (default 0.45)"},
+      {"mu", "MU", FLESH_OPTION_POSITIVE, &r.mu, "shear modulus instead, Pa; with --lambda"},
+      {"lambda", "LAMBDA", FLESH_OPTION_NUMBER, &r.lambda, "first Lame constant, Pa; with --mu"},
+      {"constants", "KIND", FLESH_OPTION_TEXT, &r.constants_name, "matched (default) or raw"},
+      {0}};
+  const flesh_usage usage = {
+      "material", "", "Compares the energies along simple deformations.", details, 0, 0, rows};
+  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  int status = complete(&r);
+  if (!status) status = compare(&r);
+  return status ? flesh_command_fail("material", status) : 0;
+}

@@ -1,0 +1,57 @@
+/* curves.h: the energies of `flesh material` along simple deformations. */
+#ifndef FLESH_MATERIAL_CURVES_H
+#define FLESH_MATERIAL_CURVES_H
+
+#include "flesh/material.h"
+
+enum {
+  FLESH_CURVES_MAX = 2 * FLESH_ENERGY_COUNT, /* some stand twice, as D raw and as_e */
+  FLESH_CURVE_STEPS = 300,
+  FLESH_CURVE_QUANTITIES = 3, /* energy above rest [J/m^3], stress, smallest eigenvalue [Pa] */
+  FLESH_PATHS = 5
+};
+
+/* One energy with one kind of constants: a curve in every picture. */
+typedef struct flesh_curve {
+  flesh_material material;
+  char label[32]; /* "D raw" */
+  double rest_value;
+} flesh_curve;
+
+/* A deformation F(s) for s from `start` to `end`. */
+typedef struct flesh_path {
+  const char *name, *title, *parameter, *stress; /* the last three as gnuplot writes them */
+  double start, end;
+  void (*at)(double s, double F[9]);
+  int row, column; /* of the stress shown; -1 for |P| */
+} flesh_path;
+
+typedef enum flesh_path_index {
+  FLESH_PATH_STRETCH,
+  FLESH_PATH_SCALE,
+  FLESH_PATH_FLATTEN,
+  FLESH_PATH_SHEAR,
+  FLESH_PATH_ROTATION
+} flesh_path_index;
+extern const flesh_path flesh_paths[FLESH_PATHS];
+
+/* The parameter of sample k, 0 to FLESH_CURVE_STEPS. */
+double flesh_path_parameter(const flesh_path *path, int k);
+
+/* The curve's quantities at parameter s, and its energy [J/m^3] in *energy; NaN where it has none.
+ */
+void flesh_curve_sample(const flesh_curve *curve, const flesh_path *path, double s, double *energy,
+                        double quantities[FLESH_CURVE_QUANTITIES]);
+
+/* What to draw the curves with. */
+typedef struct flesh_curves {
+  int count;
+  flesh_curve curves[FLESH_CURVES_MAX];
+  double mu, lambda;     /* the small-strain constants given, Pa */
+  double young, poisson; /* NaN when given by mu and lambda */
+} flesh_curves;
+
+/* Writes PATH.gp into `folder`, which draws PATH.png from its material.csv, and draws it. */
+int flesh_curves_draw(const char *folder, const flesh_path *path, const flesh_curves *all);
+
+#endif

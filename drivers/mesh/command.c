@@ -1,0 +1,299 @@
+/* command.c: `flesh mesh info|convert|box`. */
+#include "mesh/command.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "flesh/mesh.h"
+#include "flesh/surface.h"
+#include "mesh/inspect.h"
+#include "shared/options.h"
+#include "shared/output.h"
+
+static const char formats[] =
+    "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+    "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
+    ".msh (Gmsh 4.1 binary), .mesh (Medit).\n";
+
+static const flesh_option no_options[] = {{.name = NULL}};
+
+static void show_range(const char *name, double low, double high)
+{
+  printf("  %-14s %-14.8g to %.8g\n", name, low, high);
+}
+
+static void show_regions(const flesh_mesh *mesh)
+{
+  enum { SHOWN = 20 };
+  int *tags, count = flesh_mesh_region_list(mesh, &tags);
+  const int *regions = flesh_mesh_regions(mesh);
+  const double *volumes = flesh_mesh_tet_volumes(mesh);
+  for (int r = 0; r < count && r < SHOWN; r++) {
+    int tets = 0;
+    double volume = 0;
+    for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
+      if (regions[t] == tags[r]) tets++, volume += volumes[t];
+    printf("    region %-5d  %d tet%s, %.8g m^3\n", tags[r], tets, tets == 1 ? "" : "s", volume);
+  }
+  if (count > SHOWN) printf("    ... and %d more\n", count - SHOWN);
+  free(tags);
+}
+
+static void show_histogram(const flesh_mesh *mesh)
+{
+  static const double bounds[] = {0,   0.001, 0.01, 0.05, 0.1, 0.2, 0.3,
+                                  0.4, 0.5,   0.6,  0.7,  0.8, 0.9, 1};
+  enum { BINS = sizeof bounds / sizeof *bounds - 1, WIDTH = 40 };
+  int count[BINS] = {0}, most = 1, tets = flesh_mesh_tet_count(mesh);
+  for (int t = 0; t < tets; t++) {
+    double ratio = flesh_mesh_radius_ratio(mesh, t);
+    int bin = 0;
+    while (bin < BINS - 1 && ratio >= bounds[bin + 1]) bin++;
+    if (++count[bin] > most) most = count[bin];
+  }
+  for (int b = 0; b < BINS; b++) {
+    /* The bad tets' bins are shown only when they hold some. */
+    if (!count[b] && bounds[b] < 0.1) continue;
+    printf("    %5g to %-5g %9d %5.1f %%", bounds[b], bounds[b + 1], count[b],
+           100.0 * count[b] / tets);
+    int length = (int)ceil((double)count[b] * WIDTH / most);
+    if (length) fputs("  ", stdout);
+    for (int i = 0; i < length; i++) putchar('#');
+    putchar('\n');
+  }
+}
+
+static void show(const flesh_mesh *mesh, const char *path)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  const double *x = flesh_mesh_positions(mesh);
+  printf("%s\n", path);
+  printf("  %-14s %d", "nodes", info.nodes);
+  if (info.unused_nodes) {
+    int first = 0;
+    while (flesh_mesh_node_used(mesh)[first]) first++;
+    printf(" (%d used by no tet, the first is %d)", info.unused_nodes, first);
+  }
+  printf("\n  %-14s %d", "tets", info.tets);
+  if (info.flipped) printf(" (%d inverted in the file, flipped)", info.flipped);
+  printf("\n  %-14s %d triangles\n", "surface", info.triangles);
+  printf("  %-14s %d\n", "regions", info.regions);
+  show_regions(mesh);
+  printf("  %-14s %.8g m^3\n", "volume", info.volume);
+  for (int d = 0; d < 3; d++) {
+    char name[] = {(char)('x' + d), ' ', '[', 'm', ']', 0};
+    show_range(name, info.low[d], info.high[d]);
+  }
+  show_range("edge [m]", info.edge_min, info.edge_max);
+  printf("  %-14s %.8g\n", "edge mean [m]", info.edge_mean);
+  printf("  %-14s %.4g at least, %.4g on average\n", "radius ratio", info.radius_ratio_min,
+         info.radius_ratio_mean);
+  show_histogram(mesh);
+  const int *worst = flesh_mesh_tets(mesh) + 4 * (size_t)info.worst_tet;
+  double centre[3] = {0};
+  for (int i = 0; i < 4; i++)
+    for (int d = 0; d < 3; d++) centre[d] += x[3 * (size_t)worst[i] + d] / 4;
+  printf("  %-14s %d, nodes %d %d %d %d, centre (%.6g, %.6g, %.6g)\n", "worst tet", info.worst_tet,
+         worst[0], worst[1], worst[2], worst[3], centre[0], centre[1], centre[2]);
+}
+
+static int command_info(int argc, char **argv)
+{
+  static const flesh_usage usage = {
+      .command = "mesh info",
+      .positionals = "FILE...",
+      .summary = "Shows counts, sizes and quality of tetrahedral meshes.",
+      .details =
+          "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
+          "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
+          "edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
+          "tet, 0 for a flat one; as a histogram and with the worst tet's place. Lengths are\n"
+          "metres; indices count from 0.\n",
+      .positional_min = 1,
+      .positional_max = INT_MAX,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  for (int f = 1; f <= files; f++) {
+    flesh_mesh *mesh;
+    int status = flesh_mesh_read(argv[f], &mesh);
+    if (status) return flesh_command_fail(usage.command, status);
+    if (f > 1) putchar('\n');
+    show(mesh, argv[f]);
+    flesh_mesh_destroy(&mesh);
+  }
+  return 0;
+}
+
+/* A file that is written must not be the one that is read, nor its other half. */
+static int spare_input(const char *in, const char *out)
+{
+  flesh_inputs inputs = {0};
+  flesh_inputs_add(&inputs, in);
+  int status = flesh_output_prepare(out, &inputs);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
+static int write_and_say(const char *command, const flesh_mesh *mesh, const char *path)
+{
+  flesh_mesh_info info;
+  int status = flesh_mesh_write(mesh, path);
+  if (status) return flesh_command_fail(command, status);
+  flesh_mesh_inspect(mesh, &info);
+  printf("%s: %d nodes, %d tet%s, %d region%s", path, info.nodes, info.tets,
+         info.tets == 1 ? "" : "s", info.regions, info.regions == 1 ? "" : "s");
+  if (info.flipped)
+    printf("; %d inverted tet%s flipped", info.flipped, info.flipped == 1 ? "" : "s");
+  if (info.unused_nodes)
+    printf("; %d node%s used by no tet", info.unused_nodes, info.unused_nodes == 1 ? "" : "s");
+  putchar('\n');
+  return 0;
+}
+
+static int command_convert(int argc, char **argv)
+{
+  static const flesh_usage usage = {
+      .command = "mesh convert",
+      .positionals = "IN OUT",
+      .summary = "Writes a mesh in another format.",
+      .details =
+          "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
+          "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
+          "tags keep their order; inverted tets are flipped; unused nodes are kept. An existing\n"
+          "OUT is replaced only when the new one is complete.\n",
+      .positional_min = 2,
+      .positional_max = 2,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_mesh *mesh = NULL;
+  int status = spare_input(argv[1], argv[2]);
+  if (!status) status = flesh_mesh_read(argv[1], &mesh);
+  if (status) return flesh_command_fail(usage.command, status);
+  code = write_and_say(usage.command, mesh, argv[2]);
+  flesh_mesh_destroy(&mesh);
+  return code;
+}
+
+static int command_surface(int argc, char **argv)
+{
+  static const flesh_usage usage = {
+      .command = "mesh surface",
+      .positionals = "IN OUT",
+      .summary = "Writes the boundary triangles of a mesh.",
+      .details = "Reads the mesh IN and writes OUT as .obj or .ply, wound outwards: to render, or as the\n"
+                 "skin of a coarser mesh of the same body.\n",
+      .positional_min = 2,
+      .positional_max = 2,
+      .options = no_options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_mesh *mesh = NULL;
+  flesh_surface *surface = NULL;
+  int status = spare_input(argv[1], argv[2]);
+  if (!status) status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = flesh_surface_of_mesh(mesh, &surface);
+  if (!status) status = flesh_surface_write(surface, NULL, argv[2]);
+  if (!status)
+    printf("%s: %d vertices, %d triangles\n", argv[2], flesh_surface_vertex_count(surface),
+           flesh_surface_face_count(surface));
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&mesh);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}
+
+/* "a,b,c" into three numbers; returns whether that is all of the text. */
+static int parse_three(const char *text, double values[3])
+{
+  char part[64];
+  for (int d = 0; d < 3; d++) {
+    size_t length = strcspn(text, ",");
+    if (length >= sizeof part || text[length] != (d < 2 ? ',' : 0)) return 0;
+    memcpy(part, text, length);
+    part[length] = 0;
+    if (flesh_option_number(part, &values[d])) return 0;
+    text += length + 1;
+  }
+  return 1;
+}
+
+static int refuse_box(const char *option, const char *value, const char *valid)
+{
+  if (!value) return flesh_command_refuse("mesh box", "--%s is missing; it must be %s", option, valid);
+  return flesh_command_refuse("mesh box", "--%s is '%.100s'; it must be %s", option, value, valid);
+}
+
+static int command_box(int argc, char **argv)
+{
+  const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
+  const flesh_option options[] = {
+      {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "number of boxes along each axis, at least 1 each"},
+      {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
+      {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "its low corner, m (default 0,0,0)"},
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh"},
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "mesh box",
+      .positionals = "--cells NX,NY,NZ --size X,Y,Z --out FILE",
+      .summary = "Makes a regular grid of boxes, six tets each.",
+      .details = "The six tets of a box stand around its diagonal from the low to the high corner "
+                 "(Kuhn).\n"
+                 "Node (i,j,k) has the index (k*(NY+1)+j)*(NX+1)+i. Sizes may be written a/b.\n"
+                 "Example: flesh mesh box --cells 16,4,4 --size 4,1,1 --out bar.msh\n",
+      .options = options};
+  int none, code = flesh_options_read(&usage, argc, argv, &none);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  double count[3], size[3], origin[3];
+  int cells[3], whole = cells_text && parse_three(cells_text, count);
+  for (int d = 0; d < 3 && whole; d++) {
+    whole = count[d] == floor(count[d]) && count[d] >= 1 && count[d] <= 1e9;
+    if (whole) cells[d] = (int)count[d];
+  }
+  if (!whole) return refuse_box("cells", cells_text, "three whole numbers from 1, such as 16,4,4");
+  if (!size_text || !parse_three(size_text, size))
+    return refuse_box("size", size_text, "three positive numbers, such as 4,1,1");
+  if (!parse_three(origin_text, origin))
+    return refuse_box("origin", origin_text, "three numbers, such as 0,0,0");
+  if (!out) return refuse_box("out", out, "a file named .node, .ele, .msh or .mesh");
+  flesh_mesh *mesh;
+  const flesh_inputs nothing = {0};
+  int status = flesh_output_prepare(out, &nothing);
+  if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
+  if (status) return flesh_command_fail(usage.command, status);
+  code = write_and_say(usage.command, mesh, out);
+  flesh_mesh_destroy(&mesh);
+  return code;
+}
+
+int flesh_command_mesh(int argc, char **argv)
+{
+  static const struct {
+    const char *name, *summary;
+    int (*run)(int argc, char **argv);
+  } commands[] = {{"info", "show counts, sizes and quality of tetrahedral meshes", command_info},
+                  {"convert", "write a mesh in another format", command_convert},
+                  {"surface", "write the boundary triangles of a mesh", command_surface},
+                  {"box", "make a regular grid of boxes, six tets each", command_box}};
+  enum { COMMANDS = sizeof commands / sizeof *commands };
+  const char *name = argc > 1 ? argv[1] : NULL;
+  for (int c = 0; c < COMMANDS && name; c++)
+    if (!strcmp(name, commands[c].name)) return commands[c].run(argc - 1, argv + 1);
+  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+    printf("Usage: flesh mesh COMMAND [ARGUMENT]...\nInspect, convert and make meshes.\n\n%s\n"
+           "Commands:\n",
+           formats);
+    for (int c = 0; c < COMMANDS; c++)
+      printf("  %-10s %s\n", commands[c].name, commands[c].summary);
+    printf("\n`flesh mesh COMMAND --help` tells more about a command.\n\n%s",
+           flesh_exit_codes_text);
+    return 0;
+  }
+  static const char known[] = "the commands are info, convert, surface and box";
+  if (!name) return flesh_command_refuse("mesh", "no command given; %s", known);
+  return flesh_command_refuse("mesh", "unknown command '%.100s'; %s", name, known);
+}

@@ -1,0 +1,153 @@
+/* command.c: `flesh run SCENE`: simulates a scene. */
+#include "run/command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "shared/interrupt.h"
+#include "shared/options.h"
+#include "shared/overrides.h"
+#include "shared/runner.h"
+#include "shared/table.h"
+
+static const char details[] = "Writes into DIR: history.csv (a row per step), frames/frames.pvd "
+                              "(for ParaView), state.txt (the last\n"
+                              "state, to go on from with --start-state), result.json (status, "
+                              "figures, provenance) and scene.yaml (every\n"
+                              "value in force; running it gives the same result). Results of an "
+                              "older run in DIR are replaced, but no\n"
+                              "file that the run reads or that no run has written. One process at "
+                              "a time writes into DIR.\n";
+
+/* out/<scene's name without folder and suffix>. Returns new text. */
+static char *default_folder(const char *scene)
+{
+  const char *slash = strrchr(scene, '/'), *base = slash ? slash + 1 : scene;
+  const char *dot = strrchr(base, '.');
+  int length = dot && dot != base ? (int)(dot - base) : (int)strlen(base);
+  char *folder = malloc((size_t)length + 5);
+  if (folder) sprintf(folder, "out/%.*s", length, base);
+  return folder;
+}
+
+static void report(const flesh_figures *figures, const flesh_outcome *outcome, const char *out)
+{
+  char text[FLESH_TABLE_TEXT];
+  printf("%s: %d step%s to t = %g s in %.3g s", flesh_outcome_word(outcome), figures->steps,
+         figures->steps == 1 ? "" : "s", figures->t, figures->wall_s);
+  if (figures->steps)
+    printf(", %.3g Newton per step, %.3g linear per Newton",
+           (double)(figures->newton - figures->unfinished_newton) / figures->steps,
+           figures->newton ? (double)figures->linear / (double)figures->newton : 0);
+  if (figures->unfinished_newton + figures->unfinished_linear > 0)
+    printf(", %ld Newton and %ld linear iterations in the step that was not finished", figures->unfinished_newton,
+           figures->unfinished_linear);
+  if (figures->internal_steps && figures->internal_steps != figures->steps)
+    printf("; %ld internal steps, %ld rejected", figures->internal_steps,
+           figures->rejected + figures->convergence_failures);
+  printf("\nvolume drift: %.3g at most, %s at the end; smallest J %.4g; ", figures->max_volume_drift,
+         flesh_table_text(text, "%.3g", figures->final_volume_drift), figures->min_J);
+  if (figures->max_inverted)
+    printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
+           figures->first_inverted_t);
+  else printf("no inverted tet\n");
+  if (figures->at_rounding)
+    printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
+           figures->at_rounding, figures->solves);
+  if (figures->unconverged)
+    printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
+           figures->solves);
+  if (figures->untanglings)
+    printf("put back a calm tangle %ld times, %ld nodes in all (solver.techniques: untangle)\n", figures->untanglings,
+           figures->untangled_nodes);
+  printf("results: %s\n", out);
+}
+
+int flesh_command_run(int argc, char **argv)
+{
+  flesh_runner_options options = {0};
+  flesh_overrides overrides;
+  const char *start_state = NULL, *method = NULL;
+  int status = flesh_overrides_open(&overrides, argc);
+  if (status) return flesh_command_fail("run", status);
+  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
+  if (!words) {
+    flesh_overrides_close(&overrides);
+    return flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  }
+  for (int a = 0; a < argc; a++) words[a] = argv[a];
+  options.argc = argc;
+  options.argv = words;
+  const flesh_option rows[] = {
+      {"out", "DIR", FLESH_OPTION_TEXT, &options.out,
+       "folder of the results (default out/<scene>)"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
+       "a value of the scene, as in --set time.step=1/120"},
+      {"method", "NAME", FLESH_OPTION_TEXT, &method,
+       "how to step in time (--set time.method=NAME)"},
+      {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
+       "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
+      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state,
+       "write the last state here as well"},
+      {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options.max_seconds,
+       "stop in order once S seconds are spent; a step in flight is given up"},
+      {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
+      {"profile", NULL, FLESH_OPTION_SWITCH, &options.profile,
+       "tell each effect's processor time, beside its calls and memory"},
+      {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
+      {0}};
+  const flesh_usage usage = {
+      "run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).", details, 1, 1, rows};
+  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
+  flesh_scene *scene = NULL;
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  char *folder = NULL;
+  if (code != FLESH_OPTIONS_GO_ON) goto done;
+  options.scene_path = argv[1];
+  flesh_interrupt_watch();
+  status =
+      start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
+  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
+  if (!status)
+    status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
+  if (status) {
+    code = flesh_command_fail("run", status);
+    goto done;
+  }
+  if (!options.out) options.out = folder = default_folder(argv[1]);
+  if (!options.quiet) {
+    flesh_mesh_info info;
+    flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+    printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
+           info.tets, info.tets == 1 ? "" : "s", info.volume);
+    if (info.flipped)
+      printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
+             info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");
+    if (info.unused_nodes)
+      printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
+             info.unused_nodes == 1 ? " is" : "s are");
+    const int bodies = flesh_scene_body(scene)->part_count;
+    if (bodies > 1)
+      printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
+    flesh_materials_print(stdout, scene);
+    const char *preconditioner = flesh_preconditioner_used(scene);
+    if (preconditioner) printf("preconditioner: %s\n", preconditioner);
+    fflush(stdout);
+  }
+  flesh_runner_run(scene, &options, &figures, &outcome);
+  if (outcome.status) fprintf(stderr, "flesh run: %s\n", outcome.message);
+  if (outcome.has_failure) flesh_failure_print(stderr, &outcome, scene);
+  if (!options.quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options.out);
+  code = outcome.exit_code;
+done:
+  flesh_figures_close(&figures);
+  flesh_scene_destroy(&scene);
+  flesh_overrides_close(&overrides);
+  free(folder);
+  free(words);
+  return code;
+}

@@ -1,0 +1,15 @@
+/* interrupt.h: SIGINT, SIGTERM and SIGHUP as something asked between steps. */
+#ifndef FLESH_SHARED_INTERRUPT_H
+#define FLESH_SHARED_INTERRUPT_H
+
+/* From now on the first SIGINT, SIGTERM or SIGHUP (unless ignored, as under nohup) is only
+ * remembered; the second one ends the program at once. */
+void flesh_interrupt_watch(void);
+
+/* The remembered signal, or 0. */
+int flesh_interrupt_signal(void);
+/* Its name, and the exit code that says so: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */
+const char *flesh_interrupt_name(void);
+int flesh_interrupt_exit_code(void);
+
+#endif

@@ -1,0 +1,204 @@
+/* options.c: command lines by getopt_long, their help, and exit codes. */
+#include "shared/options.h"
+
+#include <getopt.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
+
+const char flesh_exit_codes_text[] =
+    "Exit codes:\n"
+    "  0        fine\n"
+    "  1        out of memory or an internal failure\n"
+    "  2        bad usage or scene\n"
+    "  3        bad or unwritable file, or bad mesh\n"
+    "  4        a solve failed\n"
+    "  5        the time integrator failed\n"
+    "  6        the budget (--max-seconds) is spent\n"
+    "  7        a number became non-finite\n"
+    "  8        the energy grew although nothing put it in (time.max_energy_gain)\n"
+    "  130/143  interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid\n";
+
+int flesh_exit_code(int status)
+{
+  switch (status) {
+  case FLESH_OK:
+    return 0;
+  case FLESH_ERR_ARGUMENT:
+    return 2;
+  case FLESH_ERR_FILE:
+    return 3;
+  case FLESH_ERR_SOLVE:
+    return 4;
+  case FLESH_ERR_INTEGRATOR:
+    return 5;
+  case FLESH_ERR_BUDGET:
+    return 6;
+  case FLESH_ERR_NONFINITE:
+    return 7;
+  case FLESH_ERR_ENERGY:
+    return 8;
+  case FLESH_ERR_INTERRUPTED:
+    return 130; /* flesh_interrupt_exit_code knows better: 143 for SIGTERM */
+  }
+  return status > 0 ? 4 : 1;
+}
+
+int flesh_command_fail(const char *command, int status)
+{
+  const char *text = flesh_error_text();
+  fprintf(stderr, "flesh %s: %s\n", command, *text ? text : flesh_status_text(status));
+  return flesh_exit_code(status);
+}
+
+int flesh_option_number(const char *text, double *value)
+{
+  char *end;
+  double number = strtod(text, &end);
+  if (end == text) return -1;
+  if (*end == '/') {
+    const char *below = end + 1;
+    double divisor = strtod(below, &end);
+    if (end == below) return -1;
+    number /= divisor;
+  }
+  if (*end || !isfinite(number)) return -1;
+  *value = number;
+  return 0;
+}
+
+/* A name, and beside it (or below, where it is long) what it means, in lines of at most 110 characters. */
+static void print_option(const char *name, const char *doc, const char *more)
+{
+  enum { COLUMN = 25, WIDTH = 110 };
+  char text[1024];
+  int at = printf("  %-22s", name);
+  snprintf(text, sizeof text, "%s%s", doc, more);
+  if (at >= COLUMN) at = printf("\n%*s", COLUMN - 1, "") - 1;
+  for (const char *word = text; *word;) {
+    const int length = (int)strcspn(word, " \n");
+    if (at > COLUMN && at + 1 + length > WIDTH) at = printf("\n%*s", COLUMN - 1, "") - 1;
+    at += printf(" %.*s", length, word);
+    word += length;
+    word += strspn(word, " \n");
+  }
+  putchar('\n');
+}
+
+static void print_help(const flesh_usage *usage)
+{
+  printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command,
+         *usage->positionals ? " " : "", usage->positionals, usage->summary);
+  if (usage->details) printf("\n%s", usage->details);
+  printf("\nOptions:\n");
+  for (const flesh_option *option = usage->options; option->name; option++) {
+    char name[64];
+    snprintf(name, sizeof name, "--%s%s%s", option->name, option->argument ? " " : "",
+             option->argument ? option->argument : "");
+    print_option(name, option->doc, option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
+  }
+  print_option("--help", "print this", "");
+  printf("\n%s", flesh_exit_codes_text);
+}
+
+int flesh_command_refuse(const char *command, const char *format, ...)
+{
+  char sentence[512];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(sentence, sizeof sentence, format, args);
+  va_end(args);
+  flesh_fail(FLESH_ERR_ARGUMENT, "%s%s%s: %s", "flesh", *command ? " " : "", command, sentence);
+  fprintf(stderr, "%s\n", flesh_error_text());
+  return 2;
+}
+
+static int complain(const flesh_usage *usage, const char *what, const char *which, const char *more)
+{
+  return flesh_command_refuse(usage->command, "%s%.100s%s; `flesh %s --help` lists what is valid", what, which, more,
+                              usage->command);
+}
+
+static int take(const flesh_usage *usage, const flesh_option *option, const char *text)
+{
+  char what[128];
+  double number;
+  switch (option->kind) {
+  case FLESH_OPTION_SWITCH:
+    *(int *)option->target = 1;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_TEXT:
+    *(const char **)option->target = text;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_LIST: {
+    flesh_texts *texts = option->target;
+    texts->values[texts->count++] = text;
+    return FLESH_OPTIONS_GO_ON;
+  }
+  case FLESH_OPTION_POSITIVE:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number) || !(number > 0))
+      return complain(usage, what, text, "'; it must be a positive number");
+    *(double *)option->target = number;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_NUMBER:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number))
+      return complain(usage, what, text, "'; it must be a finite number");
+    *(double *)option->target = number;
+    return FLESH_OPTIONS_GO_ON;
+  case FLESH_OPTION_COUNT:
+    snprintf(what, sizeof what, "--%s is '", option->name);
+    if (flesh_option_number(text, &number) || number < 1 || number > 1e9 || number != floor(number))
+      return complain(usage, what, text, "'; it must be a whole number, at least 1");
+    *(int *)option->target = (int)number;
+    return FLESH_OPTIONS_GO_ON;
+  }
+  return FLESH_OPTIONS_GO_ON;
+}
+
+int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count)
+{
+  struct option rows[OPTION_LIMIT + 2] = {{0}};
+  int count = 0;
+  for (; usage->options[count].name && count < OPTION_LIMIT; count++)
+    rows[count] =
+        (struct option){.name = usage->options[count].name,
+                        .has_arg = usage->options[count].argument ? required_argument : no_argument,
+                        .val = HELP_VALUE + 1 + count};
+  rows[count] = (struct option){.name = "help", .val = HELP_VALUE};
+  opterr = 0;
+  optind = 0; /* reinitialises glibc's scanner */
+  for (int found; (found = getopt_long(argc, argv, ":h", rows, NULL)) != -1;) {
+    if (found == HELP_VALUE || found == 'h') {
+      print_help(usage);
+      return 0;
+    }
+    const char *word = argv[optind - 1];
+    if (found == ':') return complain(usage, "option ", word, " needs a value");
+    if (found == '?') {
+      if (optopt > HELP_VALUE) return complain(usage, "option ", word, " takes no value");
+      char letter[8] = {'-', (char)optopt, 0};
+      return complain(usage, "unknown or ambiguous option ", optopt ? letter : word, "");
+    }
+    int code = take(usage, &usage->options[found - HELP_VALUE - 1], optarg);
+    if (code != FLESH_OPTIONS_GO_ON) return code;
+  }
+  *positional_count = argc - optind;
+  for (int p = 0; p < *positional_count; p++) argv[1 + p] = argv[optind + p];
+  if (*positional_count < usage->positional_min) { /* without the options that the usage names after them */
+    char names[128];
+    const char *end = strstr(usage->positionals, " --");
+    snprintf(names, sizeof names, "%.*s", end ? (int)(end - usage->positionals) : 127, usage->positionals);
+    return complain(usage, "missing ", names, "");
+  }
+  if (*positional_count > usage->positional_max)
+    return complain(usage, "too many arguments: '", argv[1 + usage->positional_max], "'");
+  return FLESH_OPTIONS_GO_ON;
+}

@@ -1,0 +1,48 @@
+/* plot.h: plots by gnuplot. Every plot is a script and its data, kept beside it so that users can
+ * restyle it: `gnuplot NAME.gp` draws NAME.png again. */
+#ifndef FLESH_SHARED_PLOT_H
+#define FLESH_SHARED_PLOT_H
+
+#include <stdio.h>
+
+#include "flesh/status.h"
+
+/* Runs `gnuplot NAME.gp` in `folder`. FLESH_ERR_FILE with one sentence when gnuplot is not
+ * installed or fails; the script stays. */
+int flesh_plot_draw(const char *folder, const char *name);
+
+/* What a command makes of the status of its pictures: where gnuplot is not installed the figures still stand, which is
+ * said on stderr, and FLESH_OK returned; any other failure is the command's. */
+int flesh_plot_accept(const char *command, int drawn);
+
+typedef struct flesh_plot_series {
+  const char *title;
+  const char *file;   /* CSV with a header, relative to the folder */
+  const char *x, *y;  /* names of its columns */
+  const char *colour; /* "#rrggbb"; NULL: a default one */
+  int dashed;
+  int stops; /* 1: a cross marks that it ends at stop_x, stop_y */
+  double stop_x, stop_y;
+} flesh_plot_series;
+
+/* Lines over one abscissa. */
+typedef struct flesh_plot_lines {
+  const char *title, *x_label, *y_label;
+  const char *extra; /* further gnuplot lines before the plot ("set yrange [0:2]\n"), may be NULL */
+  int count;
+  const flesh_plot_series *series;
+} flesh_plot_lines;
+
+/* Writes NAME.gp into `folder` and draws NAME.png. */
+int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines);
+
+/* Of several pictures: one that fails does not keep the others from being drawn, and the first failure is told. */
+typedef struct flesh_plot_outcome {
+  int status;
+  char words[1024];
+} flesh_plot_outcome;
+void flesh_plot_note(flesh_plot_outcome *outcome, int status);
+/* The status of the first failure, whose words are the last error's again. */
+int flesh_plot_ended(const flesh_plot_outcome *outcome);
+
+#endif

@@ -1,0 +1,8 @@
+/* png_file.h: whether a picture that another program has written is whole. */
+#ifndef FLESH_SHARED_PNG_FILE_H
+#define FLESH_SHARED_PNG_FILE_H
+
+/* Whether the file begins as a PNG does and ends with its last chunk. */
+int flesh_png_is_whole(const char *path);
+
+#endif

@@ -1,0 +1,31 @@
+/* process.h: work done in a process of its own, so that a crash or a hang in it is an answer too.
+ */
+#ifndef FLESH_SHARED_PROCESS_H
+#define FLESH_SHARED_PROCESS_H
+
+#include <stddef.h>
+#include <sys/types.h>
+
+typedef struct flesh_process {
+  pid_t id; /* 0: none */
+  int pipe; /* what it writes its result into; readable or closed when it has ended */
+} flesh_process;
+
+/* How many of `jobs` processes at a time make sense for `count` pieces of work, and can be had: no more than there is
+ * work for, and than files may be open, a pipe for each (that limit is raised as far as it may be). At least 1. */
+int flesh_process_fit(int jobs, int count);
+
+/* Runs work(data, result) in a new process on a copy of `result` [size bytes, at most 32 KiB of
+ * plain data], which flesh_process_collect brings back. */
+int flesh_process_start(void (*work)(const void *data, void *result), const void *data,
+                        const void *result, size_t size, flesh_process *process);
+
+/* Of a process that has ended, with what waitpid said of it: fills `result` and returns 0, or
+ * leaves it and returns the signal that ended the process, -1 when it was none. */
+int flesh_process_collect(flesh_process *process, int ended, void *result, size_t size);
+
+/* Waits for the process to end and collects. A signal that came (see interrupt.h) is passed on to
+ * it, once; after `max_seconds` (0: never), or when a second signal is needed, it is killed. */
+int flesh_process_wait(flesh_process *process, double max_seconds, void *result, size_t size);
+
+#endif

@@ -1,0 +1,450 @@
+/* result.c: gathers the figures of a run and says how it ended, in words and as JSON. */
+#include "shared/result.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "shared/json_memory.h"
+#include "material/form.h"
+
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
+{
+  *figures = (flesh_figures){.t = NAN,
+                             .max_volume_drift = NAN,
+                             .final_volume_drift = NAN,
+                             .min_J = NAN,
+                             .min_J_t = NAN,
+                             .first_inverted_t = NAN,
+                             .residual = NAN,
+                             .residual_target = NAN,
+                             .wall_s = NAN,
+                             .cpu_s = NAN,
+                             .effects = flesh_system_effect_count(system)};
+  figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
+  if (!figures->energies) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int e = 0; e < figures->effects; e++) figures->energies[e] = NAN;
+  return FLESH_OK;
+}
+
+void flesh_figures_close(flesh_figures *figures)
+{
+  free(figures->energies);
+  figures->energies = NULL;
+}
+
+static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
+{
+  figures->newton += stats->newton;
+  figures->linear += stats->linear;
+  figures->linear_single += stats->linear_single;
+  figures->direct += stats->direct;
+  figures->assemblies += stats->assemblies;
+  figures->projections += stats->projections;
+  figures->backtracks += stats->backtracks;
+  figures->subdomains += stats->subdomains;
+  figures->subdomain_newton += stats->subdomain_newton;
+  figures->watchdog_steps += stats->watchdog_steps;
+  figures->solves += stats->solves;
+  figures->at_rounding += stats->at_rounding;
+  figures->unconverged += stats->unconverged;
+  figures->internal_steps += stats->steps;
+  figures->rejected += stats->rejected;
+  figures->convergence_failures += stats->convergence_failures;
+  figures->residuals += stats->residuals;
+  figures->untanglings += stats->untanglings;
+  figures->untangled_nodes += stats->untangled_nodes;
+}
+
+void flesh_figures_add_unfinished(flesh_figures *figures, const flesh_solve_stats *stats)
+{
+  add_counts(figures, stats);
+  figures->unfinished_newton = stats->newton;
+  figures->unfinished_linear = stats->linear;
+  if (stats->solves > 0) {
+    figures->residual = stats->residual_last;
+    figures->residual_target = stats->residual_target;
+  }
+}
+
+int flesh_figures_observe(void *data, const flesh_step_record *record)
+{
+  flesh_figures *figures = data;
+  const flesh_solve_stats *stats = record->stats;
+  figures->steps = record->step;
+  figures->t = record->state->t;
+  figures->final_volume_drift = record->volume / record->rest_volume - 1;
+  figures->max_volume_drift = fmax(figures->max_volume_drift, fabs(figures->final_volume_drift));
+  if (!(figures->min_J <= record->min_J)) {
+    figures->min_J = record->min_J;
+    figures->min_J_t = record->state->t;
+  }
+  if (record->inverted > figures->max_inverted) figures->max_inverted = record->inverted;
+  if (record->inverted && isnan(figures->first_inverted_t))
+    figures->first_inverted_t = record->state->t;
+  add_counts(figures, stats);
+  if (record->step) {
+    figures->residual = stats->residual_last;
+    figures->residual_target = stats->residual_target;
+  }
+  for (int e = 0; e < figures->effects; e++) {
+    figures->energies[e] = record->energies[e] - record->rest_energies[e];
+    if (!record->step && flesh_system_effect(record->system, e)->operations->role == FLESH_ROLE_CONTACT)
+      figures->start_contact += figures->energies[e];
+  }
+  return FLESH_OK;
+}
+
+const char *flesh_outcome_word(const flesh_outcome *outcome)
+{
+  switch (outcome->status) {
+  case FLESH_OK:
+    return "complete";
+  case FLESH_ERR_INTERRUPTED:
+    return "interrupted";
+  case FLESH_ERR_BUDGET:
+    return "out of budget";
+  }
+  return "failed";
+}
+
+/* Whether some material of the scene has no value at J <= 0. */
+static int needs_positive_J(const flesh_scene *scene)
+{
+  const flesh_material *materials = flesh_scene_body(scene)->materials;
+  for (int m = 0; materials && m < flesh_scene_material_count(scene); m++)
+    if (flesh_psi_needs_volume(materials[m].energy)) return 1;
+  return 0;
+}
+
+/* What a method does with energy, and what to try where it came from nowhere. */
+static const char *energy_advice(const flesh_scene *scene, const flesh_figures *figures)
+{
+  if (figures->start_contact > 0.5 * figures->balance.scale)
+    return "the body starts so near an obstacle that the contact's barrier throws it off: start it farther away than "
+           "the contact's thickness, or take a smaller thickness; or a much shorter time.step";
+  switch (flesh_scene_times(scene)->method) {
+  case FLESH_METHOD_MIDPOINT:
+  case FLESH_METHOD_NEWMARK:
+    return "this method damps nothing and feeds motion that its steps do not resolve (contact, stiff parts): try a "
+           "shorter time.step, or time.method=hht, bdf2 or backward-euler, each of which damps more than the one "
+           "before";
+  case FLESH_METHOD_HHT:
+    return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, time.alpha=-0.3, or "
+           "time.method=bdf2 or backward-euler, which damp more";
+  case FLESH_METHOD_ADAPTIVE:
+  case FLESH_METHOD_CALM_ADAPTIVE:
+    return "try a smaller time.tolerance or time.max_order=2, or time.method=backward-euler, which damps";
+  default:
+    return "the steps do not resolve the motion: try a shorter time.step";
+  }
+}
+
+const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene *scene, const flesh_figures *figures)
+{
+  const flesh_solver_options *solver = flesh_scene_solver(scene);
+  /* Solves fail where a motion has blown up; the cause is that. */
+  if (failure->status == FLESH_ERR_ENERGY || figures->balance.gain > 0.1) return energy_advice(scene, figures);
+  int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
+  if (needs_positive_J(scene) && (failure->status == FLESH_UNDEFINED || !(failure->worst_J > 0.05)))
+    return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound "
+           "near it: try a "
+           "shorter time.step, a gentler motion or load, a finer mesh at the worst tet, or an "
+           "energy that is "
+           "defined there (S or E)";
+  if (failure->order > 0 || flesh_scene_times(scene)->method == FLESH_METHOD_ADAPTIVE)
+    return "adaptive steps follow every fast oscillation: for a violent start or load try "
+           "time.method=euler-then-adaptive or backward-euler; else a larger time.tolerance or "
+           "time.max_steps";
+  if (solver->line_search != FLESH_LINE_SEARCH_POTENTIAL)
+    return "plain Newton steps are not guarded: try solver.line_search=potential, or a shorter "
+           "time.step";
+  if (failure->status == FLESH_NONFINITE)
+    return "numbers overflowed: check the scene's units, loads and start state with `flesh check`, "
+           "and try a "
+           "shorter time.step";
+  if (failure->status == FLESH_UNDEFINED && failure->worst_node >= 0 &&
+      flesh_method_order(flesh_scene_times(scene)->method) == 2)
+    return "the step ends within an obstacle, or where an energy has no value, although it balances before: try a "
+           "shorter time.step, a larger solver.max_cutbacks, or time.method=bdf2 or backward-euler, which balance "
+           "where "
+           "the step ends";
+  if (failure->status == FLESH_NOT_CONVERGED && failure->worst_node >= 0 && failure->residual <= 100 * failure->target)
+    return "the residual came close to its target: try a larger solver.newton_tolerance, a smaller "
+           "solver.linear_tolerance or linear_solver=klu";
+  if (is_static)
+    return "the body may have no equilibrium nearby (not pinned enough, or it buckles): try more "
+           "pins, a larger "
+           "solver.max_cutbacks or max_newton, linear_solver=klu, or let it move there by adding "
+           "inertia";
+  return "try a shorter time.step, a larger solver.max_newton or max_cutbacks, or "
+         "linear_solver=klu";
+}
+
+/* The body that a tet belongs to, where there are several. */
+static const char *body_of(const flesh_scene *scene, int tet)
+{
+  const flesh_body *body = flesh_scene_body(scene);
+  for (int k = 0; k < body->part_count; k++)
+    if (tet >= body->parts[k].first_tet && tet < body->parts[k].first_tet + body->parts[k].tets)
+      return body->parts[k].name;
+  return NULL;
+}
+
+void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh_scene *scene)
+{
+  const flesh_failure *f = &outcome->failure;
+  fprintf(stream, "  last try: t = %g s, h = %g s", f->t, f->h);
+  if (!f->order) fprintf(stream, " after %d halvings", f->halvings);
+  fprintf(stream, " (%s)\n", flesh_status_text(f->status));
+  if (f->order > 0)
+    fprintf(stream, "  order %d; largest local error at node %d", f->order, f->worst_node);
+  else if (f->worst_node >= 0)
+    fprintf(stream, "  residual: %.3g N; target %.3g N; largest at node %d", f->residual, f->target,
+            f->worst_node);
+  else fputs("  residual: none; it has no value at the first iterate", stream);
+  if (f->worst_tet >= 0)
+    fprintf(stream, "\n  worst tet: %d with J = %.4g at (%.4g, %.4g, %.4g) m", f->worst_tet,
+            f->worst_J, f->worst_position[0], f->worst_position[1], f->worst_position[2]);
+  const char *body = f->worst_tet >= 0 ? body_of(scene, f->worst_tet) : NULL;
+  if (body) fprintf(stream, ", of body %s", body);
+  fprintf(stream, "\n  advice: %s\n", outcome->advice);
+}
+
+typedef struct small_strain {
+  double mu, lambda, young, poisson, stress;
+} small_strain;
+
+static small_strain small_strain_of(const flesh_material *material)
+{
+  small_strain s;
+  if (flesh_material_small_strain(material, &s.mu, &s.lambda, &s.stress))
+    return (small_strain){NAN, NAN, NAN, NAN, NAN};
+  s.young = s.mu * (3 * s.lambda + 2 * s.mu) / (s.lambda + s.mu);
+  s.poisson = s.lambda / (2 * (s.lambda + s.mu));
+  return s;
+}
+
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info)
+{
+  fprintf(stream, "skin: %s, %d vertices, ", surface, info->vertices);
+  if (!info->outside) fprintf(stream, "all inside the body\n");
+  else
+    fprintf(stream,
+            "%d outside the body, at most by %.3g m (vertex %d); they are extrapolated, the least "
+            "weight is %.3g\n",
+            info->outside, info->distance_max, info->farthest, info->weight_min);
+}
+
+const char *flesh_preconditioner_used(const flesh_scene *scene)
+{
+  const flesh_solver_options *solver = flesh_scene_solver(scene);
+  if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
+  return flesh_preconditioner_name(flesh_preconditioner_choose(
+      solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
+}
+
+void flesh_materials_print(FILE *stream, const flesh_scene *scene)
+{
+  const flesh_material *materials = flesh_scene_body(scene)->materials;
+  for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
+    small_strain s = small_strain_of(&materials[m]);
+    fprintf(stream, "material %d: %s (%s), mu %g Pa, lambda %g Pa", m,
+            flesh_energy_name(materials[m].energy), flesh_constants_name(materials[m].constants),
+            materials[m].mu, materials[m].lambda);
+    if (materials[m].alpha != 1)
+      fprintf(stream, ", alpha %g", materials[m].alpha);
+    fprintf(stream, "; small strain: young %g Pa, poisson %g", s.young, s.poisson);
+    if (fabs(s.stress) > 1e-9 * fabs(s.mu)) fprintf(stream, ", rest stress %g Pa", s.stress);
+    putc('\n', stream);
+  }
+}
+
+json_t *flesh_json_number(double value) { return isfinite(value) ? json_real(value) : json_null(); }
+
+static void set(json_t *object, const char *key, double value)
+{
+  json_object_set_new(object, key, flesh_json_number(value));
+}
+
+static void set_integer(json_t *object, const char *key, long value)
+{
+  json_object_set_new(object, key, json_integer(value));
+}
+
+json_t *flesh_materials_json(const flesh_scene *scene)
+{
+  json_t *array = json_array();
+  const flesh_material *materials = flesh_scene_body(scene)->materials;
+  for (int m = 0; materials && m < flesh_scene_material_count(scene); m++) {
+    small_strain s = small_strain_of(&materials[m]);
+    json_t *row = json_object();
+    json_object_set_new(row, "energy", json_string(flesh_energy_name(materials[m].energy)));
+    json_object_set_new(row, "constants",
+                        json_string(flesh_constants_name(materials[m].constants)));
+    set(row, "mu", materials[m].mu);
+    set(row, "lambda", materials[m].lambda);
+    set(row, "alpha", materials[m].alpha);
+    set(row, "small_strain_mu", s.mu);
+    set(row, "small_strain_lambda", s.lambda);
+    set(row, "small_strain_young", s.young);
+    set(row, "small_strain_poisson", s.poisson);
+    set(row, "rest_stress", s.stress);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
+{
+  json_t *object = json_object();
+  double steps = figures->steps, newton = (double)figures->newton;
+  set_integer(object, "steps", figures->steps);
+  set(object, "t_end", figures->t);
+  set(object, "max_volume_drift", figures->max_volume_drift);
+  set(object, "final_volume_drift", figures->final_volume_drift);
+  set(object, "min_J", figures->min_J);
+  set(object, "min_J_t", figures->min_J_t);
+  set_integer(object, "max_inverted", figures->max_inverted);
+  set(object, "first_inverted_t", figures->first_inverted_t);
+  set_integer(object, "internal_steps", figures->internal_steps);
+  set_integer(object, "rejected_steps", figures->rejected);
+  set_integer(object, "convergence_failures", figures->convergence_failures);
+  set_integer(object, "residuals", figures->residuals);
+  const flesh_energy_balance *balance = &figures->balance;
+  set(object, "work_put_in", balance->begun ? balance->supplied : NAN);
+  set(object, "energy_gain", balance->begun ? balance->gain : NAN);
+  set(object, "energy_gain_J", balance->begun ? balance->largest : NAN);
+  set(object, "energy_gain_t", balance->gain > 0 ? balance->t_largest : NAN);
+  set(object, "stressed_rest_J", figures->stressed_rest);
+  set_integer(object, "solves", figures->solves);
+  set_integer(object, "solves_at_rounding", figures->at_rounding);
+  set_integer(object, "solves_unconverged", figures->unconverged);
+  set_integer(object, "untanglings", figures->untanglings);
+  set_integer(object, "untangled_nodes", figures->untangled_nodes);
+  set_integer(object, "newton", figures->newton);
+  set_integer(object, "linear", figures->linear);
+  set_integer(object, "linear_single", figures->linear_single);
+  set_integer(object, "direct", figures->direct);
+  set_integer(object, "assemblies", figures->assemblies);
+  set_integer(object, "projections", figures->projections);
+  set_integer(object, "backtracks", figures->backtracks);
+  set_integer(object, "subdomains", figures->subdomains);
+  set_integer(object, "subdomain_newton", figures->subdomain_newton);
+  set_integer(object, "watchdog_steps", figures->watchdog_steps);
+  set_integer(object, "unfinished_newton", figures->unfinished_newton);
+  set_integer(object, "unfinished_linear", figures->unfinished_linear);
+  set(object, "newton_per_step", (newton - (double)figures->unfinished_newton) / steps);
+  set(object, "linear_per_newton", (double)figures->linear / newton);
+  set(object, "residual", figures->residual);
+  set(object, "residual_target", figures->residual_target);
+  json_t *energies = json_object();
+  double total = 0;
+  for (int e = 0; e < figures->effects; e++) {
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
+    const char *name = operations->name;
+    char key[80];
+    if (!operations->energy) continue; /* what dissipates has none */
+    snprintf(key, sizeof key, "%s", name);
+    for (int n = 2; json_object_get(energies, key); n++)
+      snprintf(key, sizeof key, "%.60s_%d", name, n);
+    set(energies, key, figures->energies[e]);
+    total += figures->energies[e];
+  }
+  set(energies, "total", total);
+  json_object_set_new(object, "energies", energies);
+  set(object, "wall_s", figures->wall_s);
+  set(object, "cpu_s", figures->cpu_s);
+  set_integer(object, "peak_memory_kB", figures->peak_memory_kB);
+  return object;
+}
+
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system)
+{
+  json_t *array = json_array();
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    json_t *row = json_object();
+    json_object_set_new(row, "name", json_string(flesh_system_effect(system, e)->operations->name));
+    set_integer(row, "residuals", cost->residuals);
+    set_integer(row, "jacobians", cost->jacobians);
+    set_integer(row, "potentials", cost->potentials);
+    set_integer(row, "energies", cost->energies);
+    size_t bytes = flesh_system_effect_memory(system, e);
+    set(row, "memory_bytes", bytes ? (double)bytes : NAN);
+    set(row, "cpu_s", costs->timed ? cost->cpu_s : NAN);
+    json_array_append_new(array, row);
+  }
+  return array;
+}
+
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system)
+{
+  fprintf(stream, "effect        residuals  Jacobians potentials   energies   memory kB      CPU s\n");
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect_cost *cost = &costs->effects[e];
+    char memory[32] = "-";
+    size_t bytes = flesh_system_effect_memory(system, e);
+    if (bytes) snprintf(memory, sizeof memory, "%.1f", (double)bytes / 1024);
+    fprintf(stream, "%-12s %10ld %10ld %10ld %10ld %11s %10.4f\n",
+            flesh_system_effect(system, e)->operations->name, cost->residuals, cost->jacobians,
+            cost->potentials, cost->energies, memory, cost->cpu_s);
+  }
+}
+
+json_t *flesh_outcome_json(const flesh_outcome *outcome)
+{
+  json_t *object = json_object();
+  json_object_set_new(object, "status", json_string(flesh_outcome_word(outcome)));
+  set_integer(object, "exit_code", outcome->exit_code);
+  json_t *message = json_string(outcome->message);
+  json_object_set_new(object, "message", message ? message : json_string("(not UTF-8)"));
+  json_object_set_new(object, "warning", outcome->warning[0] ? json_string(outcome->warning) : json_null());
+  if (!outcome->has_failure) {
+    json_object_set_new(object, "failure", json_null());
+    return object;
+  }
+  const flesh_failure *f = &outcome->failure;
+  json_t *failure = json_object();
+  json_object_set_new(failure, "reason", json_string(flesh_status_name(f->status)));
+  json_object_set_new(failure, "meaning", json_string(flesh_status_text(f->status)));
+  set(failure, "t", f->t);
+  set(failure, "h", f->h);
+  set_integer(failure, "halvings", f->halvings);
+  set_integer(failure, "order", f->order);
+  int solved = f->worst_node >= 0 && !f->order; /* null: there is none */
+  set(failure, "residual", solved ? f->residual : NAN);
+  set(failure, "residual_target", solved ? f->target : NAN);
+  set_integer(failure, "worst_tet", f->worst_tet);
+  if (f->worst_tet >= 0) {
+    set(failure, "worst_J", f->worst_J);
+    json_t *position = json_array();
+    for (int k = 0; k < 3; k++)
+      json_array_append_new(position, flesh_json_number(f->worst_position[k]));
+    json_object_set_new(failure, "worst_position", position);
+  }
+  set_integer(failure, "worst_node", f->worst_node);
+  json_object_set_new(failure, "advice", json_string(outcome->advice));
+  json_object_set_new(object, "failure", failure);
+  return object;
+}
+
+int flesh_json_write(const char *path, json_t *value)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (!status) {
+    int bad = json_dumpf(value, file.stream, JSON_INDENT(2));
+    putc('\n', file.stream);
+    if ((bad || flesh_json_lacks()) && !ferror(file.stream)) {
+      flesh_file_abandon(&file);
+      status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    } else {
+      status = flesh_file_commit(&file);
+    }
+  }
+  json_decref(value);
+  return status;
+}

@@ -1,0 +1,88 @@
+/* result.h: the figures of a run and result.json. */
+#ifndef FLESH_SHARED_RESULT_H
+#define FLESH_SHARED_RESULT_H
+
+#include <jansson.h>
+
+#include "flesh/observer.h"
+#include "flesh/scene.h"
+#include "flesh/skin.h"
+
+/* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
+typedef struct flesh_figures {
+  int steps;
+  double t;
+  double max_volume_drift;   /* max over time of |V/V_rest - 1| */
+  double final_volume_drift; /* V/V_rest - 1 at the end, signed */
+  double min_J;              /* over the run */
+  double min_J_t;            /* when */
+  int max_inverted;
+  double first_inverted_t; /* first time with a J <= 0; NaN: never */
+  long newton, linear, linear_single, direct, assemblies, projections, backtracks, watchdog_steps, solves;
+  long subdomains, subdomain_newton;
+  long unfinished_newton, unfinished_linear; /* of these, those of a step that ended the run */
+  long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */
+  flesh_energy_balance balance; /* flesh_integrator_energy_balance */
+  long at_rounding, unconverged;    /* solves that ended above the tolerance but were accepted */
+  double residual, residual_target; /* of the last step */
+  int effects;
+  double stressed_rest; /* strain energy, J, at rest in a stressed state that no load holds; 0: not so */
+  double start_contact; /* energy of contacts at the start, J */
+  double *energies; /* [effects] at the end, J, elasticity relative to rest */
+  double wall_s, cpu_s;
+  long peak_memory_kB;
+} flesh_figures;
+
+int flesh_figures_open(flesh_figures *figures, const flesh_system *system);
+void flesh_figures_close(flesh_figures *figures); /* NULL-safe members */
+int flesh_figures_observe(void *figures, const flesh_step_record *record);
+/* Adds what a step that was not finished has taken. */
+void flesh_figures_add_unfinished(flesh_figures *figures, const flesh_solve_stats *stats);
+
+/* How a run ended. */
+typedef struct flesh_outcome {
+  int status, exit_code;
+  char message[1200]; /* empty when fine */
+  int has_failure;    /* a step failed: `failure` and `advice` tell */
+  flesh_failure failure;
+  const char *advice;
+  char warning[400]; /* what is to be known although nothing failed; empty: nothing */
+} flesh_outcome;
+
+/* "complete", "failed", "interrupted", "out of budget". */
+const char *flesh_outcome_word(const flesh_outcome *outcome);
+
+/* What to try when a step failed in a motion with these figures. */
+const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene *scene, const flesh_figures *figures);
+
+/* The failure in a few lines on `stream`; the scene names bodies. */
+void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh_scene *scene);
+
+/* What a skin is bound to, in a line or two. */
+void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
+
+/* Name of the kind that a scene's solves use; NULL: a direct solver. */
+const char *flesh_preconditioner_used(const flesh_scene *scene);
+
+/* Constants of every material in force, as text or as a new array. */
+void flesh_materials_print(FILE *stream, const flesh_scene *scene);
+json_t *flesh_materials_json(const flesh_scene *scene);
+
+/* A number; null when it is not finite. */
+json_t *flesh_json_number(double value);
+
+/* The figures as a new object; `system` names the energies. */
+json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system);
+
+/* What every effect was asked for, holds, and where timed took, as a new list and as a table. */
+json_t *flesh_costs_json(const flesh_costs *costs, const flesh_system *system);
+void flesh_costs_print(FILE *stream, const flesh_costs *costs, const flesh_system *system);
+
+/* A new object of the outcome alone: status, exit_code, message, failure. */
+json_t *flesh_outcome_json(const flesh_outcome *outcome);
+
+/* Writes `value` (taken, also on failure) to `path`, whole or not at all. */
+int flesh_json_write(const char *path, json_t *value);
+
+#endif

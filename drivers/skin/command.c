@@ -1,0 +1,191 @@
+/* command.c: `flesh skin bind|apply`: a fine surface bound to a body, and moved with it. */
+#include "skin/command.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/error.h"
+#include "shared/inputs.h"
+#include "shared/options.h"
+#include "shared/result.h"
+#include "shared/run_folder.h"
+#include "shared/output.h"
+
+static int command_bind(int argc, char **argv)
+{
+  const char *out = NULL;
+  const flesh_option options[] = {
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "binding to write (a text, see flesh/skin.h)"},
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "skin bind",
+      .positionals = "MESH SURFACE --out FILE",
+      .summary = "Binds the vertices of a surface to the tets of a mesh.",
+      .details = "Every vertex gets the tet that holds it, or the nearest one, whose weights then\n"
+                 "extrapolate; how many these are, and how far outside, is printed. SURFACE is a\n"
+                 "Wavefront .obj or a Stanford .ply in the place of the body at rest.\n",
+      .positional_min = 2,
+      .positional_max = 2,
+      .options = options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (!out) {
+    fprintf(stderr, "flesh skin bind: --out is missing; it must be a file for the binding\n");
+    return 2;
+  }
+  flesh_mesh *mesh = NULL;
+  flesh_surface *surface = NULL;
+  flesh_skin *skin = NULL;
+  flesh_inputs inputs = {0};
+  flesh_inputs_add(&inputs, argv[1]);
+  flesh_inputs_add(&inputs, argv[2]);
+  int status = flesh_output_prepare(out, &inputs);
+  flesh_inputs_close(&inputs);
+  if (!status) status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = flesh_surface_read(argv[2], &surface);
+  if (!status) status = flesh_skin_bind(mesh, surface, &skin);
+  if (!status) status = flesh_skin_write(skin, out);
+  if (!status) {
+    flesh_skin_info info;
+    flesh_skin_inspect(skin, &info);
+    flesh_skin_print(stdout, argv[2], &info);
+    printf("binding: %s\n", out);
+  }
+  flesh_skin_destroy(&skin);
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&mesh);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}
+
+/* "obj,vtu" as a set of formats; 0 when something else stands in it. */
+static unsigned parse_formats(const char *text)
+{
+  static const char *const names[] = {"obj", "pc2", "vtu"};
+  unsigned formats = 0;
+  for (;; text++) {
+    size_t length = strcspn(text, ",");
+    int found = 0;
+    for (int k = 0; k < 3; k++)
+      if (length == 3 && !strncmp(text, names[k], 3)) formats |= 1u << k, found = 1;
+    if (!found) return 0;
+    text += length;
+    if (!*text) return formats;
+  }
+}
+
+/* A state file on a mesh, without a run. */
+static int apply_to_state(const flesh_mesh *mesh, const char *path, flesh_skin_frames *frames)
+{
+  size_t size = 3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh);
+  flesh_state state = {.x = malloc(size), .v = malloc(size)};
+  int status = state.x && state.v ? flesh_state_read(path, flesh_mesh_node_count(mesh), &state)
+                                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_skin_frames_add(frames, 0, &state);
+  free(state.x);
+  free(state.v);
+  return status;
+}
+
+static int apply_to_run(flesh_run_folder *run, flesh_skin_frames *frames)
+{
+  int status = FLESH_OK;
+  for (int k = 0; k < run->count && !status; k++) {
+    status = flesh_run_folder_load(run, k);
+    if (!status) status = flesh_skin_frames_add(frames, run->numbers[k], &run->state);
+  }
+  return status;
+}
+
+/* The folder's frames of the skin are replaced as a whole. */
+static int spare_surface(const char *surface, const char *out)
+{
+  const char *slash = strrchr(surface, '/'), *name = slash ? slash + 1 : surface;
+  const char *const names[] = {name, NULL};
+  flesh_inputs inputs = {0};
+  flesh_inputs_add(&inputs, surface);
+  int status = strncmp(name, "skin_", 5) ? FLESH_OK : flesh_inputs_spare_in(&inputs, out, names, NULL);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
+static int command_apply(int argc, char **argv)
+{
+  const char *out = NULL, *formats_text = "obj", *mesh_path = NULL;
+  const flesh_option options[] = {
+      {"out", "DIR", FLESH_OPTION_TEXT, &out, "folder to write into: skin_000000.obj ..., skin.pc2, skin.pvd"},
+      {"formats", "LIST", FLESH_OPTION_TEXT, &formats_text, "some of obj,pc2,vtu (default obj)"},
+      {"mesh", "MESH", FLESH_OPTION_TEXT, &mesh_path, "the mesh of RUN, where that is a state file"},
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "skin apply",
+      .positionals = "BINDING SURFACE RUN --out DIR",
+      .summary = "Writes the surface as it moves with a run.",
+      .details = "RUN is the folder that `flesh run` has filled: all of its frames are taken under their\n"
+                 "own numbers (or its last state, as 0, when it has none). With --mesh RUN is a state file.\n"
+                 "obj: a file per frame; pc2: one point cache, as Blender's Mesh Cache reads it;\n"
+                 "vtu: a file per frame and skin.pvd for ParaView.\n",
+      .positional_min = 3,
+      .positional_max = 3,
+      .options = options};
+  int files, code = flesh_options_read(&usage, argc, argv, &files);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  unsigned formats = parse_formats(formats_text);
+  if (!out || !formats) {
+    if (!out) fprintf(stderr, "flesh skin apply: --out is missing; it must be a folder\n");
+    else
+      flesh_command_refuse("skin apply", "--formats is '%.100s'; it must be some of obj, pc2 and vtu, such as obj,vtu",
+                           formats_text);
+    return 2;
+  }
+  struct stat info;
+  flesh_run_folder run = {0};
+  flesh_mesh *own = NULL;
+  flesh_surface *surface = NULL;
+  flesh_skin *skin = NULL;
+  flesh_skin_frames *frames = NULL;
+  int status =
+      mesh_path ? flesh_mesh_read(mesh_path, &own) : flesh_run_folder_open(argv[3], &run);
+  if (status && !mesh_path && !stat(argv[3], &info) && S_ISREG(info.st_mode))
+    status = flesh_fail_within(status, "RUN is no folder of a run (with a state file, --mesh must name its mesh): ");
+  const flesh_mesh *mesh = own ? own : run.scene ? flesh_scene_mesh(run.scene) : NULL;
+  if (!status) status = flesh_surface_read(argv[2], &surface);
+  if (!status) status = flesh_skin_read(argv[1], mesh, surface, &skin);
+  flesh_folder_claim claim = {.descriptor = -1};
+  if (!status) status = spare_surface(argv[2], out);
+  if (!status) status = flesh_output_claim(out, "skin apply", &claim);
+  if (!status) status = flesh_skin_frames_create(out, skin, surface, formats, 1, &frames);
+  if (!status) status = own ? apply_to_state(own, argv[3], frames) : apply_to_run(&run, frames);
+  if (status) flesh_skin_frames_abandon(&frames);
+  else status = flesh_skin_frames_close(&frames);
+  flesh_folder_claim_release(&claim);
+  if (!status)
+    printf("%s: %d frame%s of %d vertices\n", out, own ? 1 : run.count,
+           own || run.count == 1 ? "" : "s", flesh_surface_vertex_count(surface));
+  flesh_skin_destroy(&skin);
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&own);
+  flesh_run_folder_close(&run);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}
+
+int flesh_command_skin(int argc, char **argv)
+{
+  const char *name = argc > 1 ? argv[1] : NULL;
+  if (name && !strcmp(name, "bind")) return command_bind(argc - 1, argv + 1);
+  if (name && !strcmp(name, "apply")) return command_apply(argc - 1, argv + 1);
+  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
+    printf("Usage: flesh skin COMMAND [ARGUMENT]...\n"
+           "A fine surface that follows the tets of a body.\n\nCommands:\n"
+           "  bind       bind a surface's vertices to the tets of a mesh\n"
+           "  apply      write the surface as it moves with a run\n\n"
+           "`flesh skin COMMAND --help` tells more about a command. A scene with `output: {skin:\n"
+           "{surface: FILE}}` does both while it runs.\n\n%s",
+           flesh_exit_codes_text);
+    return 0;
+  }
+  static const char known[] = "the commands are bind and apply";
+  if (!name) return flesh_command_refuse("skin", "no command given; %s", known);
+  return flesh_command_refuse("skin", "unknown command '%.100s'; %s", name, known);
+}

@@ -1,0 +1,138 @@
+/* command.c: `flesh snap`: pictures of runs, side by side. */
+#include "snap/command.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "shared/output.h"
+#include "shared/snapshot.h"
+
+enum { MOST_TIMES = 32 };
+
+/* Which frames of a run are drawn. */
+typedef struct wanted {
+  int count, by_time;
+  double at[MOST_TIMES]; /* times, or numbers; -1: the last one */
+} wanted;
+
+static int choose(const char *times, const char *frames, wanted *w)
+{
+  *w = (wanted){.count = 1, .at = {-1}};
+  if (times && frames)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--time and --frame are both given; one of them chooses");
+  if (!times && !frames) return FLESH_OK;
+  w->by_time = times != NULL;
+  w->count = flesh_parse_numbers(times ? times : frames, MOST_TIMES, w->at);
+  int good = w->count > 0;
+  for (int k = 0; k < w->count && frames; k++) good &= w->at[k] >= 0 && w->at[k] < 1e9 && w->at[k] == floor(w->at[k]);
+  if (good) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is '%s'; it must be up to %d %s, such as %s",
+                    times ? "time" : "frame", times ? times : frames, MOST_TIMES,
+                    times ? "times in seconds" : "numbers of frames, as in the names of the run's files",
+                    times ? "0,1/2" : "0,30");
+}
+
+static int frame_of(const flesh_run_folder *run, const wanted *w, int k, const char *title, int *frame)
+{
+  char numbers[64];
+  if (w->by_time) *frame = flesh_run_folder_at(run, w->at[k]);
+  else *frame = w->at[k] < 0 ? run->count - 1 : flesh_run_folder_find(run, (int)w->at[k]);
+  if (*frame >= 0) return FLESH_OK;
+  flesh_run_folder_numbers(run, numbers);
+  if (!run->files || !run->files[0])
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--frame is %g; %s has no frames but its %s, which is number 0", w->at[k],
+                      title, run->folder ? "last state" : "start");
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--frame is %g; the frames of %s are %s, numbered as its files (%s/%s)",
+                    w->at[k], title, numbers, run->folder, run->files[run->count - 1]);
+}
+
+/* Every run at every time; panels keep copies of their states. */
+static int draw(flesh_snapshot *s, const wanted *w, const char *out)
+{
+  int count = s->count * w->count, status = FLESH_OK;
+  flesh_picture_panel *panels = calloc((size_t)count, sizeof *panels);
+  char(*subtitles)[32] = calloc((size_t)count, sizeof *subtitles);
+  double **states = calloc((size_t)count, sizeof *states);
+  int *numbers = calloc((size_t)count, sizeof *numbers);
+  flesh_picture_frame shown;
+  if (!panels || !subtitles || !states || !numbers) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int p = 0; p < count && !status; p++) {
+    int r = p / w->count, frame = 0;
+    size_t n = 3 * (size_t)flesh_mesh_node_count(flesh_scene_mesh(s->runs[r].folder.scene));
+    status = frame_of(&s->runs[r].folder, w, p % w->count, s->runs[r].title, &frame);
+    if (!status) status = flesh_snapshot_panel(s, r, frame, subtitles[p], sizeof *subtitles, &panels[p]);
+    if (status) break;
+    numbers[p] = s->runs[r].folder.numbers[frame];
+    states[p] = malloc(2 * n * sizeof(double));
+    if (!states[p]) {
+      status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+      break;
+    }
+    memcpy(states[p], panels[p].x, n * sizeof(double));
+    memcpy(states[p] + n, panels[p].v, n * sizeof(double));
+    panels[p].x = states[p];
+    panels[p].v = states[p] + n;
+  }
+  if (!s->options.columns && w->count > 1) s->options.columns = w->count;
+  if (!status) status = flesh_picture(out, count, panels, &s->options, &shown);
+  for (int p = 0; p < count && !status; p++)
+    printf("%s: frame %d, t = %.6g s\n", s->runs[p / w->count].title, numbers[p], panels[p].t);
+  if (!status) {
+    flesh_snapshot_report(s, &shown);
+    printf("picture: %s\n", out);
+  }
+  for (int p = 0; states && p < count; p++) free(states[p]);
+  free(states);
+  free(numbers);
+  free(subtitles);
+  free(panels);
+  return status;
+}
+
+int flesh_command_snap(int argc, char **argv)
+{
+  flesh_snapshot snapshot;
+  wanted wanted;
+  const char *out = NULL, *times = NULL, *frames = NULL;
+  flesh_snapshot_default(&snapshot);
+  const flesh_option options[] = {
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "picture to write, its name ends in .png"},
+      {"time", "T[,T]...", FLESH_OPTION_TEXT, &times, "the frames nearest in time, s; which these are is printed"},
+      {"frame", "K[,K]...", FLESH_OPTION_TEXT, &frames,
+       "frames by their numbers, as in the names of the run's files: the steps"},
+      FLESH_SNAPSHOT_OPTIONS(snapshot),
+      {.name = NULL}};
+  const flesh_usage usage = {
+      .command = "snap",
+      .positionals = "RUN... --out FILE",
+      .summary = "Draws runs side by side, seen by one camera and coloured on one scale.",
+      .details = "RUN is the folder that `flesh run` has filled, or a scene, whose start is then\n"
+                 "drawn. Without --time or --frame it is the last frame; several make a strip.\n"
+                 "Frames are numbered as in the names of the run's files (frames/frame_000060.vtu is 60,\n"
+                 "written after step 60). Colours span all but a hundredth of the values at either end;\n"
+                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
+                 "and speed. Obstacles are transparent where they are seen from behind.\n",
+      .positional_min = 1,
+      .positional_max = INT_MAX,
+      .options = options};
+  int runs, code = flesh_options_read(&usage, argc, argv, &runs);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (!out || strlen(out) < 5 || strcmp(out + strlen(out) - 4, ".png")) {
+    return out ? flesh_command_refuse("snap", "--out is '%.200s'; it must be a file whose name ends in .png", out)
+               : flesh_command_refuse("snap", "--out is missing; it must be a file whose name ends in .png");
+  }
+  int status = choose(times, frames, &wanted);
+  flesh_inputs inputs = {0};
+  for (int r = 0; r < runs; r++) flesh_inputs_add(&inputs, argv[1 + r]);
+  if (snapshot.surface) flesh_inputs_add(&inputs, snapshot.surface);
+  if (!status) status = flesh_output_prepare(out, &inputs);
+  flesh_inputs_close(&inputs);
+  if (!status) status = flesh_snapshot_open(&snapshot, runs, argv + 1);
+  if (!status) status = draw(&snapshot, &wanted, out);
+  flesh_snapshot_close(&snapshot);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}

@@ -1,0 +1,224 @@
+/* case.c: one case of a sweep: what it sets, and its run in a process of its own. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/error.h"
+#include "accuracy/command.h"
+#include "drift/command.h"
+#include "hardcases/command.h"
+#include "shared/interrupt.h"
+#include "base/scan.h"
+#include "shared/options.h"
+#include "shared/provenance.h"
+#include "shared/runner.h"
+#include "scene/words.h"
+#include "sweep/sweep.h"
+
+int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made)
+{
+  *made = (flesh_sweep_case){.id = id, .scene = sweep->scene};
+  made->overrides = calloc((size_t)(sweep->set_count + sweep->column_count + 1), sizeof *made->overrides);
+  if (!made->overrides) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  long left = id - 1;
+  made->repeat = (int)(left % sweep->repeats) + 1;
+  left /= sweep->repeats;
+  for (int g = sweep->group_count - 1; g >= 0; g--) {
+    const flesh_sweep_group *group = &sweep->groups[g];
+    for (int c = group->first; c < group->first + group->columns; c++) {
+      made->values[c] = sweep->columns[c].values[left % group->count];
+      made->nodes[c] = sweep->columns[c].nodes[left % group->count];
+    }
+    left /= group->count;
+  }
+  for (int s = 0; s < sweep->set_count; s++) {
+    made->overrides[made->count] = strdup(sweep->set[s]);
+    if (made->overrides[made->count]) made->count++;
+  }
+  for (int c = 0; c <= sweep->column_count; c++) {
+    char *text = NULL;
+    if (c < sweep->column_count) {
+      const flesh_sweep_column *column = &sweep->columns[c];
+      if (!strcmp(column->key, "scene")) {
+        made->scene = made->values[c];
+        continue;
+      }
+      text = malloc(strlen(column->key) + strlen(made->values[c]) + 2);
+      if (text) sprintf(text, "%s=%s", column->key, made->values[c]);
+    } else if (sweep->seed >= 0) {
+      text = malloc(32);
+      if (text) sprintf(text, "output.seed=%d", sweep->seed + made->repeat - 1);
+    } else break;
+    if (text) made->overrides[made->count++] = text;
+  }
+  return FLESH_OK;
+}
+
+void flesh_sweep_case_free(flesh_sweep_case *made)
+{
+  for (int k = 0; k < made->count; k++) free((char *)made->overrides[k]);
+  free(made->overrides);
+  *made = (flesh_sweep_case){0};
+}
+
+/* The scene as the case will read it; stress has scenes of its own. */
+static int build(const flesh_sweep *sweep, int id)
+{
+  flesh_sweep_case c;
+  flesh_scene *scene = NULL;
+  int status = flesh_sweep_case_make(sweep, id, &c);
+  if (status) return status;
+  if (c.scene) status = flesh_scene_read(c.scene, c.count, c.overrides, &scene);
+  flesh_scene_destroy(&scene);
+  flesh_sweep_case_free(&c);
+  return status;
+}
+
+int flesh_sweep_case_try(const flesh_sweep *sweep, int shard, int shards)
+{
+  char first[900] = "";
+  int cases = 0, refused = FLESH_OK;
+  for (int id = shard; id <= sweep->case_count; id += shards, cases++) {
+    int status = build(sweep, id);
+    if (!status || status == FLESH_ERR_MEMORY || flesh_interrupt_signal()) return FLESH_OK;
+    if (refused) continue;
+    refused = status;
+    snprintf(first, sizeof first, "%s", flesh_error_text());
+  }
+  if (!refused) return FLESH_OK;
+  return cases == 1 ? flesh_fail(refused, "its only case is refused: %s", first)
+                    : flesh_fail(refused, "all %d cases are refused; the first: %s", cases, first);
+}
+
+static json_t *text_value(const char *text)
+{
+  json_t *value = json_string(text);
+  return value ? value : json_string("(not UTF-8)");
+}
+
+static json_t *refused(int status)
+{
+  return json_pack("{sssisosn}", "status", status == FLESH_ERR_MEMORY ? "failed" : "refused", "exit_code",
+                   flesh_exit_code(status), "message", text_value(flesh_error_text()), "result");
+}
+
+static json_t *run_scene(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+{
+  flesh_scene *scene = NULL;
+  flesh_figures figures = {0};
+  flesh_outcome outcome = {0};
+  int status = flesh_scene_read(c->scene, c->count, c->overrides, &scene);
+  if (status) return refused(status);
+  const flesh_runner_options options = {.out = folder, .scene_path = c->scene, .max_seconds = sweep->max_seconds,
+                                        .no_frames = !folder, .quiet = 1};
+  flesh_runner_run(scene, &options, &figures, &outcome);
+  json_t *result = flesh_outcome_json(&outcome);
+  json_object_set_new(result, "figures", flesh_figures_json(&figures, flesh_scene_system(scene)));
+  json_object_set_new(result, "materials", flesh_materials_json(scene));
+  json_object_set_new(result, "inputs", flesh_provenance_scene(scene, c->scene));
+  json_t *record = json_pack("{sssisO}", "status", flesh_outcome_word(&outcome), "exit_code", outcome.exit_code,
+                             "message", json_object_get(result, "message"));
+  json_object_set_new(record, "result", result);
+  flesh_figures_close(&figures);
+  flesh_scene_destroy(&scene);
+  return record;
+}
+
+/* The next field of a CSV line; *at moves behind it. Unquotes in place. */
+static char *next_field(char **at)
+{
+  char *start = *at, *to = start, *from = start;
+  if (*from == '"') {
+    for (from++; *from && !(*from == '"' && from[1] != '"'); from++) {
+      if (*from == '"') from++;
+      *to++ = *from;
+    }
+    if (*from) from++;
+  } else {
+    while (*from && *from != ',') *to++ = *from++;
+  }
+  *at = *from ? from + 1 : NULL;
+  *to = 0;
+  return start;
+}
+
+/* Rows of a table of drift, accuracy or stress as objects; NULL when it cannot be read. */
+static json_t *read_table(const char *path)
+{
+  enum { FIELDS = 128 };
+  char *text, *names[FIELDS], *line;
+  size_t size;
+  int count = 0;
+  if (flesh_file_load(path, &text, &size)) return NULL;
+  json_t *rows = json_array();
+  for (char *next = text; (line = next) && *line;) {
+    next = strchr(line, '\n');
+    if (next) *next++ = 0;
+    if (*line == '#' || !*line) continue;
+    if (!count) {
+      for (char *at = line; at && count < FIELDS;) names[count++] = next_field(&at);
+      continue;
+    }
+    json_t *row = json_object();
+    int field = 0;
+    for (char *at = line; at && field < count; field++) {
+      char *word = next_field(&at);
+      double value;
+      json_object_set_new(row, names[field], !*word ? json_null()
+                                             : flesh_number_parse(word, &value) ? flesh_json_number(value)
+                                                                                : text_value(word));
+    }
+    json_array_append_new(rows, row);
+  }
+  free(text);
+  return rows;
+}
+
+/* drift, accuracy and stress write tables; their rows go to the database. */
+static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+{
+  static int (*const commands[])(int, char **) = {NULL, flesh_command_drift, flesh_command_accuracy,
+                                                  flesh_command_stress};
+  const char *name = flesh_sweep_commands[sweep->command];
+  char **words = calloc((size_t)(2 * c->count + sweep->argument_count + 8), sizeof *words);
+  char *path = malloc(strlen(folder) + 32);
+  if (!words || !path) {
+    free(words), free(path);
+    flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    return refused(FLESH_ERR_MEMORY);
+  }
+  int count = 0;
+  words[count++] = (char *)name;
+  if (sweep->command != FLESH_SWEEP_STRESS) words[count++] = (char *)c->scene;
+  words[count++] = (char *)"--out";
+  words[count++] = (char *)folder;
+  for (int k = 0; k < c->count; k++) {
+    words[count++] = (char *)"--set";
+    words[count++] = (char *)c->overrides[k];
+  }
+  for (int k = 0; k < sweep->argument_count; k++) words[count++] = (char *)sweep->arguments[k];
+  int code = commands[sweep->command](count, words);
+  char message[1024] = "";
+  if (code)
+    snprintf(message, sizeof message, "flesh %s ended with exit code %d%s%.900s", name, code,
+             *flesh_error_text() ? ": " : "; its words are in log.txt of the case's folder", flesh_error_text());
+  sprintf(path, "%s/%s.csv", folder, name);
+  json_t *rows = read_table(path), *record;
+  const char *word = !code         ? "complete"
+                     : code == 2   ? "refused"
+                     : code == 6   ? "out of budget"
+                     : code >= 128 ? "interrupted"
+                                   : "failed";
+  record = json_pack("{sssisosn}", "status", word, "exit_code", code, "message", text_value(message), "result");
+  if (rows) json_object_set_new(record, "rows", rows);
+  free(words);
+  free(path);
+  return record;
+}
+
+json_t *flesh_sweep_case_run(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
+{
+  return sweep->command == FLESH_SWEEP_RUN ? run_scene(sweep, c, folder) : run_command(sweep, c, folder);
+}

@@ -1,0 +1,521 @@
+/* store.c: the database of a sweep: its tables, and the claims of the processes that work on it. */
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/scan.h"
+#include "shared/json_memory.h"
+#include "shared/provenance.h"
+#include "scene/words.h"
+#include "sweep/sweep.h"
+#include "sweep/tables.h"
+
+/* How long a process waits for another one's transaction. */
+enum { PATIENCE_MS = 60000 };
+
+const char flesh_sweep_schema_text[] =
+    "Tables of the database:\n"
+    "  cases       a row per case: id (from 1, the same in every shard), a column per axis, repeat (of several),\n"
+    "              status (planned, running, complete, failed, out of budget, crashed, refused,\n"
+    "              interrupted), exit_code, message,\n"
+    "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
+    "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256)\n"
+    "  table_rows  of drift, accuracy and stress: case_id, number, data (a row of the command's CSV as JSON)\n"
+    "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
+    "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
+    "  results     view: the cases with every figure as a column (energies as energy_NAME), reason and failed_at of\n"
+    "              failures, nodes and tets of the mesh, host and flesh_commit, and the derived columns\n"
+    "  rows        view: table_rows with the axes and a column per field\n"
+    "Costs that do not depend on the machine: steps, newton, linear, assemblies, projections, residuals, ...\n";
+
+int flesh_sweep_store_fail(const flesh_sweep_store *store, const char *doing)
+{
+  int code = sqlite3_errcode(store->database);
+  return flesh_fail(code == SQLITE_NOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: %s: %s", store->path, doing,
+                    sqlite3_errmsg(store->database));
+}
+
+int flesh_sweep_store_execute(flesh_sweep_store *store, const char *sql)
+{
+  return sqlite3_exec(store->database, sql, NULL, NULL, NULL) ? flesh_sweep_store_fail(store, "cannot be written")
+                                                              : FLESH_OK;
+}
+
+/* Ends the transaction that has begun: commits, or rolls back and keeps the error. */
+static int end_transaction(flesh_sweep_store *store, int status)
+{
+  if (!status) status = flesh_sweep_store_execute(store, "COMMIT");
+  if (status && !sqlite3_get_autocommit(store->database))
+    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
+  return status;
+}
+
+int flesh_sweep_store_prepare(flesh_sweep_store *store, const char *sql, sqlite3_stmt **statement)
+{
+  return sqlite3_prepare_v2(store->database, sql, -1, statement, NULL) ? flesh_sweep_store_fail(store, "is no sweep")
+                                                                        : FLESH_OK;
+}
+
+static int open_database(const char *path, int flags, flesh_sweep_store *store)
+{
+  *store = (flesh_sweep_store){.path = strdup(path), .lock = -1, .shard = 1, .shards = 1};
+  if (!store->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (sqlite3_open_v2(path, &store->database, flags, NULL))
+    return flesh_sweep_store_fail(store, "cannot be opened");
+  sqlite3_busy_timeout(store->database, PATIENCE_MS);
+  return FLESH_OK;
+}
+
+static char *text_of(flesh_sweep_store *store, const char *key)
+{
+  sqlite3_stmt *query;
+  char *value = NULL;
+  if (sqlite3_prepare_v2(store->database, "SELECT value FROM meta WHERE key = ?", -1, &query, NULL)) return NULL;
+  sqlite3_bind_text(query, 1, key, -1, SQLITE_STATIC);
+  if (sqlite3_step(query) == SQLITE_ROW && sqlite3_column_text(query, 0))
+    value = strdup((const char *)sqlite3_column_text(query, 0));
+  sqlite3_finalize(query);
+  return value;
+}
+
+static int set_meta(flesh_sweep_store *store, const char *key, const char *value)
+{
+  sqlite3_stmt *insert;
+  int status = flesh_sweep_store_prepare(store, "INSERT OR REPLACE INTO meta VALUES (?, ?)", &insert);
+  if (status) return status;
+  sqlite3_bind_text(insert, 1, key, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 2, value, -1, SQLITE_STATIC);
+  if (sqlite3_step(insert) != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be written");
+  sqlite3_finalize(insert);
+  return status;
+}
+
+/* WAL lets readers look on while cases are written; a commit is on the disk before it returns. */
+static int prepare_journal(flesh_sweep_store *store)
+{
+  for (int tries = 0;; tries++) {
+    int code = sqlite3_exec(store->database, "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;", NULL, NULL, NULL);
+    if (!code) return FLESH_OK;
+    if (code != SQLITE_BUSY || tries == 500) return flesh_sweep_store_fail(store, "cannot be written");
+    nanosleep(&(struct timespec){0, 20000000}, NULL); /* another process is making it */
+  }
+}
+
+static void bind_value(sqlite3_stmt *statement, int at, const char *value, const flesh_node *node)
+{
+  double number;
+  if (node && node->kind == FLESH_NODE_SCALAR) value = node->text;
+  if (!(node && node->quoted) && flesh_number_parse(value, &number) && isfinite(number)) {
+    if (number == floor(number) && fabs(number) < 1e15 && !strpbrk(value, ".eE/"))
+      sqlite3_bind_int64(statement, at, (sqlite3_int64)number);
+    else sqlite3_bind_double(statement, at, number);
+  } else {
+    sqlite3_bind_text(statement, at, value, -1, SQLITE_TRANSIENT);
+  }
+}
+
+static int insert_case(flesh_sweep_store *store, sqlite3_stmt *insert, const flesh_sweep *sweep, int id)
+{
+  flesh_sweep_case c;
+  flesh_text list = {0};
+  int at = 1, status = flesh_sweep_case_make(sweep, id, &c);
+  if (status) return status;
+  sqlite3_bind_int(insert, at++, id);
+  for (int k = 0; k < sweep->column_count; k++)
+    if (!flesh_sweep_is_scene(&sweep->columns[k])) bind_value(insert, at++, c.values[k], c.nodes[k]);
+  if (sweep->repeats > 1) sqlite3_bind_int(insert, at++, c.repeat);
+  sqlite3_bind_text(insert, at++, c.scene, -1, SQLITE_TRANSIENT);
+  for (int k = 0; k < c.count; k++) {
+    flesh_text_print(&list, k ? ", " : "[");
+    flesh_text_quote(&list, c.overrides[k]);
+  }
+  flesh_text_print(&list, c.count ? "]" : "[]");
+  sqlite3_bind_text(insert, at++, list.data, -1, SQLITE_TRANSIENT);
+  if (list.failed) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  else if (sqlite3_step(insert) != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be written");
+  sqlite3_reset(insert);
+  free(list.data);
+  flesh_sweep_case_free(&c);
+  return status;
+}
+
+/* The plan's rows of this shard; those that are there stay. */
+static int insert_cases(flesh_sweep_store *store, const flesh_sweep *sweep)
+{
+  flesh_text sql = {0};
+  sqlite3_stmt *insert = NULL;
+  flesh_text_print(&sql, "INSERT OR IGNORE INTO cases (id");
+  int columns = 2 + (sweep->repeats > 1);
+  for (int c = 0; c < sweep->column_count; c++) {
+    if (flesh_sweep_is_scene(&sweep->columns[c])) continue;
+    flesh_text_print(&sql, ", \"%s\"", sweep->columns[c].name);
+    columns++;
+  }
+  flesh_text_print(&sql, "%s, scene, overrides, status) VALUES (?", sweep->repeats > 1 ? ", repeat" : "");
+  for (int c = 0; c < columns; c++) flesh_text_print(&sql, ", ?");
+  flesh_text_print(&sql, ", 'planned')");
+  int status = sql.failed ? flesh_fail(FLESH_ERR_MEMORY, "out of memory")
+                          : flesh_sweep_store_prepare(store, sql.data, &insert);
+  for (int id = store->shard; !status && id <= sweep->case_count; id += store->shards)
+    status = insert_case(store, insert, sweep, id);
+  sqlite3_finalize(insert);
+  free(sql.data);
+  return status;
+}
+
+int flesh_sweep_store_check(const flesh_sweep *sweep)
+{
+  flesh_sweep_store store;
+  int bad = -1, status = open_database(":memory:", SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, &store);
+  if (!status) status = flesh_sweep_tables_create(&store, sweep);
+  if (!status) status = set_meta(&store, "command", flesh_sweep_commands[sweep->command]);
+  /* Of the other commands the fields are known only when their tables are there. */
+  if (!status) status = flesh_sweep_views_write(&store, &bad);
+  if (status && bad >= 0)
+    status = sweep->command == FLESH_SWEEP_RUN ? flesh_node_fail_within(status, sweep->derived[bad].node, "%s", "")
+                                               : FLESH_OK;
+  flesh_sweep_store_close(&store);
+  return status;
+}
+
+static int create(flesh_sweep_store *store, const flesh_sweep *sweep)
+{
+  char shard[40], count[16];
+  snprintf(shard, sizeof shard, "%d/%d", store->shard, store->shards);
+  snprintf(count, sizeof count, "%d", sweep->case_count);
+  int status = flesh_sweep_tables_create(store, sweep);
+  const struct {
+    const char *key, *value;
+  } rows[] = {{"format", "1"},          {"spec", sweep->text},   {"spec_path", sweep->path},
+              {"shard", shard},         {"cases", count},        {"command", flesh_sweep_commands[sweep->command]},
+              {"fingerprint", sweep->fingerprint}};
+  for (size_t k = 0; !status && k < sizeof rows / sizeof *rows; k++)
+    status = set_meta(store, rows[k].key, rows[k].value);
+  return status ? status : insert_cases(store, sweep);
+}
+
+/* Whether the database is of this sweep and shard. */
+static int compare(flesh_sweep_store *store, const flesh_sweep *sweep)
+{
+  char *fingerprint = text_of(store, "fingerprint"), *shard = text_of(store, "shard");
+  char wanted[40];
+  int status = FLESH_OK;
+  snprintf(wanted, sizeof wanted, "%d/%d", store->shard, store->shards);
+  if (!fingerprint || !shard) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", store->path);
+  else if (strcmp(fingerprint, sweep->fingerprint))
+    status = flesh_fail(FLESH_ERR_ARGUMENT,
+                        "%s: is of another sweep: %s or the scene it names has changed since; undo that, or give "
+                        "another --out",
+                        store->path, sweep->path);
+  else if (strcmp(shard, wanted))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: holds shard %s, not %s; give each shard an --out of its own",
+                        store->path, shard, wanted);
+  free(fingerprint);
+  free(shard);
+  return status;
+}
+
+/* Where the file of that name lies: beside the database. New text. */
+static char *beside(const flesh_sweep_store *store, const char *name)
+{
+  const char *slash = strrchr(store->path, '/');
+  char *path = malloc(strlen(store->path) + strlen(name) + 2);
+  if (path) sprintf(path, "%.*s%s", slash ? (int)(slash + 1 - store->path) : 0, store->path, name);
+  return path;
+}
+
+/* A file that stays locked while this process lives, however it ends. */
+static int open_lock(flesh_sweep_store *store, const char *name)
+{
+  store->lock_path = beside(store, name);
+  if (!store->lock_path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  store->lock = open(store->lock_path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be locked: %s", store->lock_path, strerror(errno));
+  return FLESH_OK;
+}
+
+static int enrol(flesh_sweep_store *store, int argc, char **argv)
+{
+  char host[80] = "", lock[80];
+  struct timespec now;
+  sqlite3_stmt *insert;
+  gethostname(host, sizeof host - 1);
+  clock_gettime(CLOCK_REALTIME, &now);
+  snprintf(store->worker, sizeof store->worker, "%s:%ld:%lld%09ld", host, (long)getpid(), (long long)now.tv_sec,
+           now.tv_nsec);
+  snprintf(lock, sizeof lock, ".sweep-%ld-%lld%09ld.lock", (long)getpid(), (long long)now.tv_sec, now.tv_nsec);
+  int status = open_lock(store, lock);
+  if (!status)
+    status =
+        flesh_sweep_store_prepare(store,
+                                  "INSERT INTO workers (name, host, pid, lock, started, program) VALUES (?, ?, ?, ?, "
+                                  "strftime('%Y-%m-%dT%H:%M:%fZ', 'now'), ?)",
+                                  &insert);
+  if (status) return status;
+  json_t *program = flesh_provenance_program(argc, argv);
+  char *text = json_dumps(program, JSON_COMPACT);
+  if (flesh_json_lacks()) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  sqlite3_bind_text(insert, 1, store->worker, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 2, host, -1, SQLITE_STATIC);
+  sqlite3_bind_int64(insert, 3, getpid());
+  sqlite3_bind_text(insert, 4, lock, -1, SQLITE_STATIC);
+  sqlite3_bind_text(insert, 5, text, -1, SQLITE_STATIC);
+  if (!status && sqlite3_step(insert) != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be written");
+  sqlite3_finalize(insert);
+  json_decref(program);
+  free(text);
+  return status;
+}
+
+static int prepare_statements(flesh_sweep_store *store)
+{
+  int status = flesh_sweep_store_prepare(
+      store,
+      "UPDATE cases SET status = 'running', worker = ?, started = strftime('%Y-%m-%dT%H:%M:%fZ', 'now') "
+      "WHERE id = (SELECT id FROM cases WHERE status = 'planned' ORDER BY id LIMIT 1) RETURNING id",
+      &store->claim);
+  if (!status)
+    status =
+        flesh_sweep_store_prepare(store,
+                                  "UPDATE cases SET status = ?, exit_code = ?, message = ?, seconds = ?, result = ? "
+                                  "WHERE id = ? AND worker = ?",
+                                  &store->finish);
+  if (!status)
+    status = flesh_sweep_store_prepare(store, "INSERT OR REPLACE INTO table_rows VALUES (?, ?, ?)", &store->row);
+  return status;
+}
+
+int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard, int shards, int resume, int argc,
+                           char **argv, flesh_sweep_store *store)
+{
+  int there = !access(path, F_OK);
+  *store = (flesh_sweep_store){.lock = -1};
+  int status = there ? flesh_regular_check(path) : FLESH_OK;
+  if (!status) status = open_database(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, store);
+  store->shard = shard;
+  store->shards = shards;
+  if (!status && there && !resume) {
+    char *format = text_of(store, "format");
+    if (format)
+      status = flesh_fail(FLESH_ERR_ARGUMENT,
+                          "%s: is there already; --resume goes on with it, another --out begins a new one", path);
+    free(format);
+  }
+  if (!status) status = prepare_journal(store);
+  if (!status) status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  char *format = text_of(store, "format");
+  int found = format != NULL;
+  free(format);
+  status = found ? compare(store, sweep) : create(store, sweep);
+  if (!status && found) status = insert_cases(store, sweep);
+  if (!status) status = enrol(store, argc, argv);
+  int bad = -1;
+  if (!status && !found && (status = flesh_sweep_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
+  status = end_transaction(store, status);
+  return status ? status : prepare_statements(store);
+}
+
+int flesh_sweep_store_read(const char *path, flesh_sweep_store *store)
+{
+  *store = (flesh_sweep_store){.lock = -1};
+  int status = flesh_regular_check(path);
+  if (!status) status = open_database(path, SQLITE_OPEN_READWRITE, store);
+  char *format = status ? NULL : text_of(store, "format");
+  if (!status && !format) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", path);
+  free(format);
+  return status;
+}
+
+void flesh_sweep_store_close(flesh_sweep_store *store)
+{
+  sqlite3_finalize(store->claim);
+  sqlite3_finalize(store->finish);
+  sqlite3_finalize(store->row);
+  sqlite3_close(store->database);
+  if (store->lock >= 0) {
+    unlink(store->lock_path);
+    close(store->lock);
+  }
+  free(store->lock_path);
+  free(store->path);
+  *store = (flesh_sweep_store){.lock = -1};
+}
+
+static int claim(flesh_sweep_store *store, int *id)
+{
+  *id = 0;
+  sqlite3_bind_text(store->claim, 1, store->worker, -1, SQLITE_STATIC);
+  int code = sqlite3_step(store->claim);
+  if (code == SQLITE_ROW) {
+    *id = sqlite3_column_int(store->claim, 0);
+    code = sqlite3_step(store->claim);
+  }
+  int status = code == SQLITE_DONE ? FLESH_OK : flesh_sweep_store_fail(store, "cannot be written");
+  sqlite3_reset(store->claim);
+  return status;
+}
+
+int flesh_sweep_store_claim(flesh_sweep_store *store, int *id)
+{
+  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
+  return status ? status : end_transaction(store, claim(store, id));
+}
+
+static int write_rows(flesh_sweep_store *store, int id, const json_t *rows)
+{
+  size_t index;
+  const json_t *row;
+  json_array_foreach((json_t *)rows, index, row) {
+    char *text = json_dumps(row, JSON_COMPACT);
+    sqlite3_bind_int(store->row, 1, id);
+    sqlite3_bind_int64(store->row, 2, (sqlite3_int64)index + 1);
+    sqlite3_bind_text(store->row, 3, text, -1, SQLITE_STATIC);
+    int code = sqlite3_step(store->row);
+    sqlite3_reset(store->row);
+    free(text);
+    if (code != SQLITE_DONE) return flesh_sweep_store_fail(store, "cannot be written");
+  }
+  return FLESH_OK;
+}
+
+static int write_record(flesh_sweep_store *store, int id, const json_t *record, double seconds)
+{
+  const json_t *result = json_object_get(record, "result"), *rows = json_object_get(record, "rows");
+  char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
+  sqlite3_stmt *finish = store->finish;
+  sqlite3_bind_text(finish, 1, json_string_value(json_object_get(record, "status")), -1, SQLITE_STATIC);
+  sqlite3_bind_int64(finish, 2, json_integer_value(json_object_get(record, "exit_code")));
+  sqlite3_bind_text(finish, 3, json_string_value(json_object_get(record, "message")), -1, SQLITE_STATIC);
+  sqlite3_bind_double(finish, 4, seconds);
+  sqlite3_bind_text(finish, 5, text, -1, SQLITE_STATIC);
+  sqlite3_bind_int(finish, 6, id);
+  sqlite3_bind_text(finish, 7, store->worker, -1, SQLITE_STATIC);
+  int status = sqlite3_step(finish) == SQLITE_DONE ? FLESH_OK : flesh_sweep_store_fail(store, "cannot be written");
+  sqlite3_reset(finish);
+  free(text);
+  return status || !rows ? status : write_rows(store, id, rows);
+}
+
+int flesh_sweep_store_finish(flesh_sweep_store *store, int id, const json_t *record, double seconds, int *next)
+{
+  if (next) *next = 0;
+  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
+  if (status) return status;
+  status = write_record(store, id, record, seconds);
+  if (!status && next) status = claim(store, next);
+  return end_transaction(store, status);
+}
+
+int flesh_sweep_store_release(flesh_sweep_store *store, int id)
+{
+  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
+                              "WHERE id = %d AND worker = %Q AND status = 'running'",
+                              id, store->worker);
+  int status = sql ? flesh_sweep_store_execute(store, sql) : FLESH_ERR_MEMORY;
+  sqlite3_free(sql);
+  return status;
+}
+
+/* Whether the process that has the lock file lives; else the file goes. Within a transaction, as are the makers. */
+static int lives(const flesh_sweep_store *store, const char *lock)
+{
+  char *path = beside(store, lock);
+  if (!path) return 1;
+  int file = open(path, O_RDWR | O_CLOEXEC), living = 0;
+  if (file >= 0) {
+    living = flock(file, LOCK_EX | LOCK_NB) != 0;
+    if (!living) unlink(path);
+    close(file);
+  }
+  free(path);
+  return living;
+}
+
+/* Removes what processes left that were killed. */
+static void clean(const flesh_sweep_store *store)
+{
+  char *folder = beside(store, ".");
+  DIR *list = folder ? opendir(folder) : NULL;
+  free(folder);
+  if (!list) return;
+  for (struct dirent *entry; (entry = readdir(list));) {
+    size_t length = strlen(entry->d_name);
+    if (!strncmp(entry->d_name, ".sweep-", 7) && length > 12 && !strcmp(entry->d_name + length - 5, ".lock"))
+      lives(store, entry->d_name);
+  }
+  closedir(list);
+}
+
+static int recover(flesh_sweep_store *store, int *count, int *running)
+{
+  clean(store);
+  sqlite3_stmt *query;
+  int status = flesh_sweep_store_prepare(store,
+                                         "SELECT worker, lock, count(*) FROM cases LEFT JOIN workers ON name = worker "
+                                         "WHERE status = 'running' AND worker IS NOT ?1 GROUP BY worker",
+                                         &query);
+  if (status) return status;
+  sqlite3_bind_text(query, 1, store->worker, -1, SQLITE_STATIC);
+  int code;
+  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
+    const char *worker = (const char *)sqlite3_column_text(query, 0),
+               *lock = (const char *)sqlite3_column_text(query, 1);
+    int cases = sqlite3_column_int(query, 2);
+    if (lock && lives(store, lock)) {
+      *running += cases;
+      continue;
+    }
+    *count += cases;
+    char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
+                                "WHERE status = 'running' AND worker IS %Q", worker);
+    status = sql ? flesh_sweep_store_execute(store, sql) : FLESH_ERR_MEMORY;
+    sqlite3_free(sql);
+  }
+  if (!status && code != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be read");
+  sqlite3_finalize(query);
+  return status;
+}
+
+int flesh_sweep_store_recover(flesh_sweep_store *store, int *count, int *running)
+{
+  *count = *running = 0;
+  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
+  return status ? status : end_transaction(store, recover(store, count, running));
+}
+
+int flesh_sweep_store_judge(flesh_sweep_store *store)
+{
+  sqlite3_stmt *query;
+  int all = flesh_sweep_store_count(store, NULL), status = FLESH_OK;
+  if (!all || flesh_sweep_store_count(store, "refused") < all) return FLESH_OK;
+  if (sqlite3_prepare_v2(store->database, "SELECT message FROM cases ORDER BY id LIMIT 1", -1, &query, NULL))
+    return flesh_sweep_store_fail(store, "cannot be read");
+  if (sqlite3_step(query) == SQLITE_ROW)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "all %d cases are refused; the first: %s", all,
+                        sqlite3_column_text(query, 0) ? (const char *)sqlite3_column_text(query, 0) : "(no words)");
+  sqlite3_finalize(query);
+  return status;
+}
+
+int flesh_sweep_store_count(flesh_sweep_store *store, const char *state)
+{
+  sqlite3_stmt *query;
+  int count = 0;
+  if (sqlite3_prepare_v2(store->database, "SELECT count(*) FROM cases WHERE ?1 IS NULL OR status = ?1", -1, &query,
+                         NULL))
+    return 0;
+  sqlite3_bind_text(query, 1, state, -1, SQLITE_STATIC);
+  if (sqlite3_step(query) == SQLITE_ROW) count = sqlite3_column_int(query, 0);
+  sqlite3_finalize(query);
+  return count;
+}

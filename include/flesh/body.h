@@ -1,0 +1,54 @@
+/* body.h: what a body is made of, and the groups of nodes that its elements couple. */
+#ifndef FLESH_BODY_H
+#define FLESH_BODY_H
+
+#include "flesh/instructions.h"
+#include "flesh/material.h"
+#include "flesh/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
+
+/* One of several bodies that share a mesh: a run of its tets. */
+typedef struct flesh_body_part {
+  const char *name;
+  int first_tet, tets;
+} flesh_body_part;
+
+/* What the body is made of. All pointers are borrowed and must outlive the effects made from it. */
+typedef struct flesh_body {
+  const flesh_mesh *mesh;
+  const double *density;           /* [tets] kg/m^3, > 0 */
+  const flesh_material *materials; /* the different ones; NULL for a body without elasticity */
+  const int *tet_material;         /* [tets] index into materials; NULL: all are materials[0] */
+  flesh_mass mass;
+  int part_count;               /* 0: one body without a name */
+  const flesh_body_part *parts; /* [part_count] */
+  flesh_instructions instructions; /* of effects that go tet by tet, and of linear solvers (see
+                                      flesh_system_instructions); with some that the machine
+                                      lacks, making these effects fails with FLESH_ERR_ARGUMENT */
+} flesh_body;
+
+/* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
+ * local indices is a block of the upper triangle: pairs (0,0) (0,1) ... (1,1) ..., of which a cell
+ * has m = nodes_per_cell * (nodes_per_cell + 1) / 2. */
+typedef struct flesh_cells {
+  int count, nodes_per_cell;
+  const int *nodes; /* [count * nodes_per_cell] */
+  /* Pairs whose blocks the effect asks for, pair p of cell c as c*m + p; NULL: all in order. */
+  int pair_count;
+  const int *pairs; /* [pair_count] */
+} flesh_cells;
+
+/* Cells of every tet of the mesh with its nodes ascending, for operations->cells. Freed with
+ * flesh_cells_clear. */
+FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
+FLESH_API void flesh_cells_clear(flesh_cells *cells);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

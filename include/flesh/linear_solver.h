@@ -1,0 +1,33 @@
+/* linear_solver.h: kinds of linear solvers and preconditioners. */
+#ifndef FLESH_LINEAR_SOLVER_H
+#define FLESH_LINEAR_SOLVER_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum flesh_linear_solver {
+  FLESH_LINEAR_PCG,
+  FLESH_LINEAR_KLU,
+  FLESH_LINEAR_CHOLMOD /* only where built in */
+} flesh_linear_solver;
+
+typedef enum flesh_preconditioner {
+  FLESH_PRECONDITIONER_AUTO,      /* two-level, or IC on meshes of a few hundred nodes */
+  FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements trilinear in the cells of a grid */
+  FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
+  FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
+  FLESH_PRECONDITIONER_NONE
+} flesh_preconditioner;
+
+/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
+FLESH_API flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
+/* As in a scene. NULL: no such kind. */
+FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

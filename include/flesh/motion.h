@@ -1,0 +1,29 @@
+/* motion.h: motions in time by keyframes. */
+#ifndef FLESH_MOTION_H
+#define FLESH_MOTION_H
+
+#include "flesh/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Points of a motion in time: linear between keyframes (rotations about one axis from the one to
+ * the other), constant before the first and after the last. */
+typedef struct flesh_keyframe {
+  double t;              /* s, ascending */
+  double translation[3]; /* m; for a drag, the target's position */
+  double rotation[3];    /* rotation vector about the motion's centre, radians */
+} flesh_keyframe;
+
+typedef struct flesh_motion {
+  int count; /* >= 1 */
+  const flesh_keyframe *keyframes;
+  double centre[3]; /* of the rotations, m */
+  int smooth;       /* 0: linear between keyframes; 1: cubic easing, at rest at every keyframe */
+} flesh_motion;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,139 @@
+/* ode.h: the equations of motion as y' = f(t, y) with SUNDIALS' own signatures, for a program that
+ * owns its CVODE or ARKODE.
+ *
+ * The unknown is y = (x, v) [2*3*n], positions before velocities, and f has the rows
+ *
+ *   of a free dof          x' = v                                  [m/s]
+ *                          v' = -M^-1 r(t, x, v, a = 0)            [m/s^2]
+ *   of a constrained dof   x' = prescribed velocity at t
+ *                          v' = prescribed acceleration at t
+ *
+ * r is the sum of all effects; what constrained dofs are prescribed is read from the system, never
+ * from y. M = dr/da is taken at the start and must not change with t, x and v, which holds for all
+ * effects of the library; lumped mass is divided by, consistent mass solved with, both on the free
+ * dofs alone.
+ *
+ * As with ida.h, a start is good up to the next event:
+ *
+ *   flesh_ode_problem_create(system, &options, &problem);
+ *   y = N_VNew_Serial(2*3*n, context);                  atol = N_VClone(y);
+ *   flesh_ode_start(problem, &state, y);
+ *   flesh_ode_tolerances(problem, 1e-6, atol);
+ *   CVodeInit(cvode, flesh_ode_rhs, state.t, y);            later: CVodeReInit(cvode, state.t, y)
+ *   CVodeSVtolerances(cvode, 0.0, atol);                absolute: rtol |x| depends on the origin
+ *   CVodeSetUserData(cvode, problem);
+ *   flesh_ode_sunmatrix_create(problem, context, &A);
+ *   flesh_ode_sunlinsol_create(problem, context, &solver);
+ *   CVodeSetLinearSolver(cvode, solver, A);             CVodeSetJacFn(cvode, flesh_ode_jacobian);
+ *   CVodeSetStopTime(cvode, flesh_ode_event(problem));  where that is finite
+ *   CVode(cvode, t_out, y, &t, CV_NORMAL);              as often as wanted, without a new start
+ *   flesh_ode_get_state(problem, t, y, &state);  CV_TSTOP_RETURN: go on at flesh_ode_start
+ *
+ * Without a matrix, by SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 20, context) and the like:
+ *
+ *   CVodeSetLinearSolver(cvode, solver, NULL);
+ *   CVodeSetPreconditioner(cvode, flesh_ode_preconditioner_setup, flesh_ode_preconditioner_solve);
+ *   CVodeSetJacTimes(cvode, flesh_ode_jacobian_times_setup, flesh_ode_jacobian_times);
+ *
+ * ARKODE: ERKStepCreate(flesh_ode_rhs, ...) for explicit steps, ARKStepCreate(NULL, flesh_ode_rhs,
+ * ...) for implicit ones, with the same functions in the slots named ARKStepSet... or
+ * ARKodeSet.... Bodies of soft tissue ring at frequencies far above those one looks at: explicit
+ * methods are bound to steps of about the time that sound takes through the smallest tet.
+ *
+ * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
+ * serial, OpenMP or Pthreads, of length 2*3*n. */
+#ifndef FLESH_ODE_H
+#define FLESH_ODE_H
+
+#include "flesh/sundials_abi.h" /* before what it judges */
+
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nvector.h>
+#include <sundials/sundials_types.h>
+
+#include "flesh/kinsol.h"
+#include "flesh/state.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The callbacks' `user_data`, or the first member of the struct that is. */
+typedef struct flesh_ode_problem flesh_ode_problem;
+
+/* Borrows `system` (finished, with inertia), copies `options`, of which linear_solver,
+ * preconditioner, max_linear and project (always: projected in the preconditioner) are read.
+ * Returns new. */
+FLESH_API int flesh_ode_problem_create(const flesh_system *system,
+                                       const flesh_solver_options *options,
+                                       flesh_ode_problem **problem);
+FLESH_API void flesh_ode_problem_destroy(flesh_ode_problem **problem);
+
+/* Starts from the state: y = (x, v), where constrained dofs take their prescribed places and
+ * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value. */
+FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *state, N_Vector y);
+
+/* Up to when the start is good; INFINITY when for ever. */
+FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
+
+/* As flesh_ida_scales and flesh_ida_tolerances. */
+FLESH_API void flesh_ode_scales(const flesh_ode_problem *problem, double *length, double *velocity);
+FLESH_API void flesh_ode_tolerances(const flesh_ode_problem *problem, double tolerance,
+                                    N_Vector atol);
+
+/* Fills the caller's state from y at t (before or at the event), constrained dofs exactly. */
+FLESH_API void flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
+                                flesh_state *state);
+
+/* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite. */
+FLESH_API int flesh_ode_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
+
+/* CVLsJacFn, ARKLsJacFn: df/dy into a matrix of flesh_ode_sunmatrix_create, for any mass, or into a
+ * 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ode_entries() entries, for SUNLinSol_KLU;
+ * FLESH_ERR_ARGUMENT there where the mass couples dofs (consistent mass), as df/dy is full then.
+ * The entries are -1 where they are too many for SUNDIALS' 32-bit indices.
+ * fy, w1, w2 and w3 are not used. */
+FLESH_API int flesh_ode_jacobian(sunrealtype t, N_Vector y, N_Vector fy, SUNMatrix J, void *problem,
+                                 N_Vector w1, N_Vector w2, N_Vector w3);
+FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);
+
+/* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations, so that CVODE and
+ * ARKODE keep a copy of it and make I - gamma df/dy of it when only gamma has changed. Memory of
+ * its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it. */
+FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context,
+                                         SUNMatrix *matrix);
+
+/* A SUNLinearSolver for that matrix: eliminates one half, (M + gamma C + gamma^2 K) w = gamma M b2
+ * - gamma^2 K b1, v = w/gamma, x = w + b1, by the options' PCG (type matrix-iterative: to the
+ * tolerance CVODE or ARKODE asks for, in its weighted norm, iterations reported), KLU or CHOLMOD
+ * (type direct). > 0, so that the step is shortened, where the matrix is not positive definite or
+ * PCG does not converge. Freed by SUNLinSolFree; the problem must outlive it, and serve no
+ * preconditioner meanwhile. */
+FLESH_API int flesh_ode_sunlinsol_create(flesh_ode_problem *problem, SUNContext context,
+                                         SUNLinearSolver *solver);
+
+/* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
+ * at (t, y); Jv = (df/dy) v there. fy and tmp are not used. */
+FLESH_API int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y, N_Vector fy, void *problem);
+FLESH_API int flesh_ode_jacobian_times(N_Vector v, N_Vector Jv, sunrealtype t, N_Vector y,
+                                       N_Vector fy, void *problem, N_Vector tmp);
+
+/* CVLsPrecSetupFn and CVLsPrecSolveFn, ARKLsPrecSetupFn and ARKLsPrecSolveFn: I - gamma df/dy with
+ * one half eliminated, (M + gamma C + gamma^2 K) dv = ..., by one application of the options'
+ * preconditioner, or a direct solve where the options name one. > 0 where that matrix is not
+ * positive definite. Left or right. */
+FLESH_API int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector fy,
+                                             flesh_sunboolean jok, flesh_sunboolean *jcur,
+                                             sunrealtype gamma, void *problem);
+FLESH_API int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vector r,
+                                             N_Vector z, sunrealtype gamma, sunrealtype delta,
+                                             int lr, void *problem);
+
+/* Counts since creation; the caller may zero them. Owned by the problem. */
+FLESH_API flesh_solve_stats *flesh_ode_stats(flesh_ode_problem *problem);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

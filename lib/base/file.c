@@ -1,0 +1,136 @@
+/* file.c: whole-or-nothing writing and exact number text. */
+#include "base/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <locale.h>
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/error.h"
+
+static char *path_with_suffix(const char *path, long pid, unsigned number)
+{
+  size_t size = strlen(path) + 48;
+  char *text = malloc(size);
+  if (text) snprintf(text, size, "%s.part-%ld-%u", path, pid, number);
+  return text;
+}
+
+/* A device or a pipe. A pipe that nobody reads is refused; opened to wait for a reader it would hang. */
+static int open_directly(const char *path)
+{
+  int descriptor = open(path, O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+  if (descriptor >= 0) fcntl(descriptor, F_SETFL, fcntl(descriptor, F_GETFL) & ~O_NONBLOCK);
+  return descriptor;
+}
+
+/* A new file beside the target. Its lock tells flesh_folder_clear that the writer lives; where locks are not known, it
+ * does without. A name can be taken: process numbers come again, and other hosts have the same. */
+static int open_temporary(flesh_file *file, mode_t mode)
+{
+  static atomic_uint opened; /* so that two threads never share a name */
+  for (;;) {
+    free(file->temporary);
+    file->temporary = path_with_suffix(file->path, (long)getpid(), atomic_fetch_add(&opened, 1));
+    if (!file->temporary) return -1;
+    int descriptor = open(file->temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+    if (descriptor < 0 && errno == EEXIST) continue;
+    if (descriptor < 0) return -1;
+    struct stat info;
+    flock(descriptor, LOCK_EX);
+    if (!fstat(descriptor, &info) && info.st_nlink) return descriptor;
+    close(descriptor); /* it was cleared away between the two */
+  }
+}
+
+int flesh_file_open(const char *path, flesh_file *file)
+{
+  *file = (flesh_file){0};
+  struct stat info;
+  int exists = !stat(path, &info);
+  if (exists && S_ISDIR(info.st_mode))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: it is a directory", path);
+  if (exists && S_ISREG(info.st_mode) && access(path, W_OK))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", path, strerror(errno));
+  int direct = exists && !S_ISREG(info.st_mode);
+  file->path = exists && !direct ? realpath(path, NULL) : strdup(path);
+  if (!file->path)
+    return flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
+                      strerror(errno));
+  int descriptor =
+      direct ? open_directly(file->path) : open_temporary(file, exists ? info.st_mode & 0777 : 0666);
+  if (descriptor >= 0) file->stream = fdopen(descriptor, "w");
+  if (!file->stream) {
+    int reason = errno;
+    if (descriptor >= 0) close(descriptor);
+    else free(file->temporary), file->temporary = NULL; /* it is none of ours */
+    flesh_file_abandon(file);
+    return flesh_fail(reason == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s%s", path,
+                      strerror(reason), reason == ENXIO ? " (nobody reads this pipe)" : "");
+  }
+  return FLESH_OK;
+}
+
+int flesh_file_commit(flesh_file *file)
+{
+  if (!file->stream) return flesh_fail(FLESH_ERR_ARGUMENT, "commit of a file that is not open");
+  errno = 0;
+  int failed = fflush(file->stream) != 0 || ferror(file->stream);
+  int reason = errno;
+  int lock = dup(fileno(file->stream)); /* until it has its name */
+  if (fclose(file->stream) && !failed) failed = 1, reason = errno;
+  file->stream = NULL;
+  if (!failed && file->temporary) {
+    if (rename(file->temporary, file->path)) {
+      failed = 1, reason = errno;
+    } else {
+      free(file->temporary);
+      file->temporary = NULL;
+    }
+  }
+  if (lock >= 0) close(lock);
+  if (failed)
+    flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", file->path,
+               reason ? strerror(reason) : "the disk may be full");
+  flesh_file_abandon(file);
+  return failed ? FLESH_ERR_FILE : FLESH_OK;
+}
+
+void flesh_file_abandon(flesh_file *file)
+{
+  if (file->stream) fclose(file->stream);
+  if (file->temporary) unlink(file->temporary);
+  free(file->temporary);
+  free(file->path);
+  *file = (flesh_file){0};
+}
+
+const char *flesh_number_text(double value, char text[FLESH_NUMBER_SIZE])
+{
+  if (isnan(value)) return strcpy(text, "nan");
+  if (isinf(value)) return strcpy(text, value > 0 ? "inf" : "-inf");
+  for (int digits = 15; digits <= 17; digits++) {
+    snprintf(text, FLESH_NUMBER_SIZE, "%.*g", digits, value);
+    if (strtod(text, NULL) == value) break;
+  }
+  const char *point = localeconv()->decimal_point;
+  char *found = strcmp(point, ".") ? strstr(text, point) : NULL;
+  if (found) {
+    size_t length = strlen(point);
+    *found = '.';
+    memmove(found + 1, found + length, strlen(found + length) + 1);
+  }
+  return text;
+}
+
+void flesh_number_print(FILE *stream, double value)
+{
+  char text[FLESH_NUMBER_SIZE];
+  fputs(flesh_number_text(value, text), stream);
+}

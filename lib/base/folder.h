@@ -1,0 +1,29 @@
+/* folder.h: folders of results: made, claimed by one process at a time, and cleared of what killed ones left. */
+#ifndef FLESH_BASE_FOLDER_H
+#define FLESH_BASE_FOLDER_H
+
+/* Makes the folder and its parents; fine when it is there. FLESH_ERR_FILE when it cannot be made,
+ * is a file or cannot be written into. */
+int flesh_folder_make(const char *path);
+
+/* A folder that this process alone fills. */
+typedef struct flesh_folder_claim {
+  char *path;     /* of the lock file; NULL: none is held */
+  int descriptor; /* whose lock ends with the process, however that ends */
+} flesh_folder_claim;
+
+/* Makes the folder, locks the file .flesh.lock in it, which holds `who` for others to read, and clears the folder
+ * (flesh_folder_clear). FLESH_ERR_FILE when another process has it, with its words. A lock file that a killed process
+ * left holds nobody up. Where a file system knows no locks, the folder is not guarded. */
+int flesh_folder_claim_take(const char *path, const char *who, flesh_folder_claim *claim);
+/* Removes the lock file; harmless without a claim. */
+void flesh_folder_claim_release(flesh_folder_claim *claim);
+
+/* Removes the temporary files of flesh_file_open (NAME.part-<process>-<number>) whose writers are gone; those of living
+ * writers are locked. And those of programs that are called to write (NAME.part-<process><suffix>), once no such
+ * process lives. */
+void flesh_folder_clear(const char *path);
+/* The same for the temporary files of one target. */
+void flesh_file_clear(const char *target);
+
+#endif

@@ -1,9 +1,0 @@
-/* longest.h: the order of things by their lengths, for loops over them whose ends processors are to foresee. */
-#ifndef FLESH_BASE_LONGEST_H
-#define FLESH_BASE_LONGEST_H
-
-/* The numbers begin <= k < end from the largest length[k] to the least into order[begin..end), those of one length as
- * they were. Lengths are not negative; of different ones there are few. */
-void flesh_longest_first(int begin, int end, const int *length, int *order);
-
-#endif

@@ -1,0 +1,247 @@
+/* scan.c: loading a file and scanning the numbers of a text. */
+#include "base/scan.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/error.h"
+
+int flesh_regular_open(const char *path, int *descriptor)
+{
+  struct stat what;
+  /* Opening a pipe to read waits for its writer unless told not to. */
+  *descriptor = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+  if (*descriptor < 0)
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
+  if (!fstat(*descriptor, &what) && S_ISREG(what.st_mode)) return FLESH_OK;
+  close(*descriptor);
+  *descriptor = -1;
+  return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file%s", path,
+                    S_ISDIR(what.st_mode)    ? " but a directory"
+                    : S_ISFIFO(what.st_mode) ? " but a pipe"
+                                             : "");
+}
+
+int flesh_regular_check(const char *path)
+{
+  int descriptor, status = flesh_regular_open(path, &descriptor);
+  if (!status) close(descriptor);
+  return status;
+}
+
+int flesh_file_load(const char *path, char **data, size_t *size)
+{
+  struct stat what;
+  *data = NULL;
+  *size = 0;
+  int descriptor, status = flesh_regular_open(path, &descriptor);
+  if (status) return status;
+  FILE *file = fdopen(descriptor, "rb");
+  if (!file) {
+    close(descriptor);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  }
+  if (fstat(descriptor, &what))
+    status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
+  else if (!(*data = malloc((size_t)what.st_size + 1)))
+    status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory for its %lld bytes", path,
+                        (long long)what.st_size);
+  else {
+    *size = fread(*data, 1, (size_t)what.st_size, file);
+    (*data)[*size] = 0;
+    if (ferror(file))
+      status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be read: %s", path, strerror(errno));
+  }
+  fclose(file);
+  if (status) {
+    free(*data);
+    *data = NULL;
+  }
+  return status;
+}
+
+int flesh_scan_open(flesh_scanner *s, const char *path)
+{
+  size_t size;
+  *s = (flesh_scanner){.path = path, .line = 1};
+  int status = flesh_plain_locale_begin(&s->locale);
+  if (!status) status = flesh_file_load(path, &s->data, &size);
+  if (status) return status;
+  s->begin = s->at = s->data;
+  s->end = s->data + size;
+  if (size >= 3 && !memcmp(s->data, "\xef\xbb\xbf", 3)) s->at += 3; /* UTF-8's mark */
+  return FLESH_OK;
+}
+
+void flesh_scan_close(flesh_scanner *s)
+{
+  if (s->locale.plain) flesh_plain_locale_end(&s->locale);
+  free(s->data);
+  s->locale.plain = (locale_t)0;
+  s->data = NULL;
+}
+
+static int is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+/* End of a token: blank, line end, comment; and the 0 behind the text, never a 0 inside it. */
+static int is_break(const flesh_scanner *s, const char *at)
+{
+  return at >= s->end || is_blank(*at) || *at == '\n' || *at == '#';
+}
+
+int flesh_scan_next_in_line(flesh_scanner *s)
+{
+  while (s->at < s->end && is_blank(*s->at)) s->at++;
+  if (s->at < s->end && *s->at == '#') {
+    const char *stop = memchr(s->at, '\n', (size_t)(s->end - s->at));
+    s->at = stop ? stop : s->end;
+  }
+  return s->at < s->end && *s->at != '\n';
+}
+
+int flesh_scan_next(flesh_scanner *s)
+{
+  while (!flesh_scan_next_in_line(s)) {
+    if (s->at >= s->end) return 0;
+    s->at++;
+    s->line++;
+  }
+  return 1;
+}
+
+void flesh_scan_skip_line(flesh_scanner *s)
+{
+  const char *stop = memchr(s->at, '\n', (size_t)(s->end - s->at));
+  s->at = stop ? stop + 1 : s->end;
+  s->line += stop != NULL;
+}
+
+int flesh_scan_word(flesh_scanner *s, const char *word)
+{
+  size_t length = strlen(word);
+  if ((size_t)(s->end - s->at) < length || memcmp(s->at, word, length)) return 0;
+  if (!is_break(s, s->at + length)) return 0;
+  s->at += length;
+  return 1;
+}
+
+const char *flesh_scan_show(const flesh_scanner *s)
+{
+  enum { SHOWN = 32 };
+  static _Thread_local char text[SHOWN + 8];
+  char *out = text;
+  const char *at = s->at;
+  *out++ = '\'';
+  for (; !is_break(s, at) && at - s->at < SHOWN; at++)
+    *out++ = *at >= 0x20 && *at < 0x7f ? *at : '?';
+  if (!is_break(s, at)) {
+    memcpy(out, "...", 3);
+    out += 3;
+  }
+  *out++ = '\'';
+  *out = 0;
+  return text;
+}
+
+int flesh_scan_fail(const flesh_scanner *s, const char *format, ...)
+{
+  char text[512];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(text, sizeof text, format, args);
+  va_end(args);
+  return flesh_fail(FLESH_ERR_FILE, "%s:%lld: %s", s->path, (long long)s->line, text);
+}
+
+/* Names what is being read: "node 5". */
+static const char *item_text(const flesh_scanner *s, char text[64])
+{
+  if (s->index < 0) snprintf(text, 64, "%s", s->item);
+  else snprintf(text, 64, "%s %lld", s->item, (long long)s->index);
+  return text;
+}
+
+/* Goes to the row's next token or fails. */
+static int next_in_row(flesh_scanner *s)
+{
+  if (s->free_rows ? flesh_scan_next(s) : flesh_scan_next_in_line(s)) return FLESH_OK;
+  char item[64];
+  return flesh_scan_fail(s, "%s: the %s ends too early; `%s` is expected", item_text(s, item),
+                         s->at >= s->end ? "file" : "row", s->form);
+}
+
+int flesh_scan_integer(flesh_scanner *s, int64_t *value)
+{
+  if (next_in_row(s)) return FLESH_ERR_FILE;
+  const char *at = s->at;
+  int negative = *at == '-', digits = 0, over = 0;
+  if (*at == '-' || *at == '+') at++;
+  int64_t sum = 0;
+  for (; *at >= '0' && *at <= '9'; at++, digits++) {
+    int digit = *at - '0';
+    if (sum > (INT64_MAX - digit) / 10) over = 1;
+    else sum = 10 * sum + digit;
+  }
+  char item[64];
+  if (!digits || !is_break(s, at))
+    return flesh_scan_fail(s, "%s: %s is not an integer; `%s` is expected", item_text(s, item),
+                           flesh_scan_show(s), s->form);
+  if (over)
+    return flesh_scan_fail(s, "%s: %s does not fit into 64 bits", item_text(s, item),
+                           flesh_scan_show(s));
+  s->at = at;
+  *value = negative ? -sum : sum;
+  return FLESH_OK;
+}
+
+int flesh_scan_real(flesh_scanner *s, double *value)
+{
+  if (next_in_row(s)) return FLESH_ERR_FILE;
+  /* strtod follows the thread's locale, which flesh_mesh_read has set to "C"; the text ends in a 0.
+   */
+  char *stop, item[64];
+  double number = strtod(s->at, &stop);
+  if (stop == s->at || !is_break(s, stop))
+    return flesh_scan_fail(s, "%s: %s is not a number; `%s` is expected", item_text(s, item),
+                           flesh_scan_show(s), s->form);
+  if (!isfinite(number))
+    return flesh_scan_fail(s, "%s: %s is not finite; coordinates must be finite numbers",
+                           item_text(s, item), flesh_scan_show(s));
+  s->at = stop;
+  *value = number;
+  return FLESH_OK;
+}
+
+int flesh_scan_row_end(flesh_scanner *s)
+{
+  if (!flesh_scan_next_in_line(s)) return FLESH_OK;
+  char item[64];
+  return flesh_scan_fail(s, "%s: %s stands behind the row's end; `%s` is expected",
+                         item_text(s, item), flesh_scan_show(s), s->form);
+}
+
+int flesh_scan_count(flesh_scanner *s, const char *item, int least, int bytes, int *count)
+{
+  int64_t value;
+  s->item = item;
+  s->index = -1;
+  if (flesh_scan_integer(s, &value)) return FLESH_ERR_FILE;
+  if (value < least || value > INT_MAX / 4)
+    return flesh_scan_fail(s, "%s is %lld; it must be %d to %d", item, (long long)value, least,
+                           INT_MAX / 4);
+  if (value > (s->end - s->at) / bytes + 1)
+    return flesh_scan_fail(
+        s, "%s is %lld, but only %lld bytes of the file are left, enough for %lld", item,
+        (long long)value, (long long)(s->end - s->at), (long long)((s->end - s->at) / bytes));
+  *count = (int)value;
+  return FLESH_OK;
+}

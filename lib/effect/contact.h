@@ -1,0 +1,22 @@
+/* contact.h: what a contact effect holds, and its operations. */
+#ifndef FLESH_EFFECT_CONTACT_H
+#define FLESH_EFFECT_CONTACT_H
+
+#include "flesh/contact.h"
+#include "geometry/contact_core.h"
+
+typedef struct flesh_contact {
+  flesh_obstacle *obstacle;
+  double thickness, friction, slip_speed;
+  int count;      /* nodes of tets */
+  int *nodes;     /* [count] ascending */
+  double *weight; /* [count] stiffness times the node's area, N */
+  flesh_contact_core core;
+} flesh_contact;
+
+extern const flesh_effect_operations flesh_contact_operations;
+
+size_t flesh_contact_memory(const flesh_effect *effect);
+void flesh_contact_destroy(void *data);
+
+#endif

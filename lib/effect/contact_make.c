@@ -1,0 +1,156 @@
+/* contact_make.c: makes and frees contact effects: which nodes touch, with which areas, and how hard they are pushed.
+ * */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/contact.h"
+#include "effect/effect.h"
+#include "geometry/obstacle.h"
+#include "math/mat3.h"
+
+size_t flesh_contact_memory(const flesh_effect *effect)
+{
+  const flesh_contact *self = effect->data;
+  const flesh_contact_core *core = &self->core;
+  size_t bytes = sizeof *self + flesh_obstacle_memory(self->obstacle) +
+                 (size_t)self->count * (sizeof *self->nodes + sizeof *self->weight);
+  if (core->points)
+    bytes += 3 * (size_t)core->points * sizeof *core->centres + (size_t)core->node_count * sizeof *core->nodes +
+             3 * (size_t)core->faces.count *
+                 (sizeof *core->faces.nodes + sizeof *core->edge_weight + sizeof *core->vertex_weight);
+  return bytes;
+}
+
+void flesh_contact_destroy(void *data)
+{
+  flesh_contact *self = data;
+  if (!self) return;
+  flesh_obstacle_destroy(&self->obstacle);
+  flesh_contact_core_clear(&self->core);
+  free(self->nodes);
+  free(self->weight);
+  free(self);
+}
+
+const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect)
+{
+  return effect->operations == &flesh_contact_operations ? ((const flesh_contact *)effect->data)->obstacle
+                                                   : NULL;
+}
+
+void flesh_contact_options_default(flesh_contact_options *options)
+{
+  *options = (flesh_contact_options){.stiffness = NAN, .thickness = NAN, .slip_speed = 1e-3};
+}
+
+/* The nodes and their areas: shares of the rest surface, within the body what its share of the volume
+ * gives. These meet the obstacle only where the body is crushed, and must not pass it then. *edge is
+ * the mean length of the surface's edges, *share a node's mean area. */
+static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *edge, double *share)
+{
+  int triangles;
+  const int *surface = flesh_mesh_surface(mesh, &triangles), nodes = flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *area = calloc((size_t)nodes + 1, sizeof *area);
+  double *volume = calloc((size_t)nodes + 1, sizeof *volume);
+  self->nodes = malloc(((size_t)nodes + 1) * sizeof *self->nodes);
+  self->weight = malloc(((size_t)nodes + 1) * sizeof *self->weight);
+  if (!area || !volume || !self->nodes || !self->weight) {
+    free(area);
+    free(volume);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d triangles", triangles);
+  }
+  *edge = 0;
+  for (int t = 0; t < triangles; t++) {
+    const int *corner = surface + 3 * (size_t)t;
+    double e[3], f[3], n[3];
+    for (int c = 0; c < 3; c++) {
+      e[c] = X[3 * corner[1] + c] - X[3 * corner[0] + c];
+      f[c] = X[3 * corner[2] + c] - X[3 * corner[0] + c];
+    }
+    flesh_vec3_cross(e, f, n);
+    for (int k = 0; k < 3; k++) area[corner[k]] += sqrt(flesh_vec3_dot(n, n)) / 6;
+    *share += sqrt(flesh_vec3_dot(n, n)) / triangles; /* a mesh has half as many nodes as triangles */
+    *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
+  }
+  for (int k = 0; k < 4 * flesh_mesh_tet_count(mesh); k++)
+    volume[flesh_mesh_tets(mesh)[k]] += flesh_mesh_tet_volumes(mesh)[k / 4] / 4;
+  for (int i = 0; i < nodes; i++)
+    if (volume[i] > 0) {
+      self->nodes[self->count] = i;
+      self->weight[self->count++] = area[i] > 0 ? area[i] : cbrt(volume[i] * volume[i]);
+    }
+  free(area);
+  free(volume);
+  return FLESH_OK;
+}
+
+/* Three times the largest shear modulus, which is Young's modulus of what keeps its volume. */
+static double body_stiffness(const flesh_body *body)
+{
+  int count = body->materials ? 1 : 0;
+  double largest = 0;
+  for (int e = 0; body->tet_material && e < flesh_mesh_tet_count(body->mesh); e++)
+    if (body->tet_material[e] >= count) count = body->tet_material[e] + 1;
+  for (int m = 0; m < count; m++)
+    if (body->materials[m].mu > largest) largest = body->materials[m].mu;
+  return 3 * largest;
+}
+
+static int check_options(const flesh_contact_options *o)
+{
+  if (!(o->stiffness > 0 && o->stiffness < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "stiffness is %g Pa; it must be positive, and given where the body has no elasticity",
+                      o->stiffness);
+  if (!(o->thickness > 0 && o->thickness < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "thickness is %g m; it must be positive", o->thickness);
+  if (!(o->friction >= 0 && o->friction < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "friction is %g; it must not be negative", o->friction);
+  if (!(o->slip_speed > 0 && o->slip_speed < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "slip_speed is %g m/s; it must be positive", o->slip_speed);
+  return FLESH_OK;
+}
+
+int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
+                         flesh_obstacle **obstacle, flesh_effect **effect)
+{
+  FLESH_NEED({obstacle, "obstacle"});
+  const flesh_needed needed[] = {{body, "body"}, {options, "options"}, {*obstacle, "*obstacle"}, {effect, "effect"},
+                                 {NULL, NULL}};
+  int status = flesh_check_needed(__func__, needed);
+  if (effect) *effect = NULL;
+  if (status) { /* the obstacle is taken all the same */
+    flesh_obstacle_destroy(obstacle);
+    return status;
+  }
+  double edge = 0, share = 0;
+  flesh_contact_options own = *options;
+  flesh_contact *self = calloc(1, sizeof *self);
+  if (!self) {
+    flesh_obstacle_destroy(obstacle);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
+  }
+  self->obstacle = *obstacle;
+  *obstacle = NULL;
+  status = collect_nodes(body->mesh, self, &edge, &share);
+  if (!status) {
+    if (isnan(own.stiffness)) own.stiffness = body_stiffness(body);
+    if (isnan(own.thickness)) own.thickness = edge / 20;
+    status = check_options(&own);
+  }
+  if (!status)
+    status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,
+                                       own.thickness, &self->core);
+  if (status) {
+    flesh_contact_destroy(self);
+    return status;
+  }
+  for (int k = 0; k < self->count; k++) self->weight[k] *= own.stiffness;
+  self->thickness = own.thickness;
+  self->friction = own.friction;
+  self->slip_speed = own.slip_speed;
+  return flesh_effect_create(&flesh_contact_operations, self, effect);
+}

@@ -1,0 +1,130 @@
+/* settling_damping.c: winds a motion down: mass-proportional damping r = rate w M v that is on while the body moves and
+ * while from <= t < until.
+ *
+ * w goes from 0 to 1 (3 s^2 - 2 s^3) as the root of the mean square speed of the lagged state, weighed by mass, goes
+ * from half of `speed` to `speed`: what is calm is let be, and r stays linear in v with the potential v.Cv/(2 shift.v).
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "element/mass.h"
+
+typedef struct calm {
+  double rate, speed, from, until, total; /* 1/s, m/s, s, s, kg */
+  flesh_mass_matrix M;
+} calm;
+
+static const flesh_cells *settling_cells(const flesh_effect *effect)
+{
+  const calm *self = effect->data;
+  return flesh_mass_matrix_cells(&self->M);
+}
+
+static double rate_at(const calm *self, const flesh_point *point)
+{
+  if (!(self->from <= point->t && point->t < self->until)) return 0;
+  if (self->speed == 0) return self->rate;
+  double half_square;
+  flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, &half_square);
+  double speed = sqrt(2 * half_square / self->total), s = fmin(fmax(2 * speed / self->speed - 1, 0), 1);
+  return self->rate * s * s * (3 - 2 * s);
+}
+
+static int settling_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                         double *phi, double *magnitude)
+{
+  const calm *self = effect->data;
+  double rate = r || shift->v != 0 ? rate_at(self, point) : 0;
+  if (rate > 0)
+    flesh_mass_matrix_evaluate(&self->M, rate, point->threads, point->v, shift->v, r, phi, magnitude);
+  return FLESH_OK;
+}
+
+static int settling_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  return settling_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
+}
+
+static int settling_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  const calm *self = effect->data;
+  double rate = shift->v != 0 ? rate_at(self, point) : 0;
+  if (rate > 0) flesh_mass_matrix_add(&self->M, shift->v * rate, point->threads, K, slots);
+  return FLESH_OK;
+}
+
+static int settling_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                              double *phi, double *magnitude)
+{
+  return settling_evaluate(effect, point, shift, NULL, phi, magnitude);
+}
+
+static flesh_instructions settling_instructions(const flesh_effect *effect)
+{
+  return ((const calm *)effect->data)->M.tets.instructions;
+}
+
+static double settling_next_event(const flesh_effect *effect, double t)
+{
+  const calm *self = effect->data;
+  return flesh_interval_next_event(self->from, self->until, t);
+}
+
+static size_t settling_memory(const flesh_effect *effect)
+{
+  const calm *self = effect->data;
+  return sizeof *self + flesh_mass_matrix_memory(&self->M);
+}
+
+static void settling_destroy(void *data)
+{
+  calm *self = data;
+  if (self) flesh_mass_matrix_clear(&self->M);
+  free(self);
+}
+
+static const flesh_effect_operations settling_operations = {
+    .name = "settling_damping",
+    .passive = 1,
+    .role = FLESH_ROLE_DAMPING,
+    .cells = settling_cells,
+    .residual = settling_residual,
+    .jacobian = settling_jacobian,
+    .potential = settling_potential,
+    .evaluate = settling_evaluate,
+    .instructions = settling_instructions,
+    .next_event = settling_next_event,
+    .destroy = settling_destroy,
+    .memory = settling_memory,
+};
+
+int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,
+                      flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"});
+  if (!(rate > 0 && rate < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "rate is %g 1/s; it must be positive", rate);
+  if (!(speed >= 0 && speed < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "speed is %g m/s; it must not be negative", speed);
+  if (!(until > from))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
+  calm *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a calm effect");
+  self->rate = rate;
+  self->speed = speed;
+  self->from = from;
+  self->until = until;
+  int status = flesh_mass_matrix_create(body, &self->M);
+  if (status) {
+    settling_destroy(self);
+    return status;
+  }
+  for (int e = 0; e < flesh_mesh_tet_count(body->mesh); e++)
+    self->total += body->density[e] * flesh_mesh_tet_volumes(body->mesh)[e];
+  return flesh_effect_create(&settling_operations, self, effect);
+}

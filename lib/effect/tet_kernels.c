@@ -1,9 +1,0 @@
-/* tet_kernels.c: the kernels of one instruction set, by one name. */
-#include "effect/tet_lanes.h"
-
-const flesh_tet_kernels FLESH_OF_SET(flesh_kernels) = {
-    .lanes = FLESH_LANES,
-    .elastic = &FLESH_OF_SET(flesh_elastic),
-    .stiffness = &FLESH_OF_SET(flesh_stiffness),
-    .viscous = &FLESH_OF_SET(flesh_viscous),
-};

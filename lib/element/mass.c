@@ -1,0 +1,185 @@
+/* mass.c: the lumped and the consistent mass of linear tets. */
+#include "element/mass.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "element/body.h"
+
+int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
+{
+  int nodes = flesh_mesh_node_count(body->mesh);
+  *mass = (flesh_mass_matrix){.nodes = nodes};
+  int status = flesh_body_check_density(body);
+  if (status) return status;
+  if (body->mass == FLESH_MASS_LUMPED) {
+    mass->lumped = calloc((size_t)nodes, sizeof *mass->lumped);
+    if (!mass->lumped) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
+    flesh_mesh_lumped_mass(body->mesh, body->density, mass->lumped);
+    return FLESH_OK;
+  }
+  status = flesh_tets_create(body, FLESH_TETS_MASSES, &mass->tets);
+  if (status) flesh_mass_matrix_clear(mass);
+  return status;
+}
+
+void flesh_mass_matrix_clear(flesh_mass_matrix *mass)
+{
+  free(mass->lumped);
+  flesh_tets_clear(&mass->tets);
+  *mass = (flesh_mass_matrix){0};
+}
+
+const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass)
+{
+  return mass->lumped ? NULL : &mass->tets.cells;
+}
+
+/* Lumped masses, a part of the nodes by each task; parts are as large as is worth handing out, whatever the number of
+ * threads. */
+enum { MOST_PARTS = 64, NODES_OF_PART = 512 };
+
+typedef struct job {
+  const flesh_mass_matrix *mass;
+  double scale;
+  const double *x;
+  double *y;
+  const flesh_block_matrix *K;
+  int parts;
+  double squares[MOST_PARTS];
+} job;
+
+static void run_parts(job *j, flesh_threads *threads, flesh_task *task)
+{
+  int parts = j->mass->nodes / NODES_OF_PART;
+  j->parts = parts < 1 ? 1 : parts < MOST_PARTS ? parts : MOST_PARTS;
+  flesh_threads_run(threads, j->parts, task, j);
+}
+
+static int first_of_part(const job *j, int task) { return (int)((int64_t)j->mass->nodes * task / j->parts); }
+
+static void multiply_part(void *data, int task)
+{
+  const job *j = data;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    const double m = j->scale * j->mass->lumped[i];
+    for (int c = 0; c < 3; c++) j->y[3 * i + c] += m * j->x[3 * i + c];
+  }
+}
+
+static void square_part(void *data, int task)
+{
+  job *j = data;
+  double sum = 0;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    const double *x = j->x + 3 * (size_t)i;
+    sum += j->mass->lumped[i] * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  }
+  j->squares[task] = sum;
+}
+
+static void add_part(void *data, int task)
+{
+  const job *j = data;
+  for (int i = first_of_part(j, task), end = first_of_part(j, task + 1); i < end; i++) {
+    double *block = j->K->values + 9 * (size_t)j->K->row_start[i];
+    for (int c = 0; c < 3; c++) block[4 * c] += j->scale * j->mass->lumped[i];
+  }
+}
+
+/* Of a tet M x = rho V/20 (sum of x over its nodes + x), a kernel without lanes: `v` stands for x. */
+static int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
+{
+  const int *batch = batches->tiles.batch + tile;
+  for (int e = batches->first[batch[0]]; e < batches->first[batch[1]]; e++) {
+    const int *node = batches->nodes + 4 * (size_t)e;
+    const double m = at->scale * batches->masses[e];
+    double value = 0;
+    for (int c = 0; c < 3; c++) {
+      double sum = 0, squares = 0, x[4];
+      for (int a = 0; a < 4; a++) {
+        x[a] = at->v[3 * (size_t)node[a] + c];
+        sum += x[a];
+        squares += x[a] * x[a];
+      }
+      value += sum * sum + squares;
+      for (int a = 0; a < 4 && r; a++) r[3 * (size_t)node[a] + c] += m * (sum + x[a]);
+    }
+    for (int k = 0; k < 2 && sums; k++) sums[k] += 0.5 * m * value;
+  }
+  return FLESH_OK;
+}
+
+static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                        double *values)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  const int pairs = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+  const int nodes = tiles->node_first[tile + 1] - tiles->node_first[tile];
+  double own[FLESH_TILE_PAIRS], with_itself[FLESH_TILE_NODES]; /* what their blocks are of the identity */
+  memset(own, 0, (size_t)pairs * sizeof *own);
+  memset(with_itself, 0, (size_t)nodes * sizeof *with_itself);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    const uint16_t *pair = tiles->pairs + 6 * (size_t)batches->lanes * (size_t)k;
+    const uint16_t *node = tiles->nodes + 4 * (size_t)batches->lanes * (size_t)k;
+    for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
+      const double m = at->scale * batches->masses[e];
+      for (int p = 0; p < 6; p++) own[*pair++ / 8] += m;
+      for (int a = 0; a < 4; a++) with_itself[*node++ / 4] += 2 * m;
+    }
+  }
+  for (int k = 0; k < pairs + nodes; k++) {
+    double *block = values + 9 * (size_t)slots[tiles->pair_first[tile] + tiles->node_first[tile] + k];
+    for (int c = 0; c < 3; c++) block[4 * c] += k < pairs ? own[k] : with_itself[k - pairs];
+  }
+  return FLESH_OK;
+}
+
+static const flesh_tet_kernel consistent = {residual_kernel, hessian_kernel};
+
+void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_threads *threads, const double *x,
+                             double *y, double *half_square)
+{
+  if (!self->lumped) {
+    double sums[2];
+    const flesh_tet_point at = {.v = x, .scale = scale};
+    flesh_tets_residual(&self->tets, &consistent, &at, threads, y, half_square ? sums : NULL);
+    if (half_square) *half_square = sums[0];
+    return;
+  }
+  job j = {.mass = self, .scale = scale, .x = x, .y = y};
+  if (y) run_parts(&j, threads, multiply_part);
+  if (!half_square) return;
+  run_parts(&j, threads, square_part);
+  *half_square = 0;
+  for (int p = 0; p < j.parts; p++) *half_square += j.squares[p];
+  *half_square *= scale / 2;
+}
+
+void flesh_mass_matrix_evaluate(const flesh_mass_matrix *self, double rate, flesh_threads *threads, const double *x,
+                                double shift, double *r, double *phi, double *magnitude)
+{
+  double value;
+  flesh_mass_matrix_apply(self, rate, threads, x, r, shift != 0 ? &value : NULL);
+  if (shift == 0) return;
+  *phi += value / shift;
+  *magnitude += value / shift;
+}
+
+void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_threads *threads,
+                           flesh_block_matrix *K, const int *slots)
+{
+  if (self->lumped) {
+    run_parts(&(job){.mass = self, .scale = scale, .K = K}, threads, add_part);
+    return;
+  }
+  const flesh_tet_point at = {.scale = scale};
+  flesh_tets_hessian(&self->tets, &consistent, &at, threads, slots, K->values);
+}
+
+size_t flesh_mass_matrix_memory(const flesh_mass_matrix *self)
+{
+  return self->lumped ? (size_t)self->nodes * sizeof *self->lumped : flesh_tets_memory(&self->tets);
+}

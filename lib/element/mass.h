@@ -1,0 +1,40 @@
+/* mass.h: a body's mass matrix, lumped or consistent, for the effects that multiply by it. */
+#ifndef FLESH_ELEMENT_MASS_H
+#define FLESH_ELEMENT_MASS_H
+
+#include <stddef.h>
+
+#include "element/tet_batches.h"
+#include "flesh/block_matrix.h"
+
+typedef struct flesh_mass_matrix {
+  int nodes;
+  double *lumped;  /* [nodes] kg; NULL: consistent */
+  flesh_tets tets; /* with masses, consistent only */
+} flesh_mass_matrix;
+
+/* By body->mass. Cleared also when it fails. */
+int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass);
+void flesh_mass_matrix_clear(flesh_mass_matrix *mass);
+
+/* Those of the tets, as flesh_tets has them; NULL where lumped. */
+const flesh_cells *flesh_mass_matrix_cells(const flesh_mass_matrix *mass);
+
+/* y += scale M x unless y is NULL, *half_square = scale x.M x / 2 unless that is NULL; the same bits whether the other
+ * is asked for or not, and for any number of threads. */
+void flesh_mass_matrix_apply(const flesh_mass_matrix *mass, double scale, flesh_threads *threads, const double *x,
+                             double *y, double *half_square);
+
+/* What `evaluate` of an effect r = rate M x adds, x = shift * u: to r unless NULL, and to *phi and *magnitude unless
+ * shift is 0. */
+void flesh_mass_matrix_evaluate(const flesh_mass_matrix *mass, double rate, flesh_threads *threads, const double *x,
+                                double shift, double *r, double *phi, double *magnitude);
+
+/* K += scale M; `slots` as of flesh_effect_operations.jacobian for the cells, not read where lumped. */
+void flesh_mass_matrix_add(const flesh_mass_matrix *mass, double scale, flesh_threads *threads,
+                           flesh_block_matrix *K, const int *slots);
+
+/* Bytes it holds. */
+size_t flesh_mass_matrix_memory(const flesh_mass_matrix *mass);
+
+#endif

@@ -1,0 +1,48 @@
+/* tet_batches.h: the tets of a body in batches for the kernels (tet_kernel.h), worked through piece by
+ * piece and round by round (tet_order.h), with the same bits for any number of threads. */
+#ifndef FLESH_ELEMENT_TET_BATCHES_H
+#define FLESH_ELEMENT_TET_BATCHES_H
+
+#include <stddef.h>
+
+#include "element/tet_kernel.h"
+#include "element/tet_order.h"
+#include "flesh/body.h"
+#include "flesh/threads.h"
+
+typedef struct flesh_tets {
+  flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
+  flesh_batches batches;
+  const flesh_tet_kernels *kernels;
+  flesh_instructions instructions; /* never AUTO */
+  flesh_tet_order order;           /* without .tet */
+  int *piece_tile;                 /* [pieces+1] first tile of each piece */
+  int materials;                   /* different ones that the batches name */
+} flesh_tets;
+
+typedef enum flesh_tets_hold { FLESH_TETS_SHAPES, FLESH_TETS_MASSES } flesh_tets_hold;
+
+/* For body->instructions; FLESH_ERR_ARGUMENT where the machine lacks them. To be cleared also when it
+ * fails. */
+int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *tets);
+void flesh_tets_clear(flesh_tets *tets);
+
+/* A kernel's first order for all tets: r [3*n] += unless NULL, sums [2] = unless NULL. */
+int flesh_tets_residual(const flesh_tets *tets, const flesh_tet_kernel *kernel,
+                           const flesh_tet_point *at, flesh_threads *threads, double *r, double *sums);
+
+/* Its second order: values += by the slots of the cells. */
+int flesh_tets_hessian(const flesh_tets *tets, const flesh_tet_kernel *kernel,
+                            const flesh_tet_point *at, flesh_threads *threads, const int *slots,
+                            double *values);
+
+/* What an effect's `evaluate` adds for a kernel whose potential is a function of velocities: to r unless
+ * NULL, and to *phi and *magnitude unless shift_v is 0. */
+int flesh_tets_dissipate(const flesh_tets *tets, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
+                         flesh_threads *threads, double shift_v, double *r, double *phi,
+                         double *magnitude);
+
+/* Bytes it holds; 0 where it is cleared or was never made. */
+size_t flesh_tets_memory(const flesh_tets *tets);
+
+#endif

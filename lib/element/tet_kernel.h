@@ -1,0 +1,93 @@
+/* tet_kernel.h: what effects do with the tets of a body, several side by side: one source, compiled
+ * once per instruction set. */
+#ifndef FLESH_ELEMENT_TET_KERNEL_H
+#define FLESH_ELEMENT_TET_KERNEL_H
+
+#include <stdint.h>
+
+#include "flesh/body.h"
+#include "flesh/material.h"
+
+/* What a tile may have of nodes and of pairs of different nodes. */
+enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536 };
+
+/* Tiles are runs of batches. Kernels hold a tile's positions, forces and blocks by themselves, near and without gaps:
+ * each is fetched from the body's once, and added to them once. */
+typedef struct flesh_tiles {
+  int count;
+  const int *batch;      /* [count+1] first batch of each */
+  const int *node_first; /* [count+1] first of its nodes in node */
+  const int *node;       /* the mesh's numbers of the tiles' nodes */
+  const int *pair_first; /* [count+1] how many pairs of different nodes those before have */
+  const uint16_t *degree; /* of the tiles' nodes: how many of the tile's pairs they are in */
+  const uint16_t *star;   /* eight times these pairs' numbers, node by node; the tile's first is at 2 * pair_first */
+  const int *block; /* of each tile first its pairs of different nodes, then its nodes with themselves, as flesh_cells
+                       names them; the tile's first is at pair_first + node_first */
+  const int *fresh; /* [count][2] how many of its pairs of different nodes, and of its nodes, the first, no tile before
+                       has */
+  const uint16_t *nodes; /* [batches][lanes][4] four times each node's number in its tile */
+  const uint16_t *pairs; /* [batches][lanes][6] eight times each pair's (01 02 03 12 13 23); that of pairs where lanes
+                            are not used */
+} flesh_tiles;
+
+/* Tets in batches of at most as many as the kernels have lanes, of one material each. */
+typedef struct flesh_batches {
+  int count, lanes;
+  flesh_tiles tiles;
+  const int *first;     /* [count+1] first tet of each */
+  const int *material;  /* [count] index into materials */
+  const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the
+                           nodes wind the other way; lanes that are not used repeat the last tet with no volume;
+                           NULL: masses */
+  const double *masses; /* [tets] rho V/20, kg; NULL: shapes */
+  const int *nodes;     /* [tets][4], ascending within a tet */
+  const flesh_material *materials;
+} flesh_batches;
+
+/* The second Piola-Kirchhoff stress 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G) for the rate
+ * G, Pa s. */
+typedef struct flesh_viscous {
+  double shear, bulk, spin;
+} flesh_viscous;
+
+/* Where a kernel is evaluated, and how. */
+typedef struct flesh_tet_point {
+  const double *x; /* [3*n] positions, of F; NULL, where a kernel takes it: at rest, F = I */
+  const double *v; /* [3*n] velocities, of kernels of rates */
+  /* [3*n] of the viscous kernel: the frozen state of flesh_point; NULL: x and v themselves. v_frozen NULL: at rest */
+  const double *x_frozen, *v_frozen;
+  double scale_x;  /* of matrices, of what changes with x beside what changes with v */
+  double scale;    /* of forces and energies of rates, and of matrices */
+  flesh_eigenvalue_filter filter;      /* of matrices */
+  int anew;                     /* matrices are not added to what was there before */
+  const flesh_viscous *viscous; /* of every material, of the viscous kernel */
+} flesh_tet_point;
+
+/* Everything for one tile, batch by batch, which is the order of the additions. Returns FLESH_OK, FLESH_UNDEFINED or
+ * FLESH_NONFINITE. */
+typedef struct flesh_tet_kernel {
+  /* r += the gradient unless r is NULL; sums[0] += its potential and sums[1] += the size of the terms
+   * of that unless `sums` is NULL. The same bits whether the other is asked for or not. */
+  int (*residual_kernel)(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums);
+  /* values += the matrix, or, where `at` says so, values = it for pairs that no tile before has; `slots` are those of
+   * all tiles' pairs. */
+  int (*hessian_kernel)(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                      double *values);
+} flesh_tet_kernel;
+
+typedef struct flesh_tet_kernels {
+  int lanes;
+  /* V(x) and its derivatives by x; of terms the sizes |psi| and |psi_I| I_C. The second scaled, its
+   * tets' negative eigenvalues treated as `filter` says. */
+  const flesh_tet_kernel *elastic;
+  /* scale v.K v/2 with K the same matrix, negative eigenvalues clamped, and its derivatives by v. */
+  const flesh_tet_kernel *stiffness;
+  /* scale D, D the sum of volume * (shear dev E : dev E + bulk/2 (tr E)^2 + spin W : W), E and W symmetric and skew
+   * parts of G; the forces of P = F S, and scale times their derivatives by v plus scale_x times those by x. At rest
+   * (x NULL) F = I and G = F'; else G = F^T F', with a frozen state as viscous_kernel.c says, and spin = 0. */
+  const flesh_tet_kernel *viscous;
+} flesh_tet_kernels;
+
+extern const flesh_tet_kernels flesh_kernels_portable, flesh_kernels_avx2, flesh_kernels_avx512;
+
+#endif

@@ -1,0 +1,127 @@
+/* tet_lanes.h: FLESH_LANES tets side by side for kernels: from the vectors of a tile's nodes to the gradients in the
+ * tets, and back from forces and blocks to the tile's nodes and their pairs.
+ *
+ * With x_a the tet's nodes and g_a the gradients of its shape functions, F = sum x_a g_a^T; a first
+ * Piola-Kirchhoff stress P gives node a volume * P g_a. */
+#ifndef FLESH_ELEMENT_TET_LANES_H
+#define FLESH_ELEMENT_TET_LANES_H
+
+#include <stddef.h>
+
+#include "base/isa.h"
+#include "element/tile.h"
+#include "math/mat3.h"
+
+/* The compiler must not make variants of this: where products and sums fuse alike, the bits do not
+ * depend on what was asked. */
+#ifdef __clang__
+#define COMPILED_ONCE __attribute__((noinline))
+#else
+#define COMPILED_ONCE __attribute__((noinline, noclone))
+#endif
+
+extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_stiffness),
+    FLESH_OF_ISA(flesh_viscous);
+
+/* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
+ * out of the caches. */
+#define AHEAD 4
+
+/* A batch's tets. Their shapes are read where they are: copied, most would be stored once more. */
+typedef struct tets {
+  const uint16_t *node, *pair; /* of the first lane */
+  int material;
+  const flesh_real_at *shape; /* [10]: g_1, g_2, g_3, volume with a sign */
+  flesh_real volume;
+} tets;
+
+INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
+{
+  const double *shapes = batches->shapes + (size_t)index * 10 * FLESH_LANES;
+  if (index + AHEAD < batches->count)
+    for (int k = 0; k < 10 * FLESH_LANES; k += 8) /* a line of 64 bytes each */
+      __builtin_prefetch(shapes + (size_t)AHEAD * 10 * FLESH_LANES + k, 0, 0);
+  t->shape = (const flesh_real_at *)shapes;
+  t->material = batches->material[index];
+  t->node = batches->tiles.nodes + (size_t)index * 4 * FLESH_LANES;
+  t->pair = batches->tiles.pairs + (size_t)index * 6 * FLESH_LANES;
+  t->volume = flesh_abs(t->shape[9]);
+}
+
+/* g_a for a = 1, 2, 3. */
+INLINE void shape_gradient(const tets *t, int a, flesh_real g[3])
+{
+  for (int j = 0; j < 3; j++) g[j] = t->shape[3 * (a - 1) + j];
+}
+
+/* F = sum over nodes of x_a g_a^T, the deformation gradient of a tile's positions, its rate of velocities, and the
+ * edges d[a-1] = x_a - x_0 that it is made of. */
+INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
+{
+  const double *place[4][FLESH_LANES];
+#pragma GCC unroll 4
+  for (int a = 0; a < 4; a++)
+#pragma GCC unroll 8
+    for (int l = 0; l < FLESH_LANES; l++) place[a][l] = x + t->node[4 * l + a];
+#pragma GCC unroll 3
+  for (int a = 1; a < 4; a++) {
+    flesh_real edge[4];
+    flesh_load_from(place[0], place[a], edge);
+    for (int i = 0; i < 3; i++) d[a - 1][i] = edge[i];
+  }
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
+}
+
+/* Row i of the forces on the nodes, by row i of volume * P. */
+INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[4][3])
+{
+  for (int a = 1; a < 4; a++) {
+    flesh_real g[3];
+    shape_gradient(t, a, g);
+    f[a][i] = flesh_vec3_dot(P, g);
+  }
+  f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
+}
+
+/* Adds every lane's forces f [4 nodes][3] to those of its tile. */
+INLINE void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
+{
+#pragma GCC unroll 4
+  for (int a = 0; a < 4; a++) {
+    flesh_real v[4] = {f[a][0], f[a][1], f[a][2], flesh_all(0)};
+    double *place[FLESH_LANES];
+#pragma GCC unroll 8
+    for (int l = 0; l < FLESH_LANES; l++) place[l] = r + t->node[4 * l + a];
+    flesh_add_four(place, v);
+  }
+}
+
+/* Adds every lane's block of a pair of different nodes (01 02 03 12 13 23) to those of its tile. */
+INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
+{
+  flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
+  for (int part = 0; part < 8 / FLESH_LANES; part++) {
+    for (int c = 0; c < FLESH_LANES; c++) by_tet[part][c] = block[part * FLESH_LANES + c];
+    flesh_transpose(by_tet[part]);
+  }
+#pragma GCC unroll 8
+  for (int l = 0; l < FLESH_LANES; l++) {
+    const size_t place = t->pair[6 * l + pair];
+    for (int part = 0; part < 8 / FLESH_LANES; part++)
+      *(flesh_real_at *)(to->eight + place + part * FLESH_LANES) += by_tet[part][l];
+    *(double *)((char *)to->ninth + place) += flesh_lane(block[8], l);
+  }
+}
+
+/* Adds a batch's sums lane by lane. */
+INLINE void add_sums(flesh_real value, flesh_real size, double *sums)
+{
+  for (int l = 0; sums && l < FLESH_LANES; l++) {
+    sums[0] += flesh_lane(value, l);
+    sums[1] += flesh_lane(size, l);
+  }
+}
+
+#endif

@@ -1,0 +1,159 @@
+/* tet_order.c: the Z-order curve of Morton 1966 through the tets' centres, cut into pieces that are
+ * coloured greedily. The curve's regions are worked through one by one, each colour by colour, so that what a
+ * region's colours share is still near when the next one comes. */
+#include "element/tet_order.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* Most tets of a piece, unless there are very many: they fit a tile, whose blocks nearly fit the first cache, and there
+ * are several pieces to share out. */
+enum { PIECE = 352, MOST_PIECES = 60000 };
+
+/* Pieces of a region: their blocks fit the caches, and there are several of a colour to share out. */
+enum { REGION = 256 };
+
+typedef struct place {
+  uint64_t code;
+  int tet, group;
+} place;
+
+/* When a piece is worked through. */
+typedef struct turn {
+  int region, colour, piece;
+} turn;
+
+static int by_code(const void *a, const void *b)
+{
+  const place *p = a, *q = b;
+  if (p->code != q->code) return p->code < q->code ? -1 : 1;
+  return p->tet - q->tet;
+}
+
+static int by_group(const void *a, const void *b)
+{
+  const place *p = a, *q = b;
+  return p->group != q->group ? (p->group < q->group ? -1 : 1) : by_code(a, b);
+}
+
+/* The 21 bits of n, two zeros after each. */
+static uint64_t spread(uint64_t n)
+{
+  n = (n | n << 32) & 0x1f00000000ffff;
+  n = (n | n << 16) & 0x1f0000ff0000ff;
+  n = (n | n << 8) & 0x100f00f00f00f00f;
+  n = (n | n << 4) & 0x10c30c30c30c30c3;
+  return (n | n << 2) & 0x1249249249249249;
+}
+
+static void find_places(const flesh_mesh *mesh, const int *group, place *places)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  const int *nodes = flesh_mesh_tets(mesh);
+  int tets = flesh_mesh_tet_count(mesh);
+  double low[3] = {INFINITY, INFINITY, INFINITY}, extent = 0;
+  for (int k = 0; k < 4 * tets; k++)
+    for (int i = 0; i < 3; i++) low[i] = fmin(low[i], X[3 * (size_t)nodes[k] + i]);
+  for (int k = 0; k < 4 * tets; k++)
+    for (int i = 0; i < 3; i++) extent = fmax(extent, X[3 * (size_t)nodes[k] + i] - low[i]);
+  for (int e = 0; e < tets; e++) {
+    uint64_t code = 0;
+    for (int i = 0; i < 3; i++) {
+      double sum = 0;
+      for (int a = 0; a < 4; a++) sum += X[3 * (size_t)nodes[4 * (size_t)e + a] + i] - low[i];
+      code |= spread((uint64_t)(sum / 4 / extent * 0x1fffff)) << i;
+    }
+    places[e] = (place){code, e, group ? group[e] : 0};
+  }
+  qsort(places, (size_t)tets, sizeof *places, by_code);
+}
+
+/* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
+ * mask holds have one piece each. */
+static int colour_pieces(const flesh_mesh *mesh, const place *places, const flesh_tet_order *cut,
+                         turn *turns)
+{
+  const int *nodes = flesh_mesh_tets(mesh);
+  uint64_t *met = calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
+  if (!met) return FLESH_ERR_MEMORY;
+  for (int p = 0, extra = 64; p < cut->pieces; p++) {
+    uint64_t taken = 0;
+    int c = 0, from = 4 * cut->piece_first[p], until = 4 * cut->piece_first[p + 1];
+    for (int k = from; k < until; k++) taken |= met[nodes[4 * (size_t)places[k / 4].tet + k % 4]];
+    while (c < 64 && taken >> c & 1) c++;
+    turns[p] = (turn){p / REGION, c < 64 ? c : extra++, p};
+    for (int k = from; k < until && c < 64; k++)
+      met[nodes[4 * (size_t)places[k / 4].tet + k % 4]] |= (uint64_t)1 << c;
+  }
+  free(met);
+  return FLESH_OK;
+}
+
+static int by_turn(const void *a, const void *b)
+{
+  const turn *p = a, *q = b;
+  if (p->region != q->region) return p->region < q->region ? -1 : 1;
+  if (p->colour != q->colour) return p->colour < q->colour ? -1 : 1;
+  return p->piece - q->piece;
+}
+
+/* Writes the order from the pieces as cut and their turns: a round for every colour of every region. */
+static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
+{
+  qsort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
+  order->rounds = 0;
+  for (int p = 0, tet = 0; p < cut->pieces; p++) {
+    const turn *now = &turns[p];
+    if (p == 0 || now->region != now[-1].region || now->colour != now[-1].colour)
+      order->round_first[order->rounds++] = p;
+    order->piece_first[p] = tet;
+    for (int k = cut->piece_first[now->piece]; k < cut->piece_first[now->piece + 1]; k++)
+      order->tet[tet++] = places[k].tet;
+  }
+  order->round_first[order->rounds] = cut->pieces;
+  order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
+}
+
+int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
+{
+  int tets = flesh_mesh_tet_count(mesh);
+  int pieces = tets <= PIECE ? 1 : tets / PIECE < MOST_PIECES ? (tets - 1) / PIECE + 1 : MOST_PIECES;
+  place *places = malloc(((size_t)tets + 1) * sizeof *places);
+  flesh_tet_order cut = {.pieces = pieces,
+                         .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
+  turn *turns = malloc(((size_t)pieces + 1) * sizeof *turns);
+  *order = (flesh_tet_order){
+      .tet = malloc(((size_t)tets + 1) * sizeof *order->tet),
+      .pieces = pieces,
+      .piece_first = malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
+      .round_first = malloc(((size_t)pieces + 1) * sizeof *order->round_first),
+  };
+  int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
+  if (ok) {
+    find_places(mesh, group, places);
+    for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
+    for (int p = 0; p < pieces; p++)
+      qsort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
+            sizeof *places, by_group);
+    ok = colour_pieces(mesh, places, &cut, turns) == FLESH_OK;
+    if (ok) arrange(places, &cut, turns, order);
+  }
+  free(places);
+  free(cut.piece_first);
+  free(turns);
+  if (ok) return FLESH_OK;
+  flesh_tet_order_clear(order);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d tets", tets);
+}
+
+void flesh_tet_order_clear(flesh_tet_order *order)
+{
+  free(order->tet);
+  free(order->piece_first);
+  free(order->round_first);
+  *order = (flesh_tet_order){0};
+}

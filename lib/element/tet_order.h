@@ -1,0 +1,24 @@
+/* tet_order.h: the order in which elements are worked through: near ones together, and in pieces
+ * that several threads can take without conflict. */
+#ifndef FLESH_ELEMENT_TET_ORDER_H
+#define FLESH_ELEMENT_TET_ORDER_H
+
+#include "flesh/mesh.h"
+
+/* Pieces are runs of tets; those of one round share no node, so that they can add to the nodes (or
+ * to the blocks between them) at the same time. Round after round, every node gets its additions
+ * in an order that does not depend on how many work. */
+typedef struct flesh_tet_order {
+  int *tet;         /* [tets] the mesh's number of each */
+  int pieces;       /* of nearly equal size */
+  int *piece_first; /* [pieces+1] first tet of each, in the new order */
+  int rounds;
+  int *round_first; /* [rounds+1] first piece of each */
+} flesh_tet_order;
+
+/* Tets along a space-filling curve; within a piece sorted by `group` [tets] (NULL: all the same).
+ */
+int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order);
+void flesh_tet_order_clear(flesh_tet_order *order);
+
+#endif

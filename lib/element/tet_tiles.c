@@ -1,0 +1,254 @@
+/* tet_tiles.c: a tile's pairs are numbered in the order in which its tets meet them, its nodes by how many pairs they
+ * are in, so that one loop over these ends like the one before; but those come first that no tile before has. */
+#include "element/tet_tiles.h"
+
+#include <limits.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+
+/* Pairs of nodes, numbered as they are met. */
+typedef struct pair_list {
+  int count;
+  int *last;            /* of a node: the last pair that it is the first of; -1: none */
+  int *before, *second; /* of a pair: the one that its first node had before, -1: none; its other node */
+} pair_list;
+
+/* The tile at hand. Its numbers are final only when it is done. */
+typedef struct census {
+  int *number;  /* [nodes of the mesh] in the tile; -1: it is not there */
+  uint8_t *met; /* [nodes of the mesh] by a tile before */
+  int nodes;
+  int *node, *block; /* its part of those of all tiles */
+  uint16_t *degree, *star;
+  pair_list own;     /* of different nodes, by numbers in the tile */
+  pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
+  /* Of its nodes: the mesh's numbers; as flesh_cells names them. */
+  int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES];
+  /* Of its pairs: as flesh_cells names them; the first node. */
+  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS];
+  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[FLESH_TILE_PAIRS]; /* their final numbers */
+} census;
+
+/* The arrays of flesh_tiles while they are made. */
+typedef struct tile_lists {
+  int count;
+  int *batch, *node_first, *node, *pair_first, *block, *fresh;
+  uint16_t *degree, *star, *nodes, *pairs;
+} tile_lists;
+
+/* Its number in the tile, the next one where it is new. */
+static int number_of_node(census *c, int node, int with_itself)
+{
+  if (c->number[node] < 0) {
+    c->own.last[c->nodes] = -1;
+    c->here[c->nodes] = node;
+    c->with_itself[c->nodes] = with_itself;
+    c->number[node] = c->nodes++;
+  }
+  return c->number[node];
+}
+
+/* The pair's number, the next one where it is new. */
+static int number_of_pair(pair_list *list, int first, int second)
+{
+  for (int pair = list->last[first]; pair >= 0; pair = list->before[pair])
+    if (list->second[pair] == second) return pair;
+  list->before[list->count] = list->last[first];
+  list->second[list->count] = second;
+  return list->last[first] = list->count++;
+}
+
+/* For another batch, whatever its tets share. */
+static int has_room(const census *c, int lanes)
+{
+  return c->nodes + 4 * lanes <= FLESH_TILE_NODES && c->own.count + 6 * lanes <= FLESH_TILE_PAIRS;
+}
+
+/* Pairs of lanes that are not used, until all are ranked. */
+enum { NOT_USED = UINT16_MAX };
+
+static void add_batch(const flesh_batches *batches, int batch, census *c, uint16_t *nodes, uint16_t *pairs)
+{
+  const int first = batches->first[batch], used = batches->first[batch + 1] - first;
+  for (int l = 0; l < batches->lanes; l++) {
+    const int tet = first + (l < used ? l : used - 1);
+    int own[4];
+    for (int a = 0, n = 0; a < 4; n += 4 - a++)
+      *nodes++ = (uint16_t)(own[a] = number_of_node(c, batches->nodes[4 * (size_t)tet + (size_t)a], 10 * tet + n));
+    for (int a = 0, n = 0; a < 4; a++, n++)
+      for (int b = a + 1; b < 4; b++) {
+        const int pair = number_of_pair(&c->own, own[a], own[b]);
+        c->named[pair] = 10 * tet + ++n;
+        c->first[pair] = own[a];
+        *pairs++ = l < used ? (uint16_t)pair : NOT_USED;
+      }
+  }
+}
+
+/* Ranks by what is fresh, then by `key`, if there is one; returns how many are fresh. */
+static int rank(int count, const uint8_t *fresh, const uint16_t *key, uint16_t *ranks)
+{
+  int next = 0, first = 0, largest = 0;
+  for (int k = 0; k < count && key; k++) largest = key[k] > largest ? key[k] : largest;
+  for (int turn = 1; turn >= 0; turn--) {
+    for (int now = 0; now <= largest; now++)
+      for (int k = 0; k < count; k++)
+        if (fresh[k] == turn && (!key || key[k] == now)) ranks[k] = (uint16_t)next++;
+    if (turn) first = next;
+  }
+  return first;
+}
+
+/* Lists the tile's nodes and pairs; `fresh` [2] as in flesh_tiles. */
+static void list(census *c, int *fresh)
+{
+  uint8_t is_fresh[FLESH_TILE_PAIRS > FLESH_TILE_NODES ? FLESH_TILE_PAIRS : FLESH_TILE_NODES];
+  uint16_t degree[FLESH_TILE_NODES] = {0};
+  int first_of_star[FLESH_TILE_NODES + 1] = {0};
+  for (int k = 0; k < c->own.count; k++) {
+    const int met = c->of_mesh.count;
+    number_of_pair(&c->of_mesh, c->here[c->first[k]], c->here[c->own.second[k]]);
+    is_fresh[k] = c->of_mesh.count > met;
+    degree[c->first[k]]++;
+    degree[c->own.second[k]]++;
+  }
+  fresh[0] = rank(c->own.count, is_fresh, NULL, c->pair_rank);
+  for (int i = 0; i < c->nodes; i++) is_fresh[i] = !c->met[c->here[i]];
+  fresh[1] = rank(c->nodes, is_fresh, degree, c->node_rank);
+  for (int i = 0; i < c->nodes; i++) {
+    const int place = c->node_rank[i];
+    c->met[c->here[i]] = 1;
+    c->number[c->here[i]] = -1;
+    c->node[place] = c->here[i];
+    c->degree[place] = degree[i];
+    c->block[c->own.count + place] = c->with_itself[i];
+  }
+  for (int i = 0; i < c->nodes; i++) first_of_star[i + 1] = first_of_star[i] + c->degree[i];
+  for (int k = 0; k < c->own.count; k++) {
+    const int ends[2] = {c->node_rank[c->first[k]], c->node_rank[c->own.second[k]]};
+    for (int end = 0; end < 2; end++) c->star[first_of_star[ends[end]]++] = (uint16_t)(8 * c->pair_rank[k]);
+    c->block[c->pair_rank[k]] = c->named[k];
+  }
+}
+
+/* Tiles of as many batches of a piece as there is room for. */
+static void cut(const flesh_batches *batches, int pieces, int *piece, census *c, tile_lists *to)
+{
+  const size_t lanes = (size_t)batches->lanes;
+  to->node_first[0] = to->pair_first[0] = 0;
+  for (int p = 0, b = 0; p < pieces; p++) {
+    piece[p] = to->count;
+    while (b < piece[p + 1]) {
+      const int k = to->count++;
+      to->batch[k] = b;
+      c->nodes = c->own.count = 0;
+      for (; b < piece[p + 1] && has_room(c, batches->lanes); b++)
+        add_batch(batches, b, c, to->nodes + 4 * lanes * (size_t)b, to->pairs + 6 * lanes * (size_t)b);
+      list(c, to->fresh + 2 * k);
+      for (size_t l = 4 * lanes * (size_t)to->batch[k]; l < 4 * lanes * (size_t)b; l++)
+        to->nodes[l] = (uint16_t)(4 * c->node_rank[to->nodes[l]]);
+      for (size_t l = 6 * lanes * (size_t)to->batch[k]; l < 6 * lanes * (size_t)b; l++)
+        to->pairs[l] = (uint16_t)(8 * (to->pairs[l] == NOT_USED ? c->own.count : c->pair_rank[to->pairs[l]]));
+      c->node += c->nodes;
+      c->degree += c->nodes;
+      c->star += 2 * c->own.count;
+      c->block += c->nodes + c->own.count;
+      to->node_first[k + 1] = to->node_first[k] + c->nodes;
+      to->pair_first[k + 1] = to->pair_first[k] + c->own.count;
+    }
+  }
+  piece[pieces] = to->count;
+  to->batch[to->count] = batches->count;
+}
+
+/* As little memory as n bytes take. */
+static void *shrink(void *memory, size_t n)
+{
+  void *less = realloc(memory, n + 1);
+  return less ? less : memory;
+}
+
+static void *room_for(size_t n, size_t size) { return malloc((n + 1) * size); }
+
+int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, int *piece)
+{
+  const size_t most = (size_t)batches->count, seats = most * (size_t)batches->lanes;
+  const size_t tets = (size_t)batches->first[batches->count], mesh = (size_t)nodes_of_mesh;
+  if (tets > INT_MAX / 10)
+    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %d have not", tets,
+                      INT_MAX / 10);
+  tile_lists to = {.batch = room_for(most, sizeof(int)),
+                   .node_first = room_for(most, sizeof(int)),
+                   .node = room_for(4 * tets, sizeof(int)),
+                   .pair_first = room_for(most, sizeof(int)),
+                   .block = room_for(10 * tets, sizeof(int)),
+                   .fresh = room_for(2 * most, sizeof(int)),
+                   .degree = room_for(4 * tets, sizeof(uint16_t)),
+                   .star = room_for(12 * tets, sizeof(uint16_t)),
+                   .nodes = flesh_huge_pages_alloc((4 * seats + 1) * sizeof(uint16_t)),
+                   .pairs = flesh_huge_pages_alloc((6 * seats + 1) * sizeof(uint16_t))};
+  census *c = malloc(sizeof *c);
+  int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
+  uint8_t *met = calloc(mesh + 1, 1);
+  const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree &&
+                 to.star && to.nodes && to.pairs && c && of_nodes && of_pairs && met;
+  if (ok) {
+    int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
+    *c = (census){.number = of_nodes,
+                  .met = met,
+                  .node = to.node,
+                  .block = to.block,
+                  .degree = to.degree,
+                  .star = to.star,
+                  .own = {0, last, before, second},
+                  .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
+    for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
+    cut(batches, pieces, piece, c, &to);
+    const size_t tiles = (size_t)to.count, nodes = (size_t)to.node_first[tiles], pairs = (size_t)to.pair_first[tiles];
+    to.batch = shrink(to.batch, (tiles + 1) * sizeof(int));
+    to.node_first = shrink(to.node_first, (tiles + 1) * sizeof(int));
+    to.node = shrink(to.node, nodes * sizeof(int));
+    to.pair_first = shrink(to.pair_first, (tiles + 1) * sizeof(int));
+    to.block = shrink(to.block, (nodes + pairs) * sizeof(int));
+    to.fresh = shrink(to.fresh, 2 * tiles * sizeof(int));
+    to.degree = shrink(to.degree, nodes * sizeof(uint16_t));
+    to.star = shrink(to.star, 2 * pairs * sizeof(uint16_t));
+  }
+  free(c);
+  free(of_nodes);
+  free(of_pairs);
+  free(met);
+  batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first,
+                                 to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs};
+  return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
+}
+
+void flesh_tiles_clear(flesh_tiles *tiles)
+{
+  free((void *)tiles->batch);
+  free((void *)tiles->node_first);
+  free((void *)tiles->node);
+  free((void *)tiles->pair_first);
+  free((void *)tiles->degree);
+  free((void *)tiles->star);
+  free((void *)tiles->block);
+  free((void *)tiles->fresh);
+  free((void *)tiles->nodes);
+  free((void *)tiles->pairs);
+  *tiles = (flesh_tiles){0};
+}
+
+int flesh_tiles_blocks(const flesh_tiles *tiles)
+{
+  return tiles->pair_first[tiles->count] + tiles->node_first[tiles->count];
+}
+
+size_t flesh_tiles_memory(const flesh_batches *batches)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  const size_t nodes = (size_t)tiles->node_first[tiles->count], pairs = (size_t)tiles->pair_first[tiles->count];
+  return (5 * ((size_t)tiles->count + 1) + 2 * nodes + pairs) * sizeof(int) + (nodes + 2 * pairs) * sizeof(uint16_t) +
+         10 * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t);
+}

@@ -1,0 +1,141 @@
+/* tile.h: what a kernel holds of the tile (tet_kernel.h) that it works in, how it comes from the body and goes there.
+ *
+ * It fits the first two caches, nothing in it crosses a line of memory, and what lies far away is asked for in time. */
+#ifndef FLESH_ELEMENT_TILE_H
+#define FLESH_ELEMENT_TILE_H
+
+#include <string.h>
+
+#include "element/tet_kernel.h"
+#include "math/lanes.h"
+
+/* The compiler must see through these to keep a batch in registers. */
+#define INLINE static inline __attribute__((always_inline))
+
+/* A vector of the tile's nodes, three numbers of each and one that pads. */
+typedef double tile_vector[4 * FLESH_TILE_NODES] __attribute__((aligned(64)));
+
+INLINE int tile_pairs(const flesh_tiles *tiles, int tile)
+{
+  return tiles->pair_first[tile + 1] - tiles->pair_first[tile];
+}
+
+INLINE int tile_nodes(const flesh_tiles *tiles, int tile)
+{
+  return tiles->node_first[tile + 1] - tiles->node_first[tile];
+}
+
+/* x of the body [3*n]. */
+INLINE void tile_gather(const flesh_tiles *tiles, int tile, const double *x, double *own)
+{
+  const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
+  for (int k = 0; k < count; k++) {
+    const double *place = x + 3 * (size_t)tiles->node[first + k];
+    *(flesh_four *)(own + 4 * k) =
+        __builtin_shufflevector(*(const flesh_two_at *)place, (flesh_two_at){place[2], 0}, 0, 1, 2, 3);
+  }
+}
+
+INLINE void tile_clear(const flesh_tiles *tiles, int tile, double *own)
+{
+  memset(own, 0, 4 * (size_t)tile_nodes(tiles, tile) * sizeof *own);
+}
+
+/* r of the body [3*n] += own. */
+INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, double *r)
+{
+  const int first = tiles->node_first[tile], count = tile_nodes(tiles, tile);
+  for (int k = 0; k < count; k++) {
+    double *place = r + 3 * (size_t)tiles->node[first + k];
+    *(flesh_two_at *)place += *(const flesh_two_at *)(own + 4 * k);
+    place[2] += own[4 * k + 2];
+  }
+}
+
+/* Blocks of the tile's pairs of different nodes: the first eight numbers of each, which are a line, and the ninth. One
+ * is for lanes that are not used. */
+typedef struct tile_blocks {
+  double eight[8 * (FLESH_TILE_PAIRS + 1)] __attribute__((aligned(64)));
+  double ninth[FLESH_TILE_PAIRS + 1];
+} tile_blocks;
+
+/* Slots of the tile's blocks: its pairs', then its nodes'. */
+INLINE const int *tile_slots(const flesh_tiles *tiles, int tile, const int *slots)
+{
+  return slots + tiles->pair_first[tile] + tiles->node_first[tile];
+}
+
+INLINE void tile_open(const flesh_tiles *tiles, int tile, tile_blocks *own)
+{
+  const size_t count = (size_t)tile_pairs(tiles, tile);
+  memset(own->eight, 0, 8 * count * sizeof *own->eight);
+  memset(own->ninth, 0, count * sizeof *own->ninth);
+}
+
+/* Asks for the places of the tile's blocks, batch by batch a share of them. They wait in the second cache, as the
+ * tile's own fill the first. */
+INLINE void tile_expect(const flesh_tiles *tiles, int tile, int batch, const int *slots, const double *values)
+{
+  const int *slot = tile_slots(tiles, tile, slots), count = tile_pairs(tiles, tile) + tile_nodes(tiles, tile);
+  const int batches = tiles->batch[tile + 1] - tiles->batch[tile], before = batch - tiles->batch[tile];
+  for (int k = count * before / batches, end = count * (before + 1) / batches; k < end; k++) {
+    const double *block = values + 9 * (size_t)slot[k];
+    __builtin_prefetch(block, 1, 2);
+    __builtin_prefetch(block + 8, 1, 2); /* the other line that it may lie in */
+  }
+}
+
+/* Eight numbers of a block, and their places in vectors. */
+enum { PARTS_OF_EIGHT = 8 / FLESH_LANES };
+
+/* The body's block = or += own. */
+INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int anew, double *block)
+{
+  for (int part = 0; part < PARTS_OF_EIGHT; part++) {
+    flesh_real_at *place = (flesh_real_at *)(block + part * FLESH_LANES);
+    if (anew) *place = own[part];
+    else *place += own[part];
+  }
+  block[8] = anew ? ninth : block[8] + ninth;
+}
+
+/* The first eight numbers of a symmetric block from those of one that has this symmetric part. */
+INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
+{
+#if FLESH_LANES == 8
+  own[0] = 0.5 * (own[0] + __builtin_shufflevector(own[0], own[0], 0, 3, 6, 1, 4, 7, 2, 5));
+#else
+  static const int upper[3] = {1, 2, 5}, lower[3] = {3, 6, 7};
+  double eight[8];
+  for (int c = 0; c < 8; c++) eight[c] = flesh_lane(own[c / FLESH_LANES], c % FLESH_LANES);
+  for (int k = 0; k < 3; k++) eight[upper[k]] = eight[lower[k]] = 0.5 * (eight[upper[k]] + eight[lower[k]]);
+  for (int c = 0; c < 8; c++) flesh_set_lane(&own[c / FLESH_LANES], c % FLESH_LANES, eight[c]);
+#endif
+}
+
+/* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
+ * a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
+INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, int anew, const int *slots,
+                       double *values)
+{
+  const int *slot = tile_slots(tiles, tile, slots), pairs = tile_pairs(tiles, tile), nodes = tile_nodes(tiles, tile);
+  const int *fresh = tiles->fresh + 2 * tile;
+  const uint16_t *degree = tiles->degree + tiles->node_first[tile];
+  const uint16_t *star = tiles->star + 2 * (size_t)tiles->pair_first[tile];
+  for (int k = 0; k < pairs; k++)
+    put_block((const flesh_real *)(own->eight + 8 * k), own->ninth[k], anew && k < fresh[0],
+              values + 9 * (size_t)slot[k]);
+  for (int i = 0; i < nodes; i++) {
+    flesh_real sum[PARTS_OF_EIGHT] = {{0}};
+    double ninth = 0;
+    for (const uint16_t *end = star + degree[i]; star < end; star++) {
+      const flesh_real *block = (const flesh_real *)(own->eight + *star);
+      for (int part = 0; part < PARTS_OF_EIGHT; part++) sum[part] -= block[part];
+      ninth -= *(const double *)((const char *)own->ninth + *star);
+    }
+    make_symmetric(sum);
+    put_block(sum, ninth, anew && i < fresh[1], values + 9 * (size_t)slot[pairs + i]);
+  }
+}
+
+#endif

@@ -1,0 +1,25 @@
+/* barrier.c: the barrier around a point, a line or a plane. */
+#include "geometry/barrier.h"
+
+#include <math.h>
+
+void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
+                       double radius, const double direction[3], int flat, const double axis[3])
+{
+  const double d = to_core - radius;
+  if (!(d < w)) return;
+  barrier->distance = fmin(barrier->distance, d);
+  if (!(d > 0)) return;
+  double value, first, second;
+  flesh_barrier_law(d / w, &value, &first, &second);
+  const double along = weight * second / w, across = flat < 2 ? weight * first / to_core : 0;
+  barrier->value += weight * w * value;
+  for (int i = 0; i < 3; i++) {
+    barrier->gradient[i] += weight * first * direction[i];
+    for (int j = 0; j < 3; j++) {
+      double normal = direction[i] * direction[j];
+      double bent = (i == j) - normal - (flat == 1 ? axis[i] * axis[j] : 0);
+      barrier->hessian[3 * i + j] += along * normal + across * bent;
+    }
+  }
+}

@@ -1,0 +1,28 @@
+/* barrier.h: the barrier that grows without bound towards an obstacle, and its derivatives. */
+#ifndef FLESH_GEOMETRY_BARRIER_H
+#define FLESH_GEOMETRY_BARRIER_H
+
+/* w B(d/w), summed over what of the obstacle is nearer than w. */
+typedef struct flesh_barrier {
+  double value;       /* m */
+  double gradient[3]; /* 1; it points into the obstacle */
+  double hessian[9];  /* 1/m */
+  double distance;    /* m, of the nearest; INFINITY beyond w */
+} flesh_barrier;
+
+/* B(s) = (1-s)^3/s for 0 < s < 1, and its derivatives. */
+static inline void flesh_barrier_law(double s, double *value, double *first, double *second)
+{
+  const double rest = 1 - s, part = rest / s;
+  *value = rest * rest * part;
+  *first = -part * rest * (3 + part);
+  *second = part * (6 + 6 * part + 2 * part * part);
+}
+
+/* Adds `weight` times the barrier at distance `to_core` - `radius`; `direction` leads from the core
+ * to the point. `flat` is the core's dimension there: 0 a point, 1 a line along the unit vector
+ * `axis`, 2 a plane. */
+void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
+                       double radius, const double direction[3], int flat, const double axis[3]);
+
+#endif

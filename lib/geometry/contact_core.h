@@ -1,0 +1,41 @@
+/* contact_core.h: keeps the midst of a ball or rod out of the body's faces.
+ *
+ * Nodes alone cannot: a body that is stretched enough lets a ball slip between them. So the faces,
+ * too, feel a barrier, around balls of half the radius; in ordinary contact, where nodes bear, none
+ * of them is reached. The barrier is summed over faces, edges and vertices as that of triangle
+ * meshes is. */
+#ifndef FLESH_GEOMETRY_CONTACT_CORE_H
+#define FLESH_GEOMETRY_CONTACT_CORE_H
+
+#include "flesh/block_matrix.h"
+#include "flesh/body.h"
+#include "geometry/obstacle.h"
+
+typedef struct flesh_contact_core {
+  int points;       /* 0: the obstacle has none, and nothing else is there */
+  double *centres;  /* [3*points] in the obstacle's frame */
+  double radius, thickness;
+  double weight;    /* N */
+  flesh_cells faces; /* of the body's surface, nodes ascending */
+  int node_count, *nodes; /* [node_count] of the faces */
+  double *edge_weight, *vertex_weight; /* [3*faces] */
+} flesh_contact_core;
+
+/* `weight`: stiffness times an area. */
+int flesh_contact_core_create(const flesh_mesh *mesh, const flesh_obstacle *obstacle, double weight,
+                              double thickness, flesh_contact_core *core);
+void flesh_contact_core_clear(flesh_contact_core *core);
+
+/* Each adds to what is not NULL: the energy [J], the residual r [3*n], and scale times the Jacobian
+ * to K. FLESH_UNDEFINED where a face is within a ball. */
+int flesh_contact_core_add(const flesh_contact_core *core, const flesh_frame *frame,
+                           const double *x, double *energy, double *r);
+void flesh_contact_core_jacobian(const flesh_contact_core *core, const flesh_frame *frame,
+                                 const double *x, double scale, int project, flesh_block_matrix *K,
+                                 const int *slots);
+
+/* The share of the way from x0 to x1 that the faces can go. */
+double flesh_contact_core_way(const flesh_contact_core *core, const flesh_frame *from,
+                              const double *x0, const flesh_frame *to, const double *x1);
+
+#endif

@@ -1,0 +1,429 @@
+/* obstacle_mesh.c: a surface of triangles as an obstacle.
+ *
+ * The barrier is summed over triangles, less that of inner edges once for every triangle but the
+ * first, plus that of vertices so that each counts once in all (Li et al. 2023, "Convergent
+ * Incremental Potential Contact", section 3): above a flat face all but one term cancel. Every
+ * edge and vertex is kept by one of its triangles, so that one tree of boxes finds all. */
+#include "geometry/obstacle_mesh.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "math/mat3.h"
+#include "math/nearest.h"
+
+enum { LEAF = 4, DEPTH = 64 };
+
+typedef struct box {
+  double low[3], high[3];
+} box;
+
+typedef struct branch {
+  box bounds;
+  int first, count; /* of a leaf: its triangles; else count is 0 and the branches first, first+1 */
+} branch;
+
+struct flesh_obstacle_tree {
+  int nodes, triangles, branches;
+  double *positions;    /* [3*nodes] */
+  int *corners;         /* [3*triangles], in the tree's order */
+  double *edge_weight;  /* [3*triangles] of the edge from corner k to k+1; 0: kept by another */
+  double *vertex_weight; /* [3*triangles] likewise */
+  double *planes;        /* [4*triangles] unit normal, and its product with the plane's points */
+  branch *tree;
+};
+
+static const double *corner_of(const flesh_obstacle_tree *self, int triangle, int k)
+{
+  return self->positions + 3 * (size_t)self->corners[3 * triangle + k % 3];
+}
+
+static int compare_places(const void *a, const void *b)
+{
+  const double *p = *(const double *const *)a, *q = *(const double *const *)b;
+  for (int c = 0; c < 3; c++)
+    if (p[c] != q[c]) return p[c] < q[c] ? -1 : 1;
+  return 0;
+}
+
+/* Copies the positions, those at the same place once; place[i] is the new number of node i. */
+static int copy_nodes(flesh_obstacle_tree *self, int nodes, const double *positions, int *place)
+{
+  const double **sorted = malloc(((size_t)nodes + 1) * sizeof *sorted);
+  self->positions = malloc(3 * ((size_t)nodes + 1) * sizeof *self->positions);
+  if (!sorted || !self->positions) {
+    free(sorted);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle of %d nodes", nodes);
+  }
+  for (int i = 0; i < nodes; i++) sorted[i] = positions + 3 * (size_t)i;
+  qsort(sorted, (size_t)nodes, sizeof *sorted, compare_places);
+  for (int i = 0; i < nodes; i++) {
+    if (i == 0 || compare_places(&sorted[i - 1], &sorted[i]))
+      memcpy(self->positions + 3 * (size_t)self->nodes++, sorted[i], 3 * sizeof(double));
+    place[(sorted[i] - positions) / 3] = self->nodes - 1;
+  }
+  free(sorted);
+  return FLESH_OK;
+}
+
+/* Twice the area of a triangle without rounding's share; 0 where it has none. */
+static int has_area(const double *a, const double *b, const double *c)
+{
+  double e[3], f[3], n[3];
+  for (int k = 0; k < 3; k++) e[k] = b[k] - a[k], f[k] = c[k] - a[k];
+  flesh_vec3_cross(e, f, n);
+  double longest = fmax(flesh_vec3_dot(e, e), flesh_vec3_dot(f, f));
+  return flesh_vec3_dot(n, n) > 1e-24 * longest * longest;
+}
+
+static int copy_triangles(flesh_obstacle_tree *self, int nodes, int triangles, const int *given,
+                          const int *place)
+{
+  self->corners = malloc(3 * ((size_t)triangles + 1) * sizeof *self->corners);
+  if (!self->corners)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle of %d triangles", triangles);
+  for (int t = 0; t < triangles; t++) {
+    int *corner = self->corners + 3 * (size_t)self->triangles;
+    for (int k = 0; k < 3; k++) {
+      int node = given[3 * (size_t)t + k];
+      if (node < 0 || node >= nodes)
+        return flesh_fail(FLESH_ERR_ARGUMENT,
+                          "triangle %d of the obstacle has node %d; its nodes are 0 to %d", t, node,
+                          nodes - 1);
+      corner[k] = place[node];
+    }
+    self->triangles += has_area(corner_of(self, self->triangles, 0),
+                                corner_of(self, self->triangles, 1),
+                                corner_of(self, self->triangles, 2));
+  }
+  return self->triangles ? FLESH_OK
+                         : flesh_fail(FLESH_ERR_ARGUMENT, "the obstacle has no triangle with area");
+}
+
+typedef struct ranked {
+  double key;
+  int corners[3];
+} ranked;
+
+static int compare_keys(const void *a, const void *b)
+{
+  double p = ((const ranked *)a)->key, q = ((const ranked *)b)->key;
+  return (p > q) - (p < q);
+}
+
+static box bounds_of(const flesh_obstacle_tree *self, int first, int count)
+{
+  box bounds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+  for (int k = 3 * first; k < 3 * (first + count); k++)
+    for (int c = 0; c < 3; c++) {
+      double p = self->positions[3 * (size_t)self->corners[k] + c];
+      bounds.low[c] = fmin(bounds.low[c], p);
+      bounds.high[c] = fmax(bounds.high[c], p);
+    }
+  return bounds;
+}
+
+/* Sorts the triangles of a branch along its longest side and parts them in the middle. */
+static void part(flesh_obstacle_tree *self, int index, int first, int count, ranked *room)
+{
+  branch *b = &self->tree[index];
+  *b = (branch){bounds_of(self, first, count), first, count};
+  if (count <= LEAF) return;
+  int longest = 0;
+  for (int c = 1; c < 3; c++)
+    if (b->bounds.high[c] - b->bounds.low[c] > b->bounds.high[longest] - b->bounds.low[longest])
+      longest = c;
+  for (int t = 0; t < count; t++) {
+    memcpy(room[t].corners, self->corners + 3 * (size_t)(first + t), sizeof room[t].corners);
+    room[t].key = 0;
+    for (int k = 0; k < 3; k++) room[t].key += corner_of(self, first + t, k)[longest];
+  }
+  qsort(room, (size_t)count, sizeof *room, compare_keys);
+  for (int t = 0; t < count; t++)
+    memcpy(self->corners + 3 * (size_t)(first + t), room[t].corners, sizeof room[t].corners);
+  int children = self->branches;
+  self->branches += 2;
+  b->first = children;
+  b->count = 0;
+  part(self, children, first, count / 2, room);
+  part(self, children + 1, first + count / 2, count - count / 2, room);
+}
+
+static int grow_tree(flesh_obstacle_tree *self)
+{
+  ranked *room = malloc((size_t)self->triangles * sizeof *room);
+  self->tree = malloc(2 * (size_t)self->triangles * sizeof *self->tree);
+  if (room && self->tree) {
+    self->branches = 1;
+    part(self, 0, 0, self->triangles, room);
+  }
+  free(room);
+  return room && self->tree
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_MEMORY, "no memory for a tree of %d triangles", self->triangles);
+}
+
+static int make_planes(flesh_obstacle_tree *self)
+{
+  self->planes = malloc(4 * (size_t)self->triangles * sizeof *self->planes);
+  if (!self->planes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", self->triangles);
+  for (int t = 0; t < self->triangles; t++) {
+    const double *X = corner_of(self, t, 0), *Y = corner_of(self, t, 1), *Z = corner_of(self, t, 2);
+    double e[3], f[3], *n = self->planes + 4 * (size_t)t;
+    for (int c = 0; c < 3; c++) e[c] = Y[c] - X[c], f[c] = Z[c] - X[c];
+    flesh_vec3_cross(e, f, n);
+    const double length = sqrt(flesh_vec3_dot(n, n));
+    for (int c = 0; c < 3; c++) n[c] /= length;
+    n[3] = flesh_vec3_dot(n, X);
+  }
+  return FLESH_OK;
+}
+
+typedef struct side {
+  int low, high, place; /* nodes ascending; 3*triangle + corner */
+} side;
+
+static int compare_sides(const void *a, const void *b)
+{
+  const side *p = a, *q = b;
+  if (p->low != q->low) return p->low < q->low ? -1 : 1;
+  if (p->high != q->high) return p->high < q->high ? -1 : 1;
+  return (p->place > q->place) - (p->place < q->place);
+}
+
+int flesh_surface_weights(int nodes, int triangles, const int *corners, double **edge_weight,
+                          double **vertex_weight)
+{
+  const int sides = 3 * triangles;
+  side *sorted = malloc((size_t)sides * sizeof *sorted);
+  double *of_node = calloc((size_t)nodes + 1, sizeof *of_node);
+  *edge_weight = calloc((size_t)sides, sizeof **edge_weight);
+  *vertex_weight = calloc((size_t)sides, sizeof **vertex_weight);
+  int failed = !sorted || !of_node || !*edge_weight || !*vertex_weight;
+  for (int k = 0; k < sides && !failed; k++) {
+    int a = corners[k], b = corners[k % 3 == 2 ? k - 2 : k + 1];
+    sorted[k] = (side){a < b ? a : b, a < b ? b : a, k};
+    of_node[a] -= 1;
+  }
+  if (!failed) qsort(sorted, (size_t)sides, sizeof *sorted, compare_sides);
+  for (int k = 0, next; k < sides && !failed; k = next) {
+    for (next = k + 1; next < sides && sorted[next].low == sorted[k].low &&
+                       sorted[next].high == sorted[k].high;)
+      next++;
+    const int again = next - k - 1; /* triangles beside the first */
+    (*edge_weight)[sorted[k].place] = -again;
+    of_node[sorted[k].low] += again;
+    of_node[sorted[k].high] += again;
+  }
+  for (int k = 0; k < sides && !failed; k++) {
+    (*vertex_weight)[k] = 1 + of_node[corners[k]];
+    of_node[corners[k]] = -1; /* kept here */
+  }
+  free(sorted);
+  free(of_node);
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", triangles)
+                : FLESH_OK;
+}
+
+int flesh_obstacle_tree_create(int nodes, const double *positions, int triangles,
+                               const int *triangle_nodes, flesh_obstacle_tree **tree)
+{
+  *tree = NULL;
+  if (nodes < 3 || triangles < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the obstacle has %d triangles on %d nodes; it needs one at least",
+                      triangles, nodes);
+  for (int d = 0; d < 3 * nodes; d++)
+    if (!(fabs(positions[d]) < INFINITY))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "node %d of the obstacle is not finite", d / 3);
+  flesh_obstacle_tree *self = calloc(1, sizeof *self);
+  int *place = malloc((size_t)nodes * sizeof *place);
+  int status = self && place
+                   ? FLESH_OK
+                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle of %d nodes", nodes);
+  if (!status) status = copy_nodes(self, nodes, positions, place);
+  if (!status) status = copy_triangles(self, nodes, triangles, triangle_nodes, place);
+  if (!status) status = grow_tree(self);
+  if (!status) status = make_planes(self);
+  if (!status)
+    status = flesh_surface_weights(self->nodes, self->triangles, self->corners, &self->edge_weight,
+                                   &self->vertex_weight);
+  free(place);
+  if (status) flesh_obstacle_tree_destroy(&self);
+  *tree = self;
+  return status;
+}
+
+void flesh_obstacle_tree_destroy(flesh_obstacle_tree **tree)
+{
+  if (!tree || !*tree) return;
+  free((*tree)->positions);
+  free((*tree)->corners);
+  free((*tree)->edge_weight);
+  free((*tree)->vertex_weight);
+  free((*tree)->planes);
+  free((*tree)->tree);
+  free(*tree);
+  *tree = NULL;
+}
+
+void flesh_obstacle_tree_surface(const flesh_obstacle_tree *self, int *nodes,
+                                 const double **positions, int *triangles, const int **corners)
+{
+  *nodes = self->nodes;
+  *positions = self->positions;
+  *triangles = self->triangles;
+  *corners = self->corners;
+}
+
+static int is_far(const box *bounds, const double y[3], double w)
+{
+  double square = 0;
+  for (int c = 0; c < 3; c++) {
+    double d = flesh_max(flesh_max(bounds->low[c] - y[c], y[c] - bounds->high[c]), 0);
+    square += d * d;
+  }
+  return square >= w * w;
+}
+
+int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *self, const double low[3], const double high[3], double w)
+{
+  int stack[DEPTH], height = 0;
+  for (stack[height++] = 0; height > 0;) {
+    const branch *b = &self->tree[stack[--height]];
+    double square = 0;
+    for (int c = 0; c < 3; c++) {
+      const double d = flesh_max(b->bounds.low[c] - high[c], low[c] - b->bounds.high[c]);
+      square += d > 0 ? d * d : 0 * d; /* NaN is not far */
+    }
+    if (square > w * w) continue;
+    if (b->count) return 0;
+    stack[height++] = b->first + 1;
+    stack[height++] = b->first;
+  }
+  return 1;
+}
+
+/* Whether the triangle's plane is at least w away from y. */
+static int plane_is_far(const flesh_obstacle_tree *self, int t, const double y[3], double w)
+{
+  const double *n = self->planes + 4 * (size_t)t;
+  return fabs(flesh_vec3_dot(n, y) - n[3]) >= w;
+}
+
+/* Adds what lies at the foot with these weights of the corners: within the triangle, on an edge, or
+ * at a vertex, by how many weights are not 0. */
+static void add_at(const double *const X[3], int corners, const double *weights, const double y[3],
+                   double w, double share, flesh_barrier *barrier)
+{
+  double direction[3] = {0, 0, 0}, axis[3] = {0, 0, 0}, length = 0;
+  int touched[3] = {0}, flat = -1;
+  for (int k = 0; k < corners; k++)
+    if (weights[k] != 0) touched[++flat] = k;
+  for (int c = 0; c < 3; c++) {
+    direction[c] = y[c];
+    for (int k = 0; k < corners; k++) direction[c] -= weights[k] * X[k][c];
+    if (flat == 1) axis[c] = X[touched[1]][c] - X[touched[0]][c];
+    length += axis[c] * axis[c];
+  }
+  for (int c = 0; c < 3 && flat == 1; c++) axis[c] /= sqrt(length);
+  double distance = sqrt(flesh_vec3_dot(direction, direction));
+  for (int c = 0; c < 3; c++) direction[c] /= distance;
+  flesh_barrier_add(barrier, w, share, distance, 0, direction, flat, axis);
+}
+
+static void add_triangle(const flesh_obstacle_tree *self, int t, const double y[3], double w,
+                         flesh_barrier *barrier)
+{
+  if (plane_is_far(self, t, y, w)) return;
+  const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
+  double weights[3];
+  if (!(flesh_nearest_on_triangle(X, y, weights) < w * w)) return;
+  add_at(X, 3, weights, y, w, 1, barrier);
+  for (int k = 0; k < 3; k++) {
+    const double *const ends[3] = {X[k], X[(k + 1) % 3], NULL};
+    double edge = self->edge_weight[3 * t + k], vertex = self->vertex_weight[3 * t + k];
+    if (edge != 0 && flesh_nearest_on_segment(ends[0], ends[1], y, weights) < w * w)
+      add_at(ends, 2, weights, y, w, edge, barrier);
+    if (vertex != 0) add_at(ends, 1, (const double[]){1}, y, w, vertex, barrier);
+  }
+}
+
+void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *self, const double y[3], double w,
+                                 flesh_barrier *barrier)
+{
+  int stack[DEPTH], height = 0;
+  for (stack[height++] = 0; height > 0;) {
+    const branch *b = &self->tree[stack[--height]];
+    if (is_far(&b->bounds, y, w)) continue;
+    for (int t = b->first; t < b->first + b->count; t++) add_triangle(self, t, y, w, barrier);
+    if (b->count) continue;
+    stack[height++] = b->first + 1;
+    stack[height++] = b->first;
+  }
+}
+
+/* Whether the part of the way before `share` meets the box; `inverse` is 1 over each component of the way. */
+static int meets(const box *bounds, const double y0[3], const double inverse[3], double share)
+{
+  double enter = 0, leave = share;
+  for (int c = 0; c < 3; c++) {
+    if (fabs(inverse[c]) == INFINITY) { /* none, or next to none */
+      if (y0[c] < bounds->low[c] || y0[c] > bounds->high[c]) return 0;
+      continue;
+    }
+    double near = (bounds->low[c] - y0[c]) * inverse[c], far = (bounds->high[c] - y0[c]) * inverse[c];
+    if ((near < far ? near : far) > enter) enter = near < far ? near : far;
+    if ((near < far ? far : near) < leave) leave = near < far ? far : near;
+  }
+  /* Rounding must not let a way slip past a flat box. */
+  return enter <= leave + 1e-12 * (1 + fabs(enter));
+}
+
+/* Where the way meets the triangle (Moller & Trumbore 1997), widened by rounding; 1 where not. */
+static double way_to_triangle(const double *const X[3], const double y0[3], const double e[3])
+{
+  double u[3], v[3], d[3], p[3], q[3];
+  const double slack = 1e-10;
+  for (int c = 0; c < 3; c++)
+    u[c] = X[1][c] - X[0][c], v[c] = X[2][c] - X[0][c], d[c] = y0[c] - X[0][c];
+  flesh_vec3_cross(e, v, p);
+  double determinant = flesh_vec3_dot(u, p);
+  if (determinant == 0) return 1;
+  flesh_vec3_cross(d, u, q);
+  double a = flesh_vec3_dot(d, p) / determinant, b = flesh_vec3_dot(e, q) / determinant;
+  double s = flesh_vec3_dot(v, q) / determinant;
+  int through = a >= -slack && b >= -slack && a + b <= 1 + slack && s >= 0 && s <= 1;
+  return through ? s : 1;
+}
+
+double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[3],
+                               const double y1[3])
+{
+  double share = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
+  const double inverse[3] = {1 / e[0], 1 / e[1], 1 / e[2]};
+  int stack[DEPTH], height = 0;
+  if (e[0] == 0 && e[1] == 0 && e[2] == 0) return 1;
+  for (stack[height++] = 0; height > 0;) {
+    const branch *b = &self->tree[stack[--height]];
+    if (!meets(&b->bounds, y0, inverse, share)) continue;
+    for (int t = b->first; t < b->first + b->count; t++) {
+      const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
+      share = fmin(share, way_to_triangle(X, y0, e));
+    }
+    if (b->count) continue;
+    stack[height++] = b->first + 1;
+    stack[height++] = b->first;
+  }
+  return share;
+}
+
+size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)
+{
+  return sizeof *self + 3 * (size_t)self->nodes * sizeof *self->positions +
+         3 * (size_t)self->triangles *
+             (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
+         4 * (size_t)self->triangles * sizeof *self->planes +
+         2 * (size_t)self->triangles * sizeof *self->tree;
+}

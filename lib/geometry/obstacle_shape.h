@@ -1,0 +1,24 @@
+/* obstacle_shape.h: what an obstacle holds. */
+#ifndef FLESH_GEOMETRY_OBSTACLE_SHAPE_H
+#define FLESH_GEOMETRY_OBSTACLE_SHAPE_H
+
+#include "flesh/obstacle.h"
+#include "geometry/obstacle_mesh.h"
+
+typedef enum flesh_obstacle_shape {
+  FLESH_OBSTACLE_PLANE,
+  FLESH_OBSTACLE_SPHERE,
+  FLESH_OBSTACLE_CAPSULE,
+  FLESH_OBSTACLE_MESH
+} flesh_obstacle_shape;
+
+struct flesh_obstacle {
+  flesh_obstacle_shape shape;
+  double a[3];   /* point of the plane, centre, first end */
+  double b[3];   /* unit normal, second end */
+  double radius; /* 0 for a plane */
+  flesh_obstacle_tree *tree; /* of a mesh */
+  flesh_motion motion;       /* count 0: none */
+};
+
+#endif

@@ -1,0 +1,184 @@
+/* bisection.c: the order of Cuthill & McKee 1969 from one far end of the mesh to the other, burnt from both ends (a
+ * "twisted" factorisation). Incomplete Cholesky is as good in it as in the order itself and twice as good as in that of
+ * a mesh generator, and two threads can work on it.
+ *
+ * Within a run of nodes, they are sorted by the length of the chain of neighbours that must come before: the
+ * preconditioner stays the same, but neighbours in the order no longer wait for each other. Runs are short, as
+ * products go through vectors in this order, too. */
+#include "linear/bisection.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+enum { RUN = 256 }; /* nodes */
+
+typedef struct graph {
+  int rows;
+  int *start, *neighbour; /* [rows+1], [start[rows]] */
+  int *mark;              /* [rows] */
+} graph;
+
+static int graph_create(const flesh_block_matrix *A, graph *g)
+{
+  const size_t blocks = (size_t)A->row_start[A->rows], rows = (size_t)A->rows;
+  *g = (graph){.rows = A->rows};
+  g->start = calloc(rows + 2, sizeof *g->start);
+  g->neighbour = malloc((2 * blocks + 1) * sizeof *g->neighbour);
+  g->mark = calloc(rows + 1, sizeof *g->mark);
+  if (!g->start || !g->neighbour || !g->mark) return 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
+      g->start[i + 2]++;
+      g->start[A->column[k] + 2]++;
+    }
+  for (int i = 0; i < A->rows; i++) g->start[i + 2] += g->start[i + 1];
+  for (int i = 0; i < A->rows; i++) /* start[i + 1] is where i's next neighbour goes */
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
+      int j = A->column[k];
+      g->neighbour[g->start[i + 1]++] = j;
+      g->neighbour[g->start[j + 1]++] = i;
+    }
+  return 1;
+}
+
+static void graph_clear(graph *g)
+{
+  free(g->start);
+  free(g->neighbour);
+  free(g->mark);
+}
+
+static int degree(const graph *g, int node) { return g->start[node + 1] - g->start[node]; }
+
+/* Whether a comes before b where both are neighbours of one node. Mesh generators number from end to end, and where
+ * the larger number goes first, incomplete Cholesky takes a fifth fewer iterations. */
+static int before(const graph *g, int a, int b)
+{
+  const int da = degree(g, a), db = degree(g, b);
+  return da != db ? da < db : a > b;
+}
+
+/* Nodes reached from `first` that are not marked `as`, level by level; returns how many, and in *last where the last of
+ * the *levels begins. */
+static int spread(graph *g, int first, int as, int *order, int *last, int *levels)
+{
+  int count = 1, end = 1; /* of the level at hand */
+  order[0] = first;
+  g->mark[first] = as;
+  *last = *levels = 0;
+  for (int head = 0; head < count; head++) {
+    if (head == end) {
+      *last = head;
+      end = count;
+      ++*levels;
+    }
+    const int begin = count;
+    for (int k = g->start[order[head]]; k < g->start[order[head] + 1]; k++) {
+      int node = g->neighbour[k];
+      if (g->mark[node] == as) continue;
+      g->mark[node] = as;
+      int place = count++;
+      for (; place > begin && before(g, node, order[place - 1]); place--) order[place] = order[place - 1];
+      order[place] = node;
+    }
+  }
+  return count;
+}
+
+/* Every component from an end of it, as far from the other as the search of George & Liu 1979 finds. */
+static void cuthill_mckee(graph *g, int *order)
+{
+  for (int first = 0, count = 0, as = 0; first < g->rows; first++) {
+    if (g->mark[first]) continue;
+    int root = first, deepest = -1, levels, last;
+    for (;;) {
+      const int size = spread(g, root, ++as, order + count, &last, &levels);
+      if (levels <= deepest) {
+        count += size;
+        break;
+      }
+      deepest = levels;
+      root = order[count + last];
+      for (int p = last + 1; p < size; p++)
+        if (degree(g, order[count + p]) < degree(g, root)) root = order[count + p];
+    }
+  }
+}
+
+/* Stable sort of order[begin..end) by chain length; `length`, `room` and `counts` [rows+1]. */
+static void sort_by_chains(const graph *g, int *order, int begin, int end, const int *place,
+                           int *length, int *room, int *counts)
+{
+  const int most = end - begin;
+  memset(counts, 0, ((size_t)most + 1) * sizeof *counts);
+  for (int p = begin; p < end; p++) {
+    int node = order[p], longest = 0;
+    for (int k = g->start[node]; k < g->start[node + 1]; k++) {
+      int other = g->neighbour[k];
+      if (place[other] >= begin && place[other] < p && length[other] >= longest)
+        longest = length[other] + 1;
+    }
+    length[node] = longest;
+    counts[longest + 1]++;
+  }
+  for (int l = 0; l < most; l++) counts[l + 1] += counts[l];
+  for (int p = begin; p < end; p++) room[begin + counts[length[order[p]]]++] = order[p];
+  memcpy(order + begin, room + begin, (size_t)(end - begin) * sizeof *order);
+}
+
+/* Halves of `line`, a line of nodes from end to end, into order and begin. */
+static void split(const graph *g, const int *line, const int *place, flesh_bisection *halves)
+{
+  const int rows = g->rows, middle = rows / 2;
+  int count = 0, between = 0, *aside = halves->order + rows; /* filled from the end */
+  for (int p = 0; p < middle; p++) {
+    int node = line[p], touches = 0;
+    for (int k = g->start[node]; k < g->start[node + 1]; k++)
+      touches |= place[g->neighbour[k]] >= middle;
+    if (touches) aside[-++between] = node;
+    else halves->order[count++] = node;
+  }
+  halves->begin[1] = count;
+  for (int p = rows - 1; p >= middle; p--) halves->order[count++] = line[p];
+  halves->begin[2] = count;
+  halves->begin[3] = rows;
+  if (between > rows / 4) {
+    memcpy(halves->order, line, (size_t)rows * sizeof *line);
+    halves->begin[1] = halves->begin[2] = rows;
+  }
+}
+
+int flesh_bisection_create(const flesh_block_matrix *A, flesh_bisection *halves)
+{
+  const size_t rows = (size_t)A->rows;
+  graph g;
+  *halves = (flesh_bisection){.order = malloc((rows + 1) * sizeof(int))};
+  int *room = malloc(5 * (rows + 1) * sizeof *room);
+  if (!graph_create(A, &g) || !halves->order || !room) {
+    graph_clear(&g);
+    free(room);
+    flesh_bisection_clear(halves);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d nodes", A->rows);
+  }
+  int *line = room, *place = line + rows + 1, *length = place + rows + 1;
+  cuthill_mckee(&g, line);
+  for (int p = 0; p < A->rows; p++) place[line[p]] = p;
+  split(&g, line, place, halves);
+  for (int p = 0; p < A->rows; p++) place[halves->order[p]] = p;
+  for (int part = 0; part < 3; part++)
+    for (int begin = halves->begin[part], end; begin < halves->begin[part + 1]; begin = end) {
+      end = halves->begin[part + 1] - begin > RUN ? begin + RUN : halves->begin[part + 1];
+      sort_by_chains(&g, halves->order, begin, end, place, length, length + rows + 1, length + 2 * (rows + 1));
+    }
+  graph_clear(&g);
+  free(room);
+  return FLESH_OK;
+}
+
+void flesh_bisection_clear(flesh_bisection *halves)
+{
+  free(halves->order);
+  *halves = (flesh_bisection){0};
+}

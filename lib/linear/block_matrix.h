@@ -1,0 +1,36 @@
+/* block_matrix.h: operations on the symmetric 3x3-block matrix of flesh/effect.h. */
+#ifndef FLESH_LINEAR_BLOCK_MATRIX_H
+#define FLESH_LINEAR_BLOCK_MATRIX_H
+
+#include <stdint.h>
+
+#include "flesh/block_matrix.h"
+#include "flesh/threads.h"
+
+/* y = A x. */
+void flesh_block_multiply(const flesh_block_matrix *A, const double *x, double *y);
+
+/* Turns the rows and columns of the fixed dofs [3*rows] into `diagonal` times those of the
+ * identity. */
+void flesh_block_fix(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, flesh_threads *threads);
+
+/* The rows that this changes, ascending, into `rows` [A->rows]; returns how many. Only the pattern is read. */
+int flesh_block_rows_to_fix(const flesh_block_matrix *A, const uint8_t *fixed, int *rows);
+
+/* The same as flesh_block_fix, of these rows. */
+void flesh_block_fix_rows(flesh_block_matrix *A, const uint8_t *fixed, double diagonal, int count, const int *rows);
+
+/* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */
+void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B);
+
+/* Whether no node's row knows of another node. */
+int flesh_block_is_diagonal(const flesh_block_matrix *A);
+
+/* A positive number of the size of A's diagonal, for the rows of constrained dofs. */
+double flesh_block_mean_diagonal(const flesh_block_matrix *A);
+
+/* B = A^-1 of a symmetric positive definite 3x3 block [9]; 0 when A is not positive definite (B
+ * untouched). */
+int flesh_block_invert(const double A[9], double B[9]);
+
+#endif

@@ -1,0 +1,423 @@
+/* coarse.c: P^T A P by pairs of cells, and its sparse Cholesky factor.
+ *
+ * The node at (x, y, z) of its cell moves with corner a by the product of x or 1 - x, y or 1 - y, z or 1 - z, as the
+ * bits of a say. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination:
+ * component c of its displacement is the unknown 3 rank + c. */
+#include "linear/coarse.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "linear/coarse_cholesky.h"
+#include "linear/coarse_grid.h"
+#include "linear/lanes.h"
+
+enum {
+  N = FLESH_BLOCK12,
+  CORNERS = 8,
+  SLOTS = 4,  /* vertices of a patch */
+  PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
+  MOST = 16384 /* vertices */
+};
+
+/* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them,
+ * here and below. */
+typedef struct term {
+  int pair, node, other;
+  int block; /* ~: of the transpose */
+} term;
+
+/* Two cells that A couples, or one with itself. */
+typedef struct pair {
+  int low, high, first;           /* of its terms */
+  /* Where the block of corners a of `low` and b of `high` goes: at 8 a + b; ~: transposed. */
+  int entry[CORNERS * CORNERS];
+} pair;
+
+/* Of a cell: r by corner, component by component. */
+typedef struct sums {
+  flesh_float8 of[3];
+} sums;
+
+/* Of a cell: 1, x, y, xy, z, xz, yz, xyz in the displacement that the last solve has found. */
+typedef struct moves {
+  flesh_float4 of[CORNERS];
+} moves;
+
+struct flesh_coarse {
+  int rows;
+  flesh_threads *threads;
+  flesh_coarse_grid grid; /* its corners by their ranks */
+  int *stored;            /* [rows] the mesh's number of each node */
+  sums *sums[PARTS];      /* [cells] zero between solves */
+  moves *moves;           /* [cells] */
+  term *terms;             /* [blocks] by pair, then by node */
+  pair *pairs;             /* [pair_count+1] */
+  int pair_count, entry_count;
+  int *ranks;              /* [2*entry_count] of the two vertices of each entry, the lower first */
+  double *entries[PARTS];  /* [9*entry_count] blocks of P^T A P */
+  float *load; /* [12*patches] P^T r */
+  flesh_coarse_cholesky matrix;
+};
+
+static int compare_terms(const void *a, const void *b)
+{
+  const term *p = a, *q = b;
+  if (p->pair != q->pair) return (p->pair > q->pair) - (p->pair < q->pair);
+  if (p->node != q->node) return (p->node > q->node) - (p->node < q->node);
+  return (p->other > q->other) - (p->other < q->other);
+}
+
+static int compare_names(const void *a, const void *b)
+{
+  const int64_t p = *(const int64_t *)a, q = *(const int64_t *)b;
+  return (p > q) - (p < q);
+}
+
+/* Blocks sorted by the pair of cells that they couple; `place` [rows]: where each of the mesh's nodes is stored. */
+static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int *place)
+{
+  const int *cell = self->grid.cell;
+  const int blocks = A->row_start[A->rows], cells = self->grid.cells;
+  self->terms = flesh_huge_pages_alloc(((size_t)blocks + 1) * sizeof *self->terms);
+  if (!self->terms || (int64_t)cells * cells > INT32_MAX) return FLESH_ERR_MEMORY;
+  for (int i = 0, count = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
+      const int p = place[i], q = place[A->column[k]], swap = cell[p] > cell[q];
+      const int low = swap ? cell[q] : cell[p], high = swap ? cell[p] : cell[q];
+      self->terms[count++] = (term){low * cells + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
+    }
+  qsort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
+  for (int k = 0; k < blocks; k++) self->pair_count += k == 0 || self->terms[k].pair != self->terms[k - 1].pair;
+  self->pairs = flesh_huge_pages_alloc(((size_t)self->pair_count + 1) * sizeof *self->pairs);
+  if (!self->pairs) return FLESH_ERR_MEMORY;
+  pair *now = self->pairs;
+  for (int k = 0; k < blocks; k++)
+    if (k == 0 || self->terms[k].pair != self->terms[k - 1].pair) {
+      now->low = self->terms[k].pair / cells;
+      now->high = self->terms[k].pair % cells;
+      now++->first = k;
+    }
+  now->first = blocks;
+  return FLESH_OK;
+}
+
+/* The patches that A couples, as lists of neighbours, and a factor for them. */
+static int make_factor(flesh_coarse *self)
+{
+  const int *corner = self->grid.corner, *patch = self->grid.patch;
+  const size_t n = (size_t)self->grid.patches;
+  uint8_t *touch = calloc(n * n + 1, 1);
+  int *starts = calloc(n + 1, sizeof *starts), *neighbours = NULL, status = FLESH_ERR_MEMORY;
+  for (int k = 0; touch && k < self->pair_count; k++)
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const size_t i = (size_t)patch[corner[CORNERS * self->pairs[k].low + e / CORNERS]],
+                   j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
+      touch[n * i + j] = touch[n * j + i] = 1;
+    }
+  for (size_t i = 0; touch && starts && i < n; i++) {
+    starts[i + 1] = starts[i];
+    for (size_t j = 0; j < n; j++) starts[i + 1] += i != j && touch[n * i + j];
+  }
+  if (touch && starts) neighbours = malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
+  if (neighbours) {
+    int count = 0;
+    for (size_t i = 0; i < n; i++)
+      for (size_t j = 0; j < n; j++)
+        if (i != j && touch[n * i + j]) neighbours[count++] = (int)j;
+    status = flesh_coarse_cholesky_create(self->grid.patches, starts, neighbours, &self->matrix);
+  }
+  free(touch);
+  free(starts);
+  free(neighbours);
+  return status;
+}
+
+/* The lower rank first. */
+static int64_t name_of_entry(int a, int b) { return a < b ? (int64_t)a << 32 | b : (int64_t)b << 32 | a; }
+
+/* Which blocks of P^T A P there are, and which of them each pair of cells adds to. */
+static int make_entries(flesh_coarse *self)
+{
+  const int *corner = self->grid.corner;
+  const size_t most = (size_t)self->pair_count * CORNERS * CORNERS;
+  int64_t *names = malloc((most + 1) * sizeof *names);
+  if (!names) return FLESH_ERR_MEMORY;
+  for (size_t e = 0; e < most; e++) {
+    const pair *p = &self->pairs[e / (CORNERS * CORNERS)];
+    names[e] = name_of_entry(corner[CORNERS * p->low + (int)(e / CORNERS % CORNERS)],
+                             corner[CORNERS * p->high + (int)(e % CORNERS)]);
+  }
+  qsort(names, most, sizeof *names, compare_names);
+  for (size_t e = 0; e < most; e++)
+    if (e == 0 || names[e] != names[self->entry_count - 1]) names[self->entry_count++] = names[e];
+  self->ranks = malloc((2 * (size_t)self->entry_count + 1) * sizeof *self->ranks);
+  int failed = !self->ranks;
+  for (int part = 0; part < PARTS; part++)
+    failed |= !(self->entries[part] = flesh_huge_pages_alloc((9 * (size_t)self->entry_count + 1) * sizeof(double)));
+  for (int e = 0; e < self->entry_count && !failed; e++) {
+    self->ranks[2 * e] = (int)(names[e] >> 32);
+    self->ranks[2 * e + 1] = (int)(names[e] & 0x7fffffff);
+  }
+  for (int k = 0; k < self->pair_count && !failed; k++)
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const int a = corner[CORNERS * self->pairs[k].low + e / CORNERS],
+                b = corner[CORNERS * self->pairs[k].high + e % CORNERS];
+      const int64_t name = name_of_entry(a, b);
+      const int64_t *found = bsearch(&name, names, (size_t)self->entry_count, sizeof name, compare_names);
+      const int at = (int)(found - names);
+      self->pairs[k].entry[e] = a <= b ? at : ~at;
+    }
+  free(names);
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, int vertices, const int *stored)
+{
+  const size_t rows = (size_t)A->rows;
+  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, &self->grid);
+  int *place = malloc((rows + 1) * sizeof *place);
+  self->stored = malloc((rows + 1) * sizeof *self->stored);
+  if (!place || !self->stored) status = FLESH_ERR_MEMORY;
+  if (!status) {
+    memcpy(self->stored, stored, rows * sizeof *stored);
+    for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
+    status = make_terms(self, A, place);
+  }
+  if (!status) status = make_factor(self);
+  if (!status) {
+    for (int e = 0; e < CORNERS * self->grid.cells; e++) {
+      const int v = self->grid.corner[e];
+      self->grid.corner[e] = SLOTS * self->matrix.place[self->grid.patch[v]] + self->grid.slot[v];
+    }
+    const size_t cells = (size_t)self->grid.cells + 1;
+    int failed = !(self->moves = flesh_huge_pages_alloc(cells * sizeof *self->moves));
+    for (int part = 0; part < PARTS; part++)
+      failed |= !(self->sums[part] = flesh_huge_pages_calloc(cells * sizeof *self->sums[part]));
+    failed |= !(self->load = flesh_huge_pages_alloc(((size_t)self->grid.patches * N + 1) * sizeof *self->load));
+    status = failed ? FLESH_ERR_MEMORY : make_entries(self);
+  }
+  free(place);
+  return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
+}
+
+int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
+                        const flesh_bisection *halves, flesh_threads *threads, flesh_coarse **coarse)
+{
+  flesh_coarse *self = calloc(1, sizeof *self);
+  *coarse = self;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
+  self->rows = A->rows;
+  self->threads = threads;
+  int status = build(self, A, positions, vertices, halves->order);
+  if (status) flesh_coarse_destroy(coarse);
+  return status;
+}
+
+void flesh_coarse_destroy(flesh_coarse **coarse)
+{
+  if (!coarse || !*coarse) return;
+  flesh_coarse *self = *coarse;
+  void *arrays[] = {self->load,  self->stored, self->sums[0],    self->sums[1],   self->moves, self->terms,
+                    self->pairs, self->ranks,  self->entries[0], self->entries[1]};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  flesh_coarse_grid_clear(&self->grid);
+  flesh_coarse_cholesky_clear(&self->matrix);
+  free(self);
+  *coarse = NULL;
+}
+
+/* How much each corner moves a node. */
+static inline flesh_float8 weights_at(flesh_float4 local)
+{
+  const flesh_float8 x0 = {1, 0, 1, 0, 1, 0, 1, 0}, x1 = {-1, 1, -1, 1, -1, 1, -1, 1};
+  const flesh_float8 y0 = {1, 1, 0, 0, 1, 1, 0, 0}, y1 = {-1, -1, 1, 1, -1, -1, 1, 1};
+  const flesh_float8 z0 = {1, 1, 1, 1, 0, 0, 0, 0}, z1 = {-1, -1, -1, -1, 1, 1, 1, 1};
+  return (x0 + x1 * local[0]) * (y0 + y1 * local[1]) * (z0 + z1 * local[2]);
+}
+
+typedef struct assembly {
+  flesh_coarse *coarse;
+  const flesh_block_matrix *A;
+} assembly;
+
+/* Corners of a pair's second cell go side by side, as many as a register holds: there is room for nine of these. */
+typedef float aside_floats __attribute__((vector_size(4 * FLESH_ASIDE)));
+
+/* Weights of the corners from `first` on. */
+static inline flesh_aside weights_of_some(flesh_float4 local, int first)
+{
+  const flesh_float8 all = weights_at(local);
+  aside_floats some;
+  memcpy(&some, (const float *)&all + first, sizeof some);
+  return __builtin_convertvector(some, flesh_aside);
+}
+
+/* T[3 c + d] += A[c][d] w_other. */
+static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *A, const term *t, int first,
+                            flesh_aside T[9])
+{
+  const double *b = A->values + 9 * (size_t)(t->block < 0 ? ~t->block : t->block);
+  const flesh_aside w = weights_of_some(self->grid.local[t->other], first);
+  double a[9];
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
+  const int held = (int)self->grid.local[t->node][3];
+  if (t->node == t->other) /* half, as the transpose is added in the end; fixed dofs have no part in it */
+    for (int e = 0; e < 9; e++) a[e] *= held >> e / 3 & 1 || held >> e % 3 & 1 ? 0 : 0.5;
+  for (int e = 0; e < 9; e++) T[e] += a[e] * w;
+}
+
+/* The sum over a pair's terms, first over the nodes of one cell, then over those of the other: corner a of the first
+ * cell and corners of the second from `first` on are in sum[a]. */
+static void sum_pair(const flesh_coarse *self, const flesh_block_matrix *A, const pair *p, int first,
+                     flesh_aside sum[CORNERS][9])
+{
+  const int end = p[1].first;
+  memset(sum, 0, CORNERS * sizeof *sum);
+  for (int k = p->first; k < end;) {
+    const int node = self->terms[k].node;
+    const flesh_float8 w = weights_at(self->grid.local[node]);
+    flesh_aside T[9] = {{0}};
+    for (; k < end && self->terms[k].node == node; k++) add_term(self, A, &self->terms[k], first, T);
+    for (int a = 0; a < CORNERS; a++)
+      for (int e = 0; e < 9; e++) sum[a][e] += (double)w[a] * T[e];
+  }
+}
+
+/* A part of the pairs: what couples two vertices, once, and what couples one with itself, with its transpose. */
+static void assemble_part(void *data, int part)
+{
+  const assembly *s = data;
+  const flesh_coarse *self = s->coarse;
+  const int *corner = self->grid.corner;
+  const long terms = self->pairs[self->pair_count].first;
+  double *entries = self->entries[part];
+  memset(entries, 0, 9 * (size_t)self->entry_count * sizeof *entries);
+  for (int k = 0; k < self->pair_count; k++) {
+    const pair *p = &self->pairs[k];
+    if (p->first < terms * part / PARTS || p->first >= terms * (part + 1) / PARTS) continue;
+    flesh_aside sum[CORNERS / FLESH_ASIDE][CORNERS][9];
+    for (int first = 0; first < CORNERS; first += FLESH_ASIDE) sum_pair(self, s->A, p, first, sum[first / FLESH_ASIDE]);
+    for (int e = 0; e < CORNERS * CORNERS; e++) {
+      const int a = e / CORNERS, b = e % CORNERS, at = p->entry[e];
+      const int own = corner[CORNERS * p->low + a] == corner[CORNERS * p->high + b];
+      double *to = entries + 9 * (size_t)(at < 0 ? ~at : at);
+      const flesh_aside *of_corner = sum[b / FLESH_ASIDE][a];
+      for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++) {
+          const double value = of_corner[3 * c + d][b % FLESH_ASIDE];
+          if (at >= 0) to[3 * c + d] += value;
+          if (at < 0 || own) to[3 * d + c] += value;
+        }
+    }
+  }
+}
+
+/* The entries into the matrix that is factored. */
+static void load_matrix(flesh_coarse *self, double scale)
+{
+  flesh_coarse_cholesky_zero(&self->matrix);
+  for (int e = 0; e < self->entry_count; e++) {
+    const int low = self->ranks[2 * e], high = self->ranks[2 * e + 1];
+    double *block = flesh_coarse_cholesky_at(&self->matrix, low / SLOTS, high / SLOTS);
+    for (int c = 0; c < 3; c++)
+      for (int d = 0; d < 3; d++) {
+        const int m = 3 * (low % SLOTS) + c, r = 3 * (high % SLOTS) + d;
+        const size_t at = 9 * (size_t)e + 3 * (size_t)c + (size_t)d;
+        const double value = scale * (self->entries[0][at] + self->entries[1][at]);
+        block[N * m + r] = value;
+        if (low / SLOTS == high / SLOTS) block[N * r + m] = value;
+      }
+  }
+}
+
+int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
+{
+  for (int p = 0; p < self->rows; p++) {
+    const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
+    self->grid.local[p][3] = (float)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
+  }
+  flesh_threads_run(self->threads, PARTS, assemble_part, &(assembly){self, A});
+  load_matrix(self, scale);
+  return flesh_coarse_cholesky_factor(&self->matrix) ? FLESH_OK : FLESH_NOT_POSITIVE;
+}
+
+/* Of a node at `local`. Fixed components have no part in the coarse space; few nodes have any. */
+static inline flesh_float4 without_held(flesh_float4 x, flesh_float4 local)
+{
+  for (int c = 0; local[3] > 0 && c < 3; c++)
+    if ((int)local[3] >> c & 1) x[c] = 0;
+  return x;
+}
+
+void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, const float *r)
+{
+  for (size_t p = (size_t)begin; p < (size_t)end; p++) {
+    const flesh_float4 local = self->grid.local[p],
+                       own = without_held(*(const flesh_float4 *)(r + 4 * p), local);
+    const flesh_float8 w = weights_at(local);
+    flesh_float8 *sum = self->sums[part][self->grid.cell[p]].of;
+    for (int c = 0; c < 3; c++) sum[c] += w * own[c];
+  }
+}
+
+/* From displacements of the corners to those of 1, x, y, xy, z, xz, yz, xyz. */
+static void to_products(flesh_float4 u[CORNERS])
+{
+  for (int bit = 1; bit < CORNERS; bit *= 2)
+    for (int a = 0; a < CORNERS; a++)
+      if (a & bit) u[a] -= u[a ^ bit];
+}
+
+double flesh_coarse_solve(flesh_coarse *self)
+{
+  float *x = self->matrix.x, *load = self->load;
+  const int *corner = self->grid.corner;
+  const size_t unknowns = (size_t)self->grid.patches * N;
+  double product = 0;
+  memset(load, 0, unknowns * sizeof *load);
+  for (int k = 0; k < self->grid.cells; k++) {
+    for (int c = 0; c < 3; c++) {
+      const flesh_float8 sum = self->sums[0][k].of[c] + self->sums[1][k].of[c];
+      for (int a = 0; a < CORNERS; a++) load[3 * (size_t)corner[CORNERS * k + a] + (size_t)c] += sum[a];
+    }
+    for (int part = 0; part < PARTS; part++) self->sums[part][k] = (sums){0};
+  }
+  memcpy(x, load, unknowns * sizeof *x);
+  flesh_coarse_cholesky_solve(&self->matrix);
+  for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
+  for (int k = 0; k < self->grid.cells; k++) {
+    flesh_float4 *moves = self->moves[k].of;
+    for (int a = 0; a < CORNERS; a++) {
+      const float *u = x + 3 * (size_t)corner[CORNERS * k + a];
+      moves[a] = (flesh_float4){u[0], u[1], u[2], 0};
+    }
+    to_products(moves);
+  }
+  return product;
+}
+
+void flesh_coarse_add(const flesh_coarse *self, int begin, int end, float share, const float *y, float *z)
+{
+  for (size_t k = (size_t)begin; k < (size_t)end; k++, y += 4, z += 4) {
+    const flesh_float4 at = self->grid.local[k], *m = self->moves[self->grid.cell[k]].of;
+    const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
+                       high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
+    *(flesh_float4 *)z = *(const flesh_float4 *)y + share * without_held(low + high * at[2], at);
+  }
+}
+
+size_t flesh_coarse_memory(const flesh_coarse *self)
+{
+  const size_t rows = (size_t)self->rows, terms = (size_t)self->pairs[self->pair_count].first;
+  return sizeof *self + rows * (sizeof(flesh_float4) + 2 * sizeof(int)) + terms * sizeof(term) +
+         (size_t)self->pair_count * sizeof(pair) +
+         (size_t)self->grid.cells * (PARTS * sizeof(sums) + sizeof(moves) + CORNERS * sizeof(int)) +
+         (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
+         (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
+         flesh_coarse_cholesky_memory(&self->matrix);
+}

@@ -1,0 +1,191 @@
+/* direct.c: KLU and, where built in, CHOLMOD on the full scalar matrix. */
+#include "linear/direct.h"
+
+#include <klu.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#ifdef FLESH_HAVE_CHOLMOD
+#include <cholmod.h>
+#endif
+
+#include "base/error.h"
+#include "linear/scalar_view.h"
+
+struct flesh_direct {
+  flesh_linear_solver kind;
+  int symmetric; /* KLU's pivots are those of the diagonal */
+  flesh_scalar_view view;
+  double *values;
+  klu_l_common klu;
+  klu_l_symbolic *symbolic;
+  klu_l_numeric *numeric;
+#ifdef FLESH_HAVE_CHOLMOD
+  cholmod_common cholmod;
+  cholmod_factor *factor;
+#endif
+};
+
+#ifdef FLESH_HAVE_CHOLMOD
+/* CHOLMOD reads the upper triangle of the full matrix. */
+static cholmod_sparse cholmod_view(flesh_direct *self)
+{
+  return (cholmod_sparse){.nrow = (size_t)self->view.n, .ncol = (size_t)self->view.n,
+                          .nzmax = (size_t)self->view.entries, .p = self->view.starts,
+                          .i = self->view.indices, .x = self->values, .stype = 1,
+                          .itype = CHOLMOD_LONG, .xtype = CHOLMOD_REAL, .dtype = CHOLMOD_DOUBLE,
+                          .sorted = 1, .packed = 1};
+}
+#endif
+
+static int create(flesh_linear_solver kind, int symmetric, const flesh_block_matrix *A, flesh_direct **direct)
+{
+  *direct = NULL;
+#ifndef FLESH_HAVE_CHOLMOD
+  if (kind == FLESH_LINEAR_CHOLMOD)
+    return flesh_fail(
+        FLESH_ERR_ARGUMENT,
+        "linear_solver is cholmod, which this build lacks; use pcg or klu, or build with "
+        "-Dcholmod=enabled");
+#endif
+  flesh_direct *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
+  self->kind = kind;
+  self->symmetric = symmetric;
+  klu_l_defaults(&self->klu);
+  if (symmetric) {
+    self->klu.tol = 1e-300; /* of the largest entry, above which the diagonal one is the pivot */
+    self->klu.btf = 0;      /* which permutes rows and columns differently */
+  }
+#ifdef FLESH_HAVE_CHOLMOD
+  cholmod_l_start(&self->cholmod);
+  self->cholmod.print = 0;
+#endif
+  int status = flesh_scalar_view_create(A, &self->view);
+  if (!status) {
+    self->values = malloc((size_t)self->view.entries * sizeof *self->values);
+    if (!self->values) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
+  }
+  if (!status && kind == FLESH_LINEAR_KLU) {
+    self->symbolic = klu_l_analyze(self->view.n, self->view.starts, self->view.indices, &self->klu);
+    if (!self->symbolic) status = flesh_fail(FLESH_ERR_MEMORY, "KLU could not analyse the matrix");
+  }
+#ifdef FLESH_HAVE_CHOLMOD
+  if (!status && kind == FLESH_LINEAR_CHOLMOD) {
+    cholmod_sparse view = cholmod_view(self);
+    self->factor = cholmod_l_analyze(&view, &self->cholmod);
+    if (!self->factor)
+      status = flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD could not analyse the matrix");
+  }
+#endif
+  if (status) {
+    flesh_direct_destroy(&self);
+    return status;
+  }
+  *direct = self;
+  return FLESH_OK;
+}
+
+int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A, flesh_direct **direct)
+{
+  return create(kind, 0, A, direct);
+}
+
+int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct)
+{
+  int status = create(FLESH_LINEAR_KLU, 1, A, direct);
+  if (!status && !((*direct)->symbolic->est_flops <= most_flops)) flesh_direct_destroy(direct);
+  return status;
+}
+
+void flesh_direct_destroy(flesh_direct **direct)
+{
+  if (!direct || !*direct) return;
+  flesh_direct *self = *direct;
+  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
+  if (self->symbolic) klu_l_free_symbolic(&self->symbolic, &self->klu);
+#ifdef FLESH_HAVE_CHOLMOD
+  if (self->factor) cholmod_l_free_factor(&self->factor, &self->cholmod);
+  cholmod_l_finish(&self->cholmod);
+#endif
+  flesh_scalar_view_clear(&self->view);
+  free(self->values);
+  free(self);
+  *direct = NULL;
+}
+
+/* By Sylvester's law of inertia; KLU scales rows by positive numbers, which changes no sign. */
+static int has_positive_pivots(const flesh_direct *self)
+{
+  const double *pivots = self->numeric->Udiag;
+  int positive = self->klu.noffdiag <= 0;
+  for (int64_t k = 0; k < self->view.n; k++) positive &= pivots[k] > 0 && pivots[k] < INFINITY;
+  return positive;
+}
+
+static int factor_by_klu(flesh_direct *self)
+{
+  /* Pivots of the last factorisation serve as long as they stay usable. */
+  if (self->numeric &&
+      klu_l_refactor(self->view.starts, self->view.indices, self->values, self->symbolic,
+                     self->numeric, &self->klu) &&
+      (self->symmetric ||
+       (klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)))
+    return !self->symmetric || has_positive_pivots(self) ? FLESH_OK : FLESH_NOT_POSITIVE;
+  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
+  self->numeric = klu_l_factor(self->view.starts, self->view.indices, self->values, self->symbolic,
+                               &self->klu);
+  if (!self->numeric)
+    return self->klu.status == KLU_SINGULAR
+               ? FLESH_NOT_POSITIVE
+               : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns",
+                            (long long)self->view.n);
+  if (!self->symmetric || has_positive_pivots(self)) return FLESH_OK;
+  klu_l_free_numeric(&self->numeric, &self->klu); /* its pivots may not be on the diagonal */
+  return FLESH_NOT_POSITIVE;
+}
+
+int flesh_direct_factor(flesh_direct *self, const flesh_block_matrix *A)
+{
+  flesh_scalar_view_fill(&self->view, A, self->values);
+  if (self->kind == FLESH_LINEAR_KLU) return factor_by_klu(self);
+#ifdef FLESH_HAVE_CHOLMOD
+  cholmod_sparse view = cholmod_view(self);
+  if (!cholmod_l_factorize(&view, self->factor, &self->cholmod))
+    return flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD ran out of memory on %lld unknowns",
+                      (long long)self->view.n);
+  if (self->cholmod.status == CHOLMOD_NOT_POSDEF) return FLESH_NOT_POSITIVE;
+#endif
+  return FLESH_OK;
+}
+
+int flesh_direct_solve(flesh_direct *self, const double *b, double *x)
+{
+  if (self->kind == FLESH_LINEAR_KLU) {
+    memcpy(x, b, (size_t)self->view.n * sizeof *x);
+    return klu_l_solve(self->symbolic, self->numeric, self->view.n, 1, x, &self->klu)
+               ? FLESH_OK
+               : flesh_fail(FLESH_ERR_MEMORY, "KLU could not solve");
+  }
+#ifdef FLESH_HAVE_CHOLMOD
+  cholmod_dense right = {.nrow = (size_t)self->view.n, .ncol = 1, .nzmax = (size_t)self->view.n,
+                         .d = (size_t)self->view.n, .x = (void *)b, .xtype = CHOLMOD_REAL,
+                         .dtype = CHOLMOD_DOUBLE};
+  cholmod_dense *solution = cholmod_l_solve(CHOLMOD_A, self->factor, &right, &self->cholmod);
+  if (!solution) return flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD could not solve");
+  memcpy(x, solution->x, (size_t)self->view.n * sizeof *x);
+  cholmod_l_free_dense(&solution, &self->cholmod);
+#endif
+  return FLESH_OK;
+}
+
+size_t flesh_direct_memory(const flesh_direct *self)
+{
+  size_t bytes = sizeof *self + self->klu.memusage +
+                 (size_t)self->view.entries * (sizeof(double) + sizeof(int64_t)) +
+                 (size_t)self->view.n * sizeof(int64_t);
+#ifdef FLESH_HAVE_CHOLMOD
+  bytes += self->cholmod.memory_inuse;
+#endif
+  return bytes;
+}

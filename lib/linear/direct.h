@@ -1,0 +1,31 @@
+/* direct.h: direct factorisations of the block matrix by SuiteSparse: KLU, and CHOLMOD where built
+ * in. */
+#ifndef FLESH_LINEAR_DIRECT_H
+#define FLESH_LINEAR_DIRECT_H
+
+#include <stddef.h>
+
+#include "flesh/block_matrix.h"
+#include "flesh/linear_solver.h"
+
+typedef struct flesh_direct flesh_direct;
+
+/* Analyses the pattern of A. FLESH_ERR_ARGUMENT when `kind` is not built in. Returns new. */
+int flesh_direct_create(flesh_linear_solver kind, const flesh_block_matrix *A,
+                        flesh_direct **direct);
+void flesh_direct_destroy(flesh_direct **direct);
+
+/* The same by KLU with pivots on the diagonal only, which tell whether a symmetric matrix is positive definite.
+ * *direct is NULL where the factorisation would take more than `most_flops` operations. */
+int flesh_direct_create_symmetric(const flesh_block_matrix *A, double most_flops, flesh_direct **direct);
+
+/* Factors. FLESH_NOT_POSITIVE when the matrix is singular or, where the method can tell (all but plain KLU), not
+ * positive definite. */
+int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
+
+/* x = A^-1 b [3*rows]; x and b must not overlap. */
+int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
+
+size_t flesh_direct_memory(const flesh_direct *direct);
+
+#endif

@@ -1,0 +1,45 @@
+/* linear.h: conjugate gradients, their preconditioners and products, as compiled for each instruction set. The
+ * functions are those of pcg.h, preconditioner.h and product.h; what one set has made only that set may use. */
+#ifndef FLESH_LINEAR_LINEAR_H
+#define FLESH_LINEAR_LINEAR_H
+
+#include "flesh/instructions.h"
+#include "linear/pcg.h"
+#include "linear/product.h"
+
+typedef struct flesh_linear {
+  int (*preconditioner_create)(flesh_preconditioner kind, const flesh_block_matrix *A, const double *positions,
+                               flesh_threads *threads, flesh_preconditioner_data **preconditioner);
+  void (*preconditioner_destroy)(flesh_preconditioner_data **preconditioner);
+  int (*preconditioner_setup)(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
+                              const uint8_t *fixed);
+  void (*preconditioner_apply)(flesh_preconditioner_data *preconditioner, const double *r, double *z);
+  double (*preconditioner_solve)(flesh_preconditioner_data *preconditioner, const float *r);
+  double (*preconditioner_scale)(const flesh_preconditioner_data *preconditioner);
+  size_t (*preconditioner_memory)(const flesh_preconditioner_data *preconditioner);
+  int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
+  void (*pcg_space_destroy)(flesh_pcg_space **space);
+  size_t (*pcg_space_memory)(const flesh_pcg_space *space);
+  int (*pcg)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+             const double *weights, double tolerance, int max_iterations, const double *b, double *x,
+             flesh_pcg_result *result);
+  int (*pcg_guided)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+                    const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
+                    const double *b, double *x, flesh_pcg_result *result);
+  double (*pcg_departure)(const flesh_pcg_space *space, const double *r);
+  int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *halves, int single, flesh_product *product);
+  void (*product_clear)(flesh_product *product);
+  double (*product_multiply)(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                             void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
+  double (*product_multiply_single)(flesh_product *product, const flesh_block_matrix *A, double scale,
+                                    flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
+                                    float *x, float *y);
+} flesh_linear;
+
+extern const flesh_linear flesh_linear_portable, flesh_linear_avx2, flesh_linear_avx512;
+
+/* Of instructions that this machine has; AUTO: the best. */
+const flesh_linear *flesh_linear_for(flesh_instructions instructions);
+
+
+#endif

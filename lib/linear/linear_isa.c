@@ -1,0 +1,22 @@
+/* linear_isa.c: the linear solver of one instruction set. */
+#include "linear/linear.h"
+
+const flesh_linear FLESH_OF_ISA(flesh_linear) = {
+    .preconditioner_create = flesh_preconditioner_create,
+    .preconditioner_destroy = flesh_preconditioner_destroy,
+    .preconditioner_setup = flesh_preconditioner_setup,
+    .preconditioner_apply = flesh_preconditioner_apply,
+    .preconditioner_solve = flesh_preconditioner_solve,
+    .preconditioner_scale = flesh_preconditioner_scale,
+    .preconditioner_memory = flesh_preconditioner_memory,
+    .pcg_space_create = flesh_pcg_space_create,
+    .pcg_space_destroy = flesh_pcg_space_destroy,
+    .pcg_space_memory = flesh_pcg_space_memory,
+    .pcg = flesh_pcg,
+    .pcg_guided = flesh_pcg_guided,
+    .pcg_departure = flesh_pcg_departure,
+    .product_create = flesh_product_create,
+    .product_clear = flesh_product_clear,
+    .product_multiply = flesh_product_multiply,
+    .product_multiply_single = flesh_product_multiply_single,
+};

@@ -1,0 +1,338 @@
+/* pcg.c: preconditioned conjugate gradients (Hestenes & Stiefel 1952) on vectors of four lanes per node, the fourth of
+ * which is padding that no sum takes in.
+ *
+ * The residual, the direction and its product with A are in double or in single precision. In single precision they are
+ * those of a scaled system, whose right-hand side and largest entry are about 1; what is done node by node is done in
+ * double precision all the same, and rounded when it is stored. */
+#include "linear/pcg.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/parallel_vector.h"
+#include "linear/lanes.h"
+#include "linear/product.h"
+
+enum {
+  CHUNK = 512,                  /* nodes of a task: what is summed up does not depend on the threads */
+  PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
+};
+
+/* In single precision residuals cannot be told from rounding where they are this small beside the first. */
+static const double DEEPEST = 1e-5;
+
+struct flesh_pcg_space {
+  int rows, chunks;
+  flesh_threads *threads;
+  flesh_product product;
+  int single;     /* the precision of r, p and z in the last solve */
+  double unit;    /* of its r: what they are to be multiplied by */
+  double holds;   /* the product's rounded matrix is A, scaled by this; 0: it is not */
+  flesh_double4 *x, *weights; /* [rows] and up to a multiple of PARTS zeros */
+  void *r, *p, *z;            /* likewise, in either precision; z is A p */
+  flesh_float4 *rounded;      /* r as the preconditioner takes it; r itself in single precision */
+  flesh_float4 *room;         /* likewise, where r is in double precision */
+  double *sums, *squares;     /* [chunks] */
+};
+
+int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space)
+{
+  flesh_pcg_space *self = calloc(1, sizeof *self);
+  *space = self;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
+  self->rows = A->rows;
+  self->chunks = (A->rows + CHUNK - 1) / CHUNK;
+  self->threads = threads;
+  self->unit = 1;
+  flesh_bisection halves = {0};
+  int status = flesh_bisection_create(A, &halves);
+  if (!status) status = flesh_product_create(A, &halves, single, &self->product);
+  flesh_bisection_clear(&halves);
+  /* The product has room of its own behind the padding. */
+  void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room};
+  enum { VECTORS = sizeof vectors / sizeof vectors[0] };
+  size_t apart;
+  double *memory = flesh_huge_pages_vectors(VECTORS, 4 * ((size_t)self->product.nodes + PARTS), &apart);
+  int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
+  self->squares = self->sums + self->chunks + 1;
+  for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + k * apart;
+  failed |= !memory;
+  if (failed && !status)
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients on %d nodes", A->rows);
+  if (status) flesh_pcg_space_destroy(space);
+  return status;
+}
+
+void flesh_pcg_space_destroy(flesh_pcg_space **space)
+{
+  if (!space || !*space) return;
+  flesh_pcg_space *self = *space;
+  flesh_product_clear(&self->product);
+  free(self->x); /* and the other vectors with it */
+  free(self->sums);
+  free(self);
+  *space = NULL;
+}
+
+size_t flesh_pcg_space_memory(const flesh_pcg_space *self)
+{
+  return sizeof *self + (size_t)self->product.nodes * 6 * sizeof *self->x +
+         2 * (size_t)self->chunks * sizeof *self->sums + flesh_product_memory(&self->product);
+}
+
+typedef struct work {
+  flesh_pcg_space *space;
+  const double *b, *weights; /* NULL: all are `common` */
+  double *x, common;
+  double scale, unscale; /* of b to the system that is solved, and from that to x */
+  flesh_preconditioner_data *preconditioner;
+  double alpha;    /* of z, to be taken from r */
+  double to_round, back; /* scale of r for the preconditioner, and of what comes from there */
+  double beta;
+  double downhill; /* how far x has yet to go along p: alpha, but after negative curvature */
+} work;
+
+static void range(const flesh_pcg_space *self, int chunk, int *begin, int *end)
+{
+  *begin = chunk * CHUNK;
+  *end = *begin + CHUNK < self->rows ? *begin + CHUNK : self->rows;
+}
+
+/* Node i of a vector in either precision. */
+static inline flesh_double4 get(const void *vector, int single, int i)
+{
+  return single ? FLESH_LANES_WIDE(((const flesh_float4 *)vector)[i]) : ((const flesh_double4 *)vector)[i];
+}
+
+static inline void put(void *vector, int single, int i, flesh_double4 value)
+{
+  if (single) ((flesh_float4 *)vector)[i] = FLESH_LANES_NARROW(value);
+  else ((flesh_double4 *)vector)[i] = value;
+}
+
+static double sum_of(const flesh_double4 parts[PARTS])
+{
+  flesh_double4 sum = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+  return (sum[0] + sum[1]) + sum[2];
+}
+
+static void load(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  const int single = self->single;
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const size_t node = (size_t)self->product.rows[i];
+    const double *b = w->b + 3 * node;
+    self->x[i] = (flesh_double4){0};
+    put(self->p, single, i, self->x[i]);
+    put(self->z, single, i, self->x[i]);
+    put(self->r, single, i, w->scale * (flesh_double4){b[0], b[1], b[2], 0});
+    for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * node + (size_t)c];
+  }
+  for (int i = end; i % PARTS; i++) {
+    self->x[i] = (flesh_double4){0};
+    put(self->r, single, i, self->x[i]);
+    put(self->p, single, i, self->x[i]);
+    put(self->z, single, i, self->x[i]);
+  }
+}
+
+static void store(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const flesh_double4 x = self->x[i] + w->downhill * get(self->p, self->single, i);
+    for (int c = 0; c < 3; c++) w->x[3 * (size_t)self->product.rows[i] + (size_t)c] = w->unscale * x[c];
+  }
+}
+
+/* x += downhill p, which is late, then p = z + beta p, while p is at hand; z the preconditioner's result. */
+static inline __attribute__((always_inline)) void turn_nodes(const work *w, int begin, int end, int single)
+{
+  flesh_float4 result[CHUNK];
+  flesh_double4 *x = w->space->x;
+  void *p = w->space->p;
+  for (int from = begin, until; from < end; from = until) {
+    until = from + CHUNK < end ? from + CHUNK : end;
+    flesh_preconditioner_result(w->preconditioner, from, until, (float *)result);
+    for (int i = from; i < until; i++) {
+      const flesh_double4 now = get(p, single, i);
+      x[i] += w->downhill * now;
+      put(p, single, i, w->back * FLESH_LANES_WIDE(result[i - from]) + w->beta * now);
+    }
+  }
+}
+
+static void turn(void *data, int begin, int end)
+{
+  const work *w = data;
+  if (w->space->single) turn_nodes(w, begin, end, 1);
+  else turn_nodes(w, begin, end, 0);
+}
+
+/* r -= alpha A p; the square of r and the weighted one. */
+static inline __attribute__((always_inline)) void descend_nodes(const work *w, int begin, int end, int single,
+                                                                const flesh_double4 *weights, double *square,
+                                                                double *weighted_square)
+{
+  const flesh_pcg_space *self = w->space;
+  const double alpha = w->alpha, to_round = w->to_round;
+  flesh_double4 weighted[PARTS] = {{0}}, plain[PARTS] = {{0}};
+  for (int i = begin; i < end; i += PARTS)
+    for (int l = 0; l < PARTS; l++) {
+      const flesh_double4 now = get(self->r, single, i + l) - alpha * get(self->z, single, i + l);
+      put(self->r, single, i + l, now);
+      if (!single) self->rounded[i + l] = FLESH_LANES_NARROW(to_round * now);
+      plain[l] += now * now;
+      if (weights) weighted[l] += now * weights[i + l] * (now * weights[i + l]);
+    }
+  *square = sum_of(plain);
+  *weighted_square = weights ? sum_of(weighted) : w->common * w->common * *square;
+}
+
+static void descend(void *data, int chunk)
+{
+  const work *w = data;
+  const flesh_pcg_space *self = w->space;
+  double *square = &self->squares[chunk], *weighted = &self->sums[chunk];
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  if (self->single) descend_nodes(w, begin, end, 1, NULL, square, weighted);
+  else descend_nodes(w, begin, end, 0, w->weights ? self->weights : NULL, square, weighted);
+}
+
+/* The residual after a step; returns its weighted norm, and its own as `norm`. */
+static double run_descent(const flesh_pcg_space *self, work *w, double *norm)
+{
+  double sum = 0, square = 0;
+  flesh_threads_run(self->threads, self->chunks, descend, w);
+  for (int k = 0; k < self->chunks; k++) sum += self->sums[k], square += self->squares[k];
+  *norm = sqrt(square);
+  return sqrt(sum);
+}
+
+/* p.A p of the next direction p, and A p. */
+static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, double scale, work *w)
+{
+  if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, turn, w, self->p, self->z);
+  const flesh_block_matrix *anew = self->holds == scale ? NULL : A;
+  self->holds = scale;
+  return flesh_product_multiply_single(&self->product, anew, scale, self->threads, turn, w, self->p, self->z);
+}
+
+static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const flesh_pcg_guide *guide, double tolerance,
+                   int max_iterations, work *w, flesh_pcg_result *result)
+{
+  enum { ASK_EVERY = 16 };
+  const double scale = flesh_preconditioner_scale(w->preconditioner);
+  double rz_before = 0, pMp = 0, norm;
+  int last = max_iterations, status = FLESH_NOT_CONVERGED, asked;
+  result->first = result->residual = run_descent(self, w, &norm); /* alpha is 0 */
+  if (result->residual <= tolerance) return FLESH_OK;
+  while (result->iterations < last) {
+    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
+    w->back = self->single ? 1 : scale / w->to_round;
+    const double rz =
+        flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
+    /* After a direction without curvature there is no next one. */
+    if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
+    w->beta = result->iterations ? rz / rz_before : 0;
+    const double curvature = multiply(self, A, scale, w);
+    w->downhill = 0;
+    if (!(fabs(curvature) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
+    pMp = rz + w->beta * w->beta * pMp;
+    if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
+      status = FLESH_NOT_POSITIVE;
+      if (guide->beyond == 0) break;
+      if (guide->beyond < max_iterations - result->iterations) last = result->iterations + guide->beyond;
+    }
+    w->alpha = rz / curvature;
+    w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
+    result->iterations++;
+    if (!self->single) w->to_round = flesh_power_to_one(norm);
+    result->residual = run_descent(self, w, &norm);
+    if (result->residual <= tolerance) return status == FLESH_NOT_POSITIVE ? status : FLESH_OK;
+    rz_before = rz;
+  }
+  return status;
+}
+
+int flesh_pcg(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+              const double *weights, double tolerance, int max_iterations, const double *b, double *x,
+              flesh_pcg_result *result)
+{
+  return flesh_pcg_guided(self, A, preconditioner, &(flesh_pcg_guide){0}, weights, tolerance, max_iterations, b, x,
+                          result);
+}
+
+typedef struct comparison {
+  const flesh_pcg_space *space;
+  const double *r;
+} comparison;
+
+static void compare(void *data, int chunk)
+{
+  const comparison *c = data;
+  const flesh_pcg_space *self = c->space;
+  flesh_double4 square = {0};
+  int begin, end;
+  range(self, chunk, &begin, &end);
+  for (int i = begin; i < end; i++) {
+    const double *r = c->r + 3 * (size_t)self->product.rows[i];
+    const flesh_double4 departure = self->unit * get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
+    square += departure * departure;
+  }
+  self->squares[chunk] = (square[0] + square[1]) + square[2];
+}
+
+double flesh_pcg_departure(const flesh_pcg_space *self, const double *r)
+{
+  double sum = 0;
+  flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, r});
+  for (int k = 0; k < self->chunks; k++) sum += self->squares[k];
+  return sqrt(sum);
+}
+
+/* What n numbers all are; 0: they differ. */
+static double common_to(int n, const double *numbers)
+{
+  int same = 0;
+  while (same < n && numbers[same] == numbers[0]) same++;
+  return n > 0 && same == n ? numbers[0] : 0;
+}
+
+int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
+                     const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
+                     const double *b, double *x, flesh_pcg_result *result)
+{
+  const double common = weights ? common_to(3 * self->rows, weights) : 1;
+  const double norm = flesh_norm(self->threads, 3 * self->rows, b), to_one = flesh_power_to_one(norm);
+  self->single = guide->single && self->product.rounded && common > 0 && tolerance > DEEPEST * common * norm;
+  work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
+            .scale = 1, .unscale = 1, .preconditioner = preconditioner, .to_round = to_one};
+  if (!guide->same) self->holds = 0;
+  self->rounded = self->room;
+  self->unit = 1;
+  if (self->single) {
+    self->rounded = self->r;
+    w.scale = to_one;
+    w.to_round = 1;
+    self->unit = 1 / to_one;
+    w.unscale = self->unit * flesh_preconditioner_scale(preconditioner);
+    w.common = common * self->unit;
+  }
+  *result = (flesh_pcg_result){.single = self->single};
+  flesh_threads_run(self->threads, self->chunks, load, &w);
+  int status = iterate(self, A, guide, tolerance, max_iterations, &w, result);
+  flesh_threads_run(self->threads, self->chunks, store, &w);
+  return status;
+}

@@ -1,0 +1,219 @@
+/* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
+#include "linear/preconditioner.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/parallel_vector.h"
+#include "linear/block_matrix.h"
+#include "linear/cholesky.h"
+#include "linear/coarse.h"
+#include "linear/lanes.h"
+
+struct flesh_preconditioner_data {
+  flesh_preconditioner kind;
+  int rows;
+  float *inverse; /* [9*rows] of the diagonal blocks of scale A */
+  flesh_cholesky *cholesky;
+  double scale;    /* of the matrix that is factored, or inverted by blocks */
+  double shift;    /* that the last factorisation needed, relative to the diagonal */
+  double less;     /* the share of it to be tried first the next time */
+  int by_diagonal; /* no shift helped: the diagonal blocks serve */
+  flesh_coarse *coarse; /* NULL: one level */
+  int two_levels;       /* it serves for the matrix at hand */
+  flesh_threads *threads;
+  int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
+  float *r;         /* [4*rows] where vectors come in the mesh's order */
+  float *z;         /* [4*rows] of the last solve by blocks; the others keep it themselves */
+};
+
+/* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
+ * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
+enum { VERTEX_NODES = 50, MANY_NODES = 36000 };
+
+static int vertices_for(int nodes)
+{
+  const double fewer = nodes > MANY_NODES ? sqrt((double)MANY_NODES / nodes) : 1;
+  return (int)(fewer * nodes / VERTEX_NODES);
+}
+
+int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                const double *positions, flesh_threads *threads,
+                                flesh_preconditioner_data **preconditioner)
+{
+  flesh_preconditioner_data *self = calloc(1, sizeof *self);
+  *preconditioner = self;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
+  self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
+  self->rows = A->rows;
+  self->threads = threads;
+  self->scale = 1;
+  self->less = 0.5;
+  const size_t rows = (size_t)A->rows;
+  int *order = self->order = malloc((rows + 1) * sizeof *order);
+  self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r);
+  self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z);
+  int failed = !order || !self->r || !self->z;
+  if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
+  int status =
+      failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
+  const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
+  flesh_bisection halves = {0};
+  if (!status) status = flesh_bisection_create(A, &halves);
+  if (!status) memcpy(order, halves.order, rows * sizeof *order);
+  if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
+    status = flesh_cholesky_create(A, &halves, !coarse, threads, &self->cholesky);
+  if (!status && coarse)
+    status = flesh_coarse_create(A, positions, vertices_for(A->rows), &halves, threads, &self->coarse);
+  flesh_bisection_clear(&halves);
+  if (status) flesh_preconditioner_destroy(preconditioner);
+  return status;
+}
+
+void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
+{
+  if (!preconditioner || !*preconditioner) return;
+  free((*preconditioner)->inverse);
+  free((*preconditioner)->order);
+  free((*preconditioner)->r);
+  free((*preconditioner)->z);
+  flesh_cholesky_destroy(&(*preconditioner)->cholesky);
+  flesh_coarse_destroy(&(*preconditioner)->coarse);
+  free(*preconditioner);
+  *preconditioner = NULL;
+}
+
+double flesh_power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -ilogb(fmax(x, 1e-300))) : 1; }
+
+/* Of an inverse block's entries: products with them stay in the range of single precision. */
+static const double LARGEST = 1e30;
+
+static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
+{
+  self->by_diagonal = 1;
+  for (int k = 0; k < self->rows; k++) {
+    const double *of_A = A->values + 9 * (size_t)A->row_start[k];
+    double block[9], inverse[9] = {0};
+    for (int e = 0; e < 9; e++) block[e] = self->scale * of_A[e];
+    const double trace = fabs(block[0]) + fabs(block[4]) + fabs(block[8]);
+    if (!flesh_block_invert(block, inverse))
+      for (int c = 0; c < 3; c++) inverse[4 * c] = trace > 0 ? 3 / trace : 1;
+    for (int e = 0; e < 9; e++)
+      self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
+  }
+}
+
+/* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
+ * not negative make a poor preconditioner. */
+static const double SMALLEST_SHIFT = 0.004, LARGEST_SHIFT = 1e6;
+
+typedef struct diagonal {
+  const flesh_block_matrix *A;
+  double largest[FLESH_PARALLEL_PARTS_MAX];
+} diagonal;
+
+/* Of some rows' entries; infinite where one is no number. */
+static void largest_of_part(void *data, int k, int begin, int end)
+{
+  diagonal *d = data;
+  double largest = 0;
+  for (int i = begin; i < end; i++)
+    for (int c = 0; c < 3; c++) {
+      const double size = fabs(d->A->values[9 * (size_t)d->A->row_start[i] + 4 * (size_t)c]);
+      if (!(size <= largest)) largest = size < INFINITY ? size : INFINITY;
+    }
+  d->largest[k] = largest;
+}
+
+int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
+                               const uint8_t *fixed)
+{
+  diagonal d = {.A = A};
+  const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
+  double largest = 0;
+  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
+  if (!(largest < INFINITY)) return FLESH_NONFINITE;
+  self->by_diagonal = 0;
+  self->scale = flesh_power_to_one(largest);
+  if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
+  if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
+    set_jacobi(self, A);
+    return FLESH_OK;
+  }
+  self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
+  /* What was needed last is needed again, or nearly so: try half of it first, and much less where that serves. */
+  const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
+  double shift = first;
+  while (shift <= LARGEST_SHIFT && flesh_cholesky_factor(self->cholesky, A, self->scale, shift))
+    shift *= 2;
+  self->shift = shift;
+  self->less = shift == first ? self->less * self->less : 0.5;
+  if (shift <= LARGEST_SHIFT) return FLESH_OK;
+  /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
+  self->shift = 0;
+  self->two_levels = 0;
+  set_jacobi(self, A);
+  return FLESH_OK;
+}
+
+/* By the diagonal blocks alone, or not at all. */
+static double solve_blocks(flesh_preconditioner_data *self, const float *r)
+{
+  double product = 0;
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    const float *b = self->kind == FLESH_PRECONDITIONER_NONE ? NULL : self->inverse + 9 * (size_t)self->order[p];
+    const float *x = r + 4 * p;
+    float *z = self->z + 4 * p;
+    for (int c = 0; c < 3; c++) {
+      z[c] = b ? b[3 * c] * x[0] + b[3 * c + 1] * x[1] + b[3 * c + 2] * x[2] : x[c];
+      product += (double)x[c] * (double)z[c];
+    }
+  }
+  return product;
+}
+
+static int by_blocks(const flesh_preconditioner_data *self)
+{
+  return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
+}
+
+double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
+{
+  if (by_blocks(self)) return solve_blocks(self, r);
+  return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
+}
+
+double flesh_preconditioner_scale(const flesh_preconditioner_data *self) { return self->scale; }
+
+void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
+{
+  if (by_blocks(self)) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+  else flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
+}
+
+void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
+{
+  double square = 0;
+  for (size_t d = 0; d < 3 * (size_t)self->rows; d++) square += r[d] * r[d];
+  const double scale = flesh_power_to_one(sqrt(square)), back = self->scale / scale;
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) self->r[4 * p + c] = (float)(scale * r[3 * (size_t)self->order[p] + c]);
+  flesh_preconditioner_solve(self, self->r);
+  float *result = self->r; /* not needed any more */
+  flesh_preconditioner_result(self, 0, self->rows, result);
+  for (size_t p = 0; p < (size_t)self->rows; p++) {
+    for (size_t c = 0; c < 3; c++) z[3 * (size_t)self->order[p] + c] = back * (double)result[4 * p + c];
+    result[4 * p + 3] = 0;
+  }
+}
+
+size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
+{
+  size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
+  if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
+  return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
+         (self->coarse ? flesh_coarse_memory(self->coarse) : 0);
+}

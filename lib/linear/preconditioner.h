@@ -1,0 +1,49 @@
+/* preconditioner.h: symmetric positive definite approximations of a block matrix's inverse. */
+#ifndef FLESH_LINEAR_PRECONDITIONER_H
+#define FLESH_LINEAR_PRECONDITIONER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "flesh/block_matrix.h"
+#include "flesh/threads.h"
+#include "flesh/linear_solver.h"
+#include "linear/isa_names.h"
+
+/* By kind; NULL ends them. */
+extern const char *const flesh_preconditioner_names[];
+
+typedef struct flesh_preconditioner_data flesh_preconditioner_data;
+
+/* A power of two that takes x to about 1; of what has none, 1. */
+double flesh_power_to_one(double x);
+
+/* Symbolic set-up for the pattern of A, all memory included. `positions` [3*rows] at rest are what
+ * the two-level kind goes by (NULL: it has one level); `threads` (may be NULL) is borrowed. Returns
+ * new. */
+int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
+                                const double *positions, flesh_threads *threads,
+                                flesh_preconditioner_data **preconditioner);
+void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
+
+/* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's
+ * diagonal as far as it must, and the coarse level is left out where A is indefinite on it. The
+ * rows of fixed dofs [3*rows] (NULL: none) are diagonal. FLESH_NONFINITE when A has a non-finite
+ * diagonal. */
+int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
+                               const flesh_block_matrix *A, const uint8_t *fixed);
+
+/* z = P^-1 r, both [3*rows]; z may be r. */
+void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
+                                double *z);
+/* The same on four lanes per node, as the halves of the pattern store them, in single precision and for `scale` times
+ * the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of an r of about 1. z
+ * is kept inside. Returns r.z. */
+double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
+double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditioner);
+/* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
+void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end, float *z);
+
+size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
+
+#endif

@@ -1,0 +1,50 @@
+/* product.h: the product y = A x by threads, in double or single precision, on vectors of four lanes per node in the
+ * order in which halves store them. */
+#ifndef FLESH_LINEAR_PRODUCT_H
+#define FLESH_LINEAR_PRODUCT_H
+
+#include <stddef.h>
+
+#include "flesh/threads.h"
+#include "linear/bisection.h"
+#include "linear/isa_names.h"
+
+/* Nodes that vectors are padded to a multiple of, so that they can be summed up as many at a time. */
+enum { FLESH_PRODUCT_PADDING = 4 };
+
+typedef struct flesh_product {
+  int *rows;    /* [begin[3]] the halves' order: x and y hold node rows[p] at p */
+  int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
+  int begin[4];
+  int blocks;
+  unsigned *place; /* [blocks] four times the place in x and y of each block's column */
+  int nodes;    /* that x and y have room for */
+  /* In single precision, where it was asked for: rows side by side in slices of as many as a register has lanes. */
+  int slices[4];   /* where those of each part begin */
+  int *column;     /* [slices+1] where the columns of blocks of each begin */
+  unsigned *own;   /* [slices][lanes] four times the place of each row */
+  unsigned *other; /* [columns][lanes] of each block's column */
+  float *rounded;  /* the last matrix, scaled: columns of blocks, then the diagonal ones; NULL: not asked for */
+  double *nothing; /* [9*longest] zero: a row */
+  int longest;     /* row, in blocks */
+} flesh_product;
+
+/* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. `single`: products in
+ * single precision will be asked for. */
+int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *halves, int single,
+                         flesh_product *product);
+void flesh_product_clear(flesh_product *product);
+size_t flesh_product_memory(const flesh_product *product);
+
+/* y = A x, both [4*nodes], of which the first 4*rows, padded, are the vectors, the fourth lane of x finite and that
+ * of y anything, and the last belong to the product. Returns x.A x. Where x is not ready, `make(data, begin, end)`
+ * makes it so for begin <= p < end, every p once, by the thread that will need it next; NULL: it is. */
+double flesh_product_multiply(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
+                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y);
+
+/* The same of scale * A, rounded to single precision, in single precision. A NULL: what it was the last time. */
+double flesh_product_multiply_single(flesh_product *product, const flesh_block_matrix *A, double scale,
+                                     flesh_threads *threads, void (*make)(void *data, int begin, int end), void *data,
+                                     float *x, float *y);
+
+#endif

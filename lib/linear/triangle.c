@@ -1,0 +1,43 @@
+/* triangle.c: room for the rows of a triangle. */
+#include "linear/triangle.h"
+
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+
+enum { BEHIND = 16 }; /* words: of a pair sixteen are loaded */
+
+int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle)
+{
+  *triangle = (flesh_triangle){.rows = rows, .split = split, .row = malloc((3 * (size_t)rows + 1) * sizeof(int))};
+  if (!triangle->row) return FLESH_ERR_MEMORY;
+  triangle->at = triangle->row + rows;
+  triangle->start = triangle->at + rows;
+  triangle->start[0] = 0;
+  for (int q = 0; q < rows; q++) {
+    const int row = triangle->row[q] = order[q];
+    triangle->at[row] = q;
+    triangle->start[q + 1] = triangle->start[q] + (split ? blocks[row] : (blocks[row] + 1) / 2);
+  }
+  const size_t pairs = (size_t)triangle->start[rows];
+  triangle->column = flesh_huge_pages_calloc((2 * pairs + 1) * sizeof *triangle->column);
+  triangle->words = flesh_huge_pages_calloc((9 * pairs + BEHIND) * sizeof *triangle->words);
+  if (triangle->column && triangle->words) return FLESH_OK;
+  flesh_triangle_clear(triangle);
+  return FLESH_ERR_MEMORY;
+}
+
+void flesh_triangle_clear(flesh_triangle *triangle)
+{
+  free(triangle->row); /* and what follows it */
+  free(triangle->column);
+  free(triangle->words);
+  *triangle = (flesh_triangle){0};
+}
+
+size_t flesh_triangle_memory(const flesh_triangle *triangle)
+{
+  const size_t pairs = (size_t)triangle->start[triangle->rows];
+  return (3 * (size_t)triangle->rows + 1) * sizeof(int) + 2 * pairs * sizeof(int) + 9 * pairs * sizeof(uint32_t);
+}

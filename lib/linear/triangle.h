@@ -1,0 +1,115 @@
+/* triangle.h: rows of 3x3 blocks with eight binary digits an entry (bfloat16), for substitutions that wait for memory.
+ *
+ * A row's blocks lie in pairs. A word is an entry of each, the first's in its upper half and the second's in its lower
+ * half: they are the upper halves of numbers in single precision. A split triangle has sixteen binary digits: there a
+ * pair is one block, rounded, and what rounding has left.
+ *
+ * Blocks of one pair may be set by two threads at the same time: each writes the halves that are its own. */
+#ifndef FLESH_LINEAR_TRIANGLE_H
+#define FLESH_LINEAR_TRIANGLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "linear/lanes.h"
+
+#define FLESH_TRIANGLE_FIRST 0xffff0000u
+
+typedef struct flesh_triangle {
+  int rows, split;
+  int *row;    /* [rows] that are kept one after the other */
+  int *at;     /* [rows] where among these each is */
+  int *start;  /* [rows+1] pairs of each of these */
+  int *column; /* [2*pairs] of each block; where a row's last pair has one block only, its column twice */
+  uint32_t *words; /* [9*pairs] and what is loaded behind them */
+} flesh_triangle;
+
+/* For `blocks` [rows] in each row, all zero, their columns 0, kept in this order [rows]. The caller clears it. FLESH_OK
+ * or FLESH_ERR_MEMORY. */
+int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle);
+void flesh_triangle_clear(flesh_triangle *triangle);
+size_t flesh_triangle_memory(const flesh_triangle *triangle);
+
+/* Where a row's n-th block is: twice its pair and 1 if it is the second. */
+static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)
+{
+  return 2 * triangle->start[triangle->at[row]] + (triangle->split ? 2 * n : n);
+}
+
+/* Sets the column of a block, which is the row's n-th and comes after the others. */
+static inline void flesh_triangle_set_column(flesh_triangle *triangle, int row, int n, int column)
+{
+  const int place = flesh_triangle_place(triangle, row, n);
+  triangle->column[place] = column;
+  if (place % 2 == 0) triangle->column[place + 1] = column;
+}
+
+/* The upper half of a number's bits, the rest 0. */
+static inline uint32_t flesh_triangle_round(float x)
+{
+  uint32_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return (bits + 0x8000) & FLESH_TRIANGLE_FIRST; /* to the nearest */
+}
+
+/* A half of a word. Stored by itself, it leaves the other half alone. */
+typedef uint16_t flesh_triangle_half __attribute__((may_alias));
+
+/* Which of a word's two halves in memory is the upper one. */
+enum { FLESH_TRIANGLE_UPPER = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__ };
+
+/* Sets the entries, row by row, of the block at a place. Reads and writes nothing of other blocks. */
+static inline void flesh_triangle_set(flesh_triangle *triangle, int place, const float entries[9])
+{
+  uint32_t *words = triangle->words + 9 * (size_t)(place / 2);
+  flesh_triangle_half *half =
+      (flesh_triangle_half *)words + (place % 2 ? !FLESH_TRIANGLE_UPPER : FLESH_TRIANGLE_UPPER);
+  for (int e = 0; e < 9; e++) {
+    const uint32_t rounded = flesh_triangle_round(entries[e]);
+    if (triangle->split) {
+      float whole;
+      memcpy(&whole, &rounded, sizeof whole);
+      words[e] = rounded | flesh_triangle_round(entries[e] - whole) >> 16;
+    } else {
+      half[2 * e] = (flesh_triangle_half)(rounded >> 16);
+    }
+  }
+}
+
+/* The sum of blocks times y [4*rows] over the pairs begin <= k < end. */
+#ifdef __AVX512F__
+static inline flesh_float4 flesh_triangle_product(const flesh_triangle *triangle, int begin, int end, const float *y)
+{
+  const uint32_t *words = triangle->words + 9 * (size_t)begin;
+  const int *column = triangle->column + 2 * (size_t)begin, *last = triangle->column + 2 * (size_t)end;
+  flesh_float16 first = {0}, second = {0};
+  for (; column < last; column += 2, words += 9) {
+    const flesh_word16 nine = *(const flesh_word16_loose *)words;
+    const flesh_word16 rows = __builtin_shufflevector(nine, nine, 0, 1, 2, 9, 3, 4, 5, 9, 6, 7, 8, 9, 9, 9, 9, 9);
+    first += (flesh_float16)(rows & FLESH_TRIANGLE_FIRST) * FLESH_LANES_REPEATED(y + 4 * (size_t)column[0]);
+    second += (flesh_float16)(rows << 16) * FLESH_LANES_REPEATED(y + 4 * (size_t)column[1]);
+  }
+  const flesh_float16 sum = first + second;
+  return __builtin_shufflevector(sum, sum, 0, 4, 8, 12) + __builtin_shufflevector(sum, sum, 1, 5, 9, 12) +
+         __builtin_shufflevector(sum, sum, 2, 6, 10, 12);
+}
+#else
+static inline flesh_float4 flesh_triangle_product(const flesh_triangle *triangle, int begin, int end, const float *y)
+{
+  const uint32_t *words = triangle->words + 9 * (size_t)begin;
+  const int *column = triangle->column + 2 * (size_t)begin, *last = triangle->column + 2 * (size_t)end;
+  flesh_float4 sums[3] = {{0}};
+  for (; column < last; column += 2, words += 9) {
+    const flesh_float4 y0 = *(const flesh_float4 *)(y + 4 * (size_t)column[0]),
+                       y1 = *(const flesh_float4 *)(y + 4 * (size_t)column[1]);
+    for (int r = 0; r < 3; r++) {
+      const flesh_word4 row = *(const flesh_word4_loose *)(words + 3 * r);
+      sums[r] += (flesh_float4)(row & FLESH_TRIANGLE_FIRST) * y0 + (flesh_float4)(row << 16) * y1;
+    }
+  }
+  return FLESH_LANES_SUMS(sums[0], sums[1], sums[2]);
+}
+#endif
+
+#endif

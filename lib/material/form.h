@@ -1,0 +1,54 @@
+/* form.h: what the rows of FLESH_FORM_LIST say of the built-in forms, to look up and as text. */
+#ifndef FLESH_MATERIAL_FORM_H
+#define FLESH_MATERIAL_FORM_H
+
+#include "flesh/material.h"
+
+/* Sets of flesh_constants, one bit each, as the rows name them. */
+enum {
+  FLESH_TAKES_RAW = 1 << FLESH_CONSTANTS_RAW,
+  FLESH_TAKES_RAW_OR_MATCHED = FLESH_TAKES_RAW | 1 << FLESH_CONSTANTS_MATCHED,
+  FLESH_TAKES_RAW_OR_AS_E = FLESH_TAKES_RAW | 1 << FLESH_CONSTANTS_AS_E
+};
+
+typedef struct flesh_form {
+  const char *name, *full_name;         /* "S", "stable-neo-hookean" */
+  const char *colour, *formula, *source; /* "#rrggbb" */
+  int needs_volume;                     /* undefined for J <= 0 */
+  unsigned constants;                   /* the flesh_constants it takes, bit by bit */
+  const char *limit;                    /* raw lambda's, as text; NULL: the form has no lambda */
+  int at_limit;                         /* whether raw lambda may equal it */
+} flesh_form;
+
+extern const flesh_form flesh_forms[FLESH_ENERGY_COUNT];
+
+/* Whether a built-in form is undefined for J <= 0; 0 for a user's psi, which says so itself. */
+static inline int flesh_psi_needs_volume(flesh_energy energy)
+{
+#define FLESH_FORM_BIT(NAME, name, text, full, volume, ...) | (unsigned)(volume) << FLESH_ENERGY_##NAME
+  return (0u FLESH_FORM_LIST(FLESH_FORM_BIT)) >> energy & 1;
+#undef FLESH_FORM_BIT
+}
+
+/* Whether the form takes constants of this kind; no for a user's psi. */
+static inline int flesh_form_takes(flesh_energy energy, flesh_constants constants)
+{
+  return (unsigned)energy < FLESH_ENERGY_COUNT && flesh_forms[energy].constants >> constants & 1;
+}
+
+/* Matched constants where the form can be matched, else raw: the form is stressed at rest. */
+static inline flesh_constants flesh_form_default_constants(flesh_energy energy)
+{
+  return flesh_form_takes(energy, FLESH_CONSTANTS_MATCHED) ? FLESH_CONSTANTS_MATCHED : FLESH_CONSTANTS_RAW;
+}
+
+/* String literals: "Neo, A, ... S", and of those only that can be matched. */
+#define FLESH_FORM_TEXT(NAME, name, text, ...) ", " text
+#define FLESH_FORM_NAMES (&(FLESH_FORM_LIST(FLESH_FORM_TEXT))[2])
+#define FLESH_FORM_MATCHED_TEXT(NAME, name, text, full, volume, takes, ...) FLESH_FORM_MATCHED_##takes(text)
+#define FLESH_FORM_MATCHED_RAW(text)
+#define FLESH_FORM_MATCHED_RAW_OR_AS_E(text)
+#define FLESH_FORM_MATCHED_RAW_OR_MATCHED(text) " " text
+#define FLESH_FORM_MATCHED_NAMES FLESH_FORM_LIST(FLESH_FORM_MATCHED_TEXT)
+
+#endif

@@ -1,0 +1,131 @@
+/* balance.c: the forces that balance each other at an iterate, which say how small a residual is: what the first
+ * iterate was off by says nothing of it where an obstacle has just stepped into the barrier or a handle has jumped. */
+#include "newton/balance.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mesh/inspect.h"
+#include "system/one_effect.h"
+
+/* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as
+ * in a body that comes to rest without a load: then nothing is left that the residual could be compared with. */
+static const double balanced = 0.1;
+
+/* Loads without a Jacobian do not change from iterate to iterate. */
+static int loads_are_dead(const flesh_equations *self)
+{
+  for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
+    const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
+    if (can->external && can->jacobian) return 0;
+  }
+  return 1;
+}
+
+/* Whether the first iterate may be off by far more than what acts where the solve ends: it is where the last state was
+ * while an obstacle, a prescribed place or a spring's end has gone on at once, or it is any state at all, as in
+ * statics. What else it is off by is what inertia and elements have to balance within the step. */
+static int first_may_mislead(const flesh_equations *self)
+{
+  if (self->stage.shift.a == 0 || flesh_system_limits_step(self->system) || !loads_are_dead(self)) return 1;
+  for (int k = 0; k < self->constrained_count; k++)
+    if (self->u_constrained[self->constrained_dofs[k]] != 0) return 1;
+  return 0;
+}
+
+/* 2-norm of what one effect does at `point`: over the free dofs and, where it couples nodes, the constrained ones, as
+ * these are what passes reactions on. */
+static int effect_norm(flesh_equations *self, int k, const flesh_point *point, double *norm)
+{
+  double *r = self->scratch;
+  int status = flesh_system_effect_residual(self->system, k, point, r);
+  if (!flesh_system_effect(self->system, k)->operations->cells)
+    for (int j = 0; j < self->constrained_count; j++) r[self->constrained_dofs[j]] = 0;
+  *norm = flesh_norm(self->threads, self->n, r);
+  return status;
+}
+
+/* The largest of the applied load, whose norm is given, and the norms of all other effects at u; those that are not
+ * needed to find `enough` are not asked, the cheap ones first. */
+static int largest_force(flesh_equations *self, const double *u, double load, double enough, double *size)
+{
+  double norm;
+  *size = load;
+  const flesh_point point = flesh_equations_point(self, u);
+  for (int coupled = 0; coupled < 2; coupled++)
+    for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
+      const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
+      if (!can->residual || can->external || coupled != (can->cells != NULL)) continue;
+      int status = effect_norm(self, k, &point, &norm);
+      if (status) return status;
+      if (norm < INFINITY) *size = fmax(*size, norm);
+    }
+  return FLESH_OK;
+}
+
+/* Adds up in r what all effects that have a value do to nodes that stand still at x. */
+static int forces_at(flesh_equations *self, const double *x, double *one, double *r)
+{
+  const flesh_stage *s = &self->stage;
+  const flesh_point point = {.t = s->t, .load = 1, .x = x, .v = self->zeros, .a = self->zeros, .x_lag = x,
+                             .v_lag = self->zeros, .t_lag = s->t, .threads = self->threads, .costs = self->costs};
+  memset(r, 0, (size_t)self->n * sizeof *r);
+  for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
+    int status = flesh_system_effect_residual(self->system, k, &point, one);
+    if (status < 0) return status;
+    for (int d = 0; d < self->n && !status; d++) r[d] += one[d];
+  }
+  return FLESH_OK;
+}
+
+/* The force that strains an edge by its own length, on a typical node of the softest: the harmonic mean of how far the
+ * forces change on nodes that a millionth of that displaces from rest at random. 0 where none does. */
+static int find_edge_force(flesh_equations *self, double *edge_force)
+{
+  static const double part = 1e-6;
+  const flesh_mesh *mesh = flesh_system_mesh(self->system);
+  const double *X = flesh_mesh_positions(mesh), edge = flesh_mesh_mean_edge(mesh);
+  double *one = self->scratch, *before = one + self->n, *after = before + self->n, *x = after + self->n, sum = 0;
+  int count = 0;
+  uint32_t random = 2463534242u;
+  for (int d = 0; d < self->n; d++) {
+    random ^= random << 13; /* xorshift (Marsaglia 2003), for its sign */
+    random ^= random >> 17;
+    random ^= random << 5;
+    x[d] = X[d] + part * edge * (random >> 31 ? 1 : -1);
+  }
+  int status = forces_at(self, X, one, before);
+  if (!status) status = forces_at(self, x, one, after);
+  for (int i = 0; i < self->n && !status; i += 3) {
+    double square = 0;
+    for (int c = 0; c < 3; c++) square += (after[i + c] - before[i + c]) * (after[i + c] - before[i + c]);
+    if (square > 0) sum += 1 / sqrt(square), count++;
+  }
+  *edge_force = count ? count / sum / part : 0;
+  return status;
+}
+
+int flesh_balance_sharpen(flesh_balance *balance, const double *u, double norm, double first, double load,
+                          double *target)
+{
+  flesh_equations *self = balance->equations;
+  const double tolerance = balance->tolerance, enough = norm / tolerance;
+  double size;
+  int status = FLESH_OK;
+  if (!first_may_mislead(self)) return FLESH_OK;
+  if (!loads_are_dead(self)) status = flesh_equations_load_norm(self, u, &load);
+  if (status || load >= enough) return status;
+  if (first < enough) { /* the load was larger */
+    *target = tolerance * fmax(first, load);
+    return FLESH_OK;
+  }
+  status = largest_force(self, u, load, enough, &size);
+  if (status || size >= enough) return status;
+  if (load == 0 && norm > balanced * size) {
+    if (!(balance->edge_force >= 0)) status = find_edge_force(self, &balance->edge_force);
+    if (status) return status;
+    size = fmax(size, balance->edge_force);
+  }
+  if (size < enough) *target = tolerance * size;
+  return FLESH_OK;
+}

@@ -1,0 +1,140 @@
+/* direction.c: PCG and direct factorisations for the direction of a Newton step, and how well a preconditioner does. */
+#include "newton/direction.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The first decades are the fastest, the more so the newer a preconditioner: solves by more than these are compared
+ * with their like. */
+static const double DEEP = 3;
+
+int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
+                         flesh_direction *self)
+{
+  const flesh_system *system = equations->system;
+  *self = (flesh_direction){.equations = equations, .options = options, .stats = stats,
+                            .linear = flesh_linear_for(flesh_system_instructions(system))};
+  if (options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(options->linear_solver, equations->K, &self->direct);
+  int status = self->linear->preconditioner_create(options->preconditioner, equations->K,
+                                                   flesh_mesh_positions(flesh_system_mesh(system)), equations->threads,
+                                                   &self->preconditioner);
+  if (!status) status = self->linear->pcg_space_create(equations->K, 1, equations->threads, &self->pcg);
+  if (status) flesh_direction_clear(self);
+  return status;
+}
+
+void flesh_direction_clear(flesh_direction *self)
+{
+  if (self->linear) {
+    self->linear->preconditioner_destroy(&self->preconditioner);
+    self->linear->pcg_space_destroy(&self->pcg);
+  }
+  flesh_direct_destroy(&self->direct);
+  flesh_direct_destroy(&self->fallback);
+  memset(self, 0, sizeof *self);
+}
+
+size_t flesh_direction_memory(const flesh_direction *self)
+{
+  size_t bytes = 0;
+  if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
+  if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
+  if (self->direct) bytes += flesh_direct_memory(self->direct);
+  if (self->fallback) bytes += flesh_direct_memory(self->fallback);
+  return bytes;
+}
+
+void flesh_direction_begin_stage(flesh_direction *self)
+{
+  if (self->fallback_state == FLESH_FALLBACK_IN_USE) self->fallback_state = FLESH_FALLBACK_UNUSED;
+}
+
+int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigenvalue_filter filter)
+{
+  self->same_matrix = 0;
+  int status = flesh_equations_assemble(self->equations, u, filter);
+  if (!status) self->filter = filter, self->assembled = 1;
+  return status;
+}
+
+int flesh_direction_factor(flesh_direction *self, int single)
+{
+  const flesh_block_matrix *K = self->equations->K;
+  self->single = single;
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
+  int status = self->direct
+                   ? flesh_direct_factor(self->direct, K)
+                   : self->linear->preconditioner_setup(self->preconditioner, K, self->equations->constrained);
+  self->prepared = !status;
+  return status;
+}
+
+/* How the preconditioner has done in a solve that ended as `result` says. */
+static void learn(flesh_direction *self, const flesh_pcg_result *result)
+{
+  const double decades = fmax(log10(result->first / result->residual), 0.1);
+  double *pace = &self->iterations_per_decade[decades > DEEP];
+  if (*pace == 0) *pace = result->iterations / decades;
+  self->excess_iterations = fmax(0, self->excess_iterations + result->iterations - *pace * decades);
+}
+
+int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *request, const double *b, double *p,
+                          flesh_direction_kind *kind)
+{
+  *kind = self->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
+  if (self->direct) return flesh_direct_solve(self->direct, b, p);
+  flesh_pcg_result result;
+  /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
+  const flesh_pcg_guide guide = {.beyond = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
+                                 .stop = request->stop, .stop_data = request->stop_data,
+                                 .single = self->single, .same = self->same_matrix};
+  int status = self->linear->pcg_guided(self->pcg, self->equations->K, self->preconditioner, &guide, request->weights,
+                                        request->tolerance, request->max_iterations, b, p, &result);
+  self->same_matrix = 1;
+  self->iterations += result.iterations;
+  self->residual = result.residual;
+  self->stats->linear += result.iterations;
+  if (result.single) self->stats->linear_single += result.iterations;
+  if (status == FLESH_NOT_POSITIVE && guide.beyond) {
+    *kind = FLESH_DIRECTION_NEGATIVE_CURVATURE;
+    return FLESH_OK;
+  }
+  if (result.iterations > 0) learn(self, &result);
+  return status;
+}
+
+int flesh_direction_solve_directly(flesh_direction *self, const double *b, double *p)
+{
+  const flesh_block_matrix *K = self->equations->K;
+  if (!self->fallback) {
+    /* A product and two triangular solves an iteration, with 18 operations a block. */
+    const double spent = 36. * K->row_start[K->rows] * 2 * self->options->max_linear;
+    int status = flesh_direct_create_symmetric(K, spent, &self->fallback);
+    if (status) return status;
+  }
+  self->fallback_state = self->fallback ? FLESH_FALLBACK_IN_USE : FLESH_FALLBACK_TOO_EXPENSIVE;
+  if (!self->fallback) return FLESH_NOT_CONVERGED;
+  int status = flesh_direct_factor(self->fallback, K);
+  if (status) return status;
+  self->stats->direct++;
+  return flesh_direct_solve(self->fallback, b, p);
+}
+
+int flesh_direction_precondition(flesh_direction *self, double *z)
+{
+  double *solution = self->equations->scratch;
+  if (!self->direct) {
+    self->linear->preconditioner_apply(self->preconditioner, z, z);
+    return FLESH_OK;
+  }
+  int status = flesh_direct_solve(self->direct, z, solution);
+  memcpy(z, solution, (size_t)self->equations->n * sizeof *z);
+  return status;
+}
+
+double flesh_direction_model_error(const flesh_direction *self, const double *r)
+{
+  return self->pcg ? self->linear->pcg_departure(self->pcg, r)
+                   : flesh_norm(self->equations->threads, self->equations->n, r);
+}

@@ -1,0 +1,76 @@
+/* direction.h: solves K p = b for the direction of a Newton step: true or filtered Hessian, by preconditioned conjugate
+ * gradients or a direct factorisation. Which Hessian, how exactly and when to factor again is asked of it. */
+#ifndef FLESH_NEWTON_DIRECTION_H
+#define FLESH_NEWTON_DIRECTION_H
+
+#include "newton/equations.h"
+#include "linear/direct.h"
+#include "linear/linear.h"
+
+typedef enum flesh_direction_kind {
+  FLESH_DIRECTION_NEWTON,            /* of the true Hessian */
+  FLESH_DIRECTION_FILTERED,          /* of the Hessian without its elements' negative eigenvalues */
+  FLESH_DIRECTION_NEGATIVE_CURVATURE /* of the true Hessian, downhill along negative curvature that it met */
+} flesh_direction_kind;
+
+/* What is asked of one solve. */
+typedef struct flesh_direction_request {
+  double tolerance;      /* N, of the residual's 2-norm */
+  int max_iterations;
+  int follow_curvature;  /* negative curvature of the true Hessian is followed, not refused */
+  const double *weights; /* [n] of the residual; NULL: ones */
+  int (*stop)(void *data); /* NULL: not asked. A status that is not FLESH_OK ends the solve with it. */
+  void *stop_data;
+} flesh_direction_request;
+
+typedef struct flesh_direction {
+  flesh_equations *equations;          /* borrowed */
+  const flesh_solver_options *options; /* borrowed */
+  flesh_solve_stats *stats;            /* borrowed */
+  const flesh_linear *linear;
+  flesh_preconditioner_data *preconditioner;
+  flesh_pcg_space *pcg;     /* NULL with a direct solver */
+  flesh_direct *direct;     /* NULL with PCG */
+  flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
+  enum { FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_IN_USE } fallback_state;
+  flesh_eigenvalue_filter filter;   /* of K as last assembled */
+  int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
+  int same_matrix;          /* K is that of the last solve by PCG */
+  int single;               /* the preconditioner's K is one that PCG may round to single precision */
+  /* PCG's iterations per decade of reduction with the preconditioner when it was new, of solves by few decades and by
+   * many (0: not known), and how many more than that the solves since then have taken in all. */
+  double iterations_per_decade[2], excess_iterations;
+  int iterations;           /* of the last step's solves */
+  double residual;          /* N, at the last solve's end */
+} flesh_direction;
+
+/* FLESH_ERR_ARGUMENT where the options ask for a solver that is not built in, FLESH_ERR_MEMORY. */
+int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
+                         flesh_direction *direction);
+void flesh_direction_clear(flesh_direction *direction);
+size_t flesh_direction_memory(const flesh_direction *direction);
+
+/* A new stage: a direct fallback is no longer in use. */
+void flesh_direction_begin_stage(flesh_direction *direction);
+
+/* Assembles K at u [n] with the filter. */
+int flesh_direction_assemble(flesh_direction *direction, const double *u, flesh_eigenvalue_filter filter);
+/* Factors K, or makes its preconditioner; `single`: PCG may round K. FLESH_NOT_POSITIVE where a direct solver tells. */
+int flesh_direction_factor(flesh_direction *direction, int single);
+
+/* K p = b [n] with what was factored; b is not touched. FLESH_OK with the direction's kind; FLESH_NOT_CONVERGED, p
+ * being the last iterate; FLESH_NOT_POSITIVE where K is indefinite and that is not followed. */
+int flesh_direction_solve(flesh_direction *direction, const flesh_direction_request *request, const double *b,
+                          double *p, flesh_direction_kind *kind);
+/* The same by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner has lost
+ * all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent in vain. */
+int flesh_direction_solve_directly(flesh_direction *direction, const double *b, double *p);
+
+/* z = P^-1 z [n] with what was factored. Overwrites the equations' scratch. */
+int flesh_direction_precondition(flesh_direction *direction, double *z);
+
+/* || r - (K p + r_before) ||_2 of the last solve's p: how far r [n] is from what the linear model predicts where p
+ * leads; with a direct solver ||r||_2. */
+double flesh_direction_model_error(const flesh_direction *direction, const double *r);
+
+#endif

@@ -1,0 +1,110 @@
+/* equations.h: the equations r(u) = 0 of a stage on plain arrays: residual, potential and Hessian K at u, and which
+ * dofs are constrained. No policy: nothing here decides when to evaluate what. */
+#ifndef FLESH_NEWTON_EQUATIONS_H
+#define FLESH_NEWTON_EQUATIONS_H
+
+#include <stdint.h>
+
+#include "base/parallel_vector.h"
+#include "flesh/solver.h"
+#include "system/position_potential.h"
+
+typedef struct flesh_equations {
+  const flesh_system *system; /* borrowed */
+  flesh_threads *threads;     /* borrowed, may be NULL */
+  flesh_costs *costs;         /* borrowed; NULL: nobody counts */
+  flesh_solve_stats *stats;   /* borrowed: where evaluations are counted */
+  int n;                      /* unknowns */
+  flesh_stage stage;
+  uint8_t *constrained;                        /* [n] 1: the dof is */
+  int *constrained_dofs, constrained_count;    /* [n] the numbers of those that are */
+  int *constrained_rows, constrained_row_count; /* [n/3] the rows of K that know of any */
+  double *u_constrained;                       /* [n] their values; 0 elsewhere */
+  double constraint_stiffness;                 /* N/m, of the constrained rows */
+  double *x, *v, *a;                           /* [n] the point last evaluated */
+  flesh_block_matrix *K;
+  /* With the line search, which sees to the way from iterate to iterate, 0; else a u that cannot be reached from the
+   * lagged state has no residual. */
+  int check_reach;
+  int refused;     /* status of the stage's last residual that had no value; 0: none */
+  double *frozen;  /* [2*n] x and v of the frozen state; NULL: no effect freezes */
+  int is_frozen;   /* they are this stage's */
+  double *scratch; /* [4*n] */
+  /* Caches, valid where `known`; compared by value, because KINSOL forms its iterates itself. */
+  struct {
+    int known;
+    double *u, *r;     /* [n] */
+    double *reactions; /* [n] the first constrained_count: what the constraints do to these dofs, in their order, N */
+  } residual;
+  struct {
+    int known;
+    int with_residual; /* at the residual's u, not at this one */
+    double *u;         /* [n] */
+    double value, magnitude;
+    flesh_position_potential placed; /* its part of positions alone */
+  } potential;
+  /* That part where a stage with shift.x = 1 has ended, and mostly the next one starts. */
+  struct {
+    flesh_position_potential there;
+    double *x; /* [n] */
+  } reached;
+  double *zeros; /* [n] the lagged velocities where the stage has none */
+} flesh_equations;
+
+/* FLESH_ERR_ARGUMENT with the first option that makes no sense. */
+int flesh_solver_options_check(const flesh_solver_options *options);
+
+/* Prepares the equations of a finished system; `threads` and `stats` are borrowed. FLESH_ERR_MEMORY. */
+int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
+                         flesh_equations *equations);
+void flesh_equations_clear(flesh_equations *equations);
+size_t flesh_equations_memory(const flesh_equations *equations);
+
+/* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
+ * before. */
+int flesh_equations_set_stage(flesh_equations *equations, const flesh_stage *stage);
+/* Works out the constrained dofs at t; whether they are others than before. */
+int flesh_equations_find_constrained(flesh_equations *equations, double t);
+/* u = 0 but for the constrained dofs, which take their prescribed values. */
+void flesh_equations_start(const flesh_equations *equations, double *u);
+/* x, v and a of u, with the constrained dofs at their prescribed places whatever u says of them: the free rows then do
+ * not depend on those of u, so that K without their columns is the exact Jacobian from any start. */
+flesh_point flesh_equations_point(flesh_equations *equations, const double *u);
+
+/* The frozen state becomes the point of u; nothing where no effect or stage freezes at its solution. The caches are
+ * lost. Whether it has. */
+int flesh_equations_freeze(flesh_equations *equations, const double *u);
+
+/* r(u) [n], constraint rows included; status > 0 where it has no value. */
+int flesh_equations_residual(flesh_equations *equations, const double *u, double *r);
+/* The potential at u and the sum of its terms' absolute values. */
+int flesh_equations_potential(flesh_equations *equations, const double *u, double *phi, double *magnitude);
+/* The same; where neither potential nor residual at u is known, both become so in one pass. */
+int flesh_equations_evaluate(flesh_equations *equations, const double *u, double *phi, double *magnitude);
+int flesh_equations_knows_residual(const flesh_equations *equations, const double *u);
+/* K at u with the constraints applied; negative eigenvalues of elements as `filter` says. */
+int flesh_equations_assemble(flesh_equations *equations, const double *u, flesh_eigenvalue_filter filter);
+/* M at x and v, without constraints, into K; the caches are lost. */
+int flesh_equations_assemble_mass(flesh_equations *equations, double t, const double *x, const double *v);
+/* Turns the constrained rows and columns of K into those of the identity, scaled. */
+void flesh_equations_constrain_matrix(flesh_equations *equations);
+
+/* Remembers what is known of the potential at u, where the stage ends. */
+void flesh_equations_reach(flesh_equations *equations, const double *u);
+/* Whether nothing bars the straight way from the lagged state to u. */
+int flesh_equations_can_reach(flesh_equations *equations, const double *u);
+/* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
+int flesh_equations_push_out(flesh_equations *equations, double *u);
+/* The share of the way from one u to another that nothing bars. Overwrites `scratch`. */
+double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);
+
+/* 2-norm of the applied load over the free dofs at u. Overwrites `scratch`. */
+int flesh_equations_load_norm(flesh_equations *equations, const double *u, double *norm);
+/* 2-norm of how far round-off in x, v and a moves the residual. Overwrites `scratch`. */
+double flesh_equations_residual_round_off(flesh_equations *equations, const double *u);
+/* Whether a residual of this norm at u, the point last evaluated, is no more than round-off leaves. */
+int flesh_equations_at_round_off(flesh_equations *equations, const double *u, double norm);
+/* How far it moves the potential. */
+double flesh_equations_potential_round_off(flesh_equations *equations, const double *u);
+
+#endif

@@ -1,0 +1,223 @@
+/* line_search.c: Armijo's rule on the incremental potential, what takes its place where round-off dominates, and steps
+ * that are lengthened. */
+#include "newton/line_search.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "effect/effect.h"
+
+/* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
+static const double decrease = 1e-4;
+
+/* So many filtered steps in a row are too short before one is lengthened wherever the residual is. */
+enum { MANY_SHORT = 16 };
+
+/* One search: the direction, and what is known of the potential along it. */
+typedef struct line {
+  const double *u, *r, *p;
+  double slope;               /* r.p < 0 */
+  double start, magnitude;    /* the potential at u and the sizes of its terms */
+  double first;               /* the first try: the longest feasible step up to 1 */
+  double round_off, measured; /* of the potential: estimated, and measured (NaN: not yet) */
+  double refused;             /* the last length that was; INFINITY: none */
+  double length, value;       /* of the trial */
+} line;
+
+int flesh_search_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
+                           flesh_search *self)
+{
+  size_t apart;
+  *self = (flesh_search){.equations = equations, .options = options, .stats = stats};
+  self->trial = flesh_huge_pages_vectors(2, (size_t)equations->n, &apart);
+  if (!self->trial) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  self->work = self->trial + apart;
+  return FLESH_OK;
+}
+
+void flesh_search_clear(flesh_search *self)
+{
+  free(self->trial);
+  memset(self, 0, sizeof *self);
+}
+
+size_t flesh_search_memory(const flesh_search *self)
+{
+  return 2 * (size_t)self->equations->n * sizeof(double);
+}
+
+void flesh_search_begin_stage(flesh_search *self)
+{
+  self->shortened = self->short_filtered = 0;
+  self->first_potential = NAN;
+}
+
+typedef struct trial {
+  double *at;
+  const double *u, *p;
+  double scale;
+} trial;
+
+static void step_part(void *data, int k, int begin, int end)
+{
+  (void)k;
+  const trial *t = data;
+  for (int d = begin; d < end; d++) t->at[d] = t->scale * t->p[d];
+  for (int d = begin; d < end; d++) t->at[d] += t->u[d];
+}
+
+void flesh_step_to(const flesh_equations *equations, const double *u, double scale, const double *p, double *at)
+{
+  flesh_parallel_parts(equations->threads, equations->n, step_part, &(trial){at, u, p, scale});
+}
+
+static double dot(const flesh_search *self, const double *x, const double *y)
+{
+  return flesh_dot(self->equations->threads, self->equations->n, x, y);
+}
+
+/* A crease or a tet that turns inside out is local; a body that is crumpled as a whole is tangled less often by the
+ * filtered Hessian's short steps. */
+int flesh_is_local(int n, const double *r)
+{
+  double second = 0, fourth = 0;
+  for (int d = 0; d < n; d++) {
+    double square = r[d] * r[d];
+    second += square;
+    fourth += square * square;
+  }
+  return second * second < 0.01 * n * fourth;
+}
+
+/* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
+static double curvature(flesh_search *self, const double *u, const double *r, const double *p)
+{
+  const double epsilon = 1e-5;
+  for (int d = 0; d < self->equations->n; d++) self->trial[d] = u[d] + epsilon * p[d];
+  if (flesh_equations_residual(self->equations, self->trial, self->work)) return NAN;
+  return (dot(self, self->work, p) - dot(self, r, p)) / epsilon;
+}
+
+/* The longest first try: of the direction, what bars ways lets pass; 1: all. */
+static double longest_feasible(flesh_search *self, const line *line)
+{
+  if (!flesh_system_limits_step(self->equations->system)) return 1;
+  flesh_step_to(self->equations, line->u, 1, line->p, self->trial);
+  const double way = flesh_equations_max_feasible_step(self->equations, line->u, self->trial);
+  return way < 1 ? flesh_feasible_step_kept * way : 1;
+}
+
+/* Lengthens the accepted step as long as that lowers the potential further; no further than the length `too_long`,
+ * which has been refused (INFINITY: none). */
+static void lengthen(flesh_search *self, line *line, double too_long)
+{
+  const int bounded = too_long < INFINITY;
+  for (int tries = 0; tries < 20; tries++) {
+    /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a potential
+     * that bends less than the matrix says (x^4) goes on falling beyond it. */
+    const double length = line->length;
+    double bend = (line->value - line->start) / (length * length) - line->slope / length, further, ignored;
+    double longer = bend > 0 ? fmin(-line->slope / (2 * bend), 4 * length) : 4 * length;
+    if (tries == 0 && !bounded) longer = fmax(longer, 2 * length);
+    if (longer >= too_long) longer = sqrt(length * too_long);
+    if (longer < 1.4 * length) return;
+    flesh_step_to(self->equations, line->u, longer, line->p, self->trial);
+    if (flesh_equations_max_feasible_step(self->equations, line->u, self->trial) < 1 ||
+        flesh_equations_potential(self->equations, self->trial, &further, &ignored) || !(further < line->value)) {
+      too_long = longer;
+    } else {
+      line->value = further;
+      line->length = longer;
+    }
+  }
+}
+
+typedef enum verdict { REFUSED, ACCEPTED, AGAIN } verdict;
+
+/* Whether the trial's value is low enough. AGAIN: the round-off of the potential turned out larger, so that the search
+ * starts anew with that. */
+static verdict judge(flesh_search *self, line *line)
+{
+  const double slope = line->length * line->slope, rise = line->value - line->start;
+  if (line->value <= line->start + decrease * line->length * line->slope) return ACCEPTED;
+  /* Where round-off dominates the expected decrease, the slope at the end tells what the values cannot (the approximate
+   * Wolfe condition of Hager & Zhang 2005). Below their last digit they tell nothing. */
+  const double unseen =
+      -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
+  if (-slope <= line->round_off && line->value <= line->start + unseen &&
+      !flesh_equations_residual(self->equations, self->trial, self->work) &&
+      dot(self, self->work, line->p) <= -(1 - 2 * decrease) * line->slope)
+    return ACCEPTED;
+  /* Where little is expected a rise may be round-off, which the terms' sizes understate where they cancel within (I_C -
+   * 3 near rest, or what hangs on a place far from the origin). Then once more. */
+  if (!(rise > line->round_off && -slope < 1e-8 * line->magnitude)) return REFUSED;
+  if (isnan(line->measured)) line->measured = 4 * flesh_equations_potential_round_off(self->equations, line->u);
+  if (!(rise <= line->measured)) return REFUSED;
+  line->round_off = line->measured;
+  line->length = line->first;
+  return AGAIN;
+}
+
+/* Takes p to the accepted length, or a longer one, and tells what that says of the quadratic model. */
+static void accept(flesh_search *self, line *line, flesh_direction_kind kind, int measure_model, double *p,
+                   flesh_search_result *result)
+{
+  const int filtered = kind == FLESH_DIRECTION_FILTERED, n = self->equations->n;
+  /* By the quadratic model, at its minimum. */
+  const double predicted = -line->length * line->slope / 2;
+  const int significant = predicted > 10 * line->round_off;
+  const int too_short = (self->options->techniques & FLESH_TECHNIQUE_NEGATIVE_CURVATURE) && significant && line->start - line->value > 1.2 * predicted;
+  const int locally = too_short && flesh_is_local(n, line->r);
+  self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
+  if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);
+  else if (too_short && line->length < line->first) lengthen(self, line, line->refused);
+  const double length = line->length, actual = line->start - line->value;
+  self->shortened = length < line->first;
+  for (int d = 0; d < n && length != 1; d++) p[d] *= length;
+  self->stats->potential_rises += line->value > self->first_potential + 1e-12 * line->magnitude;
+  *result = (flesh_search_result){
+      .start = line->start, .value = line->value, .length = length, .predicted = predicted, .actual = actual,
+      .cut = length > line->first ? 1 : length / line->first, .too_short_locally = locally, .model_ratio = NAN,
+      .unpredicted = length != line->first || kind != FLESH_DIRECTION_NEWTON ||
+                     (significant && fabs(actual - predicted) > 0.25 * predicted)};
+  if (measure_model && filtered)
+    result->model_ratio = actual / -(length * line->slope + curvature(self, line->u, line->r, p) / 2);
+}
+
+int flesh_search_run(flesh_search *self, const double *u, const double *r, flesh_direction_kind kind,
+                          int measure_model, double *p, flesh_search_result *result)
+{
+  flesh_equations *equations = self->equations;
+  line line = {.u = u, .r = r, .p = p, .slope = dot(self, r, p), .measured = NAN, .refused = INFINITY};
+  if (!(line.slope < 0)) return FLESH_NOT_POSITIVE;
+  int status = flesh_equations_potential(equations, u, &line.start, &line.magnitude);
+  if (status) return status;
+  line.round_off = 1e-13 * line.magnitude;
+  if (isnan(self->first_potential)) self->first_potential = line.start;
+  line.length = line.first = longest_feasible(self, &line);
+  while (line.length > 1e-14) {
+    double ignored;
+    flesh_step_to(equations, u, line.length, p, self->trial);
+    /* A first try is mostly taken: the residual, which KINSOL wants next, comes with it. */
+    status = line.length == line.first && !self->shortened
+                 ? flesh_equations_evaluate(equations, self->trial, &line.value, &ignored)
+                 : flesh_equations_potential(equations, self->trial, &line.value, &ignored);
+    if (status < 0) return status;
+    const verdict verdict = status ? REFUSED : judge(self, &line);
+    if (verdict == AGAIN) continue;
+    if (verdict == ACCEPTED) {
+      accept(self, &line, kind, measure_model, p, result);
+      return FLESH_OK;
+    }
+    self->stats->backtracks++;
+    line.refused = line.length;
+    /* The minimum of the parabola through what is known, kept within a tenth and a half. */
+    const double parabola = status ? 0.5 : -line.slope * line.length /
+                                               (2 * (line.value - line.start - line.length * line.slope));
+    line.length *= fmin(fmax(parabola, 0.1), 0.5);
+  }
+  return FLESH_NOT_CONVERGED;
+}

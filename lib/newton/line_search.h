@@ -1,0 +1,52 @@
+/* line_search.h: scales a direction so that the incremental potential falls. The only rule there is by which a step is
+ * accepted, and what the accepted one tells of the quadratic model. */
+#ifndef FLESH_NEWTON_LINE_SEARCH_H
+#define FLESH_NEWTON_LINE_SEARCH_H
+
+#include "newton/direction.h"
+
+typedef struct flesh_search {
+  flesh_equations *equations;          /* borrowed */
+  const flesh_solver_options *options; /* borrowed */
+  flesh_solve_stats *stats;            /* borrowed */
+  double *trial, *work;                /* [n] */
+  /* Of the stage. */
+  double first_potential; /* of its first iterate; NaN before */
+  int shortened;          /* the last accepted step was not its first try */
+  int short_filtered;     /* how many of the last accepted steps in a row were filtered, whole and too short */
+} flesh_search;
+
+/* What the search found of the step that it accepted. */
+typedef struct flesh_search_result {
+  double start, value;      /* J, potentials at u and at u + p */
+  double length;            /* of the accepted step, as a multiple of the direction */
+  double cut;               /* that over the first try; 1 where it was not cut, or lengthened */
+  double predicted, actual; /* J, decrease at the quadratic model's minimum along p, and at u + p */
+  double model_ratio;       /* actual over predicted decrease by the true Hessian; NaN: not measured */
+  int too_short_locally;    /* it lowered the potential more than predicted, and few nodes carry the residual */
+  int unpredicted;          /* the quadratic model did not predict what happened */
+} flesh_search_result;
+
+/* FLESH_ERR_MEMORY. */
+int flesh_search_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
+                           flesh_search *search);
+void flesh_search_clear(flesh_search *search);
+size_t flesh_search_memory(const flesh_search *search);
+/* A new stage: nothing is known of its steps yet. */
+void flesh_search_begin_stage(flesh_search *search);
+
+/* Scales the direction p [n] at u, where the residual is r, so that the potential falls (Armijo, with the approximate
+ * Wolfe condition of Hager & Zhang 2005 where round-off dominates). `measure_model`: the ratio of a filtered step is
+ * asked for. FLESH_OK; FLESH_NOT_POSITIVE where p is no descent direction; FLESH_NOT_CONVERGED where no length serves.
+ * */
+int flesh_search_run(flesh_search *search, const double *u, const double *r, flesh_direction_kind kind,
+                          int measure_model, double *p, flesh_search_result *result);
+
+/* at = u + scale p [n], rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
+ * iterate that is accepted then holds for KINSOL's next one. */
+void flesh_step_to(const flesh_equations *equations, const double *u, double scale, const double *p, double *at);
+
+/* Whether few nodes carry the residual r [n]: its participation ratio, 1 where all carry the same, is below 0.01. */
+int flesh_is_local(int n, const double *r);
+
+#endif

@@ -1,0 +1,95 @@
+/* mass_solve.c: what the mass matrix says at the start of a motion: accelerations that balance all effects, and what
+ * jumps of the constrained dofs do to the free ones. */
+#include <string.h>
+
+#include "newton/newton.h"
+#include "linear/block_matrix.h"
+
+/* M, without constraints, into K; the caches are lost. */
+static int assemble_mass(flesh_newton *self, double t, const double *x, const double *v)
+{
+  flesh_matrix_policy_overwritten(&self->policy);
+  self->direction.same_matrix = 0;
+  return flesh_equations_assemble_mass(&self->equations, t, x, v);
+}
+
+/* M y = right on the free dofs, whose K is M; right is 0 on the others, and so becomes y. */
+static int solve_mass(flesh_newton *self, const double *right, double *y)
+{
+  const int n = self->equations.n;
+  double norm = flesh_norm(self->threads, n, right);
+  if (!(norm < 1e300)) return FLESH_NONFINITE;
+  if (norm == 0) {
+    memset(y, 0, (size_t)n * sizeof *y);
+    return FLESH_OK;
+  }
+  flesh_equations_constrain_matrix(&self->equations);
+  int status = flesh_matrix_policy_refresh(&self->policy);
+  if (status) return status;
+  const flesh_direction *direction = &self->direction;
+  if (direction->direct) return flesh_direct_solve(direction->direct, right, y);
+  flesh_pcg_result result;
+  status = direction->linear->pcg(direction->pcg, self->equations.K, direction->preconditioner, NULL, 1e-13 * norm,
+                                  self->options.max_linear, right, y, &result);
+  self->stats.linear += result.iterations;
+  return status;
+}
+
+int flesh_newton_acceleration(flesh_newton *self, double t, const double *x, const double *v, double *a)
+{
+  flesh_equations *equations = &self->equations;
+  const int n = equations->n;
+  double *r = self->r, *correction = self->search.trial;
+  flesh_equations_find_constrained(equations, t);
+  for (int d = 0; d < n; d++) equations->a[d] = a[d] = equations->constrained[d] ? a[d] : 0;
+  int status = assemble_mass(self, t, x, v);
+  if (status) return status;
+  const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = equations->v, .a = equations->a,
+                             .threads = self->threads, .costs = equations->costs};
+  self->stats.residuals++;
+  status = flesh_system_residual(equations->system, &point, r);
+  if (status) return status;
+  for (int d = 0; d < n; d++) r[d] = equations->constrained[d] ? 0 : -r[d];
+  status = solve_mass(self, r, correction);
+  for (int d = 0; d < n && !status; d++)
+    if (!equations->constrained[d]) a[d] = correction[d];
+  return status;
+}
+
+/* Of positions or velocities y. */
+static int apply_jump(flesh_newton *self, double t, const double *prescribed, double *y)
+{
+  flesh_equations *equations = &self->equations;
+  const int n = equations->n;
+  double *jump = self->search.trial, *right = self->r;
+  int any = 0;
+  for (int d = 0; d < n; d++) {
+    jump[d] = equations->constrained[d] ? prescribed[d] - y[d] : 0;
+    any |= jump[d] != 0;
+  }
+  if (!any) return FLESH_OK;
+  int status = assemble_mass(self, t, equations->x, equations->v);
+  if (status) return status;
+  flesh_block_multiply(equations->K, jump, right);
+  for (int d = 0; d < n; d++) {
+    right[d] = equations->constrained[d] ? 0 : -right[d];
+    if (equations->constrained[d]) y[d] = prescribed[d];
+  }
+  status = solve_mass(self, right, jump);
+  for (int d = 0; d < n && !status; d++)
+    if (!equations->constrained[d]) y[d] += jump[d];
+  return status;
+}
+
+int flesh_newton_apply_constraint_jump(flesh_newton *self, double t, const double *x_prescribed,
+                                       const double *v_prescribed, double *x, double *v)
+{
+  flesh_equations *equations = &self->equations;
+  const size_t bytes = (size_t)equations->n * sizeof *x;
+  flesh_equations_find_constrained(equations, t);
+  memcpy(equations->x, x, bytes);
+  memcpy(equations->v, v, bytes);
+  memset(equations->a, 0, bytes);
+  int status = apply_jump(self, t, x_prescribed, x);
+  return status ? status : apply_jump(self, t, v_prescribed, v);
+}

@@ -1,0 +1,217 @@
+/* matrix_policy.c: what older matrices and preconditioners cost and spare. */
+#include "newton/matrix_policy.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* What a new preconditioner costs, in iterations: as many may be lost to an old one before it is made. And how many
+ * iterations of one solve are given to an old one. */
+enum { NEW_ONE = 6, PATIENCE = 150 };
+
+/* Inertia at rest, dof by dof; 0 where it has no value, so that nothing is rounded. */
+static int find_inertia(flesh_matrix_policy *self)
+{
+  flesh_equations *equations = self->equations;
+  const flesh_block_matrix *K = equations->K;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
+  self->inertia = malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
+  if (!self->inertia) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  const flesh_point point = {.t = 0, .load = 1, .x = X, .v = equations->zeros, .a = equations->zeros};
+  const int failed =
+      flesh_system_jacobian(equations->system, &point, &(flesh_shift){.a = 1}, equations->K) != FLESH_OK;
+  for (int d = 0; d < equations->n; d++)
+    self->inertia[d] = failed ? 0 : (float)K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)];
+  return FLESH_OK;
+}
+
+int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction,
+                             const flesh_solver_options *options, flesh_matrix_policy *self)
+{
+  *self = (flesh_matrix_policy){.equations = equations, .direction = direction, .options = options};
+  return direction->pcg ? find_inertia(self) : FLESH_OK;
+}
+
+void flesh_matrix_policy_clear(flesh_matrix_policy *self)
+{
+  free(self->inertia);
+  memset(self, 0, sizeof *self);
+}
+
+/* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
+ * body does not change much from step to step. So may the matrix of a calm one, as long as it predicts residuals. */
+void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_changed, const flesh_solve_stats *last)
+{
+  const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
+  self->previous_norm = self->smallest_norm = 0;
+  if (last->newton > 3 || last->projections > 0 || last->backtracks > 0) self->age = -1;
+  if (constraints_changed || !self->stage_continues || now->x != before->x || now->v != before->v ||
+      now->a != before->a) {
+    self->direction->iterations_per_decade[0] = self->direction->iterations_per_decade[1] = 0;
+    self->curvature_estimate = self->drift = 0;
+    self->safety_factor = 1;
+    self->age = -1;
+  } else if (self->age >= 0) {
+    self->age++;
+  }
+  /* What is calmer by now is to be found out. */
+  self->safety_factor = fmax(1, 0.95 * self->safety_factor);
+  if (!self->kept) self->drift *= 0.97;
+  self->stage_continues = 0;
+}
+
+void flesh_matrix_policy_end_stage(flesh_matrix_policy *self, const double *u)
+{
+  const double before = self->smallest_norm; /* 0: nothing was to be solved */
+  if (self->kept && self->age > 0 && before > 0 && flesh_equations_knows_residual(self->equations, u))
+    self->drift =
+        flesh_direction_model_error(self->direction, self->equations->residual.r) / (before * self->age);
+}
+
+void flesh_matrix_policy_assembled(flesh_matrix_policy *self) { self->kept = self->age = 0; }
+
+void flesh_matrix_policy_overwritten(flesh_matrix_policy *self) { self->age = -1; }
+
+/* Whether K of an earlier stage serves for a stage's first iteration: where what it will not predict ends at the target
+ * by one iteration, or by two. */
+static int drifts_little(const flesh_matrix_policy *self, double norm)
+{
+  static const double unknown = 1e5; /* so many targets are reached by two if it drifts little */
+  const double drift = self->drift * self->age, once = drift * norm, twice = self->safety_factor * drift * once;
+  if (self->age < 1 || !(self->target > 0)) return 0;
+  return drift > 0 ? fmin(4 * once, 5 * twice) <= self->target : norm < unknown * self->target;
+}
+
+/* Whether K, new in this stage, serves for two more iterations, of which the first ends where it does not predict: a
+ * residual and a few linear iterations cost less than another matrix. */
+static int serves_twice(const flesh_matrix_policy *self, double norm)
+{
+  const double next = self->predicted_error;
+  return self->age == 0 && 2 * self->safety_factor * next * next <= 0.5 * self->target * norm;
+}
+
+int flesh_matrix_policy_keep(flesh_matrix_policy *self, int usable, const double *r)
+{
+  const double before = self->smallest_norm, norm = flesh_norm(self->equations->threads, self->equations->n, r);
+  if (!usable || !(norm > 0)) return 0;
+  if (!(before > 0)) {
+    if (!drifts_little(self, norm)) return 0;
+  } else if (self->equations->is_frozen) {
+    /* What was not predicted is mostly that the frozen state has moved: another matrix would not predict it either. */
+    if (!(norm < 0.1 * before)) return 0;
+    self->predicted_error = norm * norm / before;
+  } else {
+    if (!(norm < before)) return 0;
+    const double error = flesh_direction_model_error(self->direction, r);
+    if (self->age > 0) self->drift = error / (before * self->age);
+    else if (self->kept) self->safety_factor *= fmin(fmax(error / self->predicted_error, 1), 8);
+    else self->curvature_estimate = error / (before * before);
+    /* What was not predicted from the last iterate on is |K'| step^2 / 2, or more where the step taken was another one;
+     * the step from here, shorter by norm / before, or less as residuals get softer, meets |K'| step with its own
+     * length. */
+    self->predicted_error = 2 * self->safety_factor * error * norm / before;
+    if (!(self->predicted_error <= 0.5 * self->target) && !serves_twice(self, norm)) return 0;
+  }
+  self->kept = 1;
+  return 1;
+}
+
+typedef struct search {
+  const flesh_matrix_policy *policy;
+  _Atomic int found;
+} search;
+
+/* Round-off moves a row by few units in the last place of its diagonal, and inertia is what the softest displacements
+ * have at least. Where the one is this many times the other, their stiffness changes by less than a hundredth (or
+ * two where the mass is consistent, as that may be half of its diagonal). Steps take as many iterations up to 7e4,
+ * and some hundredths more from 1e5 on, in less time all the same. */
+static void seek_too_stiff(void *data, int k, int begin, int end)
+{
+  (void)k;
+  static const double most = 4e5;
+  search *s = data;
+  const flesh_equations *equations = s->policy->equations;
+  const flesh_block_matrix *K = equations->K;
+  for (int d = begin; d < end && !atomic_load_explicit(&s->found, memory_order_relaxed); d++) {
+    const double stiffness = K->values[9 * (size_t)K->row_start[d / 3] + 4 * (size_t)(d % 3)];
+    if (!equations->constrained[d] && !(stiffness < most * equations->stage.shift.a * (double)s->policy->inertia[d]))
+      atomic_store_explicit(&s->found, 1, memory_order_relaxed);
+  }
+}
+
+/* Whether K rounded to single precision is as good as K. */
+static int may_be_rounded(const flesh_matrix_policy *self)
+{
+  search s = {.policy = self};
+  flesh_parallel_parts(self->equations->threads, self->equations->n, seek_too_stiff, &s);
+  return !s.found;
+}
+
+int flesh_matrix_policy_refresh(flesh_matrix_policy *self)
+{
+  self->prepared_for = self->equations->stage.shift;
+  return flesh_direction_factor(self->direction, self->inertia && may_be_rounded(self));
+}
+
+int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
+{
+  const flesh_direction *direction = self->direction;
+  const double *paces = direction->iterations_per_decade;
+  if (direction->direct && self->kept) return FLESH_OK;
+  if (direction->preconditioner && paces[0] + paces[1] > 0 && direction->excess_iterations < NEW_ONE) return FLESH_OK;
+  return flesh_matrix_policy_refresh(self);
+}
+
+int flesh_matrix_policy_patience(const flesh_matrix_policy *self)
+{
+  const double *paces = self->direction->iterations_per_decade, pace = fmax(paces[0], paces[1]);
+  const double patience = pace > 0 ? fmax(PATIENCE, 4 * pace) : INFINITY;
+  return patience < self->options->max_linear ? (int)patience : self->options->max_linear;
+}
+
+/* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not
+ * below what it does not predict; with a matrix of an earlier stage, about as deep as that. */
+static double first_forcing(const flesh_matrix_policy *self, double norm, double tolerance)
+{
+  const double drift = self->drift * self->age;
+  if (self->kept) return drift > 0 ? 0.5 * drift * norm : tolerance;
+  const double error = self->curvature_estimate * norm * norm;
+  const double enough = error > 0 ? self->target * norm / (6 * self->safety_factor * error) : 0;
+  return enough < tolerance && enough > error ? enough : tolerance;
+}
+
+/* A solve with a matrix that serves again goes to this share of what it will not predict: deeper would be in vain. */
+static const double DEPARTED = 0.8;
+
+/* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
+ * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that
+ * where the target is near. What only comes back from a larger residual does not converge. */
+double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
+{
+  const double before = self->smallest_norm, rate = norm / before, least = 0.5 * self->target;
+  if (!(before > 0) || norm < before) self->smallest_norm = norm;
+  if (self->target == 0) return tolerance;
+  if (!(before > 0)) return fmax(least, first_forcing(self, norm, tolerance));
+  if (self->kept) return fmax(least, DEPARTED * self->predicted_error);
+  const double expected = 0.9 * rate * rate * norm;
+  return expected < 20 * least ? least : fmin(tolerance, expected);
+}
+
+/* Measuring costs a residual, so it is done only where the norm is suspiciously small or has stopped falling. */
+int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, const double *u)
+{
+  flesh_equations *equations = self->equations;
+  const double before = self->previous_norm;
+  self->previous_norm = norm;
+  if (before == 0) {
+    const double largest = flesh_largest(equations->threads, equations->n, equations->x);
+    double guess = 1e-16 * equations->constraint_stiffness * largest * sqrt((double)equations->n);
+    if (norm > 1e3 * guess) return 0;
+  } else if (norm < 0.3 * before) {
+    return 0;
+  }
+  return norm <= 4 * flesh_equations_residual_round_off(equations, u);
+}

@@ -1,0 +1,62 @@
+/* matrix_policy.h: when an older K or its preconditioner serves once more, how exactly linear systems are solved, and
+ * whether in single precision: everything that ages with a matrix is here. */
+#ifndef FLESH_NEWTON_MATRIX_POLICY_H
+#define FLESH_NEWTON_MATRIX_POLICY_H
+
+#include "newton/direction.h"
+
+typedef struct flesh_matrix_policy {
+  flesh_equations *equations;          /* borrowed */
+  flesh_direction *direction;          /* borrowed */
+  const flesh_solver_options *options; /* borrowed */
+  float *inertia;           /* [n] diagonal of the mass matrix; NULL: with a direct solver */
+  int stage_continues;      /* the next stage goes on smoothly from this one: what was prepared may serve there, too */
+  flesh_shift prepared_for; /* what the preconditioner was made for */
+  int kept;                 /* K is that of an earlier iterate of the stage: its factor serves, too */
+  /* In how many stages before this one K was last assembled (-1: it is none of theirs), and how far residuals departed
+   * from what it predicted for each of these, over the residual before (0: not known). */
+  int age;
+  double drift;
+  /* Of kept matrices: the last model error, over the square of the residual before (0: not known); how many times as
+   * large as predicted model errors of a kept one may be; what the next was predicted to be. */
+  double curvature_estimate, safety_factor, predicted_error;
+  double target;        /* N, of the nonlinear solve; 0: not known */
+  double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
+  double smallest_norm; /* N, of the residuals at the linear solves of the stage; 0 at first */
+} flesh_matrix_policy;
+
+/* FLESH_ERR_MEMORY. */
+int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction,
+                             const flesh_solver_options *options, flesh_matrix_policy *policy);
+void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
+
+/* A new stage has been set. `constraints_changed`: other dofs are constrained than before; `last`: what the stage
+ * before it took. */
+void flesh_matrix_policy_begin_stage(flesh_matrix_policy *policy, int constraints_changed,
+                                     const flesh_solve_stats *last);
+/* The stage ends at u [n]: how an older K has served. */
+void flesh_matrix_policy_end_stage(flesh_matrix_policy *policy, const double *u);
+
+/* Whether K, assembled at an earlier iterate of this stage or of one that it goes on from, serves where the residual is
+ * r [n], too: as little as residuals differ from what K predicts, steps with it end at the target as soon as with a new
+ * one, or by one more. Then it counts as kept. `usable`: the last direction was a plain Newton one. */
+int flesh_matrix_policy_keep(flesh_matrix_policy *policy, int usable, const double *r);
+/* K has been assembled anew, for this stage's equations. */
+void flesh_matrix_policy_assembled(flesh_matrix_policy *policy);
+/* K holds another matrix than the stage's. */
+void flesh_matrix_policy_overwritten(flesh_matrix_policy *policy);
+
+/* Factors K, or makes its preconditioner. */
+int flesh_matrix_policy_refresh(flesh_matrix_policy *policy);
+/* The same where the older one does not serve: one made for an earlier iterate serves until the iterations lost to its
+ * age would have paid for a new one. */
+int flesh_matrix_policy_prepare(flesh_matrix_policy *policy);
+/* How many iterations of a linear solve are given to the preconditioner before it is made anew. */
+int flesh_matrix_policy_patience(const flesh_matrix_policy *policy);
+
+/* The tolerance [N] of a linear solve at a residual of `norm`, asked for with `tolerance`. */
+double flesh_matrix_policy_tolerance(flesh_matrix_policy *policy, double norm, double tolerance);
+/* Whether a residual of `norm` at u [n] is one that round-off alone would leave. */
+int flesh_matrix_policy_at_round_off(flesh_matrix_policy *policy, double norm, const double *u);
+
+#endif

@@ -1,0 +1,302 @@
+/* newton.c: the transitions of one Newton iteration, and what makes it of its parts. */
+#include "newton/newton.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+
+/* What an iteration does next. */
+typedef enum state { ASSEMBLE, SOLVE, REFRESH, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
+/* How that ended. */
+typedef enum event { DONE, AGED, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
+
+/* README.md has the same table in words. What is not in it fails. */
+static const state transitions[][EVENTS] = {
+    /*               DONE        AGED     UNSOLVED  INDEFINITE  REFUSED  ERROR */
+    [ASSEMBLE]   = {SOLVE,      FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */
+    [SOLVE]      = {SEARCH,     REFRESH, DIRECT,   FILTER,     FAIL,    FAIL}, /* K p = b with what was prepared */
+    [REFRESH]    = {SOLVE,      FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* a new preconditioner of K */
+    [DIRECT]     = {SEARCH,     FAIL,    SEARCH,   FILTER,     FAIL,    FAIL}, /* K p = b by a factorisation */
+    [FILTER]     = {SOLVE,      FAIL,    FAIL,     FAIL,       FAIL,    FAIL}, /* K without negative eigenvalues */
+    [SEARCH]     = {ACCELERATE, FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* p scaled, so that phi falls */
+    [ACCELERATE] = {END,        FAIL,    FAIL,     FAIL,       FAIL,    FAIL}, /* p taken further */
+};
+
+/* One iteration: from where, and the step as it comes about. */
+typedef struct iteration {
+  const double *u, *b, *r; /* [n] r = -b */
+  double tolerance;        /* N, of the linear solve */
+  int guarded;             /* the step is scaled by the line search, and may follow negative curvature */
+  int may_filter;          /* an indefinite matrix is filtered, not given up */
+  flesh_direction_kind kind;
+  flesh_search_result found;
+  double *p;  /* [n] */
+  int status; /* of the last state */
+} iteration;
+
+/* Whether what may end a solve from outside does so. */
+static int asked_to_stop(void *data)
+{
+  flesh_newton *self = data;
+  if (self->stop && !self->stopped) self->stopped = self->stop(self->stop_data);
+  return self->stopped;
+}
+
+/* The rule of Chen et al. 2024, "Trust-Region Eigenvalue Filtering", who trust the model to a hundredth. It saves a
+ * tenth of the iterations in dynamics. In statics it saves none, and trusted to a fifth, which takes a third off a
+ * shear, it tangles what is stretched. */
+static flesh_eigenvalue_filter choose_filter(const flesh_newton *self)
+{
+  flesh_eigenvalue_filter eigenvalue_filter = self->options.eigenvalue_filter;
+  if (eigenvalue_filter == FLESH_FILTER_AUTO)
+    eigenvalue_filter = self->equations.stage.shift.a != 0 ? FLESH_FILTER_TRUST_REGION : FLESH_FILTER_ABSOLUTE;
+  if (eigenvalue_filter == FLESH_FILTER_TRUST_REGION)
+    return fabs(self->model_ratio - 1) < 0.01 ? FLESH_FILTER_CLAMP : FLESH_FILTER_ABSOLUTE;
+  return eigenvalue_filter;
+}
+
+/* Whether that will ask for the model ratio of the step at hand. */
+static int needs_model_ratio(const flesh_newton *self)
+{
+  return self->options.eigenvalue_filter == FLESH_FILTER_AUTO ||
+         self->options.eigenvalue_filter == FLESH_FILTER_TRUST_REGION;
+}
+
+/* Whether an indefinite matrix is assembled again without its negative eigenvalues. */
+static int filters_where_indefinite(const flesh_newton *self)
+{
+  return self->options.project == FLESH_PROJECT_WHEN_INDEFINITE && self->options.eigenvalue_filter != FLESH_FILTER_NONE;
+}
+
+static flesh_eigenvalue_filter first_filter(const flesh_newton *self)
+{
+  return self->options.project == FLESH_PROJECT_ALWAYS ? choose_filter(self) : FLESH_FILTER_NONE;
+}
+
+static int assemble(flesh_newton *self, const double *u, flesh_eigenvalue_filter filter)
+{
+  int status = flesh_direction_assemble(&self->direction, u, filter);
+  if (!status) flesh_matrix_policy_assembled(&self->policy);
+  return status;
+}
+
+/* A matrix of the iterate's own, and what solves with it need. */
+static event assemble_and_factor(flesh_newton *self, iteration *it, flesh_eigenvalue_filter filter)
+{
+  it->status = assemble(self, it->u, filter);
+  if (!it->status) it->status = flesh_matrix_policy_refresh(&self->policy);
+  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+}
+
+static event solve(flesh_newton *self, iteration *it)
+{
+  flesh_direction *direction = &self->direction;
+  const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
+                                           .max_iterations = flesh_matrix_policy_patience(&self->policy),
+                                           .follow_curvature = it->guarded && self->follow_curvature,
+                                           .weights = self->weights};
+  if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return UNSOLVED;
+  it->status = flesh_direction_solve(direction, &request, it->b, it->p, &it->kind);
+  self->negative_curvature = it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
+  if (it->status == FLESH_NOT_CONVERGED) return request.max_iterations < self->options.max_linear ? AGED : UNSOLVED;
+  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+}
+
+/* Where that costs too much, a truncated solve still descends. */
+static event solve_directly(flesh_newton *self, iteration *it)
+{
+  flesh_direction *direction = &self->direction;
+  it->kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
+  self->negative_curvature = 0;
+  it->status = FLESH_NOT_CONVERGED;
+  if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE)
+    it->status = flesh_direction_solve_directly(direction, it->b, it->p);
+  if (it->status == FLESH_NOT_CONVERGED) return direction->iterations > 0 ? UNSOLVED : ERROR;
+  return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
+}
+
+/* Whether the next direction should follow negative curvature: after a filtered step that was too short, until one that
+ * followed had to be cut to almost nothing. */
+static int choose_follow(const flesh_newton *self, const iteration *it)
+{
+  if (self->options.project != FLESH_PROJECT_WHEN_INDEFINITE) return 0;
+  if (it->kind == FLESH_DIRECTION_FILTERED) return it->found.too_short_locally;
+  return self->follow_curvature && !(it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE && it->found.length < 0.02);
+}
+
+static event search(flesh_newton *self, iteration *it)
+{
+  it->status = FLESH_OK;
+  if (!it->guarded) return DONE;
+  it->status = flesh_search_run(&self->search, it->u, it->r, it->kind, needs_model_ratio(self), it->p, &it->found);
+  if (it->status == FLESH_NOT_POSITIVE) return INDEFINITE;
+  if (it->status == FLESH_NOT_CONVERGED && it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE) {
+    it->status = FLESH_NOT_POSITIVE;
+    return INDEFINITE;
+  }
+  if (it->status) return it->status == FLESH_NOT_CONVERGED ? REFUSED : ERROR;
+  self->follow_curvature = choose_follow(self, it);
+  self->model_ratio = it->found.model_ratio;
+  return DONE;
+}
+
+static event accelerate(flesh_newton *self, iteration *it)
+{
+  if (!it->guarded) return DONE;
+  const flesh_accepted_step step = {.u = it->u, .r = it->r, .p = it->p, .start = it->found.start,
+                                    .value = it->found.value, .cut = it->found.cut, .kind = it->kind,
+                                    .unpredicted = it->found.unpredicted};
+  flesh_accelerators_run(&self->accelerators, step, it->p);
+  return DONE;
+}
+
+static event enter(flesh_newton *self, state state, iteration *it)
+{
+  switch (state) {
+  case ASSEMBLE: return assemble_and_factor(self, it, first_filter(self));
+  case SOLVE: return solve(self, it);
+  case REFRESH: return (it->status = flesh_matrix_policy_refresh(&self->policy)) ? ERROR : DONE;
+  case DIRECT: return solve_directly(self, it);
+  case FILTER: return assemble_and_factor(self, it, choose_filter(self));
+  case SEARCH: return search(self, it);
+  case ACCELERATE: return accelerate(self, it);
+  default: return ERROR;
+  }
+}
+
+/* From `first` to the end. The status of the state that failed, or FLESH_OK. */
+static int run(flesh_newton *self, state first, iteration *it)
+{
+  for (state state = first; state != END;) {
+    state = transitions[state][enter(self, state, it)];
+    if (state == FILTER && !it->may_filter) state = FAIL;
+    if (state == FILTER) it->may_filter = 0;
+    if (state == FAIL) return it->status;
+  }
+  self->stats.newton++;
+  return FLESH_OK;
+}
+
+/* Of the accelerators. */
+static int newton_step(void *data, const double *u, const double *b, double norm, double *q)
+{
+  flesh_newton *self = data;
+  iteration it = {.u = u, .b = b, .p = q, .tolerance = self->options.linear_tolerance * norm,
+                  .may_filter = filters_where_indefinite(self)};
+  return run(self, ASSEMBLE, &it);
+}
+
+static int solve_subdomain(void *data, const double *u, const double *r, double *w)
+{
+  flesh_newton *self = data;
+  const flesh_subdomain_parent parent = {.equations = &self->equations, .options = &self->options,
+                                         .u_matrix = self->u, .filter = self->direction.filter,
+                                         .solve_stage = self->solve_stage, .stop = self->stop,
+                                         .stop_data = self->stop_data, .stats = &self->stats};
+  return flesh_subdomain_solve(&parent, u, r, w);
+}
+
+int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solve_stage,
+                      flesh_newton *self)
+{
+  *self = (flesh_newton){.options = *options, .solve_stage = solve_stage};
+  const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL;
+  const flesh_accelerator_services services = {
+      .data = self, .newton_step = newton_step,
+      .solve_subdomain = (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION) && solve_stage ? solve_subdomain : NULL};
+  size_t apart;
+  self->balance = (flesh_balance){&self->equations, options->newton_tolerance, NAN};
+  int status = flesh_solver_options_check(options);
+  if (!status) status = flesh_threads_create(options->threads, &self->threads);
+  if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
+  if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
+  if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->options, &self->policy);
+  if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
+  if (!status)
+    status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
+  if (!status) self->u = flesh_huge_pages_vectors(2, (size_t)self->equations.n, &apart);
+  if (!status && !self->u) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
+  if (status) flesh_newton_clear(self);
+  else self->r = self->u + apart;
+  return status;
+}
+
+void flesh_newton_clear(flesh_newton *self)
+{
+  free(self->u); /* and r */
+  flesh_accelerators_clear(&self->accelerators);
+  flesh_search_clear(&self->search);
+  flesh_matrix_policy_clear(&self->policy);
+  flesh_direction_clear(&self->direction);
+  flesh_equations_clear(&self->equations);
+  flesh_threads_destroy(&self->threads);
+  memset(self, 0, sizeof *self);
+}
+
+size_t flesh_newton_memory(const flesh_newton *self)
+{
+  const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
+  return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
+         flesh_search_memory(&self->search) + flesh_accelerators_memory(&self->accelerators) +
+         2 * n * sizeof(double);
+}
+
+void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)
+{
+  const int changed = flesh_equations_set_stage(&self->equations, stage);
+  flesh_direction_begin_stage(&self->direction);
+  flesh_matrix_policy_begin_stage(&self->policy, changed, &self->stats);
+  flesh_search_begin_stage(&self->search);
+  flesh_accelerators_begin_stage(&self->accelerators);
+  self->follow_curvature = self->at_round_off = self->stopped = 0;
+  self->model_ratio = NAN;
+}
+
+void flesh_newton_freeze(flesh_newton *self, const double *u)
+{
+  if (flesh_equations_freeze(&self->equations, u)) self->search.first_potential = NAN;
+}
+
+void flesh_newton_end_stage(flesh_newton *self, const double *u)
+{
+  flesh_matrix_policy_end_stage(&self->policy, u);
+  flesh_equations_reach(&self->equations, u);
+}
+
+int flesh_newton_matrix(flesh_newton *self, const double *u, const double *r)
+{
+  const int usable = self->direction.filter == FLESH_FILTER_NONE && !self->negative_curvature;
+  int status = FLESH_OK;
+  if (!(r && flesh_matrix_policy_keep(&self->policy, usable, r))) status = assemble(self, u, first_filter(self));
+  if (!status && u != self->u) flesh_copy(self->threads, self->equations.n, u, self->u);
+  return status;
+}
+
+int flesh_newton_prepare(flesh_newton *self, int usable)
+{
+  int status = usable ? flesh_matrix_policy_prepare(&self->policy) : FLESH_NOT_POSITIVE;
+  self->must_filter = status == FLESH_NOT_POSITIVE && filters_where_indefinite(self);
+  return self->must_filter ? FLESH_OK : status;
+}
+
+int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)
+{
+  const int n = self->equations.n, guarded = self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
+  self->direction.iterations = 0;
+  if (asked_to_stop(self)) return self->stopped;
+  const double norm = flesh_norm(self->threads, n, b);
+  tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
+  if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u)) {
+    self->at_round_off = 1;
+    memset(p, 0, (size_t)n * sizeof *p);
+    return FLESH_OK;
+  }
+  for (int d = 0; d < n; d++) self->r[d] = -b[d];
+  self->weights = weights;
+  iteration it = {.u = self->u, .b = b, .r = self->r, .p = p, .tolerance = tolerance, .guarded = guarded,
+                  .may_filter = filters_where_indefinite(self) && !self->must_filter};
+  return run(self, self->must_filter ? FILTER : SOLVE, &it);
+}

@@ -1,0 +1,67 @@
+/* newton.h: one Newton iteration, made of its parts: equations, direction, line search, accelerators, matrix policy.
+ *
+ * Who owns the iteration (KINSOL, by the adapters in lib/sundials) asks for the matrix at an iterate, has it prepared,
+ * and takes the step. README.md has the theory. Nothing here knows SUNDIALS. */
+#ifndef FLESH_NEWTON_NEWTON_H
+#define FLESH_NEWTON_NEWTON_H
+
+#include "newton/accelerators.h"
+#include "newton/balance.h"
+#include "newton/matrix_policy.h"
+#include "newton/subdomain.h"
+
+typedef struct flesh_newton {
+  flesh_solver_options options;
+  flesh_solve_stats stats; /* where all parts count */
+  flesh_threads *threads;
+  flesh_equations equations;
+  flesh_direction direction;
+  flesh_search search;
+  flesh_accelerators accelerators;
+  flesh_matrix_policy policy;
+  flesh_balance balance;
+  flesh_stage_solver solve_stage; /* of the systems of few nodes; NULL: nonlinear elimination is not there */
+  double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
+  const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
+  int follow_curvature;           /* the next direction follows negative curvature, where there is one */
+  int negative_curvature;         /* the last direction went along it */
+  int must_filter;                /* K turned out indefinite in its factorisation */
+  double model_ratio;             /* actual over predicted decrease of the last filtered step; NaN: not known */
+  int at_round_off;               /* the last step was 0, because the residual is at round-off */
+  int (*stop)(void *data);        /* NULL: not asked */
+  void *stop_data;
+  int stopped;                    /* what it answered in this stage; FLESH_OK: go on */
+} flesh_newton;
+
+/* Borrows `system` (finished), copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in,
+ * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts know each other. */
+int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solve_stage,
+                      flesh_newton *newton);
+/* Also after an initialisation that failed. */
+void flesh_newton_clear(flesh_newton *newton);
+size_t flesh_newton_memory(const flesh_newton *newton);
+
+/* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached. */
+void flesh_newton_set_stage(flesh_newton *newton, const flesh_stage *stage);
+/* The frozen state of effects that have one becomes the point of u [n] (flesh_stage.frozen_at_solution). */
+void flesh_newton_freeze(flesh_newton *newton, const double *u);
+/* Remembers what is known at u [n], where the stage ends. */
+void flesh_newton_end_stage(flesh_newton *newton, const double *u);
+
+/* K at the iterate u [n], assembled or kept. r [n] is the residual there; NULL: always assembled. */
+int flesh_newton_matrix(flesh_newton *newton, const double *u, const double *r);
+/* What the solves with K need. `usable`: K is what flesh_newton_matrix made. */
+int flesh_newton_prepare(flesh_newton *newton, int usable);
+/* The step p [n] from the iterate, where the residual is -b: 0 where that is at round-off. `weights` [n] of the
+ * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */
+int flesh_newton_step(flesh_newton *newton, const double *weights, const double *b, double tolerance, double *p);
+
+/* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
+ * Overwrites K and the caches. Status > 0 where there is none. */
+int flesh_newton_acceleration(flesh_newton *newton, double t, const double *x, const double *v, double *a);
+/* The constrained dofs of x and v [n] take their prescribed values (read there only); a jump du_c moves the free ones
+ * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
+int flesh_newton_apply_constraint_jump(flesh_newton *newton, double t, const double *x_prescribed,
+                                       const double *v_prescribed, double *x, double *v);
+
+#endif

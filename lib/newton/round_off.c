@@ -1,0 +1,60 @@
+/* round_off.c: how far round-off in the unknowns moves the residual and the potential, measured by moving the point by
+ * as much. */
+#include <float.h>
+#include <math.h>
+
+#include "newton/equations.h"
+
+/* Moves the point of u by round-off: x by the last digit of the largest, as differences of places are what counts, and
+ * rates by those of the terms they are sums of, which may be far larger than the sums. */
+static void disturb(flesh_equations *self, const double *u, uint32_t *random)
+{
+  const flesh_stage *stage = &self->stage;
+  const double largest = flesh_largest(self->threads, self->n, self->x);
+  for (int d = 0; d < self->n; d++) {
+    /* xorshift (Marsaglia 2003): any fixed sequence of signs and sizes will do */
+    *random ^= *random << 13;
+    *random ^= *random >> 17;
+    *random ^= *random << 5;
+    const double relative = DBL_EPSILON * (*random * 0x1p-31 - 1);
+    self->x[d] += relative * largest;
+    self->v[d] += relative * (fabs(stage->v0 ? stage->v0[d] : 0) + fabs(stage->shift.v * u[d]));
+    self->a[d] += relative * (fabs(stage->a0 ? stage->a0[d] : 0) + fabs(stage->shift.a * u[d]));
+  }
+}
+
+double flesh_equations_residual_round_off(flesh_equations *self, const double *u)
+{
+  double *exact = self->scratch, *moved = self->scratch + self->n;
+  uint32_t random = 2463534242u;
+  if (flesh_equations_residual(self, u, exact)) return 0;
+  flesh_point point = flesh_equations_point(self, u);
+  disturb(self, u, &random);
+  self->stats->residuals++;
+  if (flesh_system_residual(self->system, &point, moved)) return 0;
+  for (int d = 0; d < self->n; d++) moved[d] = self->constrained[d] ? 0 : moved[d] - exact[d];
+  return flesh_norm(self->threads, self->n, moved);
+}
+
+double flesh_equations_potential_round_off(flesh_equations *self, const double *u)
+{
+  enum { SAMPLES = 4 }; /* one may come out small by chance */
+  double least = INFINITY, most = -INFINITY, value, magnitude;
+  uint32_t random = 2463534242u;
+  for (int sample = 0; sample < SAMPLES; sample++) {
+    flesh_point point = flesh_equations_point(self, u);
+    disturb(self, u, &random);
+    self->stats->potentials++;
+    if (flesh_system_potential(self->system, &point, &self->stage.shift, &value, &magnitude)) continue;
+    least = fmin(least, value);
+    most = fmax(most, value);
+  }
+  return fmax(most - least, 0);
+}
+
+int flesh_equations_at_round_off(flesh_equations *self, const double *u, double norm)
+{
+  const double largest = flesh_largest(self->threads, self->n, self->x);
+  const double guess = 1e-16 * self->constraint_stiffness * largest * sqrt((double)self->n);
+  return norm <= 1e3 * guess && norm <= 16 * flesh_equations_residual_round_off(self, u);
+}

@@ -1,0 +1,161 @@
+/* stage.c: the start, the measure of convergence and the verdict of a stage's solve. */
+#include "newton/stage.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Takes the guess for the free dofs where that has the lower potential. */
+static void try_guess(flesh_newton *newton, const double *guess, double *u)
+{
+  flesh_equations *equations = &newton->equations;
+  double value, guessed, size, *trial = newton->search.trial;
+  if (flesh_equations_potential(equations, u, &value, &size)) value = INFINITY;
+  flesh_copy(newton->threads, equations->n, guess, trial);
+  for (int k = 0; k < equations->constrained_count; k++)
+    trial[equations->constrained_dofs[k]] = u[equations->constrained_dofs[k]];
+  if (!flesh_equations_can_reach(equations, trial)) return;
+  if (!flesh_equations_evaluate(equations, trial, &guessed, &size) && guessed < value)
+    flesh_copy(newton->threads, equations->n, trial, u);
+}
+
+/* What the iteration's end at u means: FLESH_OK where it has converged or counts as such. */
+static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u, double target,
+                 flesh_solve_stats *stats)
+{
+  flesh_equations *equations = &newton->equations;
+  if (newton->stopped) return newton->stopped;
+  if (end == FLESH_ITERATION_UNDEFINED) return equations->refused ? equations->refused : FLESH_NOT_CONVERGED;
+  int status = flesh_equations_residual(equations, u, equations->residual.r);
+  if (status) return status;
+  const double norm = flesh_norm(newton->threads, equations->n, equations->residual.r);
+  stats->residual_last = norm;
+  if (norm <= target) return FLESH_OK;
+  /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
+  if (newton->at_round_off || norm <= 16 * flesh_equations_residual_round_off(equations, u)) {
+    stats->at_rounding++;
+    return FLESH_OK;
+  }
+  if (end == FLESH_ITERATION_LIMIT && newton->options.accept_unconverged) {
+    stats->unconverged++;
+    return FLESH_OK;
+  }
+  return FLESH_NOT_CONVERGED;
+}
+
+/* Iterates from u, where the residual's norm is as given, to the target. */
+static int solve_to(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double norm, double target,
+                    flesh_solve_stats *stats)
+{
+  flesh_iteration_end end;
+  if (norm <= target) return FLESH_OK;
+  int status = iteration->run(iteration->data, target, &end);
+  return status && !newton->stopped ? status : judge(newton, end, u, target, stats);
+}
+
+/* Of the residual where a solve with a frozen state starts: it need not be solved deeper than it is true. */
+static const double frozen_depth = 0.03;
+
+/* The residual's norm at u, the potential with it where that is wanted. */
+static int evaluate(flesh_newton *newton, const double *u, double *norm)
+{
+  flesh_equations *equations = &newton->equations;
+  double phi, size;
+  /* What has no potential may have a residual all the same. */
+  if (newton->options.line_search == FLESH_LINE_SEARCH_POTENTIAL)
+    flesh_equations_evaluate(equations, u, &phi, &size);
+  int status = flesh_equations_residual(equations, u, equations->residual.r);
+  *norm = status ? 0 : flesh_norm(newton->threads, equations->n, equations->residual.r);
+  return status;
+}
+
+/* Repeats a solve, with what is frozen frozen where the last one ended, until the residual there is at the target. */
+static int freeze_until_still(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double target,
+                              flesh_solve_stats *stats)
+{
+  enum { REPETITIONS = 60 };
+  for (int k = 0; k < REPETITIONS; k++) {
+    const int before = newton->stats.newton, unsolved = stats->at_rounding + stats->unconverged;
+    double norm;
+    flesh_newton_freeze(newton, u);
+    int status = evaluate(newton, u, &norm);
+    if (status) return status;
+    stats->residual_last = norm;
+    if (norm <= target) return FLESH_OK;
+    status = solve_to(newton, iteration, u, norm, fmax(target, frozen_depth * norm), stats);
+    if (status || newton->stats.newton == before || stats->at_rounding + stats->unconverged > unsolved) return status;
+  }
+  return FLESH_NOT_CONVERGED;
+}
+
+/* Iterates to the target that the first iterate's residual and load set, and on as long as the forces that balance each
+ * other where that ends call for a smaller one. What freezes does so where it ends. */
+static int approach(flesh_newton *newton, const flesh_iteration *iteration, const double *u, double first, double load,
+                    int freezes, flesh_solve_stats *stats)
+{
+  double target = newton->policy.target, norm = first;
+  for (;;) {
+    int status = solve_to(newton, iteration, u, norm, freezes ? fmax(target, frozen_depth * norm) : target, stats);
+    if (!status && freezes) status = freeze_until_still(newton, iteration, u, target, stats);
+    norm = stats->residual_last;
+    if (status || norm > target) return status; /* failed, or counts as solved all the same */
+    status = flesh_balance_sharpen(&newton->balance, u, norm, first, load, &target);
+    if (status || norm <= target) return status;
+    stats->residual_target = newton->policy.target = target;
+  }
+}
+
+int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses,
+                      const flesh_iteration *iteration, double *u, flesh_solve_stats *stats)
+{
+  flesh_equations *equations = &newton->equations;
+  double first, load;
+  flesh_newton_set_stage(newton, stage);
+  memset(&newton->stats, 0, sizeof newton->stats);
+  stats->residual_first = stats->residual_last = stats->residual_target = 0;
+  flesh_equations_start(equations, u);
+  int status = flesh_equations_push_out(equations, u);
+  for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
+  const int freezes = equations->frozen && stage->frozen_at_solution;
+  if (freezes && !status) flesh_newton_freeze(newton, u);
+  if (!status) status = evaluate(newton, u, &first);
+  if (!status) status = flesh_equations_load_norm(equations, u, &load);
+  if (status) return status;
+  const double target = newton->options.newton_tolerance * fmax(first, load);
+  stats->solves++;
+  stats->residual_first = stats->residual_last = first;
+  stats->residual_target = newton->policy.target = target;
+  /* What is balanced to round-off from the start has nothing to be solved for: a free body that just moves on. */
+  const int balanced = first > target && load == 0 && flesh_equations_at_round_off(equations, u, first);
+  if (first > target && !balanced) status = approach(newton, iteration, u, first, load, freezes, stats);
+  if (!status) flesh_newton_end_stage(newton, u);
+  flesh_stage_count(newton, stats);
+  return status;
+}
+
+int flesh_stage_gains(flesh_newton *newton, const double *u, double *reached)
+{
+  const double first = newton->search.first_potential, before = isnan(*reached) ? first : *reached;
+  double value, magnitude;
+  if (isnan(before) || flesh_equations_potential(&newton->equations, u, &value, &magnitude)) return 0;
+  *reached = value;
+  return before - value > fmax(0.1 * (first - value), 1e-12 * magnitude);
+}
+
+void flesh_stage_count(const flesh_newton *newton, flesh_solve_stats *stats)
+{
+  const flesh_solve_stats *counted = &newton->stats;
+  stats->newton += counted->newton;
+  stats->linear += counted->linear;
+  stats->linear_single += counted->linear_single;
+  stats->direct += counted->direct;
+  stats->assemblies += counted->assemblies;
+  stats->projections += counted->projections;
+  stats->residuals += counted->residuals;
+  stats->potentials += counted->potentials;
+  stats->backtracks += counted->backtracks;
+  stats->subdomains += counted->subdomains;
+  stats->subdomain_newton += counted->subdomain_newton;
+  stats->subdomain_share += counted->subdomain_share;
+  stats->watchdog_steps += counted->watchdog_steps;
+  stats->potential_rises += counted->potential_rises;
+}

@@ -1,0 +1,287 @@
+/* subdomain.c: the elements around the nodes that carry a residual are a small body of their own, with its outer nodes
+ * held, whose stage is solved as any other; all that is no sum over elements (inertia, loads, contact...) is there by
+ * its quadratic model, which is exact for most of it. */
+#include "newton/subdomain.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "newton/background.h"
+#include "system/pattern.h"
+
+enum {
+  RINGS = 2,       /* of neighbours around the nodes that carry the residual */
+  ITERATIONS = 60, /* at most */
+  WORTH = 2        /* and no more than cost about as much as so many of the whole */
+};
+static const double carries = 1e-2;   /* of the largest residual of a node */
+static const double largest_share = 0.25; /* of the nodes */
+static const double tolerance = 1e-2; /* of the subdomain's residual */
+
+typedef struct subdomain {
+  const flesh_subdomain_parent *parent;
+  const flesh_equations *whole;
+  const flesh_cells *cells; /* the whole's elements */
+  uint8_t *state;     /* [nodes of the whole] OUTSIDE, HELD or FREE */
+  int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
+  int nodes, *global; /* [nodes] number in the whole */
+  int tets, *tet;     /* [tets] which of the cells */
+  double *x;          /* [3*nodes] where it starts */
+  flesh_mesh *mesh;
+  flesh_system *system;
+  flesh_background *others; /* one of the system's effects */
+} subdomain;
+
+enum { OUTSIDE, HELD, FREE };
+
+static int no_memory(const subdomain *self)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for a subdomain of %d nodes", self->nodes);
+}
+
+static int has_free_node(const subdomain *self, const int tet[4])
+{
+  return self->state[tet[0]] == FREE || self->state[tet[1]] == FREE || self->state[tet[2]] == FREE ||
+         self->state[tet[3]] == FREE;
+}
+
+static double square(const double r[3]) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
+
+/* Frees the nodes that carry the residual and their neighbours, RINGS of them, and holds the next. Returns how many are
+ * free. */
+static int choose_nodes(subdomain *self, const double *r)
+{
+  const int nodes = flesh_system_unknowns(self->whole->system) / 3;
+  double largest = 0;
+  int count = 0;
+  for (int i = 0; i < nodes; i++) largest = fmax(largest, square(r + 3 * i));
+  for (int i = 0; i < nodes; i++)
+    self->state[i] = square(r + 3 * i) > carries * carries * largest ? FREE : OUTSIDE;
+  for (int ring = 0; ring <= RINGS; ring++) {
+    for (int e = 0; e < self->cells->count; e++) {
+      const int *tet = self->cells->nodes + 4 * (size_t)e;
+      for (int a = 0; a < 4 && has_free_node(self, tet); a++)
+        if (self->state[tet[a]] == OUTSIDE) self->state[tet[a]] = HELD;
+    }
+    for (int i = 0; i < nodes && ring < RINGS; i++)
+      if (self->state[i] == HELD) self->state[i] = FREE;
+  }
+  for (int i = 0; i < nodes; i++) count += self->state[i] == FREE;
+  return count;
+}
+
+/* Numbers its nodes, and makes its mesh of its elements. */
+static int make_mesh(subdomain *self)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++)
+    if (self->state[i] != OUTSIDE) {
+      self->global[self->nodes] = i;
+      self->local[i] = self->nodes++;
+    }
+  for (int e = 0; e < self->cells->count; e++)
+    if (has_free_node(self, self->cells->nodes + 4 * (size_t)e)) self->tet[self->tets++] = e;
+  double *X = malloc(3 * (size_t)self->nodes * sizeof *X);
+  int *own = malloc(4 * (size_t)self->tets * sizeof *own);
+  int status = X && own ? FLESH_OK : no_memory(self);
+  for (int i = 0; i < self->nodes && !status; i++)
+    memcpy(X + 3 * i, flesh_mesh_positions(mesh) + 3 * (size_t)self->global[i], 3 * sizeof *X);
+  for (int k = 0; k < 4 * self->tets && !status; k++)
+    own[k] = self->local[self->cells->nodes[4 * (size_t)self->tet[k / 4] + k % 4]];
+  if (!status) status = flesh_mesh_create(self->nodes, X, self->tets, own, NULL, &self->mesh);
+  free(X);
+  free(own);
+  return status;
+}
+
+/* Whether an effect is a sum over the subdomain's elements and others. */
+static int is_sum(const subdomain *self, const flesh_effect *effect)
+{
+  if (!effect->operations->restrict_to_cells) return 0;
+  const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
+  return !known || (cells->count == known->count &&
+                    !memcmp(cells->nodes, known->nodes, 4 * (size_t)known->count * sizeof *cells->nodes));
+}
+
+static int add_part(subdomain *self, const flesh_effect *effect)
+{
+  flesh_effect *part = NULL;
+  int status = effect->operations->restrict_to_cells(effect, self->tets, self->tet, self->mesh, &part);
+  return status ? status : flesh_system_add_effect(self->system, &part);
+}
+
+/* Writes the pairs of free nodes that K couples; NULL: counts them. */
+static int list_pairs(const subdomain *self, int *pair)
+{
+  const flesh_block_matrix *K = self->whole->K;
+  int pairs = 0;
+  for (int i = 0; i < self->nodes; i++) {
+    const int row = self->global[i];
+    for (int k = K->row_start[row] + 1; self->state[row] == FREE && k < K->row_end[row]; k++) {
+      if (self->state[K->column[k]] != FREE) continue;
+      if (pair) pair[2 * pairs] = i, pair[2 * pairs + 1] = self->local[K->column[k]];
+      pairs++;
+    }
+  }
+  return pairs;
+}
+
+/* The background with nothing in it yet. `couples`: it has pairs. */
+static int add_background(subdomain *self, int couples)
+{
+  flesh_effect *effect = NULL;
+  const int pairs = couples ? list_pairs(self, NULL) : 0;
+  int status = flesh_background_create(self->nodes, pairs, self->x, self->whole->stage.shift.x, &self->others, &effect);
+  if (status) return status;
+  if (pairs) list_pairs(self, self->others->pair);
+  return flesh_system_add_effect(self->system, &effect);
+}
+
+static int add_pins(subdomain *self)
+{
+  const uint8_t *constrained = self->whole->constrained;
+  int *nodes = malloc((size_t)self->nodes * sizeof *nodes), status = FLESH_OK;
+  if (!nodes) return no_memory(self);
+  for (unsigned axes = 1; axes <= FLESH_AXES_ALL && !status; axes++) {
+    int count = 0;
+    for (int i = 0; i < self->nodes; i++) {
+      const uint8_t *of_node = constrained + 3 * (size_t)self->global[i];
+      const unsigned constrained_axes =
+          of_node[0] * FLESH_AXIS_X | of_node[1] * FLESH_AXIS_Y | of_node[2] * FLESH_AXIS_Z;
+      if (axes == (self->state[self->global[i]] == HELD ? FLESH_AXES_ALL : constrained_axes)) nodes[count++] = i;
+    }
+    if (count) status = flesh_system_add_pin(self->system, count, nodes, axes, -INFINITY, INFINITY);
+  }
+  free(nodes);
+  return status;
+}
+
+static int make_system(subdomain *self)
+{
+  const flesh_system *system = self->whole->system;
+  int status = flesh_system_create(self->mesh, &self->system), couples = 0;
+  for (int k = 0; k < flesh_system_effect_count(system) && !status; k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    if (is_sum(self, effect)) status = add_part(self, effect);
+    else couples |= effect->operations->cells != NULL;
+  }
+  if (!status) status = add_background(self, couples);
+  if (!status) status = add_pins(self);
+  return status ? status : flesh_system_finalize(self->system);
+}
+
+/* The subdomain's nodes are where u puts them. */
+static void place(subdomain *self, const double *u)
+{
+  const flesh_equations *whole = self->whole;
+  for (int i = 0; i < self->nodes; i++)
+    for (int c = 0; c < 3; c++) {
+      const int d = 3 * self->global[i] + c;
+      self->x[3 * i + c] =
+          whole->stage.x0[d] + whole->stage.shift.x * (whole->constrained[d] ? whole->u_constrained[d] : u[d]);
+    }
+}
+
+static int find_block(const flesh_block_matrix *K, int row, int column)
+{
+  return flesh_pattern_find(K->column, K->row_start[row], K->row_end[row], column);
+}
+
+/* The whole's residual at u and its K, less the elements': K with the same filter and at the same place. */
+static int fill_background(subdomain *self, const double *u, const double *r, flesh_block_matrix *K, double *work)
+{
+  const flesh_equations *whole = self->whole;
+  flesh_background *others = self->others;
+  double *of_elements = work, *zeros = work + 3 * self->nodes;
+  const flesh_point point = {.t = whole->stage.t, .load = 1, .x = self->x, .v = zeros, .a = zeros};
+  flesh_shift shift = whole->stage.shift;
+  shift.filter = self->parent->filter;
+  place(self, self->parent->u_matrix);
+  int status = flesh_system_jacobian(self->system, &point, &shift, K);
+  place(self, u);
+  if (!status) status = flesh_system_residual(self->system, &point, of_elements);
+  for (int k = 0, i, j; k < others->nodes + others->pairs && !status; k++) {
+    flesh_background_ends(others, k, &i, &j);
+    if (self->state[self->global[i]] == HELD) continue;
+    const int from = find_block(whole->K, self->global[i], self->global[j]), own = find_block(K, i, j);
+    for (int c = 0; c < 9; c++)
+      others->K[9 * (size_t)k + c] = whole->K->values[9 * (size_t)from + c] - K->values[9 * (size_t)own + c];
+  }
+  for (int d = 0; d < 3 * self->nodes && !status; d++)
+    others->g[d] = r[3 * self->global[d / 3] + d % 3] - of_elements[d];
+  return status;
+}
+
+static int set_background(subdomain *self, const double *u, const double *r)
+{
+  flesh_block_matrix *K = NULL;
+  double *work = calloc(6 * (size_t)self->nodes, sizeof *work);
+  int status = work ? flesh_system_matrix_create(self->system, &K) : no_memory(self);
+  if (!status) status = fill_background(self, u, r, K, work);
+  flesh_block_matrix_destroy(&K);
+  free(work);
+  return status;
+}
+
+static int solve(subdomain *self, double *w)
+{
+  const flesh_subdomain_parent *parent = self->parent;
+  const double share = (double)self->tets / self->cells->count;
+  flesh_solver_options options = *parent->options;
+  options.newton_tolerance = tolerance;
+  options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / share));
+  options.accept_unconverged = 1;
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
+  options.threads = 1;
+  /* Held all around, a subdomain has no smooth displacements that would be worth a coarse level. */
+  if (options.preconditioner == FLESH_PRECONDITIONER_AUTO) options.preconditioner = FLESH_PRECONDITIONER_IC;
+  /* All that is held stays where it is. */
+  const flesh_stage stage = {
+      .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x};
+  flesh_solve_stats stats = {0};
+  double *du = calloc(3 * (size_t)self->nodes, sizeof *du);
+  if (!du) return no_memory(self);
+  int status = parent->solve_stage(self->system, &options, &stage, parent->stop, parent->stop_data, &stats, du);
+  parent->stats->subdomains++;
+  parent->stats->subdomain_newton += stats.newton;
+  parent->stats->subdomain_share += stats.newton * share;
+  if (status >= 0) { /* an iterate that has not converged has come down too */
+    for (int i = 0; i < self->nodes; i++) memcpy(w + 3 * (size_t)self->global[i], du + 3 * i, 3 * sizeof *w);
+    status = FLESH_OK;
+  }
+  free(du);
+  return status;
+}
+
+int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w)
+{
+  const size_t nodes = (size_t)parent->equations->n / 3;
+  subdomain self = {.parent = parent, .whole = parent->equations};
+  memset(w, 0, 3 * nodes * sizeof *w);
+  for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
+    const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
+    if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
+  }
+  if (!self.cells) return FLESH_NOT_CONVERGED;
+  self.state = malloc(nodes);
+  self.local = malloc(nodes * sizeof *self.local);
+  self.global = malloc(nodes * sizeof *self.global);
+  self.tet = malloc((size_t)self.cells->count * sizeof *self.tet);
+  self.x = malloc(3 * nodes * sizeof *self.x);
+  int status = self.state && self.local && self.global && self.tet && self.x ? FLESH_OK : no_memory(&self);
+  if (!status && choose_nodes(&self, r) > largest_share * (double)nodes) status = FLESH_NOT_CONVERGED;
+  if (!status) status = make_mesh(&self);
+  if (!status) status = make_system(&self);
+  if (!status) status = set_background(&self, u, r);
+  if (!status) status = solve(&self, w);
+  flesh_system_destroy(&self.system);
+  flesh_mesh_destroy(&self.mesh);
+  free(self.state);
+  free(self.local);
+  free(self.global);
+  free(self.tet);
+  free(self.x);
+  return status;
+}

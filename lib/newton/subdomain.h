@@ -1,0 +1,31 @@
+/* subdomain.h: minimises a stage's potential over the few nodes that carry its residual, all others held. */
+#ifndef FLESH_NEWTON_SUBDOMAIN_H
+#define FLESH_NEWTON_SUBDOMAIN_H
+
+#include "newton/equations.h"
+
+/* Solves the stage of a system from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to
+ * *stats. */
+typedef int (*flesh_stage_solver)(const flesh_system *system, const flesh_solver_options *options,
+                                  const flesh_stage *stage, int (*stop)(void *data), void *stop_data,
+                                  flesh_solve_stats *stats, double *u);
+
+/* The whole of which the subdomain is a part. All is borrowed. */
+typedef struct flesh_subdomain_parent {
+  const flesh_equations *equations;
+  const flesh_solver_options *options;
+  const double *u_matrix; /* [n] near where K was assembled, ... */
+  flesh_eigenvalue_filter filter; /* ... with this filter */
+  flesh_stage_solver solve_stage;
+  int (*stop)(void *data); /* NULL: not asked */
+  void *stop_data;
+  flesh_solve_stats *stats;
+} flesh_subdomain_parent;
+
+/* w [n], 0 but at the subdomain's nodes, so that u + w has less potential than u, as far as a model of all that is no
+ * sum over elements tells; the caller makes sure. r [n] is the residual at u, which is near u_matrix. FLESH_OK;
+ * FLESH_NOT_CONVERGED where the subdomain would be no small part of the body; < 0: errors. Counts in the parent's
+ * stats. */
+int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w);
+
+#endif

@@ -1,0 +1,75 @@
+/* watchdog.c: the watchdog technique (Chamberlain, Powell, Lemarechal & Pedersen 1982).
+ *
+ * What is stiff turns along arcs: a straight step strains it, and is cut to almost nothing by the potential, again and
+ * again. Then a multiple of the step that has been cut is taken although the potential rises. There the residual is
+ * that of what is strained, and one or two Newton steps take it back. */
+#include <math.h>
+
+#include "newton/accelerators.h"
+
+enum { RETURNS = 2, LONGEST_PAUSE = 8 };
+/* A step cut to less is worth it; the first goes so many times as far; the residual there at least so many times as
+ * large tells that something stiff is strained; what remains of the strain grows by this power of the way. */
+static const double worth = 0.3, first = 8, wall = 10, order = 6;
+
+/* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */
+static double go_back(flesh_accelerators *self, double enough, double *to)
+{
+  flesh_equations *equations = self->equations;
+  const int n = equations->n;
+  double *b = self->work, *q = self->trial, value = INFINITY, before = INFINITY, magnitude;
+  for (int k = 0; k < RETURNS && !(value < enough); k++) {
+    value = INFINITY;
+    if (flesh_equations_residual(equations, to, b)) break;
+    const double norm = flesh_norm(equations->threads, n, b);
+    if (!(norm < before)) break;
+    for (int d = 0; d < n; d++) b[d] = -b[d];
+    if (self->services.newton_step(self->services.data, to, b, norm, q)) break;
+    before = norm;
+    for (int d = 0; d < n; d++) to[d] += q[d];
+    if (flesh_equations_potential(equations, to, &value, &magnitude)) value = INFINITY;
+  }
+  return value;
+}
+
+static void told(flesh_accelerators *self, int taken)
+{
+  self->stats->watchdog_steps += taken;
+  if (taken) {
+    self->watchdog.next_pause = 1;
+    return;
+  }
+  self->watchdog.pause = self->watchdog.next_pause;
+  if (self->watchdog.next_pause < LONGEST_PAUSE) self->watchdog.next_pause *= 2;
+}
+
+static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
+{
+  flesh_equations *equations = self->equations;
+  const int n = equations->n;
+  const double cut = step->cut, *u = step->u, *p = step->p;
+  double *b = self->work, *to = self->work + n;
+  if (!(self->options->techniques & FLESH_TECHNIQUE_WATCHDOG) || !self->services.newton_step) return 0;
+  if (!(cut < worth) || step->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE || ++self->watchdog.cuts < 2) return 0;
+  if (self->watchdog.pause > 0) {
+    self->watchdog.pause--;
+    return 0;
+  }
+  const double length = flesh_norm(equations->threads, n, p) / cut, known = self->watchdog.length;
+  const double s = fmin(1, known > 0 ? fmax(known / length, 2 * cut) : first * cut);
+  for (int d = 0; d < n; d++) to[d] = u[d] + s / cut * p[d];
+  /* Otherwise it is nothing stiff that has cut the step. */
+  if (flesh_equations_residual(equations, to, b)) return 0;
+  if (flesh_norm(equations->threads, n, b) < wall * flesh_norm(equations->threads, n, step->r)) return 0;
+  const double falls = -s / cut * flesh_dot(equations->threads, n, step->r, p);
+  const double value = go_back(self, step->value, to);
+  /* What is gained grows by the first power: the best way for the next. */
+  const double excess = fmax(value - (step->start - falls * (1 - s / 2)), 1e-6 * falls);
+  self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
+  for (int d = 0; d < n; d++) self->proposal[d] = to[d] - u[d];
+  const int lower = value < step->value;
+  if (!lower) told(self, 0);
+  return lower;
+}
+
+const flesh_accelerator flesh_watchdog = {"watchdog", propose, told};

@@ -1,0 +1,119 @@
+/* frames.c: VTU files of the body as it moves, and their index. */
+#include "flesh/observer.h"
+
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/file.h"
+#include "output/vtu.h"
+#include "output/obstacles.h"
+
+enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
+
+struct flesh_frames {
+  const flesh_mesh *mesh;
+  char *directory, *path; /* path: room for directory/name */
+  double *displacement;   /* [3*nodes] */
+  int every;
+  flesh_pvd index;
+};
+
+static const char *path_of(flesh_frames *frames, const char *name)
+{
+  sprintf(frames->path, "%s/%s", frames->directory, name);
+  return frames->path;
+}
+
+/* frame_<digits>.vtu or obstacle_<digits and _>.obj */
+static int is_frame(const char *name)
+{
+  const char *digits = strncmp(name, "frame_", 6) ? name + 9 : name + 6;
+  const char *suffix = digits == name + 6 ? ".vtu" : ".obj";
+  if (digits != name + 6 && strncmp(name, "obstacle_", 9)) return 0;
+  size_t count = strspn(digits, "0123456789_");
+  return count > 0 && !strcmp(digits + count, suffix);
+}
+
+static void remove_old_frames(flesh_frames *frames)
+{
+  DIR *folder = opendir(frames->directory);
+  if (!folder) return;
+  for (struct dirent *entry; (entry = readdir(folder));)
+    if (is_frame(entry->d_name) && strlen(entry->d_name) < NAME_SIZE)
+      unlink(path_of(frames, entry->d_name));
+  closedir(folder);
+}
+
+int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
+                        flesh_frames **result)
+{
+  FLESH_NEED({result, "frames"});
+  *result = NULL;
+  FLESH_NEED({directory, "directory"}, {mesh, "mesh"});
+  if (every < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: every is %d; it must be at least 1", every);
+  int status = flesh_folder_make(directory);
+  if (status) return status;
+  flesh_frames *frames = calloc(1, sizeof *frames);
+  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  frames->mesh = mesh;
+  frames->every = every;
+  frames->directory = strdup(directory);
+  frames->path = malloc(strlen(directory) + NAME_SIZE + 1);
+  frames->displacement = malloc(3 * sizeof(double) * (size_t)flesh_mesh_node_count(mesh));
+  if (!frames->directory || !frames->path || !frames->displacement) {
+    flesh_frames_close(&frames);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  }
+  /* The index first, so that it never lists a file that is gone. */
+  status = flesh_pvd_write(path_of(frames, "frames.pvd"), 0, NULL, NULL);
+  if (status) flesh_frames_close(&frames);
+  else remove_old_frames(frames);
+  flesh_folder_clear(directory);
+  *result = frames;
+  return status;
+}
+
+int flesh_frames_close(flesh_frames **frames)
+{
+  if (!frames || !*frames) return FLESH_OK;
+  free((*frames)->directory);
+  free((*frames)->path);
+  free((*frames)->displacement);
+  flesh_pvd_clear(&(*frames)->index);
+  free(*frames);
+  *frames = NULL;
+  return FLESH_OK;
+}
+
+int flesh_frames_observe(void *data, const flesh_step_record *record)
+{
+  FLESH_NEED({data, "frames"}, {record, "record"});
+  flesh_frames *frames = data;
+  if (record->step % frames->every && !record->last) return FLESH_OK;
+  char *name;
+  int status = flesh_pvd_next(&frames->index, &name);
+  if (!status) status = flesh_obstacles_write(frames->directory, record);
+  if (status) return status;
+  const double *rest = flesh_mesh_positions(frames->mesh), *x = record->state->x;
+  int nodes = flesh_mesh_node_count(frames->mesh);
+  for (int d = 0; d < 3 * nodes; d++) frames->displacement[d] = x[d] - rest[d];
+  const flesh_vtu_array point_arrays[] = {{"displacement", 3, frames->displacement, NULL},
+                                          {"velocity", 3, record->state->v, NULL}};
+  const flesh_vtu_array cell_arrays[] = {{"J", 1, record->J, NULL},
+                                         {"region", 1, NULL, flesh_mesh_regions(frames->mesh)}};
+  const flesh_vtu content = {.points = nodes,
+                             .tets = flesh_mesh_tet_count(frames->mesh),
+                             .positions = x,
+                             .tet_nodes = flesh_mesh_tets(frames->mesh),
+                             .point_array_count = 2,
+                             .cell_array_count = 2,
+                             .point_arrays = point_arrays,
+                             .cell_arrays = cell_arrays};
+  snprintf(name, NAME_SIZE, "frame_%06d.vtu", record->step);
+  status = flesh_vtu_write(path_of(frames, name), &content);
+  return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);
+}

@@ -1,0 +1,174 @@
+/* history.c: a CSV file with a row per step. */
+#include "flesh/observer.h"
+
+#include <errno.h>
+#include <stdio_ext.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/file.h"
+
+struct flesh_history {
+  int reports;     /* columns of what effects tell of themselves */
+  double *values;  /* [reports] */
+  double *zeros;   /* [3*n] accelerations, where there are any reports */
+  FILE *stream;
+  char *path;
+  long whole; /* bytes up to the end of the last complete row */
+};
+
+static int written(flesh_history *history)
+{
+  errno = 0;
+  if (!fflush(history->stream) && !ferror(history->stream)) {
+    history->whole = ftell(history->stream);
+    return FLESH_OK;
+  }
+  int reason = errno;
+  __fpurge(history->stream); /* closing must not try again */
+  if (ftruncate(fileno(history->stream), history->whole)) errno = 0; /* half a row may stay */
+  return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", history->path,
+                    reason ? strerror(reason) : "the disk may be full");
+}
+
+/* energy_spring, energy_spring_2, ... or spring_<column>, spring_2_<column> */
+static void print_name(FILE *stream, const flesh_system *system, int index, const char *prefix,
+                       const char *column)
+{
+  const char *name = flesh_system_effect(system, index)->operations->name;
+  int occurrence = 1;
+  for (int e = 0; e < index; e++)
+    occurrence += !strcmp(flesh_system_effect(system, e)->operations->name, name);
+  fprintf(stream, "%s%s", prefix, name);
+  if (occurrence > 1) fprintf(stream, "_%d", occurrence);
+  fputs(column, stream);
+}
+
+static const char *const *report_names(const flesh_system *system, int index)
+{
+  static const char *const none[] = {NULL};
+  const flesh_effect_operations *operations = flesh_system_effect(system, index)->operations;
+  return operations->report_names ? operations->report_names : none;
+}
+
+int flesh_history_create(const char *path, const flesh_system *system, flesh_history **result)
+{
+  FLESH_NEED({result, "history"});
+  *result = NULL;
+  FLESH_NEED({path, "path"}, {system, "system"});
+  flesh_history *history = calloc(1, sizeof *history);
+  if (!history || !(history->path = strdup(path))) {
+    free(history);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  }
+  for (int e = 0; e < flesh_system_effect_count(system); e++)
+    for (const char *const *name = report_names(system, e); *name; name++) history->reports++;
+  if (history->reports) {
+    history->values = calloc((size_t)history->reports, sizeof(double));
+    history->zeros = calloc((size_t)flesh_system_unknowns(system), sizeof(double));
+    if (!history->values || !history->zeros) {
+      flesh_history_close(&history);
+      return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    }
+  }
+  /* A fresh file: an older one may be open in someone's viewer, and links are not written through.
+   */
+  unlink(path);
+  history->stream = fopen(path, "w");
+  if (!history->stream) {
+    int status = flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
+                            strerror(errno));
+    flesh_history_close(&history);
+    return status;
+  }
+  fputs("t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
+        history->stream);
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    if (!flesh_system_effect(system, e)->operations->energy) continue;
+    print_name(history->stream, system, e, "energy_", ",");
+  }
+  fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted", history->stream);
+  for (int e = 0; e < flesh_system_effect_count(system); e++)
+    for (const char *const *name = report_names(system, e); *name; name++) {
+      putc(',', history->stream);
+      print_name(history->stream, system, e, "", "_");
+      fputs(*name, history->stream);
+    }
+  putc('\n', history->stream);
+  int status = written(history);
+  if (status) flesh_history_close(&history);
+  *result = history;
+  return status;
+}
+
+int flesh_history_close(flesh_history **history)
+{
+  if (!history || !*history) return FLESH_OK;
+  int status = FLESH_OK;
+  if ((*history)->stream) {
+    status = written(*history);
+    fclose((*history)->stream);
+  }
+  free((*history)->path);
+  free((*history)->values);
+  free((*history)->zeros);
+  free(*history);
+  *history = NULL;
+  return status;
+}
+
+static void put(FILE *stream, double value)
+{
+  flesh_number_print(stream, value);
+  putc(',', stream);
+}
+
+static void put_reports(flesh_history *history, const flesh_step_record *record)
+{
+  const flesh_state *state = record->state;
+  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v,
+                             .a = history->zeros, .x_lag = state->x, .v_lag = state->v,
+                             .t_lag = state->t};
+  double *values = history->values;
+  for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
+    const flesh_effect *effect = flesh_system_effect(record->system, e);
+    if (!effect->operations->report_names) continue;
+    effect->operations->report(effect, &point, values);
+    for (const char *const *name = report_names(record->system, e); *name; name++) {
+      putc(',', history->stream);
+      flesh_number_print(history->stream, *values++);
+    }
+  }
+}
+
+int flesh_history_observe(void *data, const flesh_step_record *record)
+{
+  FLESH_NEED({data, "history"}, {record, "record"});
+  flesh_history *history = data;
+  FILE *stream = history->stream;
+  const flesh_solve_stats *stats = record->stats;
+  put(stream, record->state->t);
+  fprintf(stream, "%d,", record->step);
+  put(stream, record->h);
+  fprintf(stream, "%d,%d,%d,%d,%d,", stats->newton, stats->linear, stats->assemblies,
+          stats->projections, stats->backtracks);
+  put(stream, stats->residual_last);
+  put(stream, stats->residual_target);
+  double total = 0;
+  for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
+    if (!flesh_system_effect(record->system, e)->operations->energy) continue;
+    double energy = record->energies[e] - record->rest_energies[e];
+    total += energy;
+    put(stream, energy);
+  }
+  put(stream, total);
+  put(stream, record->volume);
+  put(stream, record->volume / record->rest_volume);
+  put(stream, record->min_J);
+  fprintf(stream, "%d,%d", record->min_J_tet, record->inverted);
+  if (history->reports) put_reports(history, record);
+  putc('\n', stream);
+  return written(history);
+}

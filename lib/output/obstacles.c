@@ -1,0 +1,60 @@
+/* obstacles.c: the obstacles of a run as surfaces, for pictures. */
+#include "output/obstacles.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "flesh/contact.h"
+#include "geometry/obstacle.h"
+#include "flesh/surface.h"
+
+/* Planes are drawn around the body's rest shape, four times as wide. */
+static int make_surface(const flesh_mesh *mesh, const flesh_obstacle *obstacle, double t,
+                        flesh_surface **surface)
+{
+  flesh_mesh_info info;
+  double centre[3], extent = 0, *positions = NULL;
+  int nodes, triangles, *corners = NULL;
+  *surface = NULL;
+  flesh_mesh_inspect(mesh, &info);
+  for (int c = 0; c < 3; c++) {
+    centre[c] = (info.low[c] + info.high[c]) / 2;
+    extent = fmax(extent, 2 * (info.high[c] - info.low[c]));
+  }
+  int status = flesh_obstacle_surface(obstacle, t, centre, extent, &nodes, &positions, &triangles,
+                                      &corners);
+  if (status) return status;
+  int *starts = malloc(((size_t)triangles + 1) * sizeof *starts);
+  for (int k = 0; starts && k <= triangles; k++) starts[k] = 3 * k;
+  status = starts ? flesh_surface_create(nodes, positions, triangles, starts, corners, surface)
+                  : flesh_fail(FLESH_ERR_MEMORY, "no memory for the picture of an obstacle");
+  free(starts);
+  free(positions);
+  free(corners);
+  return status;
+}
+
+int flesh_obstacles_write(const char *directory, const flesh_step_record *record)
+{
+  int count = 0, status = FLESH_OK;
+  for (int e = 0; e < flesh_system_effect_count(record->system) && !status; e++) {
+    const flesh_obstacle *obstacle = flesh_effect_obstacle(flesh_system_effect(record->system, e));
+    count += obstacle != NULL;
+    if (!obstacle || (record->step > 0 && !flesh_obstacle_moves(obstacle))) continue;
+    flesh_surface *surface;
+    const size_t size = strlen(directory) + 64;
+    char *path = malloc(size);
+    if (!path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+    if (flesh_obstacle_moves(obstacle))
+      snprintf(path, size, "%s/obstacle_%d_%06d.obj", directory, count, record->step);
+    else
+      snprintf(path, size, "%s/obstacle_%d.obj", directory, count);
+    status = make_surface(flesh_system_mesh(record->system), obstacle, record->state->t, &surface);
+    if (!status) status = flesh_surface_write(surface, NULL, path);
+    flesh_surface_destroy(&surface);
+    free(path);
+  }
+  return status;
+}

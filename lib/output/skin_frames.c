@@ -1,0 +1,167 @@
+/* skin_frames.c: files of the skin as it moves. */
+#include <dirent.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "flesh/observer.h"
+#include "base/file.h"
+#include "output/pc2.h"
+#include "output/vtu.h"
+#include "skin/skin.h"
+
+enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
+
+struct flesh_skin_frames {
+  const flesh_skin *skin;
+  const flesh_surface *surface;
+  unsigned formats;
+  int every;
+  char *directory, *path; /* path: room for directory/name */
+  double *x, *v, *displacement; /* [3*vertices] */
+  flesh_pc2 cache;
+  flesh_pvd index; /* of the VTU files */
+};
+
+static const char *path_of(flesh_skin_frames *frames, const char *name)
+{
+  sprintf(frames->path, "%s/%s", frames->directory, name);
+  return frames->path;
+}
+
+static int is_frame(const char *name)
+{
+  size_t length = strlen(name);
+  const char *suffix = length > 9 && length < NAME_SIZE ? name + length - 4 : "";
+  return !strncmp(name, "skin_", 5) && (!strcmp(suffix, ".obj") || !strcmp(suffix, ".vtu")) &&
+         strspn(name + 5, "0123456789") == length - 9;
+}
+
+void flesh_skin_frames_remove(const char *directory)
+{
+  flesh_folder_clear(directory);
+  char *path = malloc(strlen(directory) + NAME_SIZE + 1);
+  DIR *folder = path ? opendir(directory) : NULL;
+  if (folder) {
+    for (struct dirent *entry; (entry = readdir(folder));)
+      if (is_frame(entry->d_name) || !strcmp(entry->d_name, "skin.pvd") ||
+          !strcmp(entry->d_name, "skin.pc2")) {
+        sprintf(path, "%s/%s", directory, entry->d_name);
+        unlink(path);
+      }
+    closedir(folder);
+  }
+  free(path);
+}
+
+int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
+                             const flesh_surface *surface, unsigned formats, int every,
+                             flesh_skin_frames **result)
+{
+  FLESH_NEED({result, "frames"});
+  *result = NULL;
+  FLESH_NEED({directory, "directory"}, {skin, "skin"}, {surface, "surface"});
+  if (every < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: every is %d; it must be at least 1", every);
+  if (!formats || formats > (FLESH_SKIN_OBJ | FLESH_SKIN_PC2 | FLESH_SKIN_VTU))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: the formats are %u; some of obj, pc2 and vtu must "
+                                          "be chosen",
+                      formats);
+  int status = flesh_folder_make(directory);
+  if (status) return status;
+  flesh_skin_frames *frames = calloc(1, sizeof *frames);
+  if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  size_t size = 3 * sizeof(double) * (size_t)skin->identity.vertices;
+  frames->skin = skin;
+  frames->surface = surface;
+  frames->formats = formats;
+  frames->every = every;
+  frames->directory = strdup(directory);
+  frames->path = malloc(strlen(directory) + NAME_SIZE + 1);
+  frames->x = malloc(size);
+  frames->v = malloc(size);
+  frames->displacement = malloc(size);
+  if (!frames->directory || !frames->path || !frames->x || !frames->v || !frames->displacement) {
+    flesh_skin_frames_abandon(&frames);
+    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
+  }
+  flesh_skin_frames_remove(directory);
+  if (formats & FLESH_SKIN_PC2)
+    status =
+        flesh_pc2_open(path_of(frames, "skin.pc2"), skin->identity.vertices, &frames->cache);
+  if (!status && formats & FLESH_SKIN_VTU)
+    status = flesh_pvd_write(path_of(frames, "skin.pvd"), 0, NULL, NULL);
+  if (status) flesh_skin_frames_abandon(&frames);
+  *result = frames;
+  return status;
+}
+
+int flesh_skin_frames_close(flesh_skin_frames **frames)
+{
+  if (!frames || !*frames) return FLESH_OK;
+  int status = (*frames)->cache.file.stream ? flesh_pc2_commit(&(*frames)->cache) : FLESH_OK;
+  flesh_skin_frames_abandon(frames);
+  return status;
+}
+
+void flesh_skin_frames_abandon(flesh_skin_frames **frames)
+{
+  if (!frames || !*frames) return;
+  flesh_pc2_abandon(&(*frames)->cache);
+  free((*frames)->directory);
+  free((*frames)->path);
+  free((*frames)->x);
+  free((*frames)->v);
+  free((*frames)->displacement);
+  flesh_pvd_clear(&(*frames)->index);
+  free(*frames);
+  *frames = NULL;
+}
+
+static int write_vtu(flesh_skin_frames *frames, int number, const flesh_state *state)
+{
+  char *name;
+  int status = flesh_pvd_next(&frames->index, &name), vertices = frames->skin->identity.vertices;
+  if (status) return status;
+  const double *rest = flesh_surface_positions(frames->surface);
+  flesh_skin_apply(frames->skin, 3, 0, state->v, frames->v);
+  for (size_t d = 0; d < 3 * (size_t)vertices; d++)
+    frames->displacement[d] = frames->x[d] - rest[d];
+  const flesh_vtu_array arrays[] = {{"displacement", 3, frames->displacement, NULL},
+                                    {"velocity", 3, frames->v, NULL}};
+  const flesh_vtu content = {.points = vertices,
+                             .positions = frames->x,
+                             .polygons = flesh_surface_face_count(frames->surface),
+                             .starts = flesh_surface_starts(frames->surface),
+                             .corners = flesh_surface_corners(frames->surface),
+                             .point_array_count = 2,
+                             .point_arrays = arrays};
+  snprintf(name, NAME_SIZE, "skin_%06d.vtu", number);
+  status = flesh_vtu_write(path_of(frames, name), &content);
+  return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "skin.pvd"), state->t);
+}
+
+int flesh_skin_frames_add(flesh_skin_frames *frames, int number, const flesh_state *state)
+{
+  FLESH_NEED({frames, "frames"}, {state, "state"});
+  int status = FLESH_OK;
+  flesh_skin_apply(frames->skin, 3, 0, state->x, frames->x);
+  if (frames->formats & FLESH_SKIN_OBJ) {
+    char name[NAME_SIZE];
+    snprintf(name, sizeof name, "skin_%06d.obj", number);
+    status = flesh_surface_write(frames->surface, frames->x, path_of(frames, name));
+  }
+  if (!status && frames->formats & FLESH_SKIN_PC2)
+    status = flesh_pc2_add(&frames->cache, frames->x);
+  if (!status && frames->formats & FLESH_SKIN_VTU) status = write_vtu(frames, number, state);
+  return status;
+}
+
+int flesh_skin_frames_observe(void *data, const flesh_step_record *record)
+{
+  FLESH_NEED({data, "frames"}, {record, "record"});
+  flesh_skin_frames *frames = data;
+  if (record->step % frames->every && !record->last) return FLESH_OK;
+  return flesh_skin_frames_add(frames, record->step, record->state);
+}

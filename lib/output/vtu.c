@@ -1,0 +1,181 @@
+/* vtu.c: VTK XML files: a header with offsets, then every array as raw bytes behind its length. */
+#include "output/vtu.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "base/file.h"
+
+enum { VTK_POLYGON = 7, VTK_TETRA = 10 };
+
+static const char *byte_order(void)
+{
+  const uint16_t one = 1;
+  return *(const uint8_t *)&one ? "LittleEndian" : "BigEndian";
+}
+
+/* Names come from code and scenes; XML's special characters must not break the file. */
+static void print_escaped(FILE *stream, const char *text)
+{
+  for (; *text; text++) {
+    switch (*text) {
+    case '&':
+      fputs("&amp;", stream);
+      break;
+    case '<':
+      fputs("&lt;", stream);
+      break;
+    case '>':
+      fputs("&gt;", stream);
+      break;
+    case '"':
+      fputs("&quot;", stream);
+      break;
+    default:
+      putc(*text, stream);
+    }
+  }
+}
+
+static size_t array_bytes(const flesh_vtu_array *array, int count)
+{
+  return (size_t)count * array->components * (array->doubles ? sizeof(double) : sizeof(int32_t));
+}
+
+static void print_header(FILE *stream, const char *type, const char *name, int components,
+                         uint64_t bytes, uint64_t *offset)
+{
+  fprintf(stream, "        <DataArray type=\"%s\" Name=\"", type);
+  print_escaped(stream, name);
+  fprintf(stream, "\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%llu\"/>\n",
+          components, (unsigned long long)*offset);
+  *offset += sizeof(uint64_t) + bytes;
+}
+
+static void print_array_headers(FILE *stream, const char *section, int array_count,
+                                const flesh_vtu_array *arrays, int count, uint64_t *offset)
+{
+  fprintf(stream, "      <%s>\n", section);
+  for (int a = 0; a < array_count; a++)
+    print_header(stream, arrays[a].doubles ? "Float64" : "Int32", arrays[a].name,
+                 arrays[a].components, array_bytes(&arrays[a], count), offset);
+  fprintf(stream, "      </%s>\n", section);
+}
+
+static void write_block(FILE *stream, const void *values, uint64_t bytes)
+{
+  fwrite(&bytes, sizeof bytes, 1, stream);
+  if (bytes) fwrite(values, 1, bytes, stream);
+}
+
+static void write_arrays(FILE *stream, int array_count, const flesh_vtu_array *arrays, int count)
+{
+  for (int a = 0; a < array_count; a++)
+    write_block(stream, arrays[a].doubles ? (const void *)arrays[a].doubles : arrays[a].integers,
+                array_bytes(&arrays[a], count));
+}
+
+int flesh_vtu_write(const char *path, const flesh_vtu *content)
+{
+  _Static_assert(sizeof(int) == sizeof(int32_t), "int arrays are written as Int32");
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  FILE *stream = file.stream;
+  int points = content->points, polygons = !content->tet_nodes;
+  int cells = polygons ? content->polygons : content->tets;
+  const int *corners = polygons ? content->corners : content->tet_nodes;
+  int64_t corner_count = polygons ? content->starts[cells] : 4 * (int64_t)cells;
+  uint64_t offset = 0;
+  fprintf(stream,
+          "<?xml version=\"1.0\"?>\n"
+          "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\""
+          " header_type=\"UInt64\">\n"
+          "  <UnstructuredGrid>\n"
+          "    <Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
+          byte_order(), points, cells);
+  print_array_headers(stream, "PointData", content->point_array_count, content->point_arrays,
+                      points, &offset);
+  print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, cells,
+                      &offset);
+  fputs("      <Points>\n", stream);
+  print_header(stream, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points, &offset);
+  fputs("      </Points>\n      <Cells>\n", stream);
+  print_header(stream, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corner_count,
+               &offset);
+  print_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells, &offset);
+  print_header(stream, "UInt8", "types", 1, (uint64_t)cells, &offset);
+  fputs("      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n"
+        "  <AppendedData encoding=\"raw\">\n_",
+        stream);
+  write_arrays(stream, content->point_array_count, content->point_arrays, points);
+  write_arrays(stream, content->cell_array_count, content->cell_arrays, cells);
+  write_block(stream, content->positions, 3 * sizeof(double) * (uint64_t)points);
+  write_block(stream, corners, sizeof(int32_t) * (uint64_t)corner_count);
+  uint64_t bytes = sizeof(int64_t) * (uint64_t)cells;
+  fwrite(&bytes, sizeof bytes, 1, stream);
+  for (int c = 1; c <= cells; c++) {
+    int64_t end = polygons ? content->starts[c] : 4 * (int64_t)c;
+    fwrite(&end, sizeof end, 1, stream);
+  }
+  bytes = (uint64_t)cells;
+  fwrite(&bytes, sizeof bytes, 1, stream);
+  for (int c = 0; c < cells; c++) putc(polygons ? VTK_POLYGON : VTK_TETRA, stream);
+  fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
+  return flesh_file_commit(&file);
+}
+
+int flesh_pvd_write(const char *path, int count, const double *times, const char *const *files)
+{
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  fprintf(file.stream,
+          "<?xml version=\"1.0\"?>\n"
+          "<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"%s\">\n  <Collection>\n",
+          byte_order());
+  for (int f = 0; f < count; f++) {
+    fputs("    <DataSet timestep=\"", file.stream);
+    flesh_number_print(file.stream, times[f]);
+    fputs("\" file=\"", file.stream);
+    print_escaped(file.stream, files[f]);
+    fputs("\"/>\n", file.stream);
+  }
+  fputs("  </Collection>\n</VTKFile>\n", file.stream);
+  return flesh_file_commit(&file);
+}
+
+int flesh_pvd_next(flesh_pvd *pvd, char **name)
+{
+  *name = NULL;
+  if (pvd->count == pvd->capacity) {
+    int capacity = pvd->capacity ? 2 * pvd->capacity : 256;
+    void *times = realloc(pvd->times, sizeof *pvd->times * (size_t)capacity);
+    if (times) pvd->times = times;
+    void *names = realloc(pvd->names, sizeof *pvd->names * (size_t)capacity);
+    if (names) pvd->names = names;
+    void *files = realloc(pvd->files, sizeof *pvd->files * (size_t)capacity);
+    if (files) pvd->files = files;
+    if (!times || !names || !files)
+      return flesh_fail(FLESH_ERR_MEMORY, "out of memory for an index of %d frames", capacity);
+    for (int f = 0; f < capacity; f++) pvd->files[f] = pvd->names[f];
+    pvd->capacity = capacity;
+  }
+  *name = pvd->names[pvd->count];
+  return FLESH_OK;
+}
+
+int flesh_pvd_add(flesh_pvd *pvd, const char *path, double time)
+{
+  pvd->times[pvd->count++] = time;
+  return flesh_pvd_write(path, pvd->count, pvd->times, pvd->files);
+}
+
+void flesh_pvd_clear(flesh_pvd *pvd)
+{
+  free(pvd->times);
+  free(pvd->names);
+  free(pvd->files);
+  *pvd = (flesh_pvd){0};
+}

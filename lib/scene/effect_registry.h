@@ -1,0 +1,63 @@
+/* effect_registry.h: the effects that a scene can name: one row each. Adding an effect is a file and a
+ * row.
+ *
+ * A row's keys are read into its parameter struct, and `add` puts what they mean into the system.
+ * The row's sample is a mapping in scene syntax that the derivative tests, the tests under every
+ * method, the docs and the schema use.
+ *
+ * Nothing else knows what effects there are: an effect from outside the library
+ * (drivers/examples/user_effect.c, a floor) is created by flesh_effect_create and added to the
+ * system beside these, and a new row needs no change elsewhere. That goes for what couples nodes
+ * too, through the effect's cells: muscle fibres (drivers/examples/coupled_reflex.c has one) and
+ * other forces along tets have the tets as cells; welds and springs between nodes have pairs of
+ * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
+ * Contact of the body with itself, whose pairs come and go, gives every pair that may meet as a
+ * cell, or writes only diagonal blocks that bound its Hessian from above: residual and potential
+ * stay exact and the line search holds, but Newton's method then converges linearly. */
+#ifndef FLESH_SCENE_EFFECT_REGISTRY_H
+#define FLESH_SCENE_EFFECT_REGISTRY_H
+
+#include "base/key.h"
+#include "flesh/system.h"
+
+typedef struct flesh_effect_row {
+  const char *name;
+  const char *doc;
+  const flesh_key *keys; /* of the mapping below the name; ended by a row without name */
+  size_t parameters_size;
+  const char *sample; /* for the unit cube [0,1]^3, "{...}" */
+  /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller
+   * knows them). */
+  int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
+  int once; /* of the whole body: a scene names it once at most */
+} flesh_effect_row;
+
+/* ROW(name): flesh_effect_row_<name>, defined in effects/; in the order of the docs. */
+#define FLESH_EFFECT_LIST(ROW)                                                                     \
+  ROW(inertia)                                                                                   \
+  ROW(elasticity)                                                                                \
+  ROW(gravity)                                                                                   \
+  ROW(pin)                                                                                       \
+  ROW(prescribed_motion)                                                                         \
+  ROW(spring)                                                                                    \
+  ROW(force)                                                                                     \
+  ROW(traction)                                                                                  \
+  ROW(pressure)                                                                                  \
+  ROW(damping)                                                                                   \
+  ROW(settling_damping)                                                                          \
+  ROW(viscosity)                                                                                 \
+  ROW(contact)
+
+#define FLESH_EFFECT_ROW_EXTERN(name) extern const flesh_effect_row flesh_effect_row_##name;
+FLESH_EFFECT_LIST(FLESH_EFFECT_ROW_EXTERN)
+#undef FLESH_EFFECT_ROW_EXTERN
+
+/* All rows; *count of them. */
+const flesh_effect_row *const *flesh_effect_registry(int *count);
+
+/* flesh_body.instructions of the whole scene, as elasticity's row reads them. */
+typedef struct flesh_elasticity_parameters {
+  int instructions;
+} flesh_elasticity_parameters;
+
+#endif

@@ -1,0 +1,57 @@
+/* effect_rows.h: what the rows of effects (effects/) share: selections, amplitudes, intervals, axes. */
+#ifndef FLESH_SCENE_EFFECT_ROWS_H
+#define FLESH_SCENE_EFFECT_ROWS_H
+
+#include "base/key.h"
+#include "flesh/system.h"
+#include "geometry/motion.h"
+#include "scene/effect_registry.h"
+#include "scene/selection.h"
+
+/* Adds an effect that was made with `status`. */
+int flesh_effect_row_add(flesh_system *system, int status, flesh_effect **effect);
+
+/* As a scene writes it. */
+typedef struct flesh_amplitude_parameters {
+  double from, until;
+  int interpolation;
+  flesh_objects points;
+} flesh_amplitude_parameters;
+extern const flesh_key flesh_curve_keys[];
+/* What the keys mean; borrows the parameters. */
+flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *parameters);
+
+/* clang-format off */
+/* The two ends of an effect's action. */
+#define FLESH_INTERVAL_KEYS(parameters)                                                            \
+  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, from), .unit = "s",    \
+   .default_value = "-.inf", .doc = "start of its action"},                                        \
+  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, until), .unit = "s",  \
+   .default_value = ".inf", .doc = "end of its action (release); it acts while from <= t < until"}
+
+/* Of a struct that has a flesh_amplitude_parameters as `member`. */
+#define FLESH_AMPLITUDE_KEYS(parameters, member)                                                   \
+  {.name = "amplitude", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, member.points),       \
+   .default_value = "", .children = flesh_curve_keys, .child_size = sizeof(flesh_curve_point),     \
+   .doc = "factor of the load in time; constant before the first and after the last point; "       \
+          "without it 1"},                                                                         \
+  {.name = "interpolation", .type = FLESH_KEY_CHOICE,                                              \
+   .offset = offsetof(parameters, member.interpolation), .choices = flesh_interpolation_names,     \
+   .default_value = "linear",                                                                      \
+   .doc = "between the amplitude's points: linear, or smooth (cubic, at rest at every point)"},        \
+  {.name = "from", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.from),          \
+   .unit = "s", .default_value = "-.inf", .doc = "start of its action"},                           \
+  {.name = "until", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, member.until),        \
+   .unit = "s", .default_value = ".inf",                                                           \
+   .doc = "end of its action (release); it acts while from <= t < until"}
+/* clang-format on */
+
+/* The bits of FLESH_AXIS_*. */
+extern const char *const flesh_axis_names[];
+/* clang-format off */
+#define FLESH_AXES_KEY(parameters)                                                                       \
+  {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
+   .choices = flesh_axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
+/* clang-format on */
+
+#endif

@@ -1,0 +1,155 @@
+/* contact.c: contact as a scene names it. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/error.h"
+#include "geometry/motion.h"
+#include "flesh/contact.h"
+#include "flesh/surface.h"
+#include "scene/effect_rows.h"
+
+typedef struct parameters {
+  struct {
+    double point[3], normal[3];
+  } plane;
+  struct {
+    double centre[3], radius;
+  } sphere;
+  struct {
+    double from[3], to[3], radius;
+  } capsule;
+  char *mesh;
+  double stiffness, thickness, friction, slip_speed, centre[3];
+  int interpolation;
+  flesh_objects motion;
+} parameters;
+
+#define AT(member)                                                                                 \
+  .offset = offsetof(parameters, member) - offsetof(parameters, plane)
+static const flesh_key plane_keys[] = {
+    {.name = "point", .type = FLESH_KEY_VECTOR, AT(plane.point), .unit = "m", .doc = "on the plane"},
+    {.name = "normal", .type = FLESH_KEY_VECTOR, AT(plane.normal), .default_value = "[0, 0, 1]",
+     .doc = "pointing to the side where the body is, of any length"},
+    {0}};
+#undef AT
+
+#define AT(member)                                                                                 \
+  .offset = offsetof(parameters, member) - offsetof(parameters, sphere)
+static const flesh_key sphere_keys[] = {
+    {.name = "centre", .type = FLESH_KEY_VECTOR, AT(sphere.centre), .unit = "m", .doc = "of the ball"},
+    {.name = "radius", .type = FLESH_KEY_NUMBER, AT(sphere.radius), .range = FLESH_RANGE_POSITIVE,
+     .unit = "m", .doc = "of the ball"},
+    {0}};
+#undef AT
+
+#define AT(member)                                                                                 \
+  .offset = offsetof(parameters, member) - offsetof(parameters, capsule)
+static const flesh_key capsule_keys[] = {
+    {.name = "from", .type = FLESH_KEY_VECTOR, AT(capsule.from), .unit = "m",
+     .doc = "one end of its axis"},
+    {.name = "to", .type = FLESH_KEY_VECTOR, AT(capsule.to), .unit = "m",
+     .doc = "other end of its axis"},
+    {.name = "radius", .type = FLESH_KEY_NUMBER, AT(capsule.radius), .range = FLESH_RANGE_POSITIVE,
+     .unit = "m", .doc = "around its axis"},
+    {0}};
+#undef AT
+
+#define AT(member) .offset = offsetof(parameters, member)
+static const flesh_key keys[] = {
+    {.name = "plane", .type = FLESH_KEY_OBJECT, AT(plane), .default_value = "",
+     .children = plane_keys, .doc = "the half-space below a plane"},
+    {.name = "sphere", .type = FLESH_KEY_OBJECT, AT(sphere), .default_value = "",
+     .children = sphere_keys, .doc = "a ball"},
+    {.name = "capsule", .type = FLESH_KEY_OBJECT, AT(capsule), .default_value = "",
+     .children = capsule_keys, .doc = "a rod with round ends"},
+    {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .default_value = "",
+     .doc = "file of a surface (.obj or .ply), or of a tetrahedral mesh whose surface is the obstacle; closed or "
+            "open, it is met from both sides"},
+    {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
+     .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
+     .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
+    {.name = "centre", .type = FLESH_KEY_VECTOR, AT(centre), .unit = "m",
+     .default_value = "[0, 0, 0]", .doc = "of the motion's rotations"},
+    {.name = "interpolation", .type = FLESH_KEY_CHOICE, AT(interpolation),
+     .choices = flesh_interpolation_names, .default_value = "linear",
+     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    {.name = "stiffness", .type = FLESH_KEY_NUMBER, AT(stiffness), .range = FLESH_RANGE_POSITIVE,
+     .unit = "Pa", .default_value = "",
+     .doc = "of the barrier. Default: three times the body's largest shear modulus mu"},
+    {.name = "thickness", .type = FLESH_KEY_NUMBER, AT(thickness), .range = FLESH_RANGE_POSITIVE,
+     .unit = "m", .default_value = "",
+     .doc = "distance at which the barrier begins. Default: 1/20 of the mean edge of the body's "
+            "surface"},
+    {.name = "friction", .type = FLESH_KEY_NUMBER, AT(friction), .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "0", .doc = "Coulomb's coefficient; in statics only a moving obstacle rubs"},
+    {.name = "slip_speed", .type = FLESH_KEY_NUMBER, AT(slip_speed), .range = FLESH_RANGE_POSITIVE,
+     .unit = "m/s", .default_value = "1e-3",
+     .doc = "speed below which friction is viscous: what sticks creeps more slowly than this"},
+    {0}};
+#undef AT
+
+static int is_surface(const char *path)
+{
+  const char *suffix = strrchr(path, '.');
+  return suffix && (!strcasecmp(suffix, ".obj") || !strcasecmp(suffix, ".ply"));
+}
+
+static int make_mesh(const char *path, flesh_obstacle **obstacle)
+{
+  flesh_surface *surface = NULL;
+  flesh_mesh *mesh = NULL;
+  int triangles, status = is_surface(path) ? flesh_surface_read(path, &surface)
+                                           : flesh_mesh_read(path, &mesh);
+  if (status) return status;
+  const int *corners = surface ? flesh_surface_triangles(surface, &triangles)
+                               : flesh_mesh_surface(mesh, &triangles);
+  status = flesh_obstacle_mesh(
+      surface ? flesh_surface_vertex_count(surface) : flesh_mesh_node_count(mesh),
+      surface ? flesh_surface_positions(surface) : flesh_mesh_positions(mesh), triangles, corners,
+      obstacle);
+  flesh_surface_destroy(&surface);
+  flesh_mesh_destroy(&mesh);
+  return status;
+}
+
+static int add(const void *values, const flesh_body *body, flesh_system *system)
+{
+  const parameters *p = values;
+  const int plane = !isnan(p->plane.point[0]), sphere = !isnan(p->sphere.radius),
+            capsule = !isnan(p->capsule.radius), mesh = p->mesh != NULL;
+  flesh_obstacle *obstacle = NULL;
+  flesh_effect *effect = NULL;
+  if (plane + sphere + capsule + mesh != 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%d obstacles are given; one of plane, sphere, capsule or mesh is needed",
+                      plane + sphere + capsule + mesh);
+  int status = plane     ? flesh_obstacle_plane(p->plane.point, p->plane.normal, &obstacle)
+               : sphere  ? flesh_obstacle_sphere(p->sphere.centre, p->sphere.radius, &obstacle)
+               : capsule ? flesh_obstacle_capsule(p->capsule.from, p->capsule.to,
+                                                  p->capsule.radius, &obstacle)
+                         : make_mesh(p->mesh, &obstacle);
+  const flesh_motion motion = {p->motion.count, p->motion.values,
+                               {p->centre[0], p->centre[1], p->centre[2]}, p->interpolation};
+  if (!status && motion.count) status = flesh_obstacle_move(obstacle, &motion);
+  if (status) {
+    flesh_obstacle_destroy(&obstacle);
+    return status;
+  }
+  flesh_contact_options options = {.stiffness = p->stiffness, .thickness = p->thickness,
+                                   .friction = p->friction, .slip_speed = p->slip_speed};
+  status = flesh_effect_contact(body, &options, &obstacle, &effect);
+  return status ? status : flesh_system_add_effect(system, &effect);
+}
+
+const flesh_effect_row flesh_effect_row_contact = {
+    .name = "contact",
+    .doc = "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
+     "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
+     "contact_nodes and contact_force.",
+    .keys = keys,
+    .parameters_size = sizeof(parameters),
+    .sample = "{plane: {point: [0, 0, -1], normal: [0.2, 0.1, 1]}, thickness: 4, stiffness: 1e5}",
+    .add = add,
+};

@@ -1,0 +1,41 @@
+/* damping.c: damping as a scene names it. */
+#include "scene/effect_rows.h"
+
+typedef struct parameters {
+  double mass, stiffness;
+  int stiffness_at;
+} parameters;
+
+static const char *const stiffnesses[] = {"initial", "current", NULL}; /* in the order of flesh_stiffness */
+
+static const flesh_key keys[] = {
+    {.name = "mass", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, mass),
+     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "1/s", .default_value = "0",
+     .doc = "a of r = a M v: of a mode of angular frequency w the damping ratio a/(2 w); brakes rigid motion too"},
+    {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
+     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "s", .default_value = "0",
+     .doc = "b of r = b K v: the damping ratio b w/2, most of fast modes"},
+    {.name = "stiffness_at", .type = FLESH_KEY_CHOICE, .offset = offsetof(parameters, stiffness_at),
+     .choices = stiffnesses, .default_value = "initial",
+     .doc = "which stiffness K: initial, of the rest shape, cheap, but it brakes a body that has turned; or current, of the last accepted "
+            "state, with negative curvature taken out, so that it always dissipates"},
+    {0}};
+
+static int add(const void *values, const flesh_body *body, flesh_system *system)
+{
+  const parameters *p = values;
+  flesh_effect *effect = NULL;
+  int status = flesh_effect_damping(body, p->mass, p->stiffness, (flesh_stiffness)p->stiffness_at, &effect);
+  return status ? status : flesh_system_add_effect(system, &effect);
+}
+
+const flesh_effect_row flesh_effect_row_damping = {
+    .name = "damping",
+    .doc = "Rayleigh damping: forces against velocity in proportion to mass and stiffness. Backward Euler and other "
+     "methods that damp by themselves add to it. All of it brakes turning, by the current stiffness by an "
+     "amount of the order of the step; the effect viscosity does not.",
+    .keys = keys,
+    .parameters_size = sizeof(parameters),
+    .sample = "{mass: 2, stiffness: 0.01, stiffness_at: current}",
+    .add = add,
+};

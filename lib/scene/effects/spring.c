@@ -1,0 +1,65 @@
+/* spring.c: springs to moving targets as a scene names them. */
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "scene/effect_rows.h"
+
+typedef struct target {
+  double t, position[3];
+} target;
+
+static const flesh_key target_keys[] = {
+    {.name = "time", .type = FLESH_KEY_NUMBER, .offset = offsetof(target, t), .unit = "s",
+     .doc = "when; keyframes ascend in time"},
+    {.name = "position", .type = FLESH_KEY_VECTOR, .offset = offsetof(target, position),
+     .unit = "m", .doc = "of the target"},
+    {0}};
+
+typedef struct parameters {
+  double point[3], stiffness, from, until;
+  int interpolation;
+  flesh_objects target;
+} parameters;
+
+static const flesh_key keys[] = {
+    {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point),
+     .unit = "m", .doc = "of the body where the spring is fixed, in rest coordinates; outside the body its "
+            "nearest surface point"},
+    {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
+     .range = FLESH_RANGE_POSITIVE, .unit = "N/m", .doc = "of the spring"},
+    {.name = "target", .type = FLESH_KEY_OBJECTS, .offset = offsetof(parameters, target),
+     .children = target_keys, .child_size = sizeof(target),
+     .doc = "keyframes of the spring's other end"},
+    {.name = "interpolation", .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(parameters, interpolation), .choices = flesh_interpolation_names,
+     .default_value = "linear",
+     .doc = "between keyframes: linear, or smooth (cubic, at rest at every keyframe)"},
+    FLESH_INTERVAL_KEYS(parameters),
+    {0}};
+
+static int add(const void *values, const flesh_body *body, flesh_system *system)
+{
+  const parameters *p = values;
+  const target *targets = p->target.values;
+  flesh_keyframe *keyframes = calloc((size_t)p->target.count + 1, sizeof *keyframes);
+  if (!keyframes)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d keyframes", p->target.count);
+  for (int k = 0; k < p->target.count; k++) {
+    keyframes[k].t = targets[k].t;
+    for (int c = 0; c < 3; c++) keyframes[k].translation[c] = targets[k].position[c];
+  }
+  flesh_motion motion = {p->target.count, keyframes, {0}, p->interpolation};
+  flesh_effect *effect = NULL;
+  int status = flesh_effect_spring(body, p->point, p->stiffness, &motion, p->from, p->until, &effect);
+  free(keyframes);
+  return flesh_effect_row_add(system, status, &effect);
+}
+
+const flesh_effect_row flesh_effect_row_spring = {
+    .name = "spring",
+    .doc = "A spring from a point of the body to a moving target: the mouse pull.",
+    .keys = keys,
+    .parameters_size = sizeof(parameters),
+    .sample = "{point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
+    .add = add,
+};

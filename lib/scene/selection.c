@@ -1,0 +1,158 @@
+/* selection.c: which nodes and surface triangles an effect is about. */
+#include "scene/selection.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+const flesh_key flesh_sphere_keys[] = {
+    {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},
+    {.name = "radius", .type = FLESH_KEY_NUMBER, .offset = 3 * sizeof(double),
+     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .doc = "of the sphere"},
+    {0}};
+
+static int has_box(const flesh_selection *selection) { return !isnan(selection->box[0]); }
+static int has_sphere(const flesh_selection *selection) { return !isnan(selection->sphere.radius); }
+
+static int has_nodes(const flesh_selection *selection)
+{
+  return has_box(selection) || has_sphere(selection) || selection->nodes.count > 0;
+}
+
+/* FLESH_ERR_ARGUMENT with the first thing that makes no sense; else the part that is named, or NULL, in *part. */
+static int check(const flesh_selection *selection, const flesh_body *body, const flesh_body_part **part)
+{
+  const flesh_mesh *mesh = body->mesh;
+  const double *box = selection->box;
+  int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  *part = NULL;
+  if (!has_nodes(selection) && !selection->regions.count && !selection->body)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give box, sphere, nodes, regions or body");
+  for (int k = 0; selection->body && k < body->part_count; k++)
+    if (!strcmp(body->parts[k].name, selection->body)) *part = &body->parts[k];
+  if (selection->body && !*part)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name%s%s", selection->body,
+                      body->part_count ? ", but " : "", body->part_count ? body->parts[0].name : "");
+  for (int c = 0; has_box(selection) && c < 3; c++)
+    if (box[c] > box[3 + c])
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "box has low %c = %g above high %c = %g; it must be [[low], [high]]",
+                        'x' + c, box[c], 'x' + c, box[3 + c]);
+  for (int k = 0; k < selection->nodes.count; k++)
+    if (selection->nodes.values[k] < 0 || selection->nodes.values[k] >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "nodes[%d] is %d; the mesh has the nodes 0 to %d", k,
+                        selection->nodes.values[k], nodes - 1);
+  for (int k = 0; k < selection->regions.count; k++) {
+    int tet = 0;
+    while (tet < tets && flesh_mesh_regions(mesh)[tet] != selection->regions.values[k]) tet++;
+    if (tet == tets)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "regions[%d] is %d; no tet of the mesh has that tag", k,
+                        selection->regions.values[k]);
+  }
+  return FLESH_OK;
+}
+
+/* Marks the nodes in the box, the sphere and the list. */
+static void mark(const flesh_selection *selection, const flesh_mesh *mesh, uint8_t *chosen)
+{
+  const double *box = selection->box, *centre = selection->sphere.centre,
+               radius = selection->sphere.radius, *X = flesh_mesh_positions(mesh);
+  for (int k = 0; k < selection->nodes.count; k++) chosen[selection->nodes.values[k]] = 1;
+  for (int i = 0; i < flesh_mesh_node_count(mesh); i++) {
+    const double *p = X + 3 * i;
+    if (has_box(selection) && p[0] >= box[0] && p[1] >= box[1] && p[2] >= box[2] && p[0] <= box[3] &&
+        p[1] <= box[4] && p[2] <= box[5])
+      chosen[i] = 1;
+    if (has_sphere(selection)) {
+      double d[3] = {p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
+      if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= radius * radius) chosen[i] = 1;
+    }
+  }
+}
+
+/* Whether a tet's nodes or faces are chosen by what it is of. */
+static int in_regions(const flesh_selection *selection, int tag)
+{
+  for (int k = 0; k < selection->regions.count; k++)
+    if (selection->regions.values[k] == tag) return 1;
+  return 0;
+}
+
+static int nothing_found(const flesh_selection *selection, const char *what)
+{
+  return flesh_fail(FLESH_ERR_ARGUMENT, "no %s of the mesh lies in the given %s", what,
+                    has_box(selection) && has_sphere(selection) ? "box or sphere"
+                    : has_box(selection)                        ? "box"
+                    : has_sphere(selection)                     ? "sphere"
+                                                                : "nodes, regions or body");
+}
+
+static int is_of(const flesh_body_part *part, int tet)
+{
+  return !part || (tet >= part->first_tet && tet - part->first_tet < part->tets);
+}
+
+int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
+                          int **nodes)
+{
+  const flesh_mesh *mesh = body->mesh;
+  const flesh_body_part *part;
+  int total = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh), found = 0;
+  int status = check(selection, body, &part);
+  if (status) return status;
+  /* 1: by place or number, 2: of the part. */
+  uint8_t *chosen = calloc((size_t)total, 1);
+  if (!chosen) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d nodes", total);
+  mark(selection, mesh, chosen);
+  const int whole = part && !has_nodes(selection) && !selection->regions.count;
+  for (int e = 0; (part || selection->regions.count) && e < tets; e++) {
+    const int own = is_of(part, e), named = whole || in_regions(selection, flesh_mesh_regions(mesh)[e]);
+    for (int a = 0; own && a < 4; a++) chosen[flesh_mesh_tets(mesh)[4 * (size_t)e + a]] |= named ? 3 : 2;
+  }
+  for (int i = 0; i < total; i++) found += chosen[i] = part ? chosen[i] == 3 : chosen[i] & 1;
+  *nodes = malloc(((size_t)found + 1) * sizeof **nodes);
+  *count = 0;
+  for (int i = 0; *nodes && i < total; i++)
+    if (chosen[i]) (*nodes)[(*count)++] = i;
+  free(chosen);
+  if (!*nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d chosen nodes", found);
+  if (found) return FLESH_OK;
+  free(*nodes);
+  return nothing_found(selection, "node");
+}
+
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
+                              int **triangles)
+{
+  const flesh_mesh *mesh = body->mesh;
+  const flesh_body_part *part;
+  int total, found = 0, status = check(selection, body, &part);
+  const int *surface = flesh_mesh_surface(mesh, &total), *tet = flesh_mesh_surface_tets(mesh);
+  if (status) return status;
+  uint8_t *chosen = calloc((size_t)flesh_mesh_node_count(mesh), 1);
+  *triangles = malloc((3 * (size_t)total + 1) * sizeof **triangles);
+  if (!chosen || !*triangles) {
+    free(chosen);
+    free(*triangles);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d triangles", total);
+  }
+  mark(selection, mesh, chosen);
+  const int whole = part && !has_nodes(selection) && !selection->regions.count;
+  for (int k = 0; k < total; k++) {
+    const int *n = surface + 3 * (size_t)k;
+    if (!is_of(part, tet[k])) continue;
+    if (!whole && !(chosen[n[0]] && chosen[n[1]] && chosen[n[2]]) &&
+        !in_regions(selection, flesh_mesh_regions(mesh)[tet[k]]))
+      continue;
+    for (int a = 0; a < 3; a++) (*triangles)[3 * found + a] = n[a];
+    found++;
+  }
+  free(chosen);
+  *count = found;
+  if (found) return FLESH_OK;
+  free(*triangles);
+  return nothing_found(selection, "surface triangle");
+}

@@ -1,0 +1,48 @@
+/* selection.h: the nodes and surface triangles that an effect is about, chosen by box, sphere, list or mesh region. */
+#ifndef FLESH_SCENE_SELECTION_H
+#define FLESH_SCENE_SELECTION_H
+
+#include "base/key.h"
+#include "flesh/effects.h"
+
+typedef struct flesh_selection {
+  double box[6]; /* low, high; NaN: none */
+  struct {
+    double centre[3], radius; /* NaN: none */
+  } sphere;
+  flesh_integers nodes, regions;
+  char *body; /* NULL: any */
+} flesh_selection;
+
+/* Key rows for a struct that has a flesh_selection as `member`. */
+extern const flesh_key flesh_sphere_keys[];
+/* clang-format off */
+#define FLESH_SELECTION_KEYS(parameters, member)                                                   \
+  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box),               \
+   .unit = "m", .default_value = "",                                                               \
+   .doc = "nodes whose rest position lies in [[low], [high]], bounds included"},                   \
+  {.name = "sphere", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, member.sphere),      \
+   .default_value = "", .children = flesh_sphere_keys,                                             \
+   .doc = "nodes whose rest position lies in a sphere"},                                           \
+  {.name = "nodes", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.nodes),      \
+   .default_value = "", .doc = "nodes by number, from 0 in the mesh file's order"},                \
+  {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),  \
+   .default_value = "", .doc = "nodes of the tets with these region tags"},             \
+  {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),            \
+   .default_value = "",                                                                            \
+   .doc = "only what is of the body of this name; by itself the whole of it"}
+/* clang-format on */
+
+/* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count],
+ * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
+ * node is selected. */
+int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,
+                          int **nodes);
+
+/* The boundary triangles whose nodes are all chosen by box, sphere or list, or whose tet is of a chosen region; outward
+ * normals. Returns new *triangles [3 * *count], freed by the caller. Errors as above, also when no triangle is chosen.
+ */
+int flesh_selection_triangles(const flesh_selection *selection, const flesh_body *body, int *count,
+                              int **triangles);
+
+#endif

@@ -1,0 +1,289 @@
+/* kinsol.c: owns a KINSOL and solves stages with it. */
+#include "sundials/kinsol.h"
+
+#include <math.h>
+#include <nvector/nvector_serial.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "newton/stage.h"
+#include "sundials/compatibility.h"
+#include "sundials/problem.h"
+#include "sundials/vector.h"
+
+enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
+enum { CLONES = 8 };  /* as many as KINInit takes, or more */
+
+struct flesh_nonlinear {
+  flesh_problem *problem;
+  SUNContext context;
+  void *kinsol;
+  SUNMatrix matrix;
+  SUNLinearSolver solver;
+  N_Vector u, ones;
+};
+
+/* KINSOL stops on N_VMaxNorm of the scaled residual. Ours is the 2-norm, so that its test is the one that every
+ * tolerance of flesh means. */
+static sunrealtype two_norm(N_Vector v)
+{
+  return flesh_norm(flesh_vector_threads(v), (int)N_VGetLength(v), N_VGetArrayPointer(v));
+}
+
+static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u);
+
+static int kinsol_options(flesh_nonlinear *self)
+{
+  const flesh_solver_options *options = &self->problem->newton.options;
+  void *kinsol = self->kinsol;
+  int status = flesh_vector_prepare(self->u, CLONES);
+  if (status) return status;
+  /* Each needs what the ones before have made. */
+  int failed = KINInit(kinsol, flesh_kinsol_residual, self->u) || KINSetUserData(kinsol, self->problem) ||
+               KINSetLinearSolver(kinsol, self->solver, self->matrix) || KINSetJacFn(kinsol, flesh_kinsol_jacobian);
+  flesh_vector_drop();
+  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL could not begin");
+  failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
+  failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback knows when the last one serves */
+  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
+  failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
+  failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);
+  failed |= KINSetEtaConstValue(kinsol, options->linear_tolerance);
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL refused an option") : FLESH_OK;
+}
+
+int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
+                           flesh_nonlinear **nonlinear)
+{
+  *nonlinear = NULL;
+  flesh_nonlinear *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
+  int status = flesh_problem_create_with(system, options, solve_stage, &self->problem);
+  if (!status && flesh_suncontext_create(&self->context))
+    status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
+  if (!status) {
+    const int n = self->problem->newton.equations.n;
+    self->u = N_VNew_Serial(n, self->context);
+    if (self->u && !flesh_vector_quicken(self->u, self->problem->newton.threads)) {
+      self->u->ops->nvmaxnorm = two_norm;
+      self->ones = flesh_vector_clone(self->u);
+    }
+    self->kinsol = KINCreate(self->context);
+    if (!self->u || !self->ones || !self->kinsol)
+      status = flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
+  }
+  if (!status) {
+    flesh_sundials_silence(self->context, self->kinsol);
+    N_VConst(0, self->u);
+    N_VConst(1, self->ones);
+    status = flesh_sunmatrix_create(self->problem, self->context, &self->matrix);
+  }
+  if (!status) status = flesh_sunlinsol_create(self->problem, self->context, &self->solver);
+  if (!status) status = kinsol_options(self);
+  if (status) {
+    flesh_nonlinear_destroy(&self);
+    return status;
+  }
+  *nonlinear = self;
+  return FLESH_OK;
+}
+
+void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
+{
+  if (!nonlinear || !*nonlinear) return;
+  flesh_nonlinear *self = *nonlinear;
+  if (self->kinsol) KINFree(&self->kinsol);
+  if (self->solver) SUNLinSolFree(self->solver);
+  if (self->matrix) SUNMatDestroy(self->matrix);
+  if (self->ones) N_VDestroy(self->ones);
+  if (self->u) N_VDestroy(self->u);
+  if (self->context) SUNContext_Free(&self->context);
+  flesh_problem_destroy(&self->problem);
+  free(self);
+  *nonlinear = NULL;
+}
+
+void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->newton.policy.stage_continues = 1; }
+
+const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
+{
+  return N_VGetArrayPointer(self->u);
+}
+
+const double *flesh_nonlinear_positions(const flesh_nonlinear *self) { return self->problem->newton.equations.x; }
+
+int flesh_nonlinear_worst_node(const flesh_nonlinear *self)
+{
+  const flesh_equations *equations = &self->problem->newton.equations;
+  if (!equations->residual.known) return -1;
+  const double *r = equations->residual.r;
+  int worst = 0;
+  for (int d = 0; d < equations->n; d++)
+    if (fabs(r[d]) > fabs(r[worst])) worst = d;
+  return worst / 3;
+}
+
+void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
+{
+  self->problem->newton.equations.costs = costs;
+}
+
+flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->newton.threads; }
+
+void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
+
+size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
+{
+  /* KINSOL clones seven vectors of its own beside u and ones. */
+  return sizeof *self + flesh_problem_memory(self->problem) +
+         9 * (size_t)self->problem->newton.equations.n * sizeof(double);
+}
+
+void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
+{
+  self->problem->newton.stop = stop;
+  self->problem->newton.stop_data = data;
+}
+
+/* What KINSOL's return means. */
+static int end_of(int flag, flesh_iteration_end *end)
+{
+  *end = flag == KIN_MAXITER_REACHED ? FLESH_ITERATION_LIMIT : FLESH_ITERATION_STOPPED;
+  if (flag == KIN_SYSFUNC_FAIL || flag == KIN_REPTD_SYSFUNC_ERR || flag == KIN_FIRST_SYSFUNC_ERR)
+    *end = FLESH_ITERATION_UNDEFINED;
+  return flag == KIN_MEM_FAIL ? flesh_fail(FLESH_ERR_MEMORY, "KINSOL ran out of memory") : FLESH_OK;
+}
+
+/* What a solve may still take: extensions, and iterations of max_newton that are used up. */
+typedef struct allowance {
+  flesh_nonlinear *nonlinear;
+  int extensions;
+  long used;
+} allowance;
+
+/* KINSol, but no more iterations than are left. A smaller limit that a program has set holds unless few are left. */
+static int run_kinsol(flesh_nonlinear *self, const allowance *allowed)
+{
+  const flesh_solver_options *options = &self->problem->newton.options;
+  const int strategy = options->line_search == FLESH_LINE_SEARCH_RESIDUAL ? KIN_LINESEARCH : KIN_NONE;
+  const long most = options->max_newton < BATCH ? options->max_newton : BATCH;
+  const long left = options->max_newton - allowed->used;
+  if (left <= 0) return KIN_MAXITER_REACHED;
+  if (left < most) KINSetNumMaxIters(self->kinsol, left);
+  const int flag = KINSol(self->kinsol, self->u, strategy, self->ones, self->ones);
+  if (left < most) KINSetNumMaxIters(self->kinsol, most);
+  return flag;
+}
+
+/* KINSOL's iterations, BATCH at a time while they get somewhere, max_newton in all and that again for every
+ * extension. A flesh_iteration. */
+static int iterate(void *data, double target, flesh_iteration_end *end)
+{
+  allowance *allowed = data;
+  flesh_nonlinear *self = allowed->nonlinear;
+  flesh_newton *newton = &self->problem->newton;
+  const double *u = N_VGetArrayPointer(self->u);
+  double reached = NAN;
+  KINSetFuncNormTol(self->kinsol, target);
+  for (;;) {
+    long last = 0;
+    const int flag = run_kinsol(self, allowed);
+    KINGetNumNonlinSolvIters(self->kinsol, &last);
+    allowed->used += last;
+    if (flag != KIN_MAXITER_REACHED) return end_of(flag, end);
+    if (last == BATCH && allowed->used + BATCH <= newton->options.max_newton && flesh_stage_gains(newton, u, &reached))
+      continue;
+    if (allowed->extensions-- <= 0) return end_of(flag, end);
+    allowed->used = 0;
+  }
+}
+
+int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const double *const *guesses,
+                          int extensions, flesh_solve_stats *stats)
+{
+  allowance allowed = {.nonlinear = self, .extensions = extensions};
+  self->problem->staged = 1;
+  return flesh_stage_solve(&self->problem->newton, stage, guesses, &(flesh_iteration){&allowed, iterate},
+                           N_VGetArrayPointer(self->u), stats);
+}
+
+/* Of the systems of few nodes, each by a KINSOL of its own. */
+static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+{
+  flesh_nonlinear *nonlinear = NULL;
+  int status = flesh_nonlinear_create(system, options, &nonlinear);
+  if (status) return status;
+  flesh_nonlinear_set_stop(nonlinear, stop, stop_data);
+  status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
+  memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
+  flesh_nonlinear_destroy(&nonlinear);
+  return status;
+}
+
+int flesh_nonlinear_acceleration(flesh_nonlinear *self, double t, const double *x, const double *v, double *a,
+                                 flesh_solve_stats *stats)
+{
+  flesh_newton *newton = &self->problem->newton;
+  memset(&newton->stats, 0, sizeof newton->stats);
+  int status = flesh_newton_acceleration(newton, t, x, v, a);
+  flesh_stage_count(newton, stats);
+  return status;
+}
+
+int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *self, double t, const double *x_prescribed,
+                                          const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats)
+{
+  flesh_newton *newton = &self->problem->newton;
+  memset(&newton->stats, 0, sizeof newton->stats);
+  int status = flesh_newton_apply_constraint_jump(newton, t, x_prescribed, v_prescribed, x, v);
+  flesh_stage_count(newton, stats);
+  return status;
+}
+
+flesh_point flesh_nonlinear_point(flesh_nonlinear *self)
+{
+  return flesh_equations_point(&self->problem->newton.equations, N_VGetArrayPointer(self->u));
+}
+
+const double *flesh_nonlinear_reactions(const flesh_nonlinear *self, const int **constrained, int *count)
+{
+  const flesh_equations *equations = &self->problem->newton.equations;
+  *constrained = equations->constrained_dofs;
+  *count = equations->constrained_count;
+  return equations->residual.reactions;
+}
+
+const flesh_position_potential *flesh_nonlinear_reached(const flesh_nonlinear *self)
+{
+  return &self->problem->newton.equations.reached.there;
+}
+
+void flesh_nonlinear_progress(const flesh_nonlinear *self, flesh_progress *progress)
+{
+  const flesh_newton *newton = &self->problem->newton;
+  progress->newton = newton->stats.newton;
+  progress->linear = newton->stats.linear;
+  progress->residual = newton->policy.previous_norm;
+  progress->target = newton->policy.target;
+}
+
+int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, const double *v, double *energies,
+                            flesh_solve_stats *stats)
+{
+  double sum = 0;
+  flesh_equations *equations = &self->problem->newton.equations;
+  if (x != equations->x) memcpy(equations->x, x, (size_t)equations->n * sizeof *x);
+  memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
+  stats->potentials++;
+  const flesh_stage *stage = &equations->stage;
+  if (flesh_system_max_feasible_step(equations->system, stage->t_lag, stage->x_lag, t, equations->x) < 1)
+    return FLESH_UNDEFINED;
+  const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
+                             .threads = equations->threads, .costs = equations->costs};
+  int status = flesh_system_energies(equations->system, &point, energies);
+  for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];
+  return status || isfinite(sum) ? status : FLESH_NONFINITE;
+}

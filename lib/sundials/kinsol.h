@@ -1,0 +1,62 @@
+/* kinsol.h: owns a KINSOL and solves stages with it. */
+#ifndef FLESH_SUNDIALS_KINSOL_H
+#define FLESH_SUNDIALS_KINSOL_H
+
+#include "flesh/kinsol.h"
+#include "system/position_potential.h"
+
+typedef struct flesh_nonlinear flesh_nonlinear;
+
+int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
+                           flesh_nonlinear **nonlinear);
+void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
+
+/* Solves the stage from u = 0, or from the one of `guesses` (each [3*n]; NULL ends them; may be NULL) that has the
+ * lowest potential, where that is lower; a solve that meets its iteration limit goes on as many times as
+ * `extensions` says. The solution is flesh_nonlinear_unknowns() [3*n], also (the last iterate) after
+ * FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no residual. Adds to *stats. */
+int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *const *guesses,
+                          int extensions, flesh_solve_stats *stats);
+/* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
+void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
+const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
+
+/* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with
+ * it. NULL: not asked. */
+void flesh_nonlinear_set_stop(flesh_nonlinear *nonlinear, int (*stop)(void *data), void *data);
+
+/* The acceleration a [3*n] that balances x and v at t; constrained dofs keep the a they come with. As
+ * flesh_newton_acceleration. */
+int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
+                                 double *a, flesh_solve_stats *stats);
+
+/* As flesh_newton_apply_constraint_jump. */
+int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,
+                            const double *v_prescribed, double *x, double *v, flesh_solve_stats *stats);
+
+/* FLESH_OK when every energy has a value at x, v [3*n] and t: they are in energies [effects], J. */
+int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v, double *energies,
+                            flesh_solve_stats *stats);
+
+/* After a solve that has succeeded: the stage's point, which is valid until the next call; what the constraints do to
+ * the dofs `held` [*count], N; the strain energy there where the step ends at the stage's point and it is known. */
+flesh_point flesh_nonlinear_point(flesh_nonlinear *nonlinear);
+const double *flesh_nonlinear_reactions(const flesh_nonlinear *nonlinear, const int **held, int *count);
+const flesh_position_potential *flesh_nonlinear_reached(const flesh_nonlinear *nonlinear);
+
+/* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
+const double *flesh_nonlinear_positions(const flesh_nonlinear *nonlinear);
+
+/* Node with the largest residual at the last iterate; -1 when it has none. */
+int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
+/* Where its evaluations are counted, borrowed. */
+void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
+/* Newton's iteration of the solve under way. */
+void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *progress);
+/* KINSOL's memory. */
+void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
+/* Those of its solves. */
+flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *nonlinear);
+size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
+
+#endif

@@ -1,0 +1,310 @@
+/* ode.c: the equations of motion as y' = f(t, y) for CVODE and ARKODE, with products by df/dy and a preconditioner.
+ * Constraints, events, the mass and the scales are those of an IDA problem that is never handed to IDA. */
+#include "flesh/ode.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "linear/block_matrix.h"
+#include "sundials/problem.h"
+#include "sundials/ode_problem.h"
+#include "sundials/vector.h"
+
+static const double mass_tolerance = 1e-14;
+
+/* NULL, with words, where user_data leads to none, or to one that knows no constraints and no mass yet. */
+flesh_ode_problem *flesh_ode_problem_of(const void *user_data)
+{
+  flesh_ode_problem *problem = flesh_first_member(user_data);
+  if (!problem || problem->self != problem) {
+    flesh_fail_user_data("flesh_ode_problem");
+    return NULL;
+  }
+  if (problem->motion->started) return problem;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the flesh_ode_problem has not been started; flesh_ode_start comes first");
+  return NULL;
+}
+
+int flesh_ode_problem_create(const flesh_system *system, const flesh_solver_options *options,
+                             flesh_ode_problem **problem)
+{
+  FLESH_NEED({problem, "problem"});
+  *problem = NULL;
+  FLESH_NEED({system, "system"}, {options, "options"});
+  if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; a right-hand side y' = f(t, y) needs it");
+  flesh_ode_problem *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a right-hand side");
+  self->self = self;
+  self->n = flesh_system_unknowns(system);
+  const size_t n = (size_t)self->n + 1;
+  int failed = !(self->inverse = calloc(3 * n, sizeof(double)));
+  failed |= !(self->rate = calloc(2 * n, sizeof(double)));
+  failed |= !(self->room = calloc(2 * n, sizeof(double)));
+  int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n)
+                      : flesh_ida_problem_create(system, options, &self->motion);
+  if (status) {
+    flesh_ode_problem_destroy(&self);
+    return status;
+  }
+  *problem = self;
+  return FLESH_OK;
+}
+
+void flesh_ode_problem_destroy(flesh_ode_problem **problem)
+{
+  if (!problem || !*problem) return;
+  flesh_ode_problem *self = *problem;
+  if (self->condensed.preconditioner) self->motion->linear->preconditioner_destroy(&self->condensed.preconditioner);
+  flesh_ida_problem_destroy(&self->motion);
+  flesh_block_matrix_destroy(&self->K);
+  flesh_block_matrix_destroy(&self->C);
+  flesh_block_matrix_destroy(&self->condensed.A);
+  flesh_block_matrix_destroy(&self->condensed.C);
+  flesh_direct_destroy(&self->condensed.direct);
+  flesh_scalar_view_clear(&self->view);
+  free(self->K_values);
+  free(self->C_values);
+  free(self->inverse);
+  free(self->rate);
+  free(self->room);
+  free(self);
+  *problem = NULL;
+}
+
+flesh_solve_stats *flesh_ode_stats(flesh_ode_problem *self) { return &self->motion->stats; }
+
+double flesh_ode_event(const flesh_ode_problem *self) { return flesh_ida_event(self->motion); }
+
+void flesh_ode_scales(const flesh_ode_problem *self, double *length, double *velocity)
+{
+  flesh_ida_scales(self->motion, length, velocity);
+}
+
+void flesh_ode_tolerances(const flesh_ode_problem *self, double tolerance, N_Vector atol)
+{
+  flesh_ida_tolerances(self->motion, tolerance, atol);
+}
+
+void flesh_ode_get_state(flesh_ode_problem *self, double t, N_Vector y, flesh_state *state)
+{
+  flesh_ida_get_state(self->motion, t, y, state);
+}
+
+static int invert_mass(flesh_ode_problem *self)
+{
+  const flesh_block_matrix *M = self->motion->K;
+  self->mass_is_diagonal = flesh_block_is_diagonal(M);
+  if (!self->mass_is_diagonal) return FLESH_OK;
+  for (int i = 0; i < M->rows; i++)
+    if (!flesh_block_invert(M->values + 9 * (size_t)M->row_start[i], self->inverse + 9 * (size_t)i))
+      return FLESH_NOT_POSITIVE;
+  return FLESH_OK;
+}
+
+int flesh_ode_start(flesh_ode_problem *self, const flesh_state *state, N_Vector y)
+{
+  FLESH_NEED({self, "problem"}, {state, "state"});
+  if (!flesh_vector_data(y, 2 * (sunindextype)self->n)) return FLESH_ERR_ARGUMENT;
+  N_Vector yp = flesh_vector_clone(y);
+  if (!yp) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", 2 * self->n);
+  int status = flesh_ida_start(self->motion, state, y, yp);
+  N_VDestroy(yp);
+  return status ? status : invert_mass(self);
+}
+
+int flesh_ode_divide_by_mass(flesh_ode_problem *self, const double *b, double *y)
+{
+  if (!self->mass_is_diagonal) return flesh_ida_solve(self->motion, mass_tolerance, b, y);
+  for (int i = 0; i < self->n / 3; i++) {
+    const double *B = self->inverse + 9 * (size_t)i, *p = b + 3 * i;
+    for (int c = 0; c < 3; c++) y[3 * i + c] = B[3 * c] * p[0] + B[3 * c + 1] * p[1] + B[3 * c + 2] * p[2];
+  }
+  return FLESH_OK;
+}
+
+int flesh_ode_rhs(sunrealtype t, N_Vector y_vector, N_Vector ydot, void *data)
+{
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  const int n = self->n;
+  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)n);
+  double *xdot = y ? flesh_vector_data(ydot, 2 * (sunindextype)n) : NULL, *r = self->rate;
+  if (!xdot) return FLESH_ERR_ARGUMENT;
+  flesh_ida_problem *motion = self->motion;
+  double *vdot = xdot + n;
+  const flesh_point point = flesh_ida_point(motion, t, y, NULL);
+  motion->stats.residuals++;
+  int status = flesh_system_residual(motion->system, &point, r);
+  if (status) return status;
+  if (!(flesh_norm(NULL, n, r) < INFINITY)) return FLESH_NONFINITE;
+  for (int d = 0; d < n; d++) r[d] = motion->fixed[d] ? 0 : -r[d];
+  status = flesh_ode_divide_by_mass(self, r, vdot);
+  if (status) return status;
+  for (int d = 0; d < n; d++) {
+    xdot[d] = motion->fixed[d] ? motion->v_prescribed[d] : y[n + d];
+    if (motion->fixed[d]) vdot[d] = motion->a_prescribed[d];
+  }
+  return FLESH_OK;
+}
+
+/* C = dr/dv of the free dofs at the point; whether it is not zero. */
+static int assemble_damping(flesh_ode_problem *self, const flesh_point *point, flesh_block_matrix *C, int *damped)
+{
+  int status = flesh_system_jacobian(self->motion->system, point, &(flesh_shift){.v = 1}, C);
+  if (status) return status;
+  flesh_block_fix(C, self->motion->fixed, 0, NULL);
+  *damped = 0;
+  for (size_t k = 0; k < 9 * (size_t)C->row_start[C->rows] && !*damped; k++) *damped = C->values[k] != 0;
+  return FLESH_OK;
+}
+
+int flesh_ode_assemble(flesh_ode_problem *self, double t, const double *y, int project, flesh_block_matrix *K,
+                       flesh_block_matrix *C, int *damped)
+{
+  flesh_ida_problem *motion = self->motion;
+  const flesh_point point = flesh_ida_point(motion, t, y, NULL);
+  motion->stats.assemblies++;
+  motion->stats.projections += project;
+  int status = flesh_system_jacobian(motion->system, &point, &(flesh_shift){.x = 1, .filter = project}, K);
+  if (status) return status;
+  flesh_block_fix(K, motion->fixed, 0, NULL);
+  return assemble_damping(self, &point, C, damped);
+}
+
+int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, void *data)
+{
+  (void)fy;
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
+  if (!y) return FLESH_ERR_ARGUMENT;
+  int status = FLESH_OK;
+  if (!self->K) status = flesh_system_matrix_create(self->motion->system, &self->K);
+  if (!status && !self->C) status = flesh_system_matrix_create(self->motion->system, &self->C);
+  return status ? status : flesh_ode_assemble(self, t, y, 0, self->K, self->C, &self->damped);
+}
+
+int flesh_ode_jacobian_times(N_Vector v_vector, N_Vector Jv, sunrealtype t, N_Vector y, N_Vector fy, void *data,
+                             N_Vector tmp)
+{
+  (void)t, (void)y, (void)fy, (void)tmp;
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  const int n = self->n;
+  const double *u = flesh_vector_data(v_vector, 2 * (sunindextype)n);
+  double *xdot = u ? flesh_vector_data(Jv, 2 * (sunindextype)n) : NULL;
+  if (!xdot) return FLESH_ERR_ARGUMENT;
+  if (!self->K)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "flesh_ode_jacobian_times needs flesh_ode_jacobian_times_setup beside it");
+  double *force = self->rate, *Cw = self->room, *vdot = xdot + n;
+  const uint8_t *fixed = self->motion->fixed;
+  flesh_block_multiply(self->K, u, force);
+  if (self->damped) {
+    flesh_block_multiply(self->C, u + n, Cw);
+    for (int d = 0; d < n; d++) force[d] += Cw[d];
+  }
+  for (int d = 0; d < n; d++) force[d] = fixed[d] ? 0 : -force[d];
+  int status = flesh_ode_divide_by_mass(self, force, vdot);
+  for (int d = 0; d < n; d++) {
+    xdot[d] = fixed[d] ? 0 : u[n + d];
+    if (fixed[d]) vdot[d] = 0;
+  }
+  return status;
+}
+
+int flesh_ode_make_condensed(flesh_ode_problem *self)
+{
+  flesh_ode_condensed *c = &self->condensed;
+  const flesh_solver_options *options = &self->motion->options;
+  int status = FLESH_OK;
+  if (!c->A) status = flesh_system_matrix_create(self->motion->system, &c->A);
+  if (status || c->preconditioner || c->direct) return status;
+  if (options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(options->linear_solver, c->A, &c->direct);
+  const double *positions = flesh_mesh_positions(flesh_system_mesh(self->motion->system));
+  return self->motion->linear->preconditioner_create(options->preconditioner, c->A, positions, self->motion->threads,
+                                                     &c->preconditioner);
+}
+
+int flesh_ode_factor(flesh_ode_problem *self)
+{
+  const flesh_ode_condensed *c = &self->condensed;
+  return c->direct ? flesh_direct_factor(c->direct, c->A)
+                   : self->motion->linear->preconditioner_setup(c->preconditioner, c->A, self->motion->fixed);
+}
+
+int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y_vector, N_Vector fy, flesh_sunboolean jok,
+                                   flesh_sunboolean *jcur, sunrealtype gamma, void *data)
+{
+  FLESH_NEED({jcur, "jcur"});
+  (void)fy, (void)jok; /* a new gamma costs an assembly as a new y does */
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
+  if (!y) return FLESH_ERR_ARGUMENT;
+  flesh_ida_problem *motion = self->motion;
+  flesh_ode_condensed *c = &self->condensed;
+  int status = flesh_ode_make_condensed(self);
+  if (!status && !c->C) status = flesh_system_matrix_create(motion->system, &c->C);
+  if (status) return status;
+  const flesh_point point = flesh_ida_point(motion, t, y, NULL);
+  const int project = motion->options.project == FLESH_PROJECT_ALWAYS;
+  const flesh_shift shift = {.x = gamma * gamma, .v = gamma, .a = 1, .filter = project};
+  motion->stats.assemblies++;
+  motion->stats.projections += project;
+  status = flesh_system_jacobian(motion->system, &point, &shift, c->A);
+  if (!status) status = assemble_damping(self, &point, c->C, &c->damped);
+  if (status) return status;
+  flesh_block_fix(c->A, motion->fixed, flesh_block_mean_diagonal(c->A), NULL);
+  c->gamma = gamma;
+  *jcur = 1;
+  return flesh_ode_factor(self);
+}
+
+/* z1 - gamma z2 = r1 and M z2 + gamma (K z1 + C z2) = M r2. With w = z1 - r1 = gamma z2, of which nothing cancels:
+ * A w = gamma M r2 + (M + gamma C) r1 - A r1. Constrained dofs have z = r, and no other row knows of them. */
+int flesh_ode_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector fy, N_Vector r, N_Vector z, sunrealtype gamma,
+                                   sunrealtype delta, int lr, void *data)
+{
+  (void)t, (void)y, (void)fy, (void)gamma, (void)delta, (void)lr;
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  const int n = self->n;
+  const double *r1 = flesh_vector_data(r, 2 * (sunindextype)n);
+  double *z1 = r1 ? flesh_vector_data(z, 2 * (sunindextype)n) : NULL;
+  if (!z1) return FLESH_ERR_ARGUMENT;
+  const double *r2 = r1 + n;
+  double *z2 = z1 + n, *free1 = self->room, *product = self->room + n, *mixed = self->rate, *right = self->rate + n;
+  const flesh_ode_condensed *c = &self->condensed;
+  const flesh_ida_problem *motion = self->motion;
+  if (!c->C)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "flesh_ode_preconditioner_solve needs flesh_ode_preconditioner_setup before it");
+  for (int d = 0; d < n; d++) {
+    free1[d] = motion->fixed[d] ? 0 : r1[d];
+    mixed[d] = motion->fixed[d] ? 0 : c->gamma * r2[d] + r1[d];
+  }
+  flesh_block_multiply(motion->D, mixed, right);
+  flesh_block_multiply(c->A, free1, product);
+  for (int d = 0; d < n; d++) right[d] -= product[d];
+  if (c->damped) {
+    flesh_block_multiply(c->C, free1, product);
+    for (int d = 0; d < n; d++) right[d] += c->gamma * product[d];
+  }
+  for (int d = 0; d < n; d++)
+    if (motion->fixed[d]) right[d] = 0;
+  double *w = product;
+  int status = FLESH_OK;
+  if (c->direct) status = flesh_direct_solve(c->direct, right, w);
+  else self->motion->linear->preconditioner_apply(c->preconditioner, right, w);
+  if (status) return status;
+  for (int d = 0; d < n; d++) {
+    const double first = r1[d], second = r2[d];
+    z1[d] = motion->fixed[d] ? first : first + w[d];
+    z2[d] = motion->fixed[d] ? second : w[d] / c->gamma;
+  }
+  return FLESH_OK;
+}

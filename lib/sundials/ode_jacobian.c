@@ -1,0 +1,103 @@
+/* ode_jacobian.c: df/dy as a matrix: SUNDIALS' sparse one, and flesh's. */
+#include <stdlib.h>
+#include <sunmatrix/sunmatrix_sparse.h>
+
+#include "base/error.h"
+#include "linear/block_matrix.h"
+#include "sundials/pair_matrix.h"
+#include "sundials/ode_problem.h"
+#include "sundials/vector.h"
+
+sunindextype flesh_ode_entries(const flesh_ode_problem *self) { return flesh_ida_entries(self->motion); }
+
+int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context, SUNMatrix *matrix)
+{
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {matrix, "matrix"});
+  return flesh_pair_matrix_create(NULL, problem, context, matrix);
+}
+
+/* Room, and reasons why there can be no sparse Jacobian. */
+static int prepare_sparse(flesh_ode_problem *self, SUNMatrix J)
+{
+  const sunindextype size = 2 * (sunindextype)self->n, entries = flesh_ode_entries(self);
+  if (SUNMatGetID(J) != SUNMATRIX_SPARSE || SUNSparseMatrix_SparseType(J) != CSC_MAT ||
+      SUNSparseMatrix_Rows(J) != size || SUNSparseMatrix_Columns(J) != size || entries < 0 ||
+      SUNSparseMatrix_NNZ(J) < entries)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the matrix must be this problem's own of flesh_ode_sunmatrix_create or a "
+                      "SUNSparseMatrix of %lld x %lld in compressed columns with room for %lld "
+                      "entries",
+                      (long long)size, (long long)size, (long long)entries);
+  int separate = self->mass_is_diagonal;
+  for (int e = 0; e < 3 * self->n && separate; e++) separate = e % 9 % 4 == 0 || self->inverse[e] == 0;
+  if (!separate)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "df/dy is full where the mass couples dofs, as consistent mass does; use "
+                                          "lumped mass or flesh_ode_jacobian_times");
+  if (!self->motion->couples && !flesh_block_is_diagonal(self->C))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "an effect couples velocities of nodes that it did not couple near the rest "
+                                          "shape; use flesh_ode_jacobian_times");
+  if (self->C_values) return FLESH_OK;
+  int status = self->view.starts ? FLESH_OK : flesh_scalar_view_create(self->K, &self->view);
+  if (status) return status;
+  const size_t bytes = (size_t)self->view.entries * sizeof *self->K_values;
+  if (!self->K_values) self->K_values = malloc(bytes);
+  if (self->K_values) self->C_values = malloc(bytes);
+  return self->C_values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a sparse Jacobian");
+}
+
+static void fill_sparse(flesh_ode_problem *self, SUNMatrix J)
+{
+  const flesh_scalar_view *view = &self->view;
+  const int64_t n = self->n;
+  const uint8_t *fixed = self->motion->fixed;
+  sunindextype *starts = SUNSparseMatrix_IndexPointers(J), *rows = SUNSparseMatrix_IndexValues(J), next = 0;
+  double *values = SUNSparseMatrix_Data(J);
+  flesh_scalar_view_fill(view, self->K, self->K_values);
+  flesh_scalar_view_fill(view, self->C, self->C_values);
+  /* The zeros on the diagonal keep the pattern as it is where the identity is added. */
+  for (int half = 0; half < 2; half++)
+    for (int64_t d = 0; d < n; d++) {
+      const double *forces = half ? self->C_values : self->K_values;
+      starts[half * n + d] = next;
+      rows[next] = d;
+      values[next++] = half && !fixed[d];
+      for (int64_t k = view->starts[d]; k < view->starts[d + 1]; k++) {
+        const int64_t row = view->indices[k];
+        if (half && !self->motion->couples && row / 3 != d / 3) continue;
+        rows[next] = n + row;
+        values[next++] = fixed[row] ? 0 : -self->inverse[9 * (row / 3) + 4 * (row % 3)] * forces[k];
+      }
+    }
+  starts[2 * n] = next;
+}
+
+/* x' = v; v' = -(K x + C v), divided by the mass. */
+static int fill_pair(flesh_ode_problem *self, double t, const double *y, flesh_pair_matrix *J)
+{
+  int damped, project = self->motion->options.project == FLESH_PROJECT_ALWAYS;
+  int status = flesh_ode_assemble(self, t, y, project, J->K, J->D, &damped);
+  if (status) return status;
+  flesh_block_combine(-1, J->K, NULL);
+  flesh_block_combine(damped ? -1 : 0, J->D, NULL);
+  J->from_x = J->held = 0;
+  J->from_v = 1;
+  return FLESH_OK;
+}
+
+int flesh_ode_jacobian(sunrealtype t, N_Vector y_vector, N_Vector fy, SUNMatrix J, void *data, N_Vector w1, N_Vector w2,
+                       N_Vector w3)
+{
+  FLESH_NEED({J, "J"});
+  (void)w1, (void)w2, (void)w3;
+  flesh_ode_problem *self = flesh_ode_problem_of(data);
+  if (!self) return FLESH_ERR_ARGUMENT;
+  flesh_pair_matrix *own = flesh_pair_matrix_of(J);
+  if (own && own->rhs == self) {
+    const double *y = flesh_vector_data(y_vector, 2 * (sunindextype)self->n);
+    return y ? fill_pair(self, t, y, own) : FLESH_ERR_ARGUMENT;
+  }
+  int status = flesh_ode_jacobian_times_setup(t, y_vector, fy, data);
+  if (!status) status = prepare_sparse(self, J);
+  if (!status) fill_sparse(self, J);
+  return status;
+}

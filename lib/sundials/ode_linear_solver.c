@@ -1,0 +1,152 @@
+/* ode_linear_solver.c: Newton's equations of CVODE and ARKODE with one half eliminated, as a SUNLinearSolver.
+ *
+ * Of a free dof p x + q v = b1 and K x + D v = M b2, as the matrix has them (I - gamma df/dy: p = 1, q = -gamma,
+ * gamma K and M + gamma C). With w = x - b1/p = -(q/p) v, of which nothing cancels in short steps:
+ *
+ *   (p D - q K) w = -q M b2 + (q/p) K b1,
+ *
+ * for I - gamma df/dy the symmetric M + gamma C + gamma^2 K. Constrained dofs have x and v = b over what the matrix has
+ * on their diagonal, and no other row knows of them. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "linear/block_matrix.h"
+#include "linear/pcg.h"
+#include "sundials/pair_matrix.h"
+#include "sundials/ode_problem.h"
+#include "sundials/sunlinsol.h"
+#include "sundials/vector.h"
+
+typedef struct solver {
+  flesh_linear_solver_report report; /* first */
+  flesh_ode_problem *problem;
+  N_Vector scaling;      /* of the residual, from CVODE; NULL: none */
+  double *mass;          /* [n] of each dof, lumped */
+  double *weights;       /* [n] of the condensed residual */
+  double *right, *other; /* [n], [n] */
+} solver;
+
+static int solver_set_scaling(SUNLinearSolver S, N_Vector residual_scaling, N_Vector unknown_scaling)
+{
+  (void)unknown_scaling;
+  ((solver *)S->content)->scaling = residual_scaling;
+  return 0;
+}
+
+/* The matrix of this solver's problem, with an eliminable half; NULL with words. */
+static const flesh_pair_matrix *matrix_of(const solver *self, SUNMatrix matrix)
+{
+  const flesh_pair_matrix *A = flesh_pair_matrix_of(matrix);
+  if (A && A->rhs == self->problem) return A;
+  flesh_fail(FLESH_ERR_ARGUMENT, "the matrix must be this problem's own of flesh_ode_sunmatrix_create");
+  return NULL;
+}
+
+static int condense(solver *self, const flesh_pair_matrix *A)
+{
+  flesh_ode_problem *problem = self->problem;
+  flesh_ida_problem *motion = problem->motion;
+  if (A->from_x == 0 || A->from_v == 0 || A->held == 0) return FLESH_NOT_POSITIVE;
+  int status = flesh_ode_make_condensed(problem);
+  if (status) return status;
+  flesh_block_matrix *condensed = problem->condensed.A;
+  for (size_t k = 0; k < 9 * (size_t)condensed->row_start[condensed->rows]; k++)
+    condensed->values[k] = A->from_x * A->D->values[k] - A->from_v * A->K->values[k];
+  flesh_block_fix(condensed, motion->fixed, flesh_block_mean_diagonal(condensed), NULL);
+  for (int d = 0; d < problem->n; d++) self->other[d] = 1;
+  flesh_block_multiply(motion->D, self->other, self->mass);
+  return flesh_ode_factor(problem);
+}
+
+static int solver_setup(SUNLinearSolver S, SUNMatrix matrix)
+{
+  solver *self = S->content;
+  const flesh_pair_matrix *A = matrix_of(self, matrix);
+  return flesh_sunlinsol_flag(&self->report, A ? condense(self, A) : FLESH_ERR_ARGUMENT);
+}
+
+/* What a condensed residual is in the rows of v', in the units that CVODE measures in. */
+static void weigh(const solver *self, double from_v)
+{
+  const double *scale = self->scaling ? N_VGetArrayPointer(self->scaling) + self->problem->n : NULL;
+  for (int d = 0; d < self->problem->n; d++)
+    self->weights[d] = self->mass[d] > 0 ? (scale ? scale[d] : 1) / (self->mass[d] * fabs(from_v)) : 0;
+}
+
+/* w from the condensed equations; `tolerance` 0: that of the options. */
+static int solve_condensed(solver *self, double from_v, double tolerance, double *w)
+{
+  flesh_ode_problem *problem = self->problem;
+  flesh_ida_problem *motion = problem->motion;
+  flesh_ode_condensed *c = &problem->condensed;
+  if (c->direct) return flesh_direct_solve(c->direct, self->right, w);
+  weigh(self, from_v);
+  if (!(tolerance > 0)) {
+    double square = 0;
+    for (int d = 0; d < problem->n; d++) square += pow(self->weights[d] * self->right[d], 2);
+    tolerance = motion->options.linear_tolerance * sqrt(square);
+  }
+  flesh_pcg_result result;
+  int status = motion->linear->pcg(motion->pcg, c->A, c->preconditioner, self->weights, tolerance,
+                         motion->options.max_linear, self->right, w, &result);
+  self->report.iterations = result.iterations;
+  self->report.residual = result.residual;
+  motion->stats.linear += result.iterations;
+  return status;
+}
+
+static int solve(solver *self, const flesh_pair_matrix *A, const double *b, double tolerance, double *x)
+{
+  const int n = self->problem->n;
+  const flesh_ida_problem *motion = self->problem->motion;
+  const uint8_t *fixed = motion->fixed;
+  const double p = A->from_x, q = A->from_v, *b1 = b, *b2 = b + n;
+  double *right = self->right, *other = self->other, *w = self->problem->rate;
+  for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : -q * b2[d];
+  flesh_block_multiply(motion->D, w, right);
+  for (int d = 0; d < n; d++) w[d] = fixed[d] ? 0 : q / p * b1[d];
+  flesh_block_multiply(A->K, w, other);
+  for (int d = 0; d < n; d++) right[d] = fixed[d] ? 0 : right[d] + other[d];
+  int status = solve_condensed(self, q, tolerance, w);
+  if (status) return status;
+  for (int d = 0; d < n; d++) {
+    const double first = b1[d], second = b2[d];
+    x[d] = fixed[d] ? first / A->held : w[d] + first / p;
+    x[n + d] = fixed[d] ? second / A->held : -p / q * w[d];
+  }
+  return FLESH_OK;
+}
+
+static int solver_solve(SUNLinearSolver S, SUNMatrix matrix, N_Vector x, N_Vector b, sunrealtype tolerance)
+{
+  solver *self = S->content;
+  const sunindextype length = 2 * (sunindextype)self->problem->n;
+  const flesh_pair_matrix *A = matrix_of(self, matrix);
+  const double *right = A ? flesh_vector_data(b, length) : NULL;
+  double *solution = right ? flesh_vector_data(x, length) : NULL;
+  self->report.iterations = 0;
+  self->report.residual = 0;
+  int status = solution ? solve(self, A, right, tolerance, solution) : FLESH_ERR_ARGUMENT;
+  return flesh_sunlinsol_flag(&self->report, status);
+}
+
+int flesh_ode_sunlinsol_create(flesh_ode_problem *problem, SUNContext context, SUNLinearSolver *linear_solver)
+{
+  FLESH_NEED({problem, "problem"}, {context, "context"}, {linear_solver, "solver"});
+  int direct = problem->motion->options.linear_solver != FLESH_LINEAR_PCG;
+  int status = flesh_sunlinsol_make(sizeof(solver) + 4 * sizeof(double) * (size_t)problem->n,
+                                    direct ? SUNLINEARSOLVER_DIRECT : SUNLINEARSOLVER_MATRIX_ITERATIVE, context,
+                                    linear_solver);
+  if (status) return status;
+  solver *self = (*linear_solver)->content;
+  self->problem = problem;
+  self->mass = (double *)(self + 1);
+  self->weights = self->mass + problem->n;
+  self->right = self->weights + problem->n;
+  self->other = self->right + problem->n;
+  (*linear_solver)->ops->setscalingvectors = solver_set_scaling;
+  (*linear_solver)->ops->setup = solver_setup;
+  (*linear_solver)->ops->solve = solver_solve;
+  return FLESH_OK;
+}

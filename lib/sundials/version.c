@@ -1,0 +1,19 @@
+/* version.c: compares the SUNDIALS that is loaded with its headers. */
+#include "sundials/version.h"
+
+#include <sundials/sundials_version.h>
+
+#include "base/error.h"
+#include "flesh/sundials_abi.h"
+
+int flesh_sundials_check(void)
+{
+  int major = 0, minor = 0, patch = 0;
+  char label[32] = "";
+  const int failed = SUNDIALSGetVersionNumber(&major, &minor, &patch, label, sizeof label);
+  if (!failed && major == SUNDIALS_VERSION_MAJOR && minor == SUNDIALS_VERSION_MINOR) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_SUNDIALS,
+                    "the SUNDIALS that is loaded is %d.%d.%d, and flesh was built with %s; start the program with the "
+                    "folder of that one's libraries first in LD_LIBRARY_PATH",
+                    major, minor, patch, FLESH_SUNDIALS_VERSION);
+}

@@ -1,0 +1,63 @@
+/* constraint.c: which dofs are constrained, and where they are. */
+#include "geometry/motion.h"
+#include "system/parts.h"
+
+int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
+{
+  const uint8_t *used = flesh_mesh_node_used(system->mesh);
+  int count = 0;
+  for (int i = 0; i < system->nodes; i++)
+    for (int c = 0; c < 3; c++) fixed[3 * i + c] = !used[i];
+  for (int k = 0; k < system->constraint_count; k++) {
+    const flesh_constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++)
+      for (int c = 0; c < 3; c++)
+        if (held->axes >> c & 1) fixed[3 * held->nodes[j] + c] = 1;
+  }
+  for (int d = 0; d < 3 * system->nodes; d++) count += fixed[d];
+  return count;
+}
+
+int flesh_system_holds(const flesh_system *system, double t)
+{
+  for (int k = 0; k < system->constraint_count; k++)
+    if (t >= system->constraints[k].from && t < system->constraints[k].until) return 1;
+  return 0;
+}
+
+void flesh_system_prescribe(const flesh_system *system, double t, double *x)
+{
+  const double *X = flesh_mesh_positions(system->mesh);
+  for (int k = 0; k < system->constraint_count; k++) {
+    const flesh_constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++) {
+      int node = held->nodes[j];
+      double y[3] = {X[3 * node], X[3 * node + 1], X[3 * node + 2]};
+      if (held->motion.count) flesh_motion_apply(&held->motion, t, X + 3 * node, y);
+      for (int c = 0; c < 3; c++)
+        if (held->axes >> c & 1) x[3 * node + c] = y[c];
+    }
+  }
+}
+
+void flesh_system_prescribe_velocity(const flesh_system *system, double t, double *v, double *a)
+{
+  const double *X = flesh_mesh_positions(system->mesh);
+  for (int k = 0; k < system->constraint_count; k++) {
+    const flesh_constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++) {
+      int node = held->nodes[j];
+      double velocity[3] = {0, 0, 0}, acceleration[3] = {0, 0, 0};
+      if (held->motion.count)
+        flesh_motion_rates(&held->motion, t, X + 3 * node, velocity, acceleration);
+      for (int c = 0; c < 3; c++) {
+        if (!(held->axes >> c & 1)) continue;
+        v[3 * node + c] = velocity[c];
+        a[3 * node + c] = acceleration[c];
+      }
+    }
+  }
+}

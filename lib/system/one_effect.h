@@ -1,0 +1,25 @@
+/* one_effect.h: some of a system's effects by themselves: one, or those of a role. */
+#ifndef FLESH_SYSTEM_ONE_EFFECT_H
+#define FLESH_SYSTEM_ONE_EFFECT_H
+
+#include "flesh/system.h"
+
+/* r [3*n] = the residual of the effect of this index alone, 0 where it has none; counted as any other call. */
+int flesh_system_effect_residual(const flesh_system *system, int index, const flesh_point *point, double *r);
+
+/* Sets of roles. */
+#define FLESH_ROLE_BIT(role) (1u << (role))
+#define FLESH_ROLES_ALL (~0u)
+
+/* r [3*n] = the sum of the residuals of the effects whose roles are in the set; 0 where there are none. */
+int flesh_system_roles_residual(const flesh_system *system, unsigned roles, const flesh_point *point, double *r);
+
+/* The energies of the effects of a role, J, into their places of energies [effect_count] (may be NULL) and their sum
+ * into *sum. Those without an energy have 0. */
+int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
+                               double *sum);
+
+/* The sum of energies [effect_count] over the effects of a role, J. */
+double flesh_system_role_energy(const flesh_system *system, flesh_role role, const double *energies);
+
+#endif

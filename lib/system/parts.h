@@ -1,0 +1,33 @@
+/* parts.h: what a system is made of. */
+#ifndef FLESH_SYSTEM_PARTS_H
+#define FLESH_SYSTEM_PARTS_H
+
+#include "geometry/motion.h"
+#include "flesh/system.h"
+#include "system/pattern.h"
+
+typedef struct flesh_constraint {
+  int count, *nodes;
+  unsigned axes;
+  double from, until;
+  flesh_motion motion; /* count 0: a pin */
+} flesh_constraint;
+
+typedef struct flesh_system_entry {
+  flesh_effect *effect;
+  int *slots; /* of its cells; owned by the entry with owns_slots */
+  int owns_slots;
+} flesh_system_entry;
+
+struct flesh_system {
+  const flesh_mesh *mesh;
+  int nodes, finished, bars; /* bars: some effect has a `way` */
+  int entry_count, constraint_count;
+  flesh_system_entry *entries;
+  flesh_constraint *constraints;
+  flesh_pattern pattern;
+  int leader;            /* the entry whose `jacobian_assign` is called; -1: none */
+  int left_count, *left; /* blocks that it does not set; NULL: all */
+};
+
+#endif

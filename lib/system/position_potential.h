@@ -1,0 +1,25 @@
+/* position_potential.h: a system's potential where part of it is known from before. */
+#ifndef FLESH_SYSTEM_POSITION_POTENTIAL_H
+#define FLESH_SYSTEM_POSITION_POTENTIAL_H
+
+#include "flesh/system.h"
+
+/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.placed), and of the
+ * sizes of their terms. */
+typedef struct flesh_position_potential {
+  int known;
+  double phi, magnitude;
+} flesh_position_potential;
+
+/* flesh_system_potential where `placed`, if known, is that at the same positions and shift.x: its effects are not asked
+ * again. Known afterwards. */
+int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                  flesh_position_potential *placed, double *phi, double *magnitude);
+/* flesh_system_energies, where `placed` is known without the energy of the one effect that it is of. */
+int flesh_system_energies_placed(const flesh_system *system, const flesh_point *point,
+                                 const flesh_position_potential *placed, double *energies);
+/* flesh_system_evaluate, which tells `placed`. */
+int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_position_potential *placed, double *r, double *phi, double *magnitude);
+
+#endif

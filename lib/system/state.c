@@ -1,0 +1,94 @@
+/* state.c: states as text: a row of position and velocity per node. */
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/error.h"
+#include "flesh/state.h"
+#include "base/file.h"
+#include "base/scan.h"
+
+/* The time of a first line `# t <seconds>`; 0 without one. */
+static int read_time(flesh_scanner *s, double *t)
+{
+  *t = 0;
+  const char *at = s->at;
+  while (at < s->end && (*at == ' ' || *at == '\t' || *at == '\r' || *at == '\n'))
+    s->line += *at++ == '\n';
+  flesh_scanner head = *s;
+  s->line = 1; /* the rows are scanned from the start */
+  if (at >= s->end || *at != '#') return FLESH_OK;
+  head.at = at + 1;
+  if (!flesh_scan_next_in_line(&head) || !flesh_scan_word(&head, "t")) return FLESH_OK;
+  int status = flesh_scan_real(&head, t);
+  return status ? status : flesh_scan_row_end(&head);
+}
+
+static int read_rows(flesh_scanner *s, int nodes, flesh_state *state)
+{
+  s->item = "node";
+  s->form = "x y z vx vy vz";
+  int rows = 0;
+  for (; flesh_scan_next(s); rows++) {
+    if (rows == nodes)
+      return flesh_scan_fail(
+          s, "more than %d rows; a state has one for each of the mesh's %d nodes", nodes, nodes);
+    s->index = rows;
+    for (int i = 0; i < 6; i++) {
+      double *value = i < 3 ? &state->x[3 * (size_t)rows + (size_t)i]
+                            : &state->v[3 * (size_t)rows + (size_t)i - 3];
+      int status = flesh_scan_real(s, value);
+      if (status) return status;
+    }
+    int status = flesh_scan_row_end(s);
+    if (status) return status;
+  }
+  if (rows == nodes) return FLESH_OK;
+  return flesh_scan_fail(
+      s, "the file ends after %d rows; a state has one for each of the mesh's %d nodes", rows,
+      nodes);
+}
+
+int flesh_state_read(const char *path, int nodes, flesh_state *state)
+{
+  FLESH_NEED({path, "path"}, {state, "state"});
+  struct stat info;
+  if (stat(path, &info))
+    return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));
+  if (!S_ISREG(info.st_mode))
+    return flesh_fail(FLESH_ERR_FILE, "%s: not a regular file; a state is rows of x y z vx vy vz",
+                      path);
+  flesh_scanner scanner;
+  int status = flesh_scan_open(&scanner, path);
+  scanner.item = "time";
+  scanner.form = "# t seconds";
+  scanner.index = -1;
+  if (!status) status = read_time(&scanner, &state->t);
+  if (!status) status = read_rows(&scanner, nodes, state);
+  flesh_scan_close(&scanner);
+  return status;
+}
+
+int flesh_state_write(const char *path, int nodes, const flesh_state *state)
+{
+  FLESH_NEED({path, "path"}, {state, "state"});
+  if (!isfinite(state->t))
+    return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: the state's time is not finite", path);
+  for (int i = 0; i < 3 * nodes; i++)
+    if (!isfinite(state->x[i]) || !isfinite(state->v[i]))
+      return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: node %d of the state is not finite",
+                        path, i / 3);
+  flesh_file file;
+  int status = flesh_file_open(path, &file);
+  if (status) return status;
+  fprintf(file.stream, "# t ");
+  flesh_number_print(file.stream, state->t);
+  fprintf(file.stream, "\n# x y z vx vy vz\n");
+  for (int n = 0; n < nodes; n++)
+    for (int i = 0; i < 6; i++) {
+      flesh_number_print(file.stream, i < 3 ? state->x[3 * n + i] : state->v[3 * n + i - 3]);
+      putc(i < 5 ? ' ' : '\n', file.stream);
+    }
+  return flesh_file_commit(&file);
+}

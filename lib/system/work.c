@@ -1,0 +1,82 @@
+/* work.c: the work of what acts on a body from outside. */
+#include "system/work.h"
+#include "base/error.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "system/position_potential.h"
+
+static flesh_work_kind kind_of(const flesh_effect_operations *can)
+{
+  if (can->passive) return 0;
+  if (can->carry || !can->energy) return can->residual ? FLESH_WORK_OF_FORCES : 0;
+  return FLESH_WORK_IN_TIME;
+}
+
+int flesh_system_work_kinds(const flesh_system *system)
+{
+  int kinds = 0;
+  for (int k = 0; k < flesh_system_effect_count(system); k++)
+    kinds |= (int)kind_of(flesh_system_effect(system, k)->operations);
+  return kinds;
+}
+
+int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *point, double t_from, double t_to,
+                                const double *u, double *scratch, double *work)
+{
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  static const double moment = 1e-3; /* of a step, over which what is carried tells how fast it is */
+  const double h = t_to - t_from, begin = u ? t_from : fmax(t_from, point->t - moment * h);
+  const double end = u ? t_to : begin + moment * h;
+  double *r = scratch, *carried = scratch + n;
+  flesh_point full = *point; /* what is not lagged is the point's own */
+  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
+  if (!full.v_lag) full.v_lag = full.v;
+  *work = 0;
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    const flesh_effect_operations *can = effect->operations;
+    const double *along = u ? u : full.v;
+    double share = u ? 1 : h, sum = 0;
+    if (kind_of(can) != FLESH_WORK_OF_FORCES) continue;
+    if (can->carry) {
+      memset(carried, 0, n * sizeof *carried);
+      if (!can->carry(effect, &full, begin, end, carried)) continue;
+      along = carried;
+      share = u ? 1 : 1 / moment;
+    }
+    memset(r, 0, n * sizeof *r);
+    int status = can->residual(effect, &full, r);
+    if (status) return status;
+    for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
+    *work -= share * sum;
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const double *x,
+                              const double *v, const double *energies, int at_end, double *work)
+{
+  *work = 0;
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    if (kind_of(effect->operations) != FLESH_WORK_IN_TIME) continue;
+    double known[2] = {energies ? energies[k] : 0, energies ? energies[k] : 0};
+    for (int end = 0; end < 2; end++) {
+      const double t = end ? t_to : t_from;
+      const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = v, .x_lag = x, .v_lag = v, .t_lag = t};
+      if (energies && end == at_end) continue;
+      int status = effect->operations->energy(effect, &point, &known[end]);
+      if (status) return status;
+    }
+    *work += known[1] - known[0];
+  }
+  return FLESH_OK;
+}
+
+int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
+{
+  FLESH_NEED({system, "system"}, {point, "point"}, {energies, "energies"});
+  return flesh_system_energies_placed(system, point, &(flesh_position_potential){0}, energies);
+}

@@ -1,0 +1,456 @@
+/* adaptive.c: owns an IDA and lets it take its own steps; outputs are read from its interpolant. */
+#include "time/adaptive.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "time/adaptive_energy.h"
+#include "time/method.h"
+#include "sundials/compatibility.h"
+#include "sundials/ida_problem.h"
+#include "sundials/vector.h"
+
+enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
+
+/* No stages of their own. */
+const flesh_method_row flesh_method_adaptive = {0}, flesh_method_calm_adaptive = {0};
+
+struct flesh_adaptive {
+  const flesh_system *system;
+  flesh_adaptive_options options;
+  flesh_ida_problem *problem;
+  int n;
+  SUNContext context;
+  void *ida;
+  SUNMatrix matrix;
+  SUNLinearSolver solver;
+  N_Vector y, yp, atol, errors;
+  /* What IDA's memory belongs to: the state given back last, at t with a step of h. */
+  int running;
+  double t, h, *returned; /* [2*n] */
+  double t_internal;      /* IDA's own time, at or beyond t */
+  long rejected, unconverged, newton; /* IDA's counts that are in the statistics already */
+  int (*stop)(void *data);
+  void *stop_data;
+  flesh_adaptive_energy energy;
+  flesh_failure failure;
+};
+
+void flesh_adaptive_options_default(flesh_adaptive_options *options)
+{
+  *options = (flesh_adaptive_options){
+      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .calm = 0.01};
+}
+
+static int make_sundials(flesh_adaptive *self)
+{
+  if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
+  int status = flesh_ida_vector_create(self->problem, self->context, &self->y);
+  if (status) return status;
+  self->yp = flesh_vector_clone(self->y);
+  self->atol = flesh_vector_clone(self->y);
+  self->errors = flesh_vector_clone(self->y);
+  self->ida = IDACreate(self->context);
+  if (!self->yp || !self->atol || !self->errors || !self->ida)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for IDA on %d unknowns", 2 * self->n);
+  flesh_ida_silence(self->context, self->ida);
+  status = flesh_ida_sunmatrix_create(self->problem, self->context, &self->matrix);
+  return status ? status : flesh_ida_sunlinsol_create(self->problem, self->context, &self->solver);
+}
+
+/* Those of IDA's options that stay until others are given. */
+static int apply_options(flesh_adaptive *self)
+{
+  const flesh_adaptive_options *options = &self->options;
+  int failed = IDASetMaxOrd(self->ida, options->max_order);
+  /* IDA lengthens a step only where it could double it, so errors lie anywhere up to eightfold below the tolerance;
+   * at order 2 a fifth longer is worth the change. Above, steps press against the limit of stability, and fail. */
+  failed |= IDASetEtaFixedStepBounds(self->ida, 1, options->max_order > 2 ? 2 : 1.2);
+  failed |= IDASetMaxStep(self->ida, isfinite(options->max_step) ? options->max_step : 0);
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : FLESH_OK;
+}
+
+/* Attaches everything, so that whoever is handed the memory can set what IDA has to set; every run is a new start. */
+static int initialise(flesh_adaptive *self)
+{
+  N_VConst(0, self->y);
+  N_VConst(0, self->yp);
+  int status = flesh_vector_prepare(self->y, CLONES);
+  if (status) return status;
+  N_VConst(1, self->atol);
+  /* Each needs what the ones before have made; the tolerances' vector is cloned the first time. */
+  int failed = IDAInit(self->ida, flesh_ida_residual, 0, self->y, self->yp) ||
+               IDASVtolerances(self->ida, 0, self->atol) || IDASetUserData(self->ida, self->problem) ||
+               IDASetLinearSolver(self->ida, self->solver, self->matrix) ||
+               IDASetJacFn(self->ida, flesh_ida_jacobian);
+  flesh_vector_drop();
+  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not begin");
+  failed |= IDASetMaxNumSteps(self->ida, -1); /* counted here */
+  return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option") : apply_options(self);
+}
+
+int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver,
+                          flesh_energy_watch *watch, flesh_adaptive **adaptive)
+{
+  *adaptive = NULL;
+  flesh_adaptive *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an adaptive integrator");
+  self->system = system;
+  self->n = flesh_system_unknowns(system);
+  flesh_adaptive_options_default(&self->options);
+  self->returned = calloc(2 * (size_t)self->n + 1, sizeof *self->returned);
+  int status = self->returned ? flesh_ida_problem_create(system, solver, &self->problem)
+                              : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
+  if (!status) status = flesh_adaptive_energy_create(self->problem, watch, &self->energy);
+  if (!status) flesh_adaptive_energy_tolerate(&self->energy, self->options.tolerance);
+  if (!status) status = make_sundials(self);
+  if (!status) status = initialise(self);
+  if (status) {
+    flesh_adaptive_destroy(&self);
+    return status;
+  }
+  *adaptive = self;
+  return FLESH_OK;
+}
+
+void flesh_adaptive_destroy(flesh_adaptive **adaptive)
+{
+  if (!adaptive || !*adaptive) return;
+  flesh_adaptive *self = *adaptive;
+  if (self->ida) IDAFree(&self->ida);
+  if (self->solver) SUNLinSolFree(self->solver);
+  if (self->matrix) SUNMatDestroy(self->matrix);
+  N_Vector vectors[] = {self->y, self->yp, self->atol, self->errors};
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
+    if (vectors[k]) N_VDestroy(vectors[k]);
+  if (self->context) SUNContext_Free(&self->context);
+  flesh_ida_problem_destroy(&self->problem);
+  flesh_adaptive_energy_clear(&self->energy);
+  free(self->returned);
+  free(self);
+  *adaptive = NULL;
+}
+
+int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_options *options)
+{
+  if (!(options->tolerance > 0 && options->tolerance < 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be positive and below 1", options->tolerance);
+  if (options->max_order < 1 || options->max_order > 5)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_order is %d; it must be 1 to 5", options->max_order);
+  if (!(options->max_step > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_step is %g s; it must be positive", options->max_step);
+  if (options->max_steps < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_steps is %d; it must be positive", options->max_steps);
+  if (!(options->calm > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "calm is %g; it must be positive", options->calm);
+  self->options = *options;
+  self->running = 0;
+  flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);
+  return apply_options(self);
+}
+
+void flesh_adaptive_set_stop(flesh_adaptive *self, int (*stop)(void *data), void *data)
+{
+  self->stop = stop;
+  self->stop_data = data;
+}
+
+void flesh_adaptive_progress(const flesh_adaptive *self, flesh_progress *progress)
+{
+  progress->t = self->t_internal;
+  IDAGetCurrentStep(self->ida, &progress->h);
+}
+
+const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *self) { return &self->failure; }
+
+void flesh_adaptive_set_costs(flesh_adaptive *self, flesh_costs *costs)
+{
+  self->problem->costs = costs;
+}
+
+size_t flesh_adaptive_memory(const flesh_adaptive *self)
+{
+  /* IDA clones nine vectors and max_order + 1 differences beside ours. */
+  size_t vectors = 4 + 10 + (size_t)self->options.max_order + 1;
+  return sizeof *self + flesh_ida_memory(self->problem) + (vectors + 3) * 2 * (size_t)self->n * sizeof(double);
+}
+
+/* Local errors fall with h^(q+1), their sum with h^q. */
+static double local_tolerance(const flesh_adaptive_options *options)
+{
+  return pow(options->tolerance, 1 + 1. / options->max_order);
+}
+
+/* (Re)starts IDA from the state. `ahead`: the time to go [s], at least. */
+static int start(flesh_adaptive *self, flesh_state *state, double ahead)
+{
+  const flesh_adaptive_options *options = &self->options;
+  const double local = local_tolerance(options);
+  self->running = 0;
+  self->rejected = self->unconverged = self->newton = 0;
+  int status = flesh_ida_start(self->problem, state, self->y, self->yp);
+  /* An event that only rounding sets apart from t. */
+  while (!status && flesh_ida_event(self->problem) - state->t < 1e-10 * self->h) {
+    state->t = flesh_ida_event(self->problem);
+    status = flesh_ida_start(self->problem, state, self->y, self->yp);
+  }
+  if (status) return status;
+  double curvature = flesh_ida_curvature(self->problem, self->y, self->yp);
+  flesh_ida_tolerances(self->problem, local, self->atol);
+  if (IDAReInit(self->ida, state->t, self->y, self->yp))
+    return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not start anew");
+  const double event = flesh_ida_event(self->problem);
+  /* Half the local error that a first step of order 1 may make; where nothing moves yet, a tenth of what is asked. */
+  double first = fmin(sqrt(local / curvature), 0.1 * (event - state->t));
+  if (!(first < INFINITY)) first = 0.1 * ahead;
+  first = fmax(first, 1e-9 * fmin(ahead, event - state->t));
+  int failed = IDASVtolerances(self->ida, 0, self->atol);
+  failed |= IDASetInitStep(self->ida, fmin(first, options->max_step));
+  failed |= IDASetStopTime(self->ida, fmin(event, 1e300));
+  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "IDA refused an option");
+  self->running = 1;
+  self->t = self->t_internal = state->t;
+  self->failure = (flesh_failure){0};
+  flesh_ida_accept(self->problem, state->t, N_VGetArrayPointer(self->y));
+  flesh_adaptive_energy_start(&self->energy, state->t, N_VGetArrayPointer(self->y));
+  return FLESH_OK;
+}
+
+/* A caller may have rounded t. */
+int flesh_adaptive_returned(const flesh_adaptive *self, const flesh_state *state)
+{
+  size_t bytes = (size_t)self->n * sizeof(double);
+  return self->h > 0 && fabs(state->t - self->t) <= 1e-8 * self->h &&
+         !memcmp(state->x, self->returned, bytes) && !memcmp(state->v, self->returned + self->n, bytes);
+}
+
+static void give_back(flesh_adaptive *self, double t, flesh_state *state)
+{
+  flesh_ida_get_state(self->problem, t, self->y, state);
+  memcpy(self->returned, state->x, (size_t)self->n * sizeof(double));
+  memcpy(self->returned + self->n, state->v, (size_t)self->n * sizeof(double));
+  self->t = t;
+}
+
+/* Brings IDA's counts into the statistics; what the step just taken or tried adds into *step. */
+static void count(flesh_adaptive *self, flesh_solve_stats *stats, flesh_internal_step *step)
+{
+  long rejected = 0, unconverged = 0, newton = 0;
+  IDAGetNumErrTestFails(self->ida, &rejected);
+  IDAGetNumStepSolveFails(self->ida, &unconverged);
+  IDAGetNumNonlinSolvIters(self->ida, &newton);
+  step->rejected = (int)(rejected - self->rejected);
+  step->convergence_failures = (int)(unconverged - self->unconverged);
+  stats->rejected += step->rejected;
+  stats->convergence_failures += step->convergence_failures;
+  stats->newton += (int)(newton - self->newton);
+  self->rejected = rejected;
+  self->unconverged = unconverged;
+  self->newton = newton;
+}
+
+static void add_problem_stats(flesh_adaptive *self, flesh_solve_stats *stats)
+{
+  flesh_solve_stats *own = flesh_ida_stats(self->problem);
+  stats->linear += own->linear;
+  stats->assemblies += own->assemblies;
+  stats->projections += own->projections;
+  stats->residuals += own->residuals;
+  memset(own, 0, sizeof *own);
+}
+
+/* Node with the largest weighted local error (or Newton correction) of the last attempt. */
+static int worst_node(flesh_adaptive *self)
+{
+  if (IDAGetEstLocalErrors(self->ida, self->errors)) return -1;
+  const double *errors = N_VGetArrayPointer(self->errors), *atol = N_VGetArrayPointer(self->atol);
+  int worst = 0;
+  double largest = -1;
+  for (int d = 0; d < 2 * self->n; d++) {
+    double share = fabs(errors[d]) / atol[d];
+    if (share > largest) largest = share, worst = d % self->n;
+  }
+  return worst / 3;
+}
+
+static void record_failure(flesh_adaptive *self, double t, const double *x, int status)
+{
+  const flesh_mesh *mesh = flesh_system_mesh(self->system);
+  flesh_failure *f = &self->failure;
+  *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
+  if (self->running) {
+    IDAGetCurrentStep(self->ida, &f->h);
+    IDAGetCurrentOrder(self->ida, &f->order);
+    f->worst_node = worst_node(self);
+  }
+  f->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &f->worst_tet, NULL);
+  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)f->worst_tet;
+  for (int c = 0; c < 3; c++)
+    for (int a = 0; a < 4; a++) f->worst_position[c] += x[3 * tet[a] + c] / 4;
+}
+
+/* Records what is known of a failure at t with the body at x. */
+static int fail(flesh_adaptive *self, double t, const double *x, int status, const char *cause)
+{
+  const flesh_failure *f = &self->failure;
+  char attempt[64] = "", node[48] = "";
+  record_failure(self, t, x, status);
+  if (self->running) {
+    snprintf(attempt, sizeof attempt, " with h = %.3g s and order %d", f->h, f->order);
+    snprintf(node, sizeof node, "largest error at node %d; ", f->worst_node);
+  }
+  self->running = 0;
+  return flesh_fail(FLESH_ERR_INTEGRATOR, "at t = %.9g s%s: %s; %ssmallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, attempt, cause, node, f->worst_J, f->worst_tet, f->worst_position[0],
+                    f->worst_position[1], f->worst_position[2]);
+}
+
+/* No start from the state. */
+static int fail_start(flesh_adaptive *self, const flesh_state *state, int status)
+{
+  char cause[160];
+  self->running = 0;
+  snprintf(cause, sizeof cause, "the motion cannot start: %s", flesh_status_text(status));
+  return fail(self, state->t, state->x, status, cause);
+}
+
+/* IDA's words for why it stopped, in ours. */
+static int fail_by_flag(flesh_adaptive *self, int flag)
+{
+  const double t = self->t_internal, *x = self->problem->x; /* of the last attempt */
+  switch (flag) {
+  case IDA_ERR_FAIL:
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "the error test failed again and again down to this step");
+  case IDA_CONV_FAIL:
+  case IDA_LSOLVE_FAIL:
+  case IDA_LSETUP_FAIL:
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "Newton's iterations failed again and again down to this step");
+  case IDA_REP_RES_ERR:
+  case IDA_FIRST_RES_FAIL:
+  case IDA_RES_FAIL:
+    return fail(self, t, x, self->problem->refused ? self->problem->refused : FLESH_NONFINITE,
+                "the residual had no value down to this step");
+  case IDA_MEM_FAIL:
+    return flesh_fail(FLESH_ERR_MEMORY, "IDA ran out of memory");
+  case IDA_ILL_INPUT:
+  case IDA_TOO_MUCH_ACC:
+    return fail(self, t, x, FLESH_NOT_CONVERGED, "the tolerance is below what rounding allows");
+  }
+  self->running = 0;
+  return flesh_fail(FLESH_ERR_SUNDIALS, "IDA stopped at t = %.9g s with its status %d", t, flag);
+}
+
+/* Shows the step with its state. The room for local errors serves, which are asked for only after failures. */
+static int show(flesh_adaptive *self, flesh_internal_step *step)
+{
+  double *room = N_VGetArrayPointer(self->errors);
+  flesh_state state = {step->t, room, room + self->n};
+  flesh_ida_get_state(self->problem, step->t, self->y, &state);
+  step->state = &state;
+  return self->options.observe(self->options.observe_data, step);
+}
+
+/* One internal step; *event is set when it ends at one. */
+static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats, int *event)
+{
+  const double before = self->t_internal;
+  double reached = before;
+  flesh_internal_step step = {0};
+  int flag = IDASolve(self->ida, toward, &reached, self->y, self->yp, IDA_ONE_STEP);
+  count(self, stats, &step);
+  self->t_internal = reached;
+  if (flag < 0) return fail_by_flag(self, flag);
+  *event = flag == IDA_TSTOP_RETURN;
+  if (!(reached > before) && !*event)
+    return fail(self, before, self->problem->x, FLESH_NOT_CONVERGED, "the step is too short to change t");
+  flesh_ida_accept(self->problem, reached, N_VGetArrayPointer(self->y));
+  flesh_adaptive_energy_count(&self->energy, reached, N_VGetArrayPointer(self->y));
+  IDAGetLastStep(self->ida, &step.h);
+  IDAGetLastOrder(self->ida, &step.order);
+  step.t = reached;
+  stats->steps++;
+  stats->order = step.order;
+  stats->h_last = step.h;
+  int status = self->options.observe ? show(self, &step) : FLESH_OK;
+  if (status < 0) return status;
+  return self->stop && reached < toward ? self->stop(self->stop_data) : FLESH_OK;
+}
+
+/* Whether energy has come from nowhere by the state, which is that given back. */
+static int watch_energy(flesh_adaptive *self, const flesh_state *state)
+{
+  int status = flesh_adaptive_energy_judge(&self->energy, state);
+  if (status != FLESH_ERR_ENERGY) return status;
+  self->running = 0;
+  record_failure(self, state->t, state->x, status);
+  return status;
+}
+
+/* Steps on to `end`. The state is that at the end, or at the last internal step when something fails. */
+static int run_to(flesh_adaptive *self, flesh_state *state, double end, flesh_solve_stats *stats)
+{
+  const double rounding = 1e-10 * self->h;
+  int status = FLESH_OK;
+  for (int steps = 0; !status; ) {
+    int event = 0;
+    while (!status && !event && self->t_internal < end) {
+      if (steps++ == self->options.max_steps) {
+        char cause[96];
+        snprintf(cause, sizeof cause, "max_steps = %d internal steps did not lead to %.9g s",
+                 self->options.max_steps, end);
+        status = fail(self, self->t_internal, self->problem->x, FLESH_NOT_CONVERGED, cause);
+        break;
+      }
+      status = advance(self, end, stats, &event);
+    }
+    if (status) {
+      /* IDA's last success is in y. */
+      if (self->t_internal > state->t && self->t_internal <= end) give_back(self, self->t_internal, state);
+      self->running = 0;
+      break;
+    }
+    if (event && self->t_internal < end - rounding) {
+      give_back(self, self->t_internal, state);
+      if ((status = watch_energy(self, state))) break;
+      status = start(self, state, end - state->t);
+      if (status > 0) status = fail_start(self, state, status);
+      continue;
+    }
+    if (self->t_internal > end && IDAGetDky(self->ida, end, 0, self->y))
+      return flesh_fail(FLESH_ERR_SUNDIALS, "IDA could not interpolate at t = %.9g s", end);
+    give_back(self, end, state);
+    if (event) self->running = 0;
+    return watch_energy(self, state);
+  }
+  return status;
+}
+
+int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const double begin = state->t, end = begin + h;
+  int status = FLESH_OK, fresh = !self->running || !flesh_adaptive_returned(self, state);
+  self->h = h;
+  if (fresh) {
+    status = start(self, state, h);
+    if (status > 0) status = fail_start(self, state, status);
+  }
+  if (!status) status = run_to(self, state, end, stats);
+  add_problem_stats(self, stats);
+  return status;
+}
+
+int flesh_adaptive_is_calm(flesh_adaptive *self, const flesh_state *state, double h, int *calm,
+                           flesh_solve_stats *stats)
+{
+  *calm = 0;
+  self->running = 0;
+  int status = flesh_ida_start(self->problem, state, self->y, self->yp);
+  if (!status) *calm = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.calm;
+  add_problem_stats(self, stats);
+  return status < 0 ? status : FLESH_OK;
+}
+
+void *flesh_adaptive_ida(const flesh_adaptive *self) { return self->ida; }

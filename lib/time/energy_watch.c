@@ -1,0 +1,289 @@
+/* energy_watch.c: the balance of a motion's energy with the work that is put in.
+ *
+ * The motion obeys M a + dV/dx(x,t) + f + d = R, with the forces f of effects without an energy (a pressure on an open
+ * surface), dissipative ones d with d.v >= 0 (damping, viscosity, friction relative to what rubs) and the reactions R
+ * of the constrained dofs. Its product with v is the balance of the energy E = v.Mv/2 + V (Belytschko, Liu & Moran
+ * 2000, "Nonlinear Finite Elements for Continua and Structures", section 6.2.3):
+ *
+ *   dE/dt = P - d.v <= P,   P = dV/dt|_x + R.v - f.v.
+ *
+ * dV/dt|_x is the work of loads, springs and obstacles that change with time: of an obstacle the force on the body
+ * times the obstacle's own motion, friction included, since what friction takes is d.v relative to it. W is the sum of
+ * P over the steps; so D = E - W never rises in truth, and methods that damp only lower it. What D rises by above its
+ * least value before is energy from nowhere, the excess. It is told as a share of the energy that the motion has had
+ * rightly: the largest of E - V_least - excess so far, V_least being the lowest V so far. Both do not depend on what V
+ * is counted from.
+ *
+ * W of a step, u being the displacement over it:
+ * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
+ *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its way; and
+ *   V(t_1,x_0) - V(t_0,x_0).
+ * - Others are of second order: power at the step's middle, interpolated between their stages, R.v there. For the
+ *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
+ *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations; for IDA
+ *   those of its internal steps. V(t,x) by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
+ * At an event, where constraints are taken up and loads begin and end, the change of E counts as put in.
+ *
+ * Between their stages, methods that damp little end steps where a stiff barrier is met deeper or has been passed: the
+ * energy of one such state says little, and the next step takes it back. So an excess counts where three steps in a row
+ * have it.
+ *
+ * Nothing is told below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left by
+ * the solves can do (their norm times that of u) and, of IDA, the energy of a motion as slow as its tolerance. */
+#include "time/energy_watch.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "system/one_effect.h"
+#include "system/work.h"
+
+static const double gain_to_tell = 0.05, rounding_of_terms = 1e-10;
+
+int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch)
+{
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  *watch = (flesh_energy_watch){.system = system, .n = (int)n, .limit = INFINITY, .rate = NAN};
+  watch->effects = flesh_system_effect_count(system);
+  watch->kinds = flesh_system_work_kinds(system);
+  watch->energies = calloc((size_t)watch->effects + 1, sizeof *watch->energies);
+  watch->zeros = calloc(n + 1, sizeof *watch->zeros);
+  if (watch->kinds & FLESH_WORK_OF_FORCES) watch->scratch = calloc(2 * n + 1, sizeof *watch->scratch);
+  watch->balance.worst_tet = watch->balance.fastest_node = -1;
+  if (watch->energies && watch->zeros && (watch->scratch || !(watch->kinds & FLESH_WORK_OF_FORCES))) return FLESH_OK;
+  flesh_energy_watch_clear(watch);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory to watch the energy of %zu unknowns", n);
+}
+
+void flesh_energy_watch_clear(flesh_energy_watch *watch)
+{
+  free(watch->energies);
+  free(watch->zeros);
+  free(watch->scratch);
+  *watch = (flesh_energy_watch){0};
+}
+
+size_t flesh_energy_watch_memory(const flesh_energy_watch *watch)
+{
+  return (size_t)watch->n * (watch->scratch ? 3 : 1) * sizeof(double);
+}
+
+/* Two numbers that another x or v would hardly have. */
+static void mark(const flesh_energy_watch *watch, const flesh_state *state, double marks[2])
+{
+  enum { LANES = 8 };
+  double x[LANES] = {0}, v[LANES] = {0};
+  int d = 0;
+  for (; d + LANES <= watch->n; d += LANES)
+    for (int l = 0; l < LANES; l++) x[l] += state->x[d + l], v[l] += state->v[d + l];
+  for (; d < watch->n; d++) x[0] += state->x[d], v[0] += state->v[d];
+  marks[0] = marks[1] = 0;
+  for (int l = 0; l < LANES; l++) marks[0] += (l + 1) * x[l], marks[1] += (l + 1) * v[l];
+}
+
+int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state)
+{
+  double marks[2];
+  if (!watch->known) return 0;
+  mark(watch, state, marks);
+  return !memcmp(marks, watch->marks, sizeof marks);
+}
+
+static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)
+{
+  return (flesh_point){.t = t, .load = 1, .x = state->x, .v = state->v, .a = watch->zeros,
+                       .threads = watch->threads, .costs = watch->costs};
+}
+
+/* Energy and kinetic energy of the state, from `energies`; known unless one has no value. */
+static void add_up(flesh_energy_watch *watch, double t, const flesh_state *state, int status)
+{
+  double sum = 0;
+  for (int e = 0; e < watch->effects; e++) sum += watch->energies[e];
+  watch->known = !status && isfinite(sum);
+  watch->t = t;
+  watch->energy = sum;
+  watch->kinetic = flesh_system_role_energy(watch->system, FLESH_ROLE_INERTIA, watch->energies);
+  mark(watch, state, watch->marks);
+}
+
+/* The first state: nothing is in excess, and nothing has been put in. */
+static void begin(flesh_energy_watch *watch, double t, const flesh_state *state)
+{
+  flesh_point point = point_of(watch, t, state);
+  double phi, size = 0;
+  point.costs = NULL;
+  watch->balance.supplied = watch->unbalanced = 0;
+  watch->least = watch->energy;
+  watch->lowest = watch->energy - watch->kinetic;
+  watch->balance.t_since = watch->lasting.t = t;
+  if (!flesh_system_potential(watch->system, &point, &(flesh_shift){.x = 1}, &phi, &size))
+    watch->rounding = rounding_of_terms * size;
+}
+
+void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_state *state)
+{
+  const flesh_point point = point_of(watch, t, state);
+  const double before = watch->known ? watch->energy : NAN;
+  const int first = watch->balance.begun == 0;
+  int status = flesh_system_energies(watch->system, &point, watch->energies);
+  add_up(watch, t, state, status);
+  watch->rate = NAN;
+  if (!watch->known) return;
+  if (first) begin(watch, t, state), watch->balance.begun = 1;
+  /* After a state without an energy it goes on from where it is. */
+  else watch->balance.supplied += isnan(before) ? watch->energy - watch->balance.supplied - watch->least
+                                                : watch->energy - before;
+  watch->lowest = fmin(watch->lowest, watch->energy - watch->kinetic);
+}
+
+void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate)
+{
+  watch->rate = rate;
+  watch->rate_t = t;
+}
+
+void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
+                               int residual_kernel)
+{
+  const double h = t_to - t_from, rate = work / h, gap = t_stage - watch->rate_t;
+  double share = 0; /* of the stage before */
+  if (!residual_kernel && !isnan(watch->rate) && gap > 0) share = fmin((t_stage - (t_from + h / 2)) / gap, 1);
+  watch->balance.supplied += share > 0 ? h * ((1 - share) * rate + share * watch->rate) : work;
+  watch->rate = rate;
+  watch->rate_t = t_stage;
+}
+
+/* Where it is worst: the tet with the smallest J and the fastest node. */
+static void find_place(flesh_energy_watch *watch, const flesh_state *state)
+{
+  flesh_energy_balance *b = &watch->balance;
+  const flesh_mesh *mesh = flesh_system_mesh(watch->system);
+  const uint8_t *used = flesh_mesh_node_used(mesh);
+  b->worst_J = flesh_mesh_jacobians(mesh, state->x, NULL, &b->worst_tet, NULL);
+  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)b->worst_tet;
+  for (int c = 0; c < 3; c++) {
+    b->worst_position[c] = 0;
+    for (int a = 0; a < 4; a++) b->worst_position[c] += state->x[3 * tet[a] + c] / 4;
+  }
+  double fastest = -1;
+  for (int i = 0; i < watch->n / 3; i++) {
+    const double *v = state->v + 3 * (size_t)i, square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (used[i] && square > fastest) fastest = square, b->fastest_node = i;
+  }
+  b->fastest_speed = sqrt(fastest);
+  memcpy(b->fastest_position, state->x + 3 * (size_t)b->fastest_node, sizeof b->fastest_position);
+}
+
+static void describe(const flesh_energy_balance *b, size_t size, char *text)
+{
+  char share[96];
+  if (b->gain < 10)
+    snprintf(share, sizeof share, "%.3g %% of the %.3g J that the motion has had", 100 * b->gain, b->scale);
+  else if (b->gain < 1000)
+    snprintf(share, sizeof share, "%.3g times the %.3g J that the motion has had", b->gain, b->scale);
+  else snprintf(share, sizeof share, "out of all proportion to what the motion has had");
+  snprintf(text, size,
+           "from t = %.6g s to %.6g s the energy grew by %.3g J although nothing put it in, %s; node %d at (%.4g, "
+           "%.4g, %.4g) is fastest with %.3g m/s; smallest J = %.3g in tet %d at "
+           "(%.4g, %.4g, %.4g)",
+           b->t_least, b->t_largest, b->largest, share, b->fastest_node, b->fastest_position[0], b->fastest_position[1],
+           b->fastest_position[2], b->fastest_speed, b->worst_J, b->worst_tet, b->worst_position[0],
+           b->worst_position[1], b->worst_position[2]);
+}
+
+/* The excess that the last steps have all had; of parted steps the least of every part's, or of 16 parts'. */
+static double lasting(flesh_energy_watch *watch)
+{
+  enum { PARTS = 16 };
+  double least = INFINITY;
+  const double excess = watch->balance.excess;
+  if (watch->lasting.parts++ == 0 || excess < watch->lasting.part) watch->lasting.part = excess;
+  if (watch->t - watch->lasting.t >= 0.999 * watch->step || watch->lasting.parts >= PARTS) {
+    watch->lasting.least[watch->lasting.next] = watch->lasting.part;
+    watch->lasting.next = (watch->lasting.next + 1) % FLESH_ENERGY_STEPS;
+    watch->lasting.count += watch->lasting.count < FLESH_ENERGY_STEPS;
+    watch->lasting.parts = 0;
+    watch->lasting.t = watch->t;
+  }
+  if (watch->lasting.count < FLESH_ENERGY_STEPS) return 0;
+  for (int k = 0; k < FLESH_ENERGY_STEPS; k++) least = fmin(least, watch->lasting.least[k]);
+  return least;
+}
+
+/* Tells an excess that counts; whether it passes the limit. */
+static int tell(flesh_energy_watch *watch, const flesh_state *state, double excess)
+{
+  flesh_energy_balance *b = &watch->balance;
+  const double floor = fmax(watch->rounding + watch->unbalanced, watch->floor);
+  const double gain = (excess - floor) / fmax(b->scale, floor);
+  if (!(gain > b->gain)) return 0;
+  b->gain = gain;
+  b->largest = excess;
+  b->t_least = b->t_since;
+  b->t_largest = watch->t;
+  if (!(gain > gain_to_tell)) return 0;
+  if (excess > 1.1 * watch->reported || gain > watch->limit) {
+    watch->reported = excess;
+    find_place(watch, state);
+    describe(b, sizeof watch->warning, watch->warning);
+  }
+  return gain > watch->limit;
+}
+
+int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced)
+{
+  flesh_energy_balance *b = &watch->balance;
+  const double net = watch->energy - b->supplied, potential = watch->energy - watch->kinetic;
+  if (!watch->known) return FLESH_OK;
+  watch->unbalanced += unbalanced;
+  watch->lowest = fmin(watch->lowest, potential);
+  if (net <= watch->least) {
+    watch->least = net;
+    watch->unbalanced = 0;
+    b->t_since = watch->t;
+  }
+  b->excess = net - watch->least;
+  b->scale = fmax(b->scale, watch->energy - watch->lowest - b->excess);
+  return tell(watch, state, lasting(watch)) ? flesh_fail(FLESH_ERR_ENERGY, "%s", watch->warning) : FLESH_OK;
+}
+
+void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state)
+{
+  if (watch->known) tell(watch, state, watch->balance.excess);
+}
+
+int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
+                            const flesh_position_potential *placed, const double *energies)
+{
+  const flesh_point point = point_of(watch, t, state);
+  int status = FLESH_OK;
+  if (!watch->balance.begun || !watch->known) {
+    flesh_energy_watch_jump(watch, t, state);
+    return FLESH_OK;
+  }
+  if (energies) {
+    memcpy(watch->energies, energies, (size_t)watch->effects * sizeof *energies);
+    double kinetic;
+    status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
+  } else {
+    status = flesh_system_energies_placed(watch->system, &point, placed ? placed : &(flesh_position_potential){0},
+                                          watch->energies);
+  }
+  add_up(watch, t, state, status);
+  return status;
+}
+
+int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state)
+{
+  double work = 0;
+  if (!(watch->kinds & FLESH_WORK_IN_TIME) || !watch->known) return FLESH_OK;
+  int status =
+      flesh_system_work_in_time(watch->system, t_from, watch->t, state->x, state->v, watch->energies, 1, &work);
+  watch->balance.supplied += work / 2;
+  if (status) watch->known = 0;
+  return status;
+}

@@ -1,0 +1,78 @@
+/* energy_watch.h: notices energy that nothing has put in. */
+#ifndef FLESH_TIME_ENERGY_WATCH_H
+#define FLESH_TIME_ENERGY_WATCH_H
+
+#include "flesh/integrator.h"
+#include "system/position_potential.h"
+
+/* An excess counts where that many steps in a row have it. */
+enum { FLESH_ENERGY_STEPS = 3 };
+
+/* See energy_watch.c for the balance. */
+typedef struct flesh_energy_watch {
+  const flesh_system *system;
+  int n, effects;
+  int kinds;               /* flesh_system_work_kinds */
+  double limit;            /* gain that ends a step */
+  double *energies;        /* [effects] of the state known, J */
+  double *zeros;           /* [n] */
+  double *scratch;         /* [2*n] where forces may put in work; else NULL */
+  flesh_threads *threads;  /* borrowed; may be NULL */
+  flesh_costs *costs;      /* borrowed; may be NULL */
+  /* The state that `energies` belong to. */
+  int known;
+  double t, marks[2];
+  double energy, kinetic; /* J */
+  /* Since the first state: the least of energy less work, the lowest potential energy, what is in rounding and in what
+   * the solves leave unbalanced since that least, J. */
+  double least, lowest, rounding, unbalanced;
+  double floor;           /* J, below which nothing is told */
+  double rate, rate_t;    /* W of work at a stage, and its time; NaN: not known */
+  double step;            /* s, that is asked of the integrator, which may part it */
+  struct {
+    int count, next;                  /* of `least` */
+    double least[FLESH_ENERGY_STEPS]; /* J, the least excess within each of the last steps */
+    int parts;                        /* states since the last of them */
+    double part, t;                   /* J, the least excess of these; s, when that began */
+  } lasting;
+  double reported;        /* J, the largest excess that a warning has told */
+  flesh_energy_balance balance;
+  char warning[400];
+} flesh_energy_watch;
+
+int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch);
+void flesh_energy_watch_clear(flesh_energy_watch *watch);
+size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
+
+/* Whether the energies known are those of the state. */
+int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state);
+
+/* The body has come from the state known to this one at time t (that of the state, or the moment before) by other means
+ * than motion: constraints taken up, effects switched on or off, a caller's change. Its change of energy counts as put
+ * in. The first state is where all begins. */
+void flesh_energy_watch_jump(flesh_energy_watch *watch, double t, const flesh_state *state);
+
+/* W of work at t, where a step begins whose stages go on from there (0: nothing is moved). */
+void flesh_energy_watch_begin(flesh_energy_watch *watch, double t, double rate);
+
+/* Of a step from t_from to t_to: adds to what has been put in the work at its stage at t_stage, that is the work over
+ * the whole step with the forces of the stage. A method of first order counts just that, others what it is at the
+ * step's middle by that and the stage before: `work` is the stage's power times the step. */
+void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double t_to, double t_stage, double work,
+                               int residual_kernel);
+
+/* Takes in the state at the end of a step, at time t (or the moment before an event there). `energies` [effects] NULL:
+ * they are evaluated, but for the strain energy where `placed` (may be NULL) knows it; else all but the kinetic energy
+ * are those given. Status as of energies; nothing is known then. */
+int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
+                            const flesh_position_potential *placed, const double *energies);
+/* Adds the second half of what changes with time at a place: at the step's end, which is the state known, since t_from.
+ * */
+int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);
+/* Judges the state known; `unbalanced`: work that what the step's solve has left can do at most, J. FLESH_ERR_ENERGY
+ * with words where the limit is passed. */
+int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state, double unbalanced);
+/* The same, without more ado, where no step leads on from the state known: the excess counts that it has. */
+void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state);
+
+#endif

@@ -1,0 +1,24 @@
+/* rigid_guess.h: where free bodies get to when each goes on moving as a rigid one. */
+#ifndef FLESH_TIME_RIGID_GUESS_H
+#define FLESH_TIME_RIGID_GUESS_H
+
+#include "flesh/integrator.h"
+
+/* The connected parts of a mesh. */
+typedef struct flesh_rigid_parts {
+  int count;
+  int *first; /* [count+1] of each part's nodes */
+  int *nodes; /* [used nodes] */
+  double *mass; /* [n] of the nodes, or ones */
+} flesh_rigid_parts;
+
+int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
+void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
+
+/* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
+ * free. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what
+ * backward Euler goes by. */
+int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, const flesh_state *state, double h,
+                      int nearest, double *u);
+
+#endif

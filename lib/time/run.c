@@ -1,0 +1,182 @@
+/* run.c: steps from a state to an end, telling observers. */
+#include "flesh/observer.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* What records point to; nothing is allocated after the start. */
+typedef struct watch {
+  const flesh_system *system;
+  const flesh_mesh *mesh;
+  const flesh_run_options *options;
+  double *zeros; /* [3*n] accelerations: energies do not depend on them */
+  double *J, *energies, *rest_energies;
+  double rest_volume;
+  flesh_costs *costs;
+} watch;
+
+static void watch_close(watch *w)
+{
+  free(w->zeros);
+  free(w->J);
+  free(w->energies);
+  free(w->rest_energies);
+}
+
+static int watch_open(watch *w)
+{
+  size_t effects = (size_t)flesh_system_effect_count(w->system);
+  w->zeros = calloc((size_t)flesh_system_unknowns(w->system), sizeof(double));
+  w->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
+  w->energies = calloc(effects + 1, sizeof(double));
+  w->rest_energies = calloc(effects + 1, sizeof(double));
+  if (!w->zeros || !w->J || !w->energies || !w->rest_energies)
+    return flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
+  const double *rest = flesh_mesh_positions(w->mesh);
+  w->rest_volume = flesh_mesh_volume(w->mesh, rest);
+  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
+                             .x_lag = rest, .v_lag = w->zeros};
+  for (size_t e = 0; e < effects; e++) {
+    const flesh_effect *effect = flesh_system_effect(w->system, (int)e);
+    /* Only elasticity's formula has an arbitrary constant. */
+    if (!effect->operations->energy || effect->operations->role != FLESH_ROLE_ELASTICITY) continue;
+    int status = effect->operations->energy(effect, &point, &w->rest_energies[e]);
+    if (status < 0) return status;
+  }
+  return FLESH_OK;
+}
+
+static int tell(watch *w, const flesh_integrator *integrator, int step, int last, double h, const flesh_state *state,
+                const flesh_solve_stats *stats)
+{
+  if (!w->options->observer_count) return FLESH_OK;
+  flesh_step_record record = {.step = step,
+                              .last = last,
+                              .h = h,
+                              .system = w->system,
+                              .state = state,
+                              .stats = stats,
+                              .energies = w->energies,
+                              .rest_energies = w->rest_energies,
+                              .rest_volume = w->rest_volume,
+                              .J = w->J};
+  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
+                             .costs = w->costs};
+  int effects = flesh_system_effect_count(w->system);
+  const double *known = flesh_integrator_energies(integrator, state);
+  int status = FLESH_OK;
+  if (known) memcpy(w->energies, known, (size_t)effects * sizeof *known);
+  else status = flesh_system_energies(w->system, &point, w->energies);
+  if (status < 0) return status;
+  /* A state may be accepted where an energy has no value (a start with J <= 0): it has none in the
+   * record. */
+  if (status > 0)
+    for (int e = 0; e < effects; e++) w->energies[e] = NAN;
+  record.volume = flesh_mesh_volume(w->mesh, state->x);
+  record.min_J = flesh_mesh_jacobians(w->mesh, state->x, w->J, &record.min_J_tet, &record.inverted);
+  for (int o = 0; o < w->options->observer_count; o++) {
+    const flesh_observer *observer = &w->options->observers[o];
+    status = observer->observe(observer->data, &record);
+    if (status < 0) return status;
+  }
+  return FLESH_OK;
+}
+
+static int ask(const flesh_run_options *options)
+{
+  return options->stop ? options->stop(options->stop_data) : FLESH_OK;
+}
+
+static int is_finite(const flesh_state *state, int unknowns)
+{
+  double sum = 0; /* one overflow, infinity or NaN stays in it */
+  for (int d = 0; d < unknowns; d++) sum += 0 * state->x[d] + 0 * state->v[d];
+  return sum == 0;
+}
+
+/* A step that failed because a prescribed node would have to enter an obstacle says so; the others are put where they
+ * can be. */
+static int explain(watch *w, const flesh_state *state, double target, int status)
+{
+  const size_t bytes = sizeof(double) * (size_t)flesh_system_unknowns(w->system);
+  double *x = flesh_system_limits_step(w->system) ? malloc(bytes) : NULL;
+  if (!x) return status;
+  memcpy(x, state->x, bytes);
+  flesh_system_push_out(w->system, state->t, state->x, target, x);
+  flesh_system_prescribe(w->system, target, x);
+  if (flesh_system_check(w->system, target, x))
+    status = flesh_fail_within(FLESH_ERR_SOLVE, "the step from t = %g s to %g s failed: ", state->t, target);
+  free(x);
+  return status;
+}
+
+static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state, int *steps)
+{
+  const flesh_run_options *options = w->options;
+  int single =
+      flesh_integrator_method(integrator) == FLESH_METHOD_STATIC && !flesh_system_moves(w->system);
+  double start = state->t, end = options->end;
+  int done = !single && start >= end;
+  flesh_solve_stats stats = {0};
+  int status = tell(w, integrator, 0, done, 0, state, &stats);
+  if (!status) status = ask(options);
+  for (int step = 1; !status && !done; step++) {
+    /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
+     * within a millionth of h of the end ends there. */
+    double target = single ? end : start + step * options->h, h = options->h;
+    done = target > end - 1e-6 * options->h;
+    if (done) target = end;
+    if (single || fabs(target - state->t - h) > 1e-9 * h) h = target - state->t;
+    stats = (flesh_solve_stats){0};
+    status = flesh_integrator_step(integrator, state, h, &stats);
+    if (status > 0 || status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR)
+      status = explain(w, state, target, status);
+    if (status && options->unfinished) *options->unfinished = stats;
+    if (status > 0)
+      status = flesh_fail(FLESH_ERR_SOLVE, "the step from t = %g s failed: %s", state->t,
+                          flesh_status_text(status));
+    if (status) break;
+    state->t = target;
+    *steps = step;
+    if (!is_finite(state, flesh_system_unknowns(w->system)))
+      return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
+    int stop = done ? FLESH_OK : ask(options);
+    status = tell(w, integrator, step, done || stop, h, state, &stats);
+    if (!status) status = stop;
+  }
+  return status;
+}
+
+int flesh_run(const flesh_system *system, flesh_integrator *integrator,
+              const flesh_run_options *options, flesh_state *state, int *steps)
+{
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  int taken = 0;
+  if (!steps) steps = &taken;
+  *steps = 0;
+  if (!(options->h > 0) || !isfinite(options->h))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
+  if (!isfinite(options->end) || options->end < state->t)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the end is %g s; it must not lie before the start at %g s",
+                      options->end, state->t);
+  if ((options->end - state->t) / options->h >= INT_MAX)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%g s in steps of %g s are %.3g steps; at most %d can be taken",
+                      options->end - state->t, options->h, (options->end - state->t) / options->h,
+                      INT_MAX - 1);
+  watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options,
+             .costs = flesh_integrator_costs(integrator)};
+  int status = options->observer_count ? watch_open(&w) : FLESH_OK;
+  if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
+  flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
+  if (!status) status = flesh_system_check(system, state->t, state->x);
+  if (!status) status = run_steps(&w, integrator, state, steps);
+  flesh_integrator_set_stop(integrator, NULL, NULL);
+  watch_close(&w);
+  return status;
+}

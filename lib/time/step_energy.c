@@ -1,0 +1,70 @@
+/* step_energy.c: work of a stage's forces and reactions, and what changes with time at a place. */
+#include "time/step_energy.h"
+
+#include <math.h>
+
+#include "base/parallel_vector.h"
+#include "system/work.h"
+
+int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *prescribed, const flesh_state *state,
+                            double t, double h, const double *a, double *r)
+{
+  const flesh_point point = {.t = t, .load = 1, .x = state->x, .v = state->v, .a = a, .threads = watch->threads,
+                             .costs = watch->costs};
+  double power = 0, work;
+  int moves = 0, status = FLESH_OK;
+  for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;
+  if (moves) status = flesh_system_residual(watch->system, &point, r);
+  for (int d = 0; d < watch->n && moves && !status; d++)
+    if (prescribed->fixed[d]) power += r[d] * state->v[d];
+  if (!status && watch->kinds & FLESH_WORK_OF_FORCES) {
+    status = flesh_system_work_of_forces(watch->system, &point, t, t + h, NULL, watch->scratch, &work);
+    power += work / h;
+  }
+  flesh_energy_watch_begin(watch, t, status ? NAN : power);
+  return status < 0 ? status : FLESH_OK;
+}
+
+/* The forces and reactions of the stage along the displacements (of first order) or with the velocities of the stage,
+ * and what changes with time at the step's start. Where that has no value the balance begins anew. */
+int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
+{
+  flesh_energy_watch *watch = step->watch;
+  const flesh_stage *stage = step->stage;
+  const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
+  const int *held;
+  double work = 0, part = 0;
+  int count, status = FLESH_OK;
+  const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &held, &count);
+  for (int k = 0; k < count; k++) {
+    const int d = held[k];
+    work += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
+  }
+  if (watch->kinds & FLESH_WORK_OF_FORCES) {
+    const flesh_point point = flesh_nonlinear_point(step->nonlinear);
+    status = flesh_system_work_of_forces(watch->system, &point, step->from, step->to, step->second ? NULL : u,
+                                         watch->scratch, &part);
+    work += part;
+  }
+  flesh_energy_watch_supply(watch, step->from, step->to, stage->t, work, !step->second);
+  if (!status && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
+    status = flesh_system_work_in_time(watch->system, step->from, step->to, state->x, state->v, watch->energies, 0,
+                                       &part);
+    watch->balance.supplied += step->second ? part / 2 : part;
+  }
+  if (status) watch->known = 0;
+  return status < 0 ? status : FLESH_OK;
+}
+
+int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *state, const flesh_solve_stats *stats)
+{
+  flesh_energy_watch *watch = step->watch;
+  const int at_stage = step->stage->shift.x == 1;
+  const double left = fmin(stats->residual_last, stats->residual_target);
+  const double unbalanced = left * flesh_norm(watch->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
+  int status = flesh_energy_watch_meet(watch, step->to, state,
+                                       at_stage ? flesh_nonlinear_reached(step->nonlinear) : NULL,
+                                       at_stage ? NULL : step->energies);
+  if (!status && step->second) status = flesh_energy_watch_supply_in_time(watch, step->from, state);
+  return status < 0 ? status : flesh_energy_watch_judge(watch, state, unbalanced);
+}

@@ -1,0 +1,273 @@
+/* test_energy.c: the work that is put in against closed forms, for every method; energy from nowhere is told and ends a
+ * step; what is merely moved, pushed, rubbed, inflated or at rest is not. */
+#include <stdlib.h>
+
+#include "body.h"
+#include "test.h"
+
+static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT,
+                                       FLESH_METHOD_NEWMARK,        FLESH_METHOD_HHT,  FLESH_METHOD_ADAPTIVE};
+enum { METHODS = sizeof methods / sizeof methods[0] };
+
+static flesh_integrator *integrator_of(const test_body *b, flesh_method method)
+{
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
+  flesh_adaptive_options adaptive;
+  flesh_adaptive_options_default(&adaptive);
+  adaptive.max_step = 0.02; /* what is prescribed makes no error that would limit it */
+  CHECK_OK(flesh_integrator_set_adaptive(integrator, &adaptive));
+  return integrator;
+}
+
+static void add(test_body *b, flesh_effect *effect) { CHECK_OK(flesh_system_add_effect(b->system, &effect)); }
+
+static void add_contact(test_body *b, flesh_obstacle *obstacle, double thickness, double friction)
+{
+  flesh_contact_options options;
+  flesh_effect *effect = NULL;
+  flesh_contact_options_default(&options);
+  options.thickness = thickness;
+  options.friction = friction;
+  CHECK_OK(flesh_effect_contact(&b->body, &options, &obstacle, &effect));
+  add(b, effect);
+}
+
+static flesh_obstacle *floor_at(double z, const flesh_motion *motion)
+{
+  flesh_obstacle *o = NULL;
+  CHECK_OK(flesh_obstacle_plane((double[]){0, 0, z}, (double[]){0, 0, 1}, &o));
+  if (motion) CHECK_OK(flesh_obstacle_move(o, motion));
+  return o;
+}
+
+static void cube(int cells, double size, double young, test_body *b)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, young, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(cells, cells, cells, size, size, size), material, 1000, FLESH_MASS_LUMPED, 1, b));
+}
+
+/* A body all of whose nodes follow x(t) = X + (3 s^2 - 2 s^3) e_x, s = t/1 s: the reactions' work is its kinetic
+ * energy, M (6 s - 6 s^2)^2 / 2, and all of it comes back. */
+static void reactions_work_as_much_as_the_body_moves(void)
+{
+  const flesh_keyframe keys[] = {{0, {0}, {0}}, {1, {1, 0, 0}, {0}}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys, .smooth = 1};
+  for (int m = 0; m < METHODS; m++) {
+    double worst[2] = {0, 0};
+    for (int fine = 0; fine < 2; fine++) {
+      test_body b;
+      cube(2, 1, 1e5, &b);
+      int nodes[27];
+      for (int i = 0; i < 27; i++) nodes[i] = i;
+      CHECK_OK(flesh_system_add_prescribed_motion(b.system, 27, nodes, FLESH_AXES_ALL, &motion, -INFINITY, INFINITY));
+      CHECK_OK(flesh_system_finalize(b.system));
+      flesh_integrator *integrator = integrator_of(&b, methods[m]);
+      const int steps = fine ? 80 : 40;
+      for (int k = 1; k <= steps; k++) {
+        CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / steps, NULL));
+        const double s = b.state.t, v = 6 * s - 6 * s * s;
+        worst[fine] = fmax(worst[fine], fabs(flesh_integrator_energy_balance(integrator)->supplied - 500 * v * v));
+      }
+      CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 1e-2);
+      CHECK(flesh_integrator_warning(integrator) == NULL);
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+    printf("# %s: work of reactions off by %.3g and %.3g of 1125 J\n", flesh_method_name(methods[m]), worst[0],
+           worst[1]);
+    CHECK_BELOW(worst[0], m == 0 ? 160 : methods[m] == FLESH_METHOD_ADAPTIVE ? 12 : 6);
+    if (methods[m] != FLESH_METHOD_ADAPTIVE) CHECK_BELOW(worst[1], m == 0 ? 0.6 * worst[0] : 0.3 * worst[0]);
+  }
+}
+
+/* 1 kg on a spring of k = w^2 whose end is pulled away at c: x = c t - c/w sin(w t), and the pull works
+ * m c^2 (1 - cos(w t)). A tet without elasticity, hung up at its centroid. */
+static void a_moving_spring_works_as_an_oscillator_says(void)
+{
+  const double X[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, w = 10, c = 2, h = 0.01;
+  const flesh_keyframe keys[] = {{0, {0.25, 0.25, 0.25}, {0}}, {2, {0.25 + 2 * 2, 0.25, 0.25}, {0}}};
+  for (int m = 0; m < METHODS; m++) {
+    test_body b = {.n = 12};
+    double worst = 0;
+    CHECK_OK(flesh_mesh_create(4, X, 1, (const int[]){0, 1, 2, 3}, NULL, &b.mesh));
+    b.density = malloc(sizeof *b.density);
+    b.density[0] = 6;
+    b.body = (flesh_body){.mesh = b.mesh, .density = b.density};
+    b.state.x = malloc(sizeof X);
+    b.state.v = calloc(12, sizeof *b.state.v);
+    memcpy(b.state.x, X, sizeof X);
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_system_create(b.mesh, &b.system));
+    CHECK_OK(flesh_effect_inertia(&b.body, &effect));
+    add(&b, effect);
+    CHECK_OK(flesh_effect_spring(&b.body, keys[0].translation, w * w, &(flesh_motion){.count = 2, .keyframes = keys},
+                               -INFINITY, INFINITY, &effect));
+    add(&b, effect);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = integrator_of(&b, methods[m]);
+    for (int k = 1; k <= 150; k++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
+      const double work = flesh_integrator_energy_balance(integrator)->supplied;
+      worst = fmax(worst, fabs(work - c * c * (1 - cos(w * b.state.t))));
+    }
+    printf("# %s: work of the spring off by %.3g of 8 J\n", flesh_method_name(methods[m]), worst);
+    /* Backward Euler's oscillation dies away; the others' only lose their phase. */
+    if (m > 0) CHECK_BELOW(worst, 0.45);
+    CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 1e-2);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A block of mass m on a belt that starts at c: friction drags it along at mu g until it is as fast. The belt goes
+ * twice as far as the block meanwhile: its work is m c^2, half of which friction takes. */
+static void a_belt_works_twice_what_the_block_gets(void)
+{
+  const flesh_keyframe keys[] = {{0, {0}, {0}}, {10, {10 * 0.5, 0, 0}, {0}}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys};
+  const flesh_method some[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_HHT};
+  for (int m = 0; m < 2; m++) {
+    test_body b;
+    cube(2, 0.1, 1e5, &b);
+    CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+    add_contact(&b, floor_at(-0.0021, &motion), 0.002, 0.3);
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_effect_viscosity(&b.body, 30, 30, &effect));
+    add(&b, effect);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = integrator_of(&b, some[m]);
+    for (int k = 0; k < 200; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 400, NULL));
+    const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+    printf("# %s: the belt works %.4g J, m c^2 = 0.25 J; gain %.2g\n", flesh_method_name(some[m]), balance->supplied,
+           balance->gain);
+    CHECK_NEAR(balance->supplied, 0.25, 0.025);
+    CHECK_BELOW(balance->gain, 0.05);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A pressure p on one face A of a free block is a follower load without an energy: it works p A s, s being the block's
+ * way, and that is its kinetic energy, stiff as it is. */
+static void a_follower_load_works_along_its_way(void)
+{
+  for (int m = 0; m < METHODS; m++) {
+    test_body b;
+    cube(2, 1, 1e7, &b);
+    int triangles, count = 0, chosen[24];
+    const int *surface = flesh_mesh_surface(b.mesh, &triangles);
+    const double *X = flesh_mesh_positions(b.mesh);
+    for (int k = 0; k < triangles; k++)
+      if (X[3 * surface[3 * k]] + X[3 * surface[3 * k + 1]] + X[3 * surface[3 * k + 2]] < 1e-9)
+        memcpy(chosen + 3 * count++, surface + 3 * k, 3 * sizeof *chosen);
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_effect_pressure(&b.body, count, chosen, 2000, NULL, &effect));
+    CHECK(effect->operations->energy == NULL);
+    add(&b, effect);
+    CHECK_OK(flesh_effect_viscosity(&b.body, 1e4, 1e4, &effect));
+    add(&b, effect);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = integrator_of(&b, methods[m]);
+    for (int k = 0; k < 50; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+    const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+    /* a = p A / M = 2 m/s^2; s = a t^2/2 = 0.25 m. */
+    printf("# %s: the pressure works %.5g J of 500 J; gain %.2g\n", flesh_method_name(methods[m]), balance->supplied,
+           balance->gain);
+    CHECK_NEAR(balance->supplied, 500, m == 0 ? 15 : 1);
+    CHECK_BELOW(balance->gain, 1e-2);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A plate that rises under a block, and one that leaves it again: whatever the method, nothing is told. */
+static void what_is_pushed_is_not_told(void)
+{
+  const flesh_keyframe keys[] = {{0, {0}, {0}}, {0.2, {0, 0, 0.05}, {0}}, {0.4, {0}, {0}}};
+  const flesh_motion motion = {.count = 3, .keyframes = keys, .smooth = 1};
+  for (int m = 0; m < METHODS - 1; m++) {
+    test_body b;
+    cube(2, 0.1, 1e5, &b);
+    CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+    add_contact(&b, floor_at(-0.004, &motion), 0.004, 0);
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *integrator = integrator_of(&b, methods[m]);
+    for (int k = 0; k < 300; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 1000, NULL));
+    const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+    printf("# %s: the plate works %.4g J, gain %.2g\n", flesh_method_name(methods[m]), balance->supplied,
+           balance->gain);
+    CHECK(balance->supplied > 0.1);
+    CHECK_BELOW(balance->gain, 0.05);
+    CHECK(flesh_integrator_warning(integrator) == NULL);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A hanging bar that has come to rest stays so for long: no last digits are told. */
+static void rest_is_not_told(void)
+{
+  for (int m = 0; m < METHODS; m++) {
+    test_body b;
+    cube(2, 1, 1e5, &b);
+    CHECK_OK(test_body_clamp(&b, 1e-9));
+    CHECK_OK(test_body_gravity(&b, 0, 0, -1));
+    CHECK_OK(flesh_system_finalize(b.system));
+    flesh_integrator *settling = integrator_of(&b, FLESH_METHOD_STATIC), *integrator = integrator_of(&b, methods[m]);
+    CHECK_OK(flesh_integrator_step(settling, &b.state, 0, NULL));
+    CHECK(!flesh_integrator_energy_balance(settling)->begun);
+    for (int k = 0; k < 200; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.02, NULL));
+    CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 0.05);
+    flesh_integrator_destroy(&settling);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
+/* A block within a barrier's reach, which HHT's first step blows up, and one that midpoint drops on the floor. */
+static void energy_from_nowhere_ends_a_step(void)
+{
+  for (int drop = 0; drop < 2; drop++)
+    for (int limited = 0; limited < 2; limited++) {
+      test_body b;
+      flesh_solve_stats stats = {0};
+      cube(4, 0.1, 1e5, &b);
+      CHECK_OK(test_body_gravity(&b, 0, 0, -9.81));
+      add_contact(&b, floor_at(drop ? -0.02 : -0.0005, NULL), NAN, 0);
+      CHECK_OK(flesh_system_finalize(b.system));
+      flesh_integrator *integrator = integrator_of(&b, drop ? FLESH_METHOD_MIDPOINT : FLESH_METHOD_HHT);
+      CHECK(flesh_integrator_set_max_energy_gain(integrator, 0) == FLESH_ERR_ARGUMENT);
+      CHECK_TEXT(flesh_error_text(), "must be positive");
+      if (!limited) CHECK_OK(flesh_integrator_set_max_energy_gain(integrator, INFINITY));
+      int status = FLESH_OK, steps = 0;
+      for (; !status && steps < (drop ? 1000 : 10); steps++)
+        status = flesh_integrator_step(integrator, &b.state, drop ? 0.001 : 0.01, &stats);
+      const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+      const char *warning = flesh_integrator_warning(integrator);
+      printf("# %s: %s after %d steps: %s\n", drop ? "drop" : "block", flesh_status_name(status), steps,
+             warning ? warning : "no warning");
+      CHECK(status == (limited ? FLESH_ERR_ENERGY : FLESH_OK));
+      CHECK(balance->gain > 0.5 && balance->largest > 0.5 * balance->scale && balance->supplied == 0);
+      CHECK_TEXT(warning ? warning : "", "although nothing put it in");
+      CHECK(balance->worst_tet >= 0 && balance->fastest_node >= 0 && balance->t_largest > balance->t_least);
+      if (limited) {
+        const flesh_failure *failure = flesh_integrator_failure(integrator);
+        CHECK(failure->status == FLESH_ERR_ENERGY && failure->t > 0 && failure->worst_tet >= 0);
+        CHECK(test_all_finite(b.n, b.state.x) && steps < (drop ? 600 : 6));
+      }
+      flesh_integrator_destroy(&integrator);
+      test_body_destroy(&b);
+    }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(reactions_work_as_much_as_the_body_moves),
+                   TEST(a_moving_spring_works_as_an_oscillator_says), TEST(a_belt_works_twice_what_the_block_gets),
+                   TEST(a_follower_load_works_along_its_way), TEST(what_is_pushed_is_not_told), TEST(rest_is_not_told),
+                   TEST(energy_from_nowhere_ends_a_step));
+}

@@ -1,0 +1,280 @@
+/* test_nonlinear_elimination.c: few nodes that carry a residual are solved for alone: with every effect, in fewer
+ * iterations, with the same result, and not where nothing goes astray. */
+#include "body.h"
+#include "newton/stage.h"
+#include "newton/subdomain.h"
+#include "sundials/kinsol.h"
+#include "test.h"
+
+enum { SIDE = 12, UNKNOWNS = 3 * (2 * SIDE + 1) * (SIDE + 1) * (SIDE + 1) };
+static double with[UNKNOWNS], without[UNKNOWNS];
+
+/* A block clamped at x = 0, with a ball of nodes in its middle thrown about. */
+static void make_block(flesh_mass mass, test_body *b)
+{
+  flesh_material material;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(2 * SIDE, SIDE, SIDE, 0.2, 0.1, 0.1), material, 1000, mass, 1, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  CHECK_OK(test_body_clamp(b, 1e-9));
+}
+
+static int in_ball(const double X[3]) { return hypot(hypot(X[0] - 0.1, X[1] - 0.05), X[2] - 0.05) < 0.016; }
+
+/* How far a tangle's nodes are thrown, m: with a thousandth more, rounding decides which of two equilibria it ends
+ * in. */
+static const double TANGLE = 0.017;
+
+static void throw_about(const test_body *b, double amplitude, double *x)
+{
+  double *thrown = malloc((size_t)b->n * sizeof *thrown);
+  const double *X = flesh_mesh_positions(b->mesh);
+  memcpy(thrown, x, (size_t)b->n * sizeof *x);
+  test_jitter(b->n, amplitude, 7, thrown);
+  for (int i = 0; i < b->n / 3; i++)
+    if (in_ball(X + 3 * i)) memcpy(x + 3 * i, thrown + 3 * i, 3 * sizeof *x);
+  free(thrown);
+}
+
+/* Elements of two materials, in two parts of every other one, are the whole together. */
+static void parts_add_up(void)
+{
+  flesh_mesh *mesh = test_box(3, 2, 2, 3, 2, 2);
+  const int tets = flesh_mesh_tet_count(mesh), n = 3 * flesh_mesh_node_count(mesh);
+  flesh_material materials[2];
+  int *material = malloc((size_t)tets * sizeof *material), *chosen = malloc((size_t)tets * sizeof *chosen);
+  int *nodes = malloc(4 * (size_t)tets * sizeof *nodes);
+  double *x = malloc(3 * (size_t)n * sizeof *x), *whole = x + n, *sum = x + 2 * n;
+  for (int k = 0; k < 2; k++)
+    CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1 + 10 * k, 0.3, &materials[k]));
+  for (int e = 0; e < tets; e++) material[e] = e % 3 == 0;
+  const flesh_body body = {.mesh = mesh, .materials = materials, .tet_material = material};
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_effect_elasticity(&body, &effect));
+  memcpy(x, flesh_mesh_positions(mesh), (size_t)n * sizeof *x);
+  memset(whole, 0, 2 * (size_t)n * sizeof *whole);
+  test_jitter(n, 0.3, 5, x);
+  const flesh_point point = {.x = x};
+  CHECK_OK(effect->operations->residual(effect, &point, whole));
+  const flesh_cells *cells = effect->operations->cells(effect);
+  for (int parity = 0; parity < 2; parity++) {
+    int count = 0;
+    for (int k = parity; k < tets; k += 2) {
+      memcpy(nodes + 4 * (size_t)count, cells->nodes + 4 * (size_t)k, 4 * sizeof *nodes);
+      chosen[count++] = k;
+    }
+    flesh_mesh *half = NULL;
+    flesh_effect *part = NULL;
+    CHECK_OK(flesh_mesh_create(n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &half));
+    CHECK_OK(effect->operations->restrict_to_cells(effect, count, chosen, half, &part));
+    CHECK_OK(part->operations->residual(part, &point, sum));
+    flesh_effect_destroy(&part);
+    flesh_mesh_destroy(&half);
+  }
+  for (int d = 0; d < n; d++) sum[d] -= whole[d];
+  CHECK_BELOW(flesh_norm(NULL, n, sum), 1e-13 * flesh_norm(NULL, n, whole));
+  flesh_effect_destroy(&effect);
+  flesh_mesh_destroy(&mesh);
+  free(material);
+  free(chosen);
+  free(nodes);
+  free(x);
+}
+
+/* A KINSOL for a subdomain, as nonlinear solves have one. */
+static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+{
+  flesh_nonlinear *nonlinear = NULL;
+  int status = flesh_nonlinear_create(system, options, &nonlinear);
+  (void)stop, (void)stop_data;
+  if (status) return status;
+  status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
+  memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
+  flesh_nonlinear_destroy(&nonlinear);
+  return status;
+}
+
+/* All that is quadratic stands beside the subdomain exactly: its solution is one of the whole there. */
+static void the_rest_of_the_body_is_there(void)
+{
+  test_body b;
+  flesh_effect *effect = NULL;
+  flesh_newton newton;
+  flesh_equations *equations = &newton.equations;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.project = FLESH_PROJECT_ALWAYS;
+  make_block(FLESH_MASS_CONSISTENT, &b);
+  CHECK_OK(flesh_effect_damping(&b.body, 2, 0.02, FLESH_STIFFNESS_CURRENT, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_effect_viscosity(&b.body, 100, 50, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  const flesh_motion target = {.count = 1, .keyframes = &(flesh_keyframe){.translation = {0.1, 0.05, 0.08}}};
+  CHECK_OK(flesh_effect_spring(&b.body, (double[]){0.101, 0.051, 0.049}, 1e3, &target, -INFINITY, INFINITY, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  int held = 0; /* a node of the ball, in one direction */
+  while (!in_ball(flesh_mesh_positions(b.mesh) + 3 * held)) held++;
+  CHECK_OK(flesh_system_add_pin(b.system, 1, &held, FLESH_AXIS_Y, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_newton_init(b.system, &options, solve_stage, &newton));
+  const double h = 1. / 60;
+  double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(4 * (size_t)b.n * sizeof *r), *w = r + b.n;
+  double *after = r + 2 * b.n, *there = r + 3 * b.n;
+  for (int d = 0; d < b.n; d++) b.state.v[d] = 0.1 * sin(d);
+  const flesh_stage stage = {.t = h,
+                             .load = 1,
+                             .prescribed_fraction = 1,
+                             .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)},
+                             .x0 = b.state.x,
+                             .x_lag = b.state.x,
+                             .v_lag = b.state.v};
+  flesh_newton_set_stage(&newton, &stage);
+  /* Everywhere in balance but in the ball, which has moved since K was assembled. */
+  for (int k = 0; k < 12; k++) {
+    int status = flesh_equations_residual(equations, u, r);
+    if (!status && k < 11) status = flesh_newton_matrix(&newton, u, NULL);
+    if (!status && k < 11) status = flesh_matrix_policy_refresh(&newton.policy);
+    flesh_direction_kind kind;
+    const flesh_direction_request request = {.tolerance = 1e-8, .max_iterations = 2000};
+    for (int d = 0; d < b.n; d++) r[d] = -r[d];
+    if (!status && k < 11)
+      status = flesh_direction_solve(&newton.direction, &request, r, w, &kind);
+    CHECK_OK(status);
+    for (int d = 0; d < b.n && k < 11; d++) u[d] += w[d];
+  }
+  CHECK_BELOW(flesh_norm(NULL, b.n, r), 1e-6);
+  throw_about(&b, 0.002, u);
+  u[3 * held + 1] = 0;
+  double before, lower, size;
+  CHECK_OK(flesh_equations_residual(equations, u, r));
+  CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
+  const flesh_subdomain_parent parent = {.equations = equations, .options = &newton.options, .u_matrix = newton.u,
+                                         .filter = newton.direction.filter, .solve_stage = solve_stage,
+                                         .stats = &newton.stats};
+  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  int moved = 0;
+  for (int d = 0; d < b.n; d++) {
+    there[d] = u[d] + w[d];
+    moved += w[d] != 0;
+  }
+  CHECK(moved > 100 && moved < b.n / 4 && w[3 * held] != 0 && w[3 * held + 1] == 0);
+  CHECK_OK(flesh_equations_residual(equations, there, after));
+  CHECK_OK(flesh_equations_potential(equations, there, &lower, &size));
+  CHECK(lower < before);
+  for (int d = 0; d < b.n; d++)
+    if (w[d] == 0) after[d] = 0;
+  printf("# %d unknowns moved, residual %.3g, then %.3g\n", moved, flesh_norm(NULL, b.n, r),
+         flesh_norm(NULL, b.n, after));
+  CHECK_BELOW(flesh_norm(NULL, b.n, after), 0.01 * flesh_norm(NULL, b.n, r));
+  free(u);
+  free(r);
+  flesh_newton_clear(&newton);
+  test_body_destroy(&b);
+}
+
+static int lies;
+
+/* What a subdomain's solve may give, and the whole's potential is the higher for it. */
+static int lie(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+               int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+{
+  (void)options, (void)stage, (void)stop, (void)stop_data, (void)stats;
+  lies++;
+  for (int d = 0; d < flesh_system_unknowns(system); d++) u[d] = 1e-3 * (d % 3);
+  return FLESH_OK;
+}
+
+/* What a subdomain gives is added to a step only where the whole's potential is the lower for it. */
+static void subdomains_that_raise_the_potential_are_refused(void)
+{
+  test_body b;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_WATCHDOG;
+  make_block(FLESH_MASS_LUMPED, &b);
+  CHECK_OK(flesh_system_finalize(b.system));
+  double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(2 * (size_t)b.n * sizeof *r), *p = r + b.n;
+  const flesh_stage stage = {
+      .t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 60, .a = 3600}, .x0 = b.state.x};
+  throw_about(&b, 0.002, u);
+  for (int k = 0; k < 2; k++) {
+    flesh_newton newton;
+    CHECK_OK(flesh_newton_init(b.system, &options, k ? lie : NULL, &newton));
+    flesh_newton_set_stage(&newton, &stage);
+    CHECK_OK(flesh_equations_residual(&newton.equations, u, r));
+    CHECK_OK(flesh_newton_matrix(&newton, u, r));
+    CHECK_OK(flesh_newton_prepare(&newton, 1));
+    for (int d = 0; d < b.n; d++) r[d] = -r[d];
+    CHECK_OK(flesh_newton_step(&newton, NULL, r, 1e-3, p));
+    memcpy(k ? with : without, p, (size_t)b.n * sizeof *p);
+    flesh_newton_clear(&newton);
+  }
+  CHECK(lies == 1 && !memcmp(with, without, (size_t)b.n * sizeof *p));
+  free(u);
+  free(r);
+  test_body_destroy(&b);
+}
+
+/* A step from the thrown ball. Returns its cost; x [3*n] is its end, NULL: of no interest. */
+static flesh_solve_stats step(const flesh_solver_options *options, double amplitude, double *x)
+{
+  test_body b;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  make_block(FLESH_MASS_LUMPED, &b);
+  CHECK_OK(flesh_system_finalize(b.system));
+  throw_about(&b, amplitude, b.state.x);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+  CHECK(stats.potential_rises == 0 && stats.convergence_failures == 0);
+  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return stats;
+}
+
+static void a_tangle_is_cheap_and_ends_the_same(void)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  options.newton_tolerance = 1e-8; /* so that the ends are the same, not only near each other */
+  flesh_solve_stats alone = step(&options, TANGLE, with);
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
+  flesh_solve_stats together = step(&options, TANGLE, without);
+  double apart = 0;
+  for (int d = 0; d < UNKNOWNS; d++) apart = fmax(apart, fabs(with[d] - without[d]));
+  printf("# %d Newton iterations and %d in %d subdomains (as much as %.2f), else %d; ends %.2g m apart\n", alone.newton,
+         alone.subdomain_newton, alone.subdomains, alone.subdomain_share, together.newton, apart);
+  CHECK(alone.subdomains > 0 && alone.subdomain_newton >= alone.subdomains && together.subdomains == 0);
+  CHECK(alone.subdomain_share > 0 && alone.subdomain_share < 0.5 * alone.subdomain_newton);
+  CHECK(2 * alone.newton <= together.newton);
+  CHECK_BELOW(apart, 1e-6);
+}
+
+static void any_number_of_threads_gives_the_same_bits(void)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  CHECK(step(&options, TANGLE, with).subdomains > 0);
+  options.threads = 3;
+  CHECK(step(&options, TANGLE, without).subdomains > 0);
+  CHECK(!memcmp(with, without, sizeof with));
+}
+
+static void a_gentle_step_has_no_subdomain(void)
+{
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  CHECK(step(&options, 0.0005, with).subdomains == 0);
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
+  step(&options, 0.0005, without);
+  CHECK(!memcmp(with, without, sizeof with));
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(parts_add_up), TEST(the_rest_of_the_body_is_there),
+                   TEST(subdomains_that_raise_the_potential_are_refused), TEST(a_tangle_is_cheap_and_ends_the_same),
+                   TEST(any_number_of_threads_gives_the_same_bits), TEST(a_gentle_step_has_no_subdomain));
+}
