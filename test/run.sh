@@ -47,6 +47,12 @@ strict_build() {
   build "build-$1" -Dwerror=true
 }
 
+sanitized_build() {
+  CC=clang
+  export CC
+  build build-sanitize -Dfuzz=true -Dbuildtype=debugoptimized -Db_sanitize=address,undefined -Db_lundef=false
+}
+
 # Where the system spreads addresses widely, thread sanitizer's older runtimes find no room for what they note.
 find_launcher() {
   build-threads/test/test_error >/dev/null 2>&1 && return
@@ -90,10 +96,11 @@ if [ -n "$everything" ]; then
         --suite quick --no-suite source
     fi
   done
-  if step 'the build with sanitizers' build build-sanitize -Dbuildtype=debugoptimized \
-    -Db_sanitize=address,undefined -Db_lundef=false; then
+  # Clang's sanitizers see more than GCC's, and its fuzzers need the same build.
+  if step 'the build with sanitizers' sanitized_build; then
     ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
     export ASAN_OPTIONS UBSAN_OPTIONS
+    step "the fuzzers' kept inputs" sh test/campaign/fuzz.sh --kept build-sanitize || true
     suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
       --suite quick --no-suite source
   fi

@@ -231,7 +231,7 @@ static void frames_read_back(void)
   for (int trial = 0; trial < 400; trial++) {
     memcpy(harmed, bytes, size);
     size_t kept = trial & 1 ? size : (size_t)(test_uniform(&seed) * (double)size);
-    if (trial & 1) harmed[(size_t)(test_uniform(&seed) * (double)size)] = (char)(256 * test_uniform(&seed));
+    if (trial & 1) harmed[(size_t)(test_uniform(&seed) * (double)size)] = (char)(int)(256 * test_uniform(&seed) - 128);
     stream = fopen(in_folder("h.vtu"), "wb");
     fwrite(harmed, 1, kept, stream);
     fclose(stream);

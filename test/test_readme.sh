@@ -55,7 +55,7 @@ known() {
     case "$first $second $third" in
       '  ' | '#'*) ;;
       'git clone '* | 'cd '*) ;;
-      'sh drivers/demo.sh ' | 'sh test/run.sh '*) ;;
+      'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '*) ;;
       'sudo apt-get install')
         wanted=$(root=$top CC='' sh -c '. "$root/drivers/setup.sh"; build_packages' |
           cut -d' ' -f1 | sort | tr '\n' ' ')

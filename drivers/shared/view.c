@@ -50,7 +50,8 @@ void flesh_view_fit_begin(const flesh_camera *camera, int width_px, int height_p
  * four half spaces that each need the farthest point only. */
 void flesh_view_fit_add(flesh_view_fit *fit, int count, const double *points)
 {
-  for (const double *p = points; p < points + 3 * (size_t)count; p += 3) {
+  for (int i = 0; i < count; i++) {
+    const double *p = points + 3 * (size_t)i;
     double c[3] = {flesh_vec3_dot(p, fit->view.right), flesh_vec3_dot(p, fit->view.up),
                    flesh_vec3_dot(p, fit->view.back)};
     if (!isfinite(c[0] + c[1] + c[2])) continue;

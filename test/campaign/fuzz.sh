@@ -6,6 +6,7 @@
 #   sh test/campaign/fuzz.sh --runs 2e7 [READER...]   on to that many in all, of these readers
 #   sh test/campaign/fuzz.sh --report            what was executed and found so far
 #   sh test/campaign/fuzz.sh --keep              minimises what was learnt into the corpus that git keeps
+#   sh test/campaign/fuzz.sh --kept [BUILD]     the inputs that git keeps, once each, with the fuzzers of that build
 #   sh test/campaign/fuzz.sh --try READER FILE...     inputs one by one, with the sentence of a failure
 #
 # What is learnt, counted and found stays outside the tree: in $CAMPAIGN, by default ~/.cache/flesh-campaign. One
@@ -75,6 +76,26 @@ fuzz() {
   printf '%s\t%s\t%s\t%s\n' "$1" "${done:-0}" "$(date -u +%FT%TZ)" "$commit" >>"$state/executions.tsv"
 }
 
+# Every kept input once. All readers are tried; the first lines of a failure are shown.
+kept() {
+  failed=
+  for entry in $readers; do
+    reader=${entry%:*}
+    FUZZ_FOLDER=$(mktemp -d /dev/shm/flesh-fuzz-XXXXXX)
+    export FUZZ_FOLDER
+    if "$build/test/campaign/fuzz/fuzz_$reader" -runs=0 -timeout=60 -rss_limit_mb=2048 -malloc_limit_mb=256 \
+      -artifact_prefix="$state/" "$root/test/campaign/corpus/$reader" >"$state/log" 2>&1; then
+      printf '%-10s %s inputs\n' "$reader" "$(find "$root/test/campaign/corpus/$reader" -type f | wc -l)"
+    else
+      failed=yes
+      printf '%s fails:\n' "$reader"
+      grep -v '^#' "$state/log" | head -40
+    fi
+    rm -rf "$FUZZ_FOLDER"
+  done
+  [ -z "$failed" ]
+}
+
 # Rounds over the readers until so many executions are done.
 rounds() {
   while [ "$(executions)" -lt "$1" ]; do
@@ -125,6 +146,18 @@ while [ $# -gt 0 ]; do
       ;;
     --report) action=report ;;
     --keep) action=keep ;;
+    --kept)
+      action=kept
+      state=$(mktemp -d)
+      trap 'rm -rf "$state"' EXIT
+      if [ $# -gt 1 ]; then
+        build=$2
+        shift
+      else
+        build=$state/build-fuzz
+        make_build
+      fi
+      ;;
     --try)
       action=try
       shift
@@ -137,6 +170,10 @@ while [ $# -gt 0 ]; do
 done
 case $action in
   report) report ;;
+  kept)
+    kept
+    exit
+    ;;
   keep)
     make_build
     keep

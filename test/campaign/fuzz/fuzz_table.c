@@ -1,8 +1,8 @@
-/* fuzz_table.c: the tables that drift, accuracy and stress leave to a sweep. Its reader is private to sweep_case.c. */
+/* fuzz_table.c: the tables that drift, accuracy and stress leave to a sweep. Its reader is private to sweep/case.c. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 
-#include "sweep_case.c" /* NOLINT: for read_table */
+#include "sweep/case.c" /* NOLINT: for read_table */
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
