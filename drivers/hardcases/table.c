@@ -29,7 +29,7 @@ const char *flesh_stress_outcome_name(flesh_stress_outcome outcome)
 {
   static const char *const names[] = {
       [FLESH_STRESS_RECOVERED] = "recovered",     [FLESH_STRESS_PUT_BACK] = "put back",
-      [FLESH_STRESS_EQUILIBRIUM] = "equilibrium", [FLESH_STRESS_AT_REST] = "at rest, stressed",
+      [FLESH_STRESS_EQUILIBRIUM] = "equilibrium", [FLESH_STRESS_AT_REST] = "stressed at rest",
       [FLESH_STRESS_NOT_RECOVERED] = "not recovered",
       [FLESH_STRESS_UNCONVERGED] = "unconverged", [FLESH_STRESS_STOPPED] = "stopped",
       [FLESH_STRESS_BUDGET] = "out of budget",    [FLESH_STRESS_NONFINITE] = "non-finite",

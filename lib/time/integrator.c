@@ -352,7 +352,8 @@ static int attempt(flesh_integrator *self, flesh_state *state, const piece *piec
     return status;
   }
   const double from = fmax(state->t, piece->begin), to = before(t_end, piece->event);
-  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, second, from, to, self->energies};
+  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {memory->v0, memory->a0},
+                                    second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
   if (status) return status;
   self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
