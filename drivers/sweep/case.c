@@ -63,7 +63,7 @@ void flesh_sweep_case_free(flesh_sweep_case *made)
   *made = (flesh_sweep_case){0};
 }
 
-/* The scene as the case will read it; stress has scenes of its own. */
+/* The scene as the case will read it; hardcases has scenes of its own. */
 static int build(const flesh_sweep *sweep, int id)
 {
   flesh_sweep_case c;
@@ -144,7 +144,7 @@ static char *next_field(char **at)
   return start;
 }
 
-/* Rows of a table of drift, accuracy or stress as objects; NULL when it cannot be read. */
+/* Rows of a table of drift, accuracy or hardcases as objects; NULL when it cannot be read. */
 static json_t *read_table(const char *path)
 {
   enum { FIELDS = 128 };
@@ -176,11 +176,11 @@ static json_t *read_table(const char *path)
   return rows;
 }
 
-/* drift, accuracy and stress write tables; their rows go to the database. */
+/* drift, accuracy and hardcases write tables; their rows go to the database. */
 static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
 {
   static int (*const commands[])(int, char **) = {NULL, flesh_command_drift, flesh_command_accuracy,
-                                                  flesh_command_stress};
+                                                  flesh_command_hardcases};
   const char *name = flesh_sweep_commands[sweep->command];
   char **words = calloc((size_t)(2 * c->count + sweep->argument_count + 8), sizeof *words);
   char *path = malloc(strlen(folder) + 32);
@@ -191,7 +191,7 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, 
   }
   int count = 0;
   words[count++] = (char *)name;
-  if (sweep->command != FLESH_SWEEP_STRESS) words[count++] = (char *)c->scene;
+  if (sweep->command != FLESH_SWEEP_HARDCASES) words[count++] = (char *)c->scene;
   words[count++] = (char *)"--out";
   words[count++] = (char *)folder;
   for (int k = 0; k < c->count; k++) {

@@ -96,7 +96,7 @@ int flesh_sweep_export(int argc, char **argv)
   const flesh_option rows[] = {
       {"format", "csv|jsonl", FLESH_OPTION_TEXT, &format, "CSV with a header (default) or JSON Lines"},
       {"table", "results|rows", FLESH_OPTION_TEXT, &table,
-       "a row per case (default), or per row of the tables of drift, accuracy and stress"},
+       "a row per case (default), or per row of the tables of drift, accuracy and hardcases"},
       {"columns", "LIST", FLESH_OPTION_TEXT, &columns, "columns or SQLite's expressions of them (default *: all)"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &where, "which rows, as in --where \"status = 'complete'\""},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "write this file (default: standard output)"},

@@ -28,7 +28,7 @@ const char flesh_sweep_schema_text[] =
     "              interrupted), exit_code, message,\n"
     "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
     "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256)\n"
-    "  table_rows  of drift, accuracy and stress: case_id, number, data (a row of the command's CSV as JSON)\n"
+    "  table_rows  of drift, accuracy and hardcases: case_id, number, data (a row of the command's CSV as JSON)\n"
     "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
     "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
     "  results     view: the cases with every figure as a column (energies as energy_NAME), reason and failed_at of\n"

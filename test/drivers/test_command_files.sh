@@ -53,7 +53,7 @@ every_command_claims_its_folder() {
     refused 3 'taken: another process' "$flesh" run bar.yaml --out taken &&
       refused 3 'taken: another process' "$flesh" drift bar.yaml --out taken &&
       refused 3 'taken: another process' "$flesh" accuracy bar.yaml --out taken &&
-      refused 3 'taken: another process' "$flesh" stress --cases 'twist*' --out taken &&
+      refused 3 'taken: another process' "$flesh" hardcases --cases 'twist*' --out taken &&
       refused 3 'taken: another process' "$flesh" bench --out taken &&
       refused 3 'taken: another process' "$flesh" material --out taken &&
       refused 3 'taken: another process' "$flesh" check bar.yaml --dump taken &&
@@ -226,7 +226,7 @@ END
     "$flesh" sweep export $out/sweep.db --columns "status, count(*) AS n" >counted.csv && has counted.csv 'complete,50' ||
       return 1
   done
-  (ulimit -n 40 && expect 0 timeout -k 1 30 "$flesh" stress --quick --out battery --jobs 1000000 --cases jitter20 \
+  (ulimit -n 40 && expect 0 timeout -k 1 30 "$flesh" hardcases --quick --out battery --jobs 1000000 --cases jitter20 \
     --energies S --poisson 0.45)
 }
 

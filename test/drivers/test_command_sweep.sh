@@ -187,22 +187,25 @@ END
   diff expected got && [ -s got ]
 }
 
-stress_gives_rows_of_tables() {
-  cat >stress.yaml <<END
-command: stress
+hardcases_gives_rows_of_tables() {
+  cat >hardcases.yaml <<END
+command: hardcases
 arguments: [--quick, --cases, "jitter20,mirrored", --energies, S, --poisson, 0.45]
 axes: [{key: solver.max_newton, values: [1, 50]}]
 END
-  expect 0 "$flesh" sweep stress.yaml --out stress && has stdout.txt '^2 cases: 2 complete' || return 1
-  "$flesh" sweep export stress/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
+  expect 0 "$flesh" sweep hardcases.yaml --out hardcases && has stdout.txt '^2 cases: 2 complete' || return 1
+  "$flesh" sweep export hardcases/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
   printf '%s\n' 1,jitter20,stopped,0 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
     return 1
   # What the command refuses is a row that says so.
-  sed -i 's/jitter20,mirrored/no_such_case/' stress.yaml
-  expect 2 "$flesh" sweep stress.yaml --out refused && has stdout.txt '2 refused' &&
+  sed -i 's/jitter20,mirrored/no_such_case/' hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stdout.txt '2 refused' &&
     [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = refused,2,1 ] || return 1
-  echo 'scene: tiny.yaml' >>stress.yaml
-  expect 2 "$flesh" sweep stress.yaml --out refused && has stderr.txt 'scenes of its own'
+  echo 'scene: tiny.yaml' >>hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'scenes of its own' || return 1
+  sed -i 's/^command: hardcases/command: stress/' hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused &&
+    has stderr.txt 'hardcases.yaml:1:10: command is stress, which has been renamed; write hardcases$'
 }
 
 ten_thousand_cases_are_planned_before_the_first_begins() {
@@ -259,6 +262,6 @@ snakemake_runs_the_shards() {
 
 run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
   an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
-  drift_gives_rows_of_tables accuracy_gives_rows_of_tables stress_gives_rows_of_tables \
+  drift_gives_rows_of_tables accuracy_gives_rows_of_tables hardcases_gives_rows_of_tables \
   ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
   gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

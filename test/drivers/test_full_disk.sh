@@ -68,9 +68,9 @@ accuracy_fills() {
   fills accuracy '0 4 12 20 28 36 44 60 76 92 108 140 180 240 300 4000' "$flesh" accuracy bar.yaml --out disk/out --quick \
     --methods newmark,adaptive --steps 1/60,1/120 --tolerances 1e-2 --reference-seconds 0.01
 }
-stress_fills() {
+hardcases_fills() {
   command -v gnuplot >/dev/null || return 0
-  fills stress '0 4 16 32 48 64 80 96 128 160 2000' "$flesh" stress --out disk/out --quick --cases jitter20 --energies S \
+  fills hardcases '0 4 16 32 48 64 80 96 128 160 2000' "$flesh" hardcases --out disk/out --quick --cases jitter20 --energies S \
     --poisson 0.45 --jobs 1
 }
 bench_fills() {
@@ -90,4 +90,4 @@ if [ "${1-}" = quick ]; then
   exit
 fi
 run_tests run_fills run_with_a_skin_fills meshes_fill skins_fill check_fills pictures_fill material_fills drift_fills \
-  accuracy_fills stress_fills bench_fills sweep_fills
+  accuracy_fills hardcases_fills bench_fills sweep_fills

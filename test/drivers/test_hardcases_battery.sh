@@ -1,30 +1,30 @@
-# test_stress_battery.sh: what the default solver promises, on every case of the quick battery, and
+# test_hardcases_battery.sh: what the default solver promises, on every case of the quick battery, and
 # that each promise breaks without what keeps it.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-battery() { expect 0 "$flesh" stress --quick --out out --max-seconds 120 "$@"; }
+battery() { expect 0 "$flesh" hardcases --quick --out out --max-seconds 120 "$@"; }
 
-# select CONDITION: prints case, seed, energy, ratio, solver and outcome of the rows of out/stress.csv
+# select CONDITION: prints case, seed, energy, ratio, solver and outcome of the rows of out/hardcases.csv
 # for which the awk condition holds; columns are named v["NAME"].
 rows_where() {
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) name[c] = $c; next }
     { for (c = 1; c <= NF; c++) v[name[c]] = $c
       if ('"$1"') print v["case"], v["seed"], v["energy"], v["poisson"], v["solver"], v["outcome"] }' \
-    out/stress.csv
+    out/hardcases.csv
 }
 
 # none CONDITION: no row is so, and there are rows.
 none() {
   bad=$(rows_where "$1")
-  [ -z "$bad" ] && [ "$(grep -c '' out/stress.csv)" -gt 1 ] && return
+  [ -z "$bad" ] && [ "$(grep -c '' out/hardcases.csv)" -gt 1 ] && return
   echo "not expected: $1"
   echo "$bad"
   return 1
 }
 
 # some CONDITION
-some() { [ -n "$(rows_where "$1")" ] || { echo "no row is: $1"; cat out/stress.csv; return 1; }; }
+some() { [ -n "$(rows_where "$1")" ] || { echo "no row is: $1"; cat out/hardcases.csv; return 1; }; }
 
 good='v["outcome"] ~ /^(recovered|put back|equilibrium)$/'
 orderly='v["finite"] == 1 && v["potential_rises"] == 0 && v["worst_rise"] + 0 <= 1e-12 &&
@@ -46,7 +46,7 @@ bodies_of_0_45_come_back() { every_case_comes_back 0.45; }
 # the whole battery's never.
 bodies_of_0_49_come_back() {
   every_case_comes_back 0.49 --seeds 2 --cases '!twist5' &&
-    expect 0 "$flesh" stress --energies S,E --poisson 0.49 --cases twist5 --out out && none "!($good)"
+    expect 0 "$flesh" hardcases --energies S,E --poisson 0.49 --cases twist5 --out out && none "!($good)"
 }
 
 # Closer to 1/2: back from everything but scramble and point, of which some may not. On graded meshes
@@ -90,7 +90,7 @@ statics_reach_their_tolerance() {
         if ($name["solver"] == "default") mine[k] = n
         if ($name["outcome"] == "recovered" && (!(k in best) || n < best[k])) best[k] = n }
       END { for (k in cases) { count++; print k, mine[k], best[k]; if (mine[k] > 1.2 * best[k]) bad = 1 }
-        exit bad || count != 10 }' out/stress.csv
+        exit bad || count != 10 }' out/hardcases.csv
 }
 
 # What each promise rests on, taken away.
@@ -107,7 +107,7 @@ without_the_guard_the_potential_rises() {
   battery --energies S --poisson 0.45 --cases gravity1000,halves1e6 --solvers plain && some 'v["potential_rises"] > 0'
 }
 without_budget_nothing_is_lost() {
-  expect 0 "$flesh" stress --quick --out out --energies S --poisson 0.49 --cases twist5 --max-seconds 0.01 &&
+  expect 0 "$flesh" hardcases --quick --out out --energies S --poisson 0.49 --cases twist5 --max-seconds 0.01 &&
     none 'v["outcome"] != "out of budget" || v["exit_code"] != 6 || v["finite"] != 1'
 }
 

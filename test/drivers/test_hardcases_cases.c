@@ -1,15 +1,15 @@
-/* test_stress_cases.c: the battery's meshes and start states are as hard as they say. */
+/* test_hardcases_cases.c: the battery's meshes and start states are as hard as they say. */
 #include <stdlib.h>
 
 #include "hardcases/cases.h"
 #include "test.h"
 
-static const flesh_stress_case *row(const char *name)
+static const flesh_hardcases_case *row(const char *name)
 {
-  const flesh_stress_case *r = flesh_stress_case_table;
+  const flesh_hardcases_case *r = flesh_hardcases_case_table;
   while (r->name && strcmp(r->name, name)) r++;
   CHECK(r->name != NULL);
-  return r->name ? r : flesh_stress_case_table;
+  return r->name ? r : flesh_hardcases_case_table;
 }
 
 typedef struct body {
@@ -21,11 +21,11 @@ typedef struct body {
 static body make(const char *name, int seed)
 {
   body b = {0};
-  CHECK_OK(flesh_stress_make_mesh(row(name), 1, &b.mesh));
+  CHECK_OK(flesh_hardcases_make_mesh(row(name), 1, &b.mesh));
   flesh_mesh_inspect(b.mesh, &b.info);
   b.state.x = calloc(3 * (size_t)b.info.nodes, sizeof(double));
   b.state.v = calloc(3 * (size_t)b.info.nodes, sizeof(double));
-  CHECK_OK(flesh_stress_make_start(row(name), b.mesh, seed, 1. / 60, &b.state));
+  CHECK_OK(flesh_hardcases_make_start(row(name), b.mesh, seed, 1. / 60, &b.state));
   return b;
 }
 
@@ -46,26 +46,26 @@ static int inverted(const body *b)
 /* Every case of the table, both sizes: fine meshes, finite states, names of their own. */
 static void every_case_can_be_made(void)
 {
-  for (const flesh_stress_case *r = flesh_stress_case_table; r->name; r++)
+  for (const flesh_hardcases_case *r = flesh_hardcases_case_table; r->name; r++)
     for (int quick = 0; quick < 2; quick++) {
       flesh_mesh *mesh = NULL;
-      CHECK_OK(flesh_stress_make_mesh(r, quick, &mesh));
+      CHECK_OK(flesh_hardcases_make_mesh(r, quick, &mesh));
       if (!mesh) continue;
       int n = 3 * flesh_mesh_node_count(mesh), finite = 1;
       flesh_mesh_info info;
       flesh_mesh_inspect(mesh, &info);
       CHECK(info.unused_nodes == 0);
       if (quick) CHECK(info.tets <= 3000);
-      if (!quick && r->mesh == FLESH_STRESS_LARGE) CHECK(info.tets >= 15000 && info.tets <= 50000);
+      if (!quick && r->mesh == FLESH_HARDCASES_LARGE) CHECK(info.tets >= 15000 && info.tets <= 50000);
       flesh_state state = {0, malloc(sizeof(double) * (size_t)n),
                            malloc(sizeof(double) * (size_t)n)};
-      CHECK_OK(flesh_stress_make_start(r, mesh, 1, 1. / 60, &state));
+      CHECK_OK(flesh_hardcases_make_start(r, mesh, 1, 1. / 60, &state));
       for (int d = 0; d < n; d++) finite &= isfinite(state.x[d]) && isfinite(state.v[d]);
       CHECK(finite);
       free(state.x);
       free(state.v);
       flesh_mesh_destroy(&mesh);
-      for (const flesh_stress_case *other = r + 1; other->name; other++)
+      for (const flesh_hardcases_case *other = r + 1; other->name; other++)
         CHECK(strcmp(r->name, other->name));
     }
 }

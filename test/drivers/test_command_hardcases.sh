@@ -1,13 +1,13 @@
-# test_command_stress.sh: `flesh stress`: what the default solver guarantees, how other settings fail, its files.
+# test_command_hardcases.sh: `flesh hardcases`: what the default solver guarantees, how other settings fail, its files.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
-# The column NAME of the rows of FOLDER/stress.csv whose case, energy, poisson and solver are given.
+# The column NAME of the rows of FOLDER/hardcases.csv whose case, energy, poisson and solver are given.
 value() {
   awk -F , -v name="$1" -v row="$2" -v energy="$3" -v poisson="$4" -v solver="${5:-default}" '
     NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     $column["case"] == row && $column["energy"] == energy && $column["poisson"] == poisson &&
-    $column["solver"] == solver { print $column[name] }' out/stress.csv
+    $column["solver"] == solver { print $column[name] }' out/hardcases.csv
 }
 
 # all_are COLUMN VALUE: every row says so.
@@ -15,21 +15,21 @@ all_are() {
   awk -F , -v name="$1" -v wanted="$2" '
     NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     $column[name] != wanted { print $0; bad = 1 }
-    END { exit bad || NR < 2 }' out/stress.csv
+    END { exit bad || NR < 2 }' out/hardcases.csv
 }
 
-battery() { expect 0 "$flesh" stress --quick --out out --max-seconds 60 "$@"; }
+battery() { expect 0 "$flesh" hardcases --quick --out out --max-seconds 60 "$@"; }
 
 hard_starts_recover() {
   battery --energies S,E --poisson 0.3,0.49 \
     --cases 'jitter20,jitter50,plane,plane_noise,line,mirrored,invert_one,stretch10,squash100,shrink0.6,single_*' || return 1
   all_are outcome recovered && all_are finite 1 && all_are potential_rises 0 && all_are unconverged 0 &&
-    all_are inverted_end 0 && [ "$(lines out/stress.csv)" -eq 53 ] && has out/verdict.txt 'Promised.*52 of 52 do\.'
+    all_are inverted_end 0 && [ "$(lines out/hardcases.csv)" -eq 53 ] && has out/verdict.txt 'Promised.*52 of 52 do\.'
 }
 
 violent_loads_recover() {
   battery --energies S --poisson 0.45 --cases 'tear,spin_*,!spin_h*,crash,drag1e6,gravity1000,static_stretch4' &&
-    all_are outcome recovered && [ "$(lines out/stress.csv)" -eq 7 ]
+    all_are outcome recovered && [ "$(lines out/hardcases.csv)" -eq 7 ]
 }
 
 collapsed_bodies_are_named_as_the_equilibria_they_are() {
@@ -41,7 +41,7 @@ collapsed_bodies_are_named_as_the_equilibria_they_are() {
 # Forms without a value behind J = 0 say so, and alone they end the same way.
 undefined_forms_stop_with_a_statement() {
   battery --energies Neo,B --poisson 0.45 --cases mirrored,invert_one && all_are outcome stopped &&
-    all_are exit_code 4 && all_are status FLESH_UNDEFINED && has out/stress.csv 'undefined.*J.*tet' &&
+    all_are exit_code 4 && all_are status FLESH_UNDEFINED && has out/hardcases.csv 'undefined.*J.*tet' &&
     expect 4 "$flesh" run out/cases/invert_one_B_0.45_default/scene.yaml && has stderr.txt 'smallest J = -'
 }
 
@@ -69,7 +69,7 @@ other_solvers_are_found_out() {
   [ "$(value outcome stretch10 S 0.49 plain)" != recovered ] &&
     [ "$(value outcome stretch10 S 0.49 never-projected)" != recovered ] &&
     [ "$(value newton twist2 S 0.49 kinsol-line-search)" -gt "$((2 * $(value newton twist2 S 0.49)))" ] &&
-    [ "$(lines out/stress.csv)" -eq 28 ] || { cat out/stress.csv; return 1; }
+    [ "$(lines out/hardcases.csv)" -eq 28 ] || { cat out/hardcases.csv; return 1; }
 }
 
 # A body that has had no time to come back is not called recovered, and what its end is, is found out.
@@ -81,7 +81,7 @@ an_early_end_is_no_recovery() {
 
 # A process that dies is a row, and the battery goes on.
 a_death_is_a_row() {
-  "$flesh" stress --out killed --jobs 1 --energies S --poisson 0.49 --cases static_shear,single_plane >log.txt 2>&1 &
+  "$flesh" hardcases --out killed --jobs 1 --energies S --poisson 0.49 --cases static_shear,single_plane >log.txt 2>&1 &
   process=$!
   tries=0
   until [ -s killed/cases/static_shear_S_0.495_default/out/result.json ] || [ "$tries" -ge 300 ]; do
@@ -91,7 +91,7 @@ a_death_is_a_row() {
   children=$(cat "/proc/$process/task/$process/children") # the one that --jobs 1 lets run
   kill -KILL ${children:?no child found}
   wait "$process" || { cat log.txt; return 1; }
-  has killed/stress.csv '^static_shear,.*,crashed or hung,' && has killed/stress.csv '^single_plane,.*,recovered,'
+  has killed/hardcases.csv '^static_shear,.*,crashed or hung,' && has killed/hardcases.csv '^single_plane,.*,recovered,'
 }
 
 # A rise of the incremental potential and unconverged solves are seen where they happen.
@@ -99,7 +99,7 @@ rises_are_seen() {
   battery --energies E --poisson 0.3 --cases squash2,twist2,gravity1000 --solvers plain &&
     awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
       { rises += $column["potential_rises"]; unconverged += $column["unconverged"] }
-      END { exit !(rises > 0 && unconverged > 0) }' out/stress.csv
+      END { exit !(rises > 0 && unconverged > 0) }' out/hardcases.csv
 }
 
 a_setting_of_ones_own_is_kept_in_the_scene() {
@@ -111,8 +111,8 @@ a_setting_of_ones_own_is_kept_in_the_scene() {
 
 the_table_has_the_promised_columns() {
   battery --energies S --poisson 0.45 --cases squash2 --steps 1/60,1/1000 || return 1
-  has out/stress.csv '^case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,solves,retried,unconverged,at_rounding,untanglings,untangled_nodes,potential_rises,' &&
-    has out/stress.csv '^squash2,starts,1,S,matched,0.45,0.001,default,324,recovered,FLESH_OK,0,220,' &&
+  has out/hardcases.csv '^case,group,seed,energy,constants,poisson,step,solver,tets,outcome,status,exit_code,steps,solves,retried,unconverged,at_rounding,untanglings,untangled_nodes,potential_rises,' &&
+    has out/hardcases.csv '^squash2,starts,1,S,matched,0.45,0.001,default,324,recovered,FLESH_OK,0,220,' &&
     [ -s out/cases/squash2_S_0.45_h0.001_default/release.yaml ] && has out/verdict.txt 'S 0.45 h=0.001 default *1 of 1'
 }
 
@@ -126,20 +126,20 @@ pictures_are_drawn() {
 # The frames need no gnuplot; what is not drawn is said.
 without_gnuplot_the_frames_are_drawn() {
   mkdir -p bare
-  PATH=$work/bare expect 0 "$flesh" stress --quick --out undrawn --energies S --poisson 0.45 --cases single_plane || return 1
+  PATH=$work/bare expect 0 "$flesh" hardcases --quick --out undrawn --energies S --poisson 0.45 --cases single_plane || return 1
   has stderr.txt 'matrix.png is not drawn: gnuplot is not installed' && [ "$(lines stderr.txt)" -eq 1 ] &&
     has stdout.txt 'what could be drawn of the pictures' && [ ! -e undrawn/matrix.png ] && [ -s undrawn/matrix.gp ] &&
     [ "$(wc -c <undrawn/frames_meshes.png)" -gt 1000 ]
 }
 
 a_spent_budget_is_a_row() {
-  expect 0 "$flesh" stress --quick --out out --energies S --poisson 0.45 --cases swing --max-seconds 1e-6 &&
+  expect 0 "$flesh" hardcases --quick --out out --energies S --poisson 0.45 --cases swing --max-seconds 1e-6 &&
     all_are outcome 'out of budget' && all_are exit_code 6 && has out/verdict.txt 'budget' &&
     ! grep -w nan out/verdict.txt # too few steps for a median
 }
 
 an_interrupted_battery_keeps_what_was_done() {
-  "$flesh" stress --out interrupted --jobs 1 --energies S --poisson 0.49 --cases 'point_free,static_*' >log.txt 2>&1 &
+  "$flesh" hardcases --out interrupted --jobs 1 --energies S --poisson 0.49 --cases 'point_free,static_*' >log.txt 2>&1 &
   process=$!
   tries=0
   until [ -s interrupted/cases/static_shrink0.3_S_0.495_default/out/result.json ] || [ "$tries" -ge 300 ]; do
@@ -149,28 +149,34 @@ an_interrupted_battery_keeps_what_was_done() {
   kill -TERM "$process"
   wait "$process"
   [ $? -eq 143 ] || { cat log.txt; return 1; }
-  has interrupted/stress.csv '^point_free.*,equilibrium,' && has interrupted/stress.csv '^static_shear.*,not run,'
+  has interrupted/hardcases.csv '^point_free.*,equilibrium,' && has interrupted/hardcases.csv '^static_shear.*,not run,'
 }
 
 the_list_names_every_case() {
-  expect 0 "$flesh" stress --list && [ "$(lines stdout.txt)" -ge 60 ] && has stdout.txt '^starts *scramble '
+  expect 0 "$flesh" hardcases --list && [ "$(lines stdout.txt)" -ge 60 ] && has stdout.txt '^starts *scramble '
 }
 
 bad_options_are_refused() {
-  expect 2 "$flesh" stress --poisson 0.3,0.5 && has stderr.txt "'0.5'.*\[0, 0.5)" &&
-    expect 2 "$flesh" stress --energies S,X && has stderr.txt "X" &&
-    expect 2 "$flesh" stress --energies S.as_f && has stderr.txt 'as_f' &&
-    expect 2 "$flesh" stress --solvers fast && has stderr.txt 'kinsol-line-search' &&
-    expect 2 "$flesh" stress --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
-    expect 2 "$flesh" stress --steps 0 && has stderr.txt "'0'.*positive" &&
-    expect 2 "$flesh" stress --cases '' && has stderr.txt 'empty' &&
-    expect 2 "$flesh" stress --cases '!*' && has stderr.txt 'leaves none' &&
-    expect 2 "$flesh" stress --seeds 0 && expect 2 "$flesh" stress scene.yaml &&
-    expect 3 "$flesh" stress --out /dev/null/here --cases single_plane && [ ! -e out/stress ]
+  expect 2 "$flesh" hardcases --poisson 0.3,0.5 && has stderr.txt "'0.5'.*\[0, 0.5)" &&
+    expect 2 "$flesh" hardcases --energies S,X && has stderr.txt "X" &&
+    expect 2 "$flesh" hardcases --energies S.as_f && has stderr.txt 'as_f' &&
+    expect 2 "$flesh" hardcases --solvers fast && has stderr.txt 'kinsol-line-search' &&
+    expect 2 "$flesh" hardcases --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
+    expect 2 "$flesh" hardcases --steps 0 && has stderr.txt "'0'.*positive" &&
+    expect 2 "$flesh" hardcases --cases '' && has stderr.txt 'empty' &&
+    expect 2 "$flesh" hardcases --cases '!*' && has stderr.txt 'leaves none' &&
+    expect 2 "$flesh" hardcases --seeds 0 && expect 2 "$flesh" hardcases scene.yaml &&
+    expect 3 "$flesh" hardcases --out /dev/null/here --cases single_plane && [ ! -e out/hardcases ]
+}
+
+the_old_name_tells_the_new() {
+  expect 2 "$flesh" stress --list && has stderr.txt '^flesh: the command stress has been renamed; write flesh hardcases$' &&
+    [ ! -s stdout.txt ]
 }
 
 run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone other_solvers_are_found_out \
   rises_are_seen an_early_end_is_no_recovery a_death_is_a_row \
   a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
-  without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused
+  without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case \
+  bad_options_are_refused the_old_name_tells_the_new
