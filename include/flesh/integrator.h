@@ -25,8 +25,8 @@ extern "C" {
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
-  ROW(CALM_ADAPTIVE, calm_adaptive, "euler-then-adaptive", 0,                                      \
-      "backward Euler until the motion is calm, then adaptive: for violent starts")
+  ROW(EULER_THEN_ADAPTIVE, euler_then_adaptive, "euler-then-adaptive", 0,                          \
+      "backward Euler until its local error is small, then adaptive: for violent starts")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
@@ -80,15 +80,15 @@ typedef struct flesh_adaptive_options {
   int max_order;
   double max_step; /* s; INFINITY: no limit */
   int max_steps;   /* internal ones in one flesh_integrator_step */
-  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a
-   * backward-Euler step of h, is at most this in units of L and V. */
-  double calm;
+  /* FLESH_METHOD_EULER_THEN_ADAPTIVE: backward Euler's steps end where h^2/2 |y''|, the
+   * local error of such a step, is at most this in units of L and V. */
+  double switch_threshold;
   /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with
    * it. */
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
-/* 1e-4, order 2, no limit of a step, 100 000 steps, calm at 0.01. */
+/* 1e-4, order 2, no limit of a step, 100 000 steps, switch at 0.01. */
 FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;

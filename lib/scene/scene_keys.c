@@ -237,7 +237,7 @@ static const flesh_key time_table[] = {
      .doc = "adaptive: internal steps between two outputs before the run gives up"},
     {.name = "switch_threshold",
      .type = FLESH_KEY_NUMBER,
-     AT(time.adaptive.calm),
+     AT(time.adaptive.switch_threshold),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.01",
      .doc = "euler-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "

@@ -53,7 +53,7 @@ static const double max_energy_gain = 0.5;
 
 static int is_adaptive(flesh_method method)
 {
-  return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_CALM_ADAPTIVE;
+  return method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
 }
 
 static int create_memory(flesh_integrator *self)
@@ -97,7 +97,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->system = system;
   self->method = method;
   /* Until the motion is calm. */
-  self->row = method == FLESH_METHOD_CALM_ADAPTIVE ? &flesh_method_backward_euler : row;
+  self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
   int status = create_memory(self);

@@ -8,9 +8,9 @@ scenes=$source_folder/../data/scenes
 short() { expect 0 "$flesh" run "$scenes/$1.yaml" --no-frames --set "time.end=$2" --out "out/$1" --quiet; }
 
 the_example_scenes_run() {
-  short damped_bar 1/20 && short viscous_spin 1/40 && short calmed_drop 1/10 && short loaded_bar 1/5 &&
+  short damped_bar 1/20 && short viscous_spin 1/40 && short settling_drop 1/10 && short loaded_bar 1/5 &&
     short two_bodies 1/20 || return 1
-  for name in damped_bar viscous_spin calmed_drop loaded_bar two_bodies; do
+  for name in damped_bar viscous_spin settling_drop loaded_bar two_bodies; do
     has "out/$name/result.json" '"status": "complete"' || return 1
   done
   has out/loaded_bar/history.csv 'energy_traction,energy_force,energy_elasticity,energy_total' &&
@@ -30,11 +30,11 @@ calls_are_told_always_and_times_on_request() {
 }
 
 absent_effects_appear_nowhere() {
-  short calmed_drop 1/20 || return 1
-  sed -n '/"effects": \[/,/^  \]/p' out/calmed_drop/result.json | grep -o '"name": "[a-z_]*"' >names.txt
+  short settling_drop 1/20 || return 1
+  sed -n '/"effects": \[/,/^  \]/p' out/settling_drop/result.json | grep -o '"name": "[a-z_]*"' >names.txt
   printf '"name": "%s"\n' inertia gravity settling_damping elasticity >expected.txt
   cmp names.txt expected.txt || { cat names.txt; return 1; }
-  ! grep -q -e spring -e contact -e pressure -e viscosity out/calmed_drop/history.csv out/calmed_drop/result.json
+  ! grep -q -e spring -e contact -e pressure -e viscosity out/settling_drop/history.csv out/settling_drop/result.json
 }
 
 run_tests the_example_scenes_run calls_are_told_always_and_times_on_request absent_effects_appear_nowhere

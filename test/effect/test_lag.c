@@ -66,7 +66,7 @@ static void make(test_body *b, witness *w)
  * too; the first step's end is checked by potentials of it alone, so the second step is watched. */
 static void steps_lag_their_start(void)
 {
-  for (int method = 0; method < FLESH_METHOD_CALM_ADAPTIVE; method++) {
+  for (int method = 0; method < FLESH_METHOD_EULER_THEN_ADAPTIVE; method++) {
     test_body b;
     witness w;
     make(&b, &w);

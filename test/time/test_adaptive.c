@@ -350,7 +350,7 @@ static void bad_options_are_refused(void)
   REFUSED(max_order, 0, "1 to 5");
   REFUSED(max_step, 0, "positive");
   REFUSED(max_steps, 0, "positive");
-  REFUSED(calm, -1, "positive");
+  REFUSED(switch_threshold, -1, "positive");
 #undef REFUSED
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
@@ -414,7 +414,7 @@ static void calm_starts_and_violent_ones(void)
   test_body b;
   flesh_solve_stats stats = {0};
   make_scrambled(&b);
-  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_CALM_ADAPTIVE, 1e-3, 2);
+  flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_EULER_THEN_ADAPTIVE, 1e-3, 2);
   int euler = 0, ida = 0, mixed = 0, put_back = 0;
   for (int k = 0; k < 240; k++) {
     stats = (flesh_solve_stats){0};
@@ -437,7 +437,7 @@ static void calm_starts_and_violent_ones(void)
   make_oracle_bar(FLESH_MASS_LUMPED, &b);
   for (int k = 0; k < 2; k++) {
     states[k] = state_copy(b.n, &b.state);
-    integrator = adaptive(&b, k ? FLESH_METHOD_CALM_ADAPTIVE : FLESH_METHOD_ADAPTIVE, 1e-3, 2);
+    integrator = adaptive(&b, k ? FLESH_METHOD_EULER_THEN_ADAPTIVE : FLESH_METHOD_ADAPTIVE, 1e-3, 2);
     for (int j = 0; j < 10; j++) CHECK_OK(flesh_integrator_step(integrator, &states[k], h, NULL));
     flesh_integrator_destroy(&integrator);
   }
