@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "time/adaptive_energy.h"
 #include "time/method.h"
+#include "time/recovery/recovery.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 #include "sundials/vector.h"
@@ -278,7 +279,6 @@ static int worst_node(flesh_adaptive *self)
 
 static void record_failure(flesh_adaptive *self, double t, const double *x, int status)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(self->system);
   flesh_failure *f = &self->failure;
   *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
   if (self->running) {
@@ -286,10 +286,7 @@ static void record_failure(flesh_adaptive *self, double t, const double *x, int 
     IDAGetCurrentOrder(self->ida, &f->order);
     f->worst_node = worst_node(self);
   }
-  f->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &f->worst_tet, NULL);
-  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)f->worst_tet;
-  for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 4; a++) f->worst_position[c] += x[3 * tet[a] + c] / 4;
+  flesh_failure_look(flesh_system_mesh(self->system), x, f);
 }
 
 /* Records what is known of a failure at t with the body at x. */

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "mesh/winding.h"
+#include "time/recovery/winding.h"
 #include "test.h"
 
 static flesh_mesh *bar(void)

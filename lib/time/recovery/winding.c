@@ -1,5 +1,5 @@
 /* winding.c: tangles of a deformed mesh and their undoing. */
-#include "mesh/winding.h"
+#include "time/recovery/winding.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,13 +3,13 @@
  * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a
  * local minimum of its energy from which no solver leads out; collapsed to a point it may sit in one
  * too (E with small Poisson's ratios). Once it is calm, and no load holds it there, the tangled
- * nodes are placed anew by their neighbours and the rest shape (mesh/winding.h), first those of the
+ * nodes are placed anew by their neighbours and the rest shape (winding.h), first those of the
  * tangle and one layer around it, then twice as many layers at every further attempt. That is no
  * motion: it is counted in flesh_solve_stats and can be switched off
  * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin
  * in an exact line or point, may collapse: that is where they rest. */
-#ifndef FLESH_TIME_UNTANGLE_H
-#define FLESH_TIME_UNTANGLE_H
+#ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
+#define FLESH_TIME_RECOVERY_UNTANGLE_H
 
 #include "flesh/integrator.h"
 

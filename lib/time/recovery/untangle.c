@@ -1,15 +1,15 @@
 /* untangle.c: when a tangle is one for good, and what is done about it. */
-#include "time/untangle.h"
+#include "time/recovery/untangle.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/parallel_vector.h"
 #include "mesh/inspect.h"
-#include "mesh/winding.h"
-#include "sundials/problem.h"
 #include "system/one_effect.h"
+#include "time/recovery/winding.h"
 
 /* Calm: inertial forces below this share of the force that strains the average edge by its own
  * length. */

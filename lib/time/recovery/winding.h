@@ -6,8 +6,8 @@
  * does not leave by itself. A tet that has collapsed counts too (extents below a tenth in the mean,
  * tr(F^T F) < 0.03): in a point, F = 0, some energies have a local minimum and others none of the
  * forces that would lead out. */
-#ifndef FLESH_MESH_WINDING_H
-#define FLESH_MESH_WINDING_H
+#ifndef FLESH_TIME_RECOVERY_WINDING_H
+#define FLESH_TIME_RECOVERY_WINDING_H
 
 #include "flesh/mesh.h"
 
