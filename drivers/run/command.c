@@ -54,6 +54,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->impact_steps)
+    printf("%ld of %ld internal steps would have ended inside an obstacle; backward Euler took them, which damps\n",
+           figures->impact_steps, figures->internal_steps);
   if (figures->at_rounding)
     printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
            figures->at_rounding, figures->solves);

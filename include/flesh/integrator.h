@@ -107,9 +107,11 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
  * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
  * they do when the caller hands another state than it was given back. Their constrained dofs follow
- * the prescribed motion with its own velocity. Backward Euler begins the solves of a calm motion
- * where the velocities of its last steps lead; another integrator that goes on from a state agrees
- * to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
+ * the prescribed motion with its own velocity. Where a method balances before the end of the step
+ * (midpoint, HHT, the first step of BDF2) and an obstacle bars the way to that end, backward Euler
+ * takes the step in its stead (flesh_solve_stats: impact_steps). Backward Euler begins the solves
+ * of a calm motion where the velocities of its last steps lead; another integrator that goes on
+ * from a state agrees to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);

@@ -42,9 +42,9 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
 }
 
 /* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
- * energy. */
+ * energy. *blocked: it is not the stage, and an obstacle that the stage keeps out of bars the way to it. */
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
-                     double t_end, flesh_solve_stats *stats)
+                     double t_end, flesh_solve_stats *stats, int *blocked)
 {
   if (stage->shift.x == 1 && !flesh_system_limits_step(self->system)) return FLESH_OK;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
@@ -53,8 +53,10 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
     self->start[d] = second && self->prescribed.fixed[d]
                          ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
                          : state->x[d] + u[d];
-  if (flesh_system_tunnelled(self->system, state->t, state->x, t_end, self->start)) return FLESH_UNDEFINED;
-  if (stage->shift.x == 1) return FLESH_OK;
+  if (stage->shift.x == 1)
+    return flesh_system_tunnelled(self->system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
+  *blocked = flesh_system_max_feasible_step(self->system, state->t, state->x, t_end, self->start) < 1;
+  if (*blocked) return FLESH_UNDEFINED;
   return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
 }
 
@@ -67,10 +69,10 @@ static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *af
 }
 
 /* First iterates for a step of h to stage->t: straight on, and as rigid bodies where some are free. */
-static void make_guesses(flesh_integrator *self, const flesh_state *state, const flesh_stage *stage, double h,
-                         const double *guesses[3])
+static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                         const flesh_stage *stage, double h, const double *guesses[3])
 {
-  const int holds = flesh_system_holds(self->system, stage->t), nearest = self->row == &flesh_method_backward_euler;
+  const int holds = flesh_system_holds(self->system, stage->t), nearest = row == &flesh_method_backward_euler;
   int count = 0;
   if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
     flesh_nonlinear_go_on(self->nonlinear);
@@ -83,64 +85,91 @@ static void make_guesses(flesh_integrator *self, const flesh_state *state, const
   guesses[count] = NULL;
 }
 
-/* One try of a part of a piece. */
-static int attempt(flesh_integrator *self, flesh_state *state, const piece *piece, const flesh_span *part, int depth,
-                   flesh_solve_stats *stats)
+/* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
+ * the method is of order 2, and as a step of backward Euler takes them where that stands in for it. */
+static void make_stage(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                       const piece *piece, const flesh_span *part, flesh_stage *stage)
 {
-  const double t_end = part->end, h = part->h;
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1;
-  flesh_stage stage;
   self->trying.t = state->t;
-  self->trying.h = h;
-  self->row->stage(memory, state, t_end, h, &stage);
-  stage.t = before(stage.t, piece->event);
-  stage.x_lag = state->x;
-  stage.v_lag = state->v;
-  stage.t_lag = state->t;
-  stage.frozen_at_solution = second;
-  if (second) {
-    flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(t_end, piece->event),
-                         state->x);
-    flesh_prescribed_stage(&self->prescribed, &stage, memory->v0, memory->a0);
-  }
+  self->trying.h = part->h;
+  row->stage(memory, state, part->end, part->h, stage);
+  stage->t = before(stage->t, piece->event);
+  stage->x_lag = state->x;
+  stage->v_lag = state->v;
+  stage->t_lag = state->t;
+  stage->frozen_at_solution = second && row == self->row;
+  if (!second) return;
+  flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(part->end, piece->event), state->x);
+  if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
+}
+
+/* Takes the state, and what is remembered, to the end of the part that the stage has led to. */
+static void finish_part(flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage,
+                        const flesh_span *part, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1, own = row == self->row;
+  row->finish(memory, u, part->h, state);
+  for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
+    memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
+  state->t = part->end;
+  stats->steps++;
+  stats->order = second && own ? 2 : 1;
+  stats->h_last = part->h;
+  if (!second) return;
+  flesh_prescribed_finish(&self->prescribed, state->x, state->v);
+  memory->known = own || self->row->acceleration || !self->row->vectors;
+  memory->h = part->h;
+}
+
+/* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
+static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const piece *piece,
+                   const flesh_span *part, int depth, flesh_solve_stats *stats, int *blocked)
+{
+  const int second = flesh_method_order(self->method) > 1 && row == self->row;
   const flesh_solve_stats before_solve = *stats;
   const double *guesses[3];
-  make_guesses(self, state, &stage, h, guesses);
+  flesh_stage stage;
+  make_stage(self, row, state, piece, part, &stage);
+  make_guesses(self, row, state, &stage, part->h, guesses);
   int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
-  if (!status) status = check_end(self, &stage, state, t_end, stats);
+  if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
   if (status) {
-    flesh_integrator_record_failure(self, &stage, h, depth, status, stats);
+    flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
     return status;
   }
-  const double from = fmax(state->t, piece->begin), to = before(t_end, piece->event);
-  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {memory->v0, memory->a0},
+  const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
+  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
   if (status) return status;
-  self->row->finish(memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
-  state->t = t_end;
-  stats->steps++;
-  stats->order = second ? 2 : 1;
-  stats->h_last = h;
-  if (second) {
-    flesh_prescribed_finish(&self->prescribed, state->x, state->v);
-    memory->known = 1;
-    memory->h = h;
-  }
+  finish_part(self, row, &stage, part, state, stats);
   if (self->extrapolation.n)
-    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear), state, h,
+    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear), state, part->h,
                                  was_easy(&before_solve, stats));
   status = flesh_step_energy_judge(&energy, state, stats);
-  if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, h, depth, status, stats);
+  if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   return status;
 }
 
-/* Of flesh_recovery_step. */
+/* Of flesh_recovery_step. A stage within the step balances what is met on the way, but the line through it ends as far
+ * behind an obstacle as the nodes were before it. Halves help only once one step resolves how the barrier turns a node
+ * around; meanwhile nodes bounce between ends that lie ever deeper in the barrier, and gain energy. Backward Euler's
+ * end is its stage, and it damps. Its local error is of the second order, and impacts are few: the order of the whole
+ * is kept, as by one such step at a start. */
 static int attempt_part(void *data, const flesh_span *part, int depth)
 {
   const piece_walk *walk = data;
-  return attempt(walk->self, walk->state, walk->piece, part, depth, walk->stats);
+  flesh_integrator *self = walk->self;
+  int blocked = 0;
+  int status = attempt(self, self->row, walk->state, walk->piece, part, depth, walk->stats, &blocked);
+  if (!blocked) return status;
+  status = attempt(self, &flesh_method_backward_euler, walk->state, walk->piece, part, depth, walk->stats, &blocked);
+  walk->stats->impact_steps += status == FLESH_OK;
+  return status;
 }
 
 /* Steps through a piece of length h, halving what fails. */
