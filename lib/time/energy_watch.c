@@ -18,8 +18,9 @@
  * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
  *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its way; and
  *   V(t_1,x_0) - V(t_0,x_0). Along a turn of what is held V is not convex: R_1 does little along the chord where the
- *   step turns far, and all of a constant torque's work with the prescribed velocity v_1. So the larger of R_1.u and
- *   h R_1.v_1 is counted, and what they differ by is not known.
+ *   step turns far, and all of a constant torque's work with the prescribed velocity v_1: what h R_1.v_1 is larger by
+ *   than R_1.u may be put in, too, and is taken as not known. Where the step turns by more than a right angle (u and
+ *   v_1 are apart by half of that), nothing of its work is known: the change of E counts as put in.
  * - Others are of second order: power at the step's middle, interpolated between their stages, R.v there. For the
  *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
  *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations; for IDA

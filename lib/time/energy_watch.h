@@ -28,6 +28,7 @@ typedef struct flesh_energy_watch {
   double least, lowest, rounding, unbalanced;
   double floor;           /* J, below which nothing is told */
   double rate, rate_t;    /* W of work at a stage, and its time; NaN: not known */
+  int turned;             /* the step that is counted turns so far that its work is not known */
   double step;            /* s, that is asked of the integrator, which may part it */
   struct {
     int count, next;                  /* of `least` */

@@ -26,14 +26,14 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The work of the reactions [count] of the dofs `held` with the velocities prescribed at the step's end, those of the
- * cubic through four positions over the step (as prescribed.h has them). */
+/* The work of the reactions [count] of the dofs `held` with the velocities v prescribed at the step's end, those of the
+ * cubic through four positions over the step (as prescribed.h has them). *cosine: of the angle between u and v. */
 static double work_at_end(const flesh_step_energy *step, const flesh_state *state, const int *held, int count,
-                          const double *reactions, const double *u)
+                          const double *reactions, const double *u, double *cosine)
 {
   const flesh_system *system = step->watch->system;
   const double h = step->to - step->from;
-  double work = 0, *const *x = step->scratch;
+  double work = 0, uu = 0, uv = 0, vv = 0, *const *x = step->scratch;
   for (int k = 0; k < 2; k++) {
     memcpy(x[k], state->x, (size_t)step->watch->n * sizeof *x[k]);
     flesh_system_prescribe(system, step->from + (k + 1) * h / 3, x[k]);
@@ -41,8 +41,11 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
   for (int k = 0; k < count; k++) {
     const int d = held[k];
     const double first = x[0][d] - state->x[d], second = x[1][d] - state->x[d];
-    work += reactions[k] * (11 * u[d] - 18 * second + 9 * first) / 2;
+    const double v = (11 * u[d] - 18 * second + 9 * first) / 2;
+    work += reactions[k] * v;
+    uu += u[d] * u[d], uv += u[d] * v, vv += v * v;
   }
+  *cosine = vv > 0 ? uv / sqrt(uu * vv) : 1;
   return work;
 }
 
@@ -63,10 +66,11 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
     moves |= u[d] != 0;
     work += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
   }
+  watch->turned = 0;
   if (moves && !step->second) {
-    const double at_end = work_at_end(step, state, held, count, reactions, u);
-    watch->unbalanced += fabs(at_end - work);
-    work = fmax(work, at_end);
+    double cosine;
+    watch->unbalanced += fmax(work_at_end(step, state, held, count, reactions, u, &cosine) - work, 0);
+    watch->turned = fabs(cosine) < M_SQRT1_2;
   }
   if (watch->kinds & FLESH_WORK_OF_FORCES) {
     const flesh_point point = flesh_nonlinear_point(step->nonlinear);
@@ -88,6 +92,10 @@ int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *st
 {
   flesh_energy_watch *watch = step->watch;
   const int at_stage = step->stage->shift.x == 1;
+  if (watch->turned) {
+    flesh_energy_watch_jump(watch, step->to, state);
+    return FLESH_OK;
+  }
   const double left = fmin(stats->residual_last, stats->residual_target);
   const double unbalanced = left * flesh_norm(watch->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
   int status = flesh_energy_watch_meet(watch, step->to, state,
