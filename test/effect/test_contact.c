@@ -328,6 +328,37 @@ static void what_rests_presses_with_its_weight(void)
   }
 }
 
+/* The potential of friction is the integral of its force over the speed of slip: e (y - 1/3) F beyond the slip speed e,
+ * y^2 (1 - y/3) e F below, with y in units of e (the smoothing of Li et al. 2020, "Incremental Potential Contact", but
+ * for a constant). */
+static void the_potential_of_friction_has_no_step(void)
+{
+  static const double speeds[] = {0.1, 0.5, 0.999999, 1, 1.000001, 2, 10};
+  const double e = 1e-3;
+  test_body b;
+  flesh_obstacle *obstacle;
+  make_cube(1, 1e5, 0.4, 0, &b);
+  CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, -0.05}, (const double[]){0, 0, 1}, &obstacle));
+  add_contact(&b, &obstacle, 1e5, 0.1, 0.5, e);
+  CHECK_OK(flesh_system_finalize(b.system));
+  const flesh_effect *effect = flesh_system_effect(b.system, 1);
+  const flesh_shift shift = {.v = 1};
+  double unit = 0;
+  for (int k = 6; k >= 0; k--) {
+    const double y = speeds[k];
+    double phi = 0, magnitude = 0;
+    for (int d = 0; d < b.n; d += 3) b.state.v[d] = y * e;
+    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .x_lag = b.state.x,
+                               .v_lag = b.state.v};
+    CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi, &magnitude));
+    const double expected = y < 1 ? y * y * (1 - y / 3) : y - 1. / 3;
+    if (k == 6) unit = phi / expected;
+    CHECK(unit > 0);
+    CHECK_NEAR(phi / unit, expected, 1e-12 * expected);
+  }
+  test_body_destroy(&b);
+}
+
 /* Friction's power is never positive, and it is Coulomb's where things slip. */
 static void friction_only_dissipates(void)
 {
@@ -491,6 +522,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(a_flat_mesh_is_a_plane), TEST(a_bent_mesh_is_smooth), TEST(ways_end_at_the_surface),
                    TEST(meshes_have_no_cracks), TEST(derivatives_of_every_shape), TEST(threads_give_the_same_bits),
-                   TEST(what_rests_presses_with_its_weight), TEST(friction_only_dissipates),
+                   TEST(what_rests_presses_with_its_weight), TEST(the_potential_of_friction_has_no_step), TEST(friction_only_dissipates),
                    TEST(bad_obstacles_are_refused), TEST(a_start_inside_is_refused), TEST(surfaces_for_pictures));
 }

@@ -144,6 +144,33 @@ static void steps_without_sufficient_decrease_are_cut(void)
   }
 }
 
+/* Of a parabola the first try that is cut finds the minimum; where that is too near or too far the cut is by a tenth or
+ * a half. */
+static void cuts_go_to_the_minimum_of_the_parabola(void)
+{
+  const flesh_solver_options options = defaults();
+  /* p = -s u on x^2/2 has its minimum at the length 1/s. */
+  static const double cases[][2] = {{2.5, 0.4}, {4, 0.25}, {8, 0.125}, {2.0001, 0.49997500124993756}};
+  for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+    bench b;
+    flesh_search_result found = {0};
+    make(&b, quadratic, &options, 1);
+    for (int d = 0; d < b.n; d++) b.p[d] = -cases[k][0] * b.u[d];
+    CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+    CHECK_NEAR(found.length, cases[k][1], 1e-12);
+    CHECK(b.newton.stats.backtracks == 1);
+    discard(&b);
+  }
+  bench b; /* the parabola's minimum at 1/40 is nearer than a tenth, from where the next is exact */
+  flesh_search_result found = {0};
+  make(&b, quadratic, &options, 1);
+  for (int d = 0; d < b.n; d++) b.p[d] = -40 * b.u[d];
+  CHECK_OK(flesh_search_run(&b.newton.search, b.u, b.r, FLESH_DIRECTION_NEWTON, 0, b.p, &found));
+  CHECK_NEAR(found.length, 0.025, 1e-12);
+  CHECK(b.newton.stats.backtracks == 2);
+  discard(&b);
+}
+
 static void predictions_are_those_of_the_quadratic_model(void)
 {
   const flesh_solver_options options = defaults();
@@ -268,6 +295,68 @@ static void no_step_is_made_at_round_off(void)
   discard(&b);
 }
 
+/* Nor is there where the residual is within a few times of what round-off moves it by and falls no more; what is above
+ * that, or falls fast, is still to be solved. */
+static void round_off_is_what_was_measured(void)
+{
+  const flesh_solver_options options = defaults();
+  bench b;
+  make(&b, quadratic, &options, 1);
+  const double measured = flesh_equations_residual_round_off(&b.newton.equations, b.u);
+  CHECK(measured > 1e-17 && measured < 1e-13);
+  static const double multiples[] = {1, 3.9, 4.1, 40, 400, 1e4, 1e6};
+  for (size_t k = 0; k < sizeof multiples / sizeof multiples[0]; k++) {
+    const double norm = multiples[k] * measured;
+    b.newton.policy.previous_norm = 2 * norm;
+    CHECK(flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u) == (multiples[k] <= 4));
+    b.newton.policy.previous_norm = 10 * norm;
+    CHECK(!flesh_matrix_policy_at_round_off(&b.newton.policy, norm, b.u));
+  }
+  discard(&b);
+}
+
+/* What a solve leaves is never asked to be below half of what the iteration may leave. */
+static void solves_go_no_deeper_than_half_the_target(void)
+{
+  const flesh_solver_options options = defaults();
+  static const double norms[] = {1, 1e-1, 1e-2, 1e-3, 1e-5};
+  for (size_t k = 0; k < sizeof norms / sizeof norms[0]; k++)
+    for (int kept = 0; kept < 2; kept++) {
+      bench b;
+      make(&b, quadratic, &options, 1);
+      flesh_matrix_policy *policy = &b.newton.policy;
+      policy->target = 1e-3;
+      policy->kept = kept;
+      policy->smallest_norm = 1;
+      policy->predicted_error = 1e-9;
+      const double asked = flesh_matrix_policy_tolerance(policy, norms[k], 1e-1);
+      CHECK(asked >= 0.5e-3);
+      if (norms[k] == 1e-2 || kept) CHECK_NEAR(asked, 0.5e-3, 1e-15); /* and just that where the target is near */
+      discard(&b);
+    }
+}
+
+/* What was prepared for a step serves a step of the same shift, in x, v and a. */
+static void another_shift_needs_another_preconditioner(void)
+{
+  const flesh_solver_options options = defaults();
+  for (int other = 0; other < 4; other++) {
+    bench b;
+    make(&b, quadratic, &options, 1);
+    flesh_matrix_policy *policy = &b.newton.policy;
+    const flesh_shift shift = b.newton.equations.stage.shift;
+    policy->prepared_for = shift;
+    policy->prepared_for.x += other == 1;
+    policy->prepared_for.v += other == 2;
+    policy->prepared_for.a += other == 3;
+    policy->age = 3;
+    policy->stage_continues = 1;
+    flesh_matrix_policy_begin_stage(policy, 0, &(flesh_solve_stats){0});
+    CHECK(policy->age == (other ? -1 : 4));
+    discard(&b);
+  }
+}
+
 /* K serves once more where it has predicted the residual, and only then. */
 static void matrices_are_kept_where_they_predict_residuals(void)
 {
@@ -350,6 +439,8 @@ static void watchdog_steps_are_taken_where_they_end_lower(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(steps_without_sufficient_decrease_are_cut),
+                   TEST(cuts_go_to_the_minimum_of_the_parabola), TEST(round_off_is_what_was_measured),
+                   TEST(solves_go_no_deeper_than_half_the_target), TEST(another_shift_needs_another_preconditioner),
                    TEST(predictions_are_those_of_the_quadratic_model), TEST(ascent_and_hopeless_directions_are_told),
                    TEST(directions_tell_their_kind), TEST(indefinite_matrices_are_filtered_where_that_is_asked_for),
                    TEST(without_a_filter_indefinite_matrices_are_refused),

@@ -377,6 +377,22 @@ static void fifty_thousand_on_fifty_thousand(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* A point on the edge that six tets share is as well in each of them: it goes to the first, wherever the search begins. */
+static void of_equals_the_first_is_taken(void)
+{
+  flesh_mesh *box = NULL;
+  flesh_locator *locator = NULL;
+  CHECK_OK(flesh_mesh_box((const int[]){1, 1, 1}, (const double[]){1, 1, 1}, (const double[]){0, 0, 0}, &box));
+  CHECK_OK(flesh_locator_create(box, &locator));
+  for (int hint = -1; hint < 6; hint++) {
+    flesh_place place;
+    flesh_locator_find(locator, (const double[]){0.5, 0.5, 0.5}, hint, &place);
+    CHECK(place.tet == 0 && place.distance == 0);
+  }
+  flesh_locator_destroy(&locator);
+  flesh_mesh_destroy(&box);
+}
+
 int main(int argc, char **argv)
 {
   if (!make_work_folder()) return 1;
@@ -386,5 +402,5 @@ int main(int argc, char **argv)
                    TEST(clamped_weights_only_interpolate),
                    TEST(clamped_shares_are_those_of_the_positive_weights),
                    TEST(bindings_are_saved_and_checked),
-                   TEST(fifty_thousand_on_fifty_thousand));
+                   TEST(of_equals_the_first_is_taken), TEST(fifty_thousand_on_fifty_thousand));
 }
