@@ -218,7 +218,7 @@ int flesh_command_film(int argc, char **argv)
                  "most frames, of the others the frames nearest in time. The pictures are made in\n"
                  "FILE_frames, numbered through from frame_000000.png, and joined by ffmpeg; without\n"
                  "ffmpeg they stay there. Colours span all but a hundredth of the values at either end;\n"
-                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
+                 "the scale shows the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
                  "and speed. Obstacles are transparent where they are seen from behind.\n",
       .positional_min = 1,
       .positional_max = INT_MAX,

@@ -14,7 +14,7 @@
 #include "shared/output.h"
 
 static const char formats[] =
-    "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+    "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
     "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
     ".msh (Gmsh 4.1 binary), .mesh (Medit).\n";
 
@@ -289,7 +289,7 @@ int flesh_command_mesh(int argc, char **argv)
            formats);
     for (int c = 0; c < COMMANDS; c++)
       printf("  %-10s %s\n", commands[c].name, commands[c].summary);
-    printf("\n`flesh mesh COMMAND --help` tells more about a command.\n\n%s",
+    printf("\n`flesh mesh COMMAND --help` describes a command.\n\n%s",
            flesh_exit_codes_text);
     return 0;
   }

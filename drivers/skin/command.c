@@ -180,7 +180,7 @@ int flesh_command_skin(int argc, char **argv)
            "A fine surface that follows the tets of a body.\n\nCommands:\n"
            "  bind       bind a surface's vertices to the tets of a mesh\n"
            "  apply      write the surface as it moves with a run\n\n"
-           "`flesh skin COMMAND --help` tells more about a command. A scene with `output: {skin:\n"
+           "`flesh skin COMMAND --help` describes a command. A scene with `output: {skin:\n"
            "{surface: FILE}}` does both while it runs.\n\n%s",
            flesh_exit_codes_text);
     return 0;

@@ -114,7 +114,7 @@ int flesh_command_snap(int argc, char **argv)
                  "drawn. Without --time or --frame it is the last frame; several make a strip.\n"
                  "Frames are numbered as in the names of the run's files (frames/frame_000060.vtu is 60,\n"
                  "written after step 60). Colours span all but a hundredth of the values at either end;\n"
-                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
+                 "the scale shows the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
                  "and speed. Obstacles are transparent where they are seen from behind.\n",
       .positional_min = 1,
       .positional_max = INT_MAX,
