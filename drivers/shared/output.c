@@ -41,6 +41,16 @@ int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
   return status;
 }
 
+int flesh_output_prepare_from(const char *path, int count, char *const *read, const char *further)
+{
+  flesh_inputs inputs = {0};
+  for (int k = 0; k < count; k++) flesh_inputs_add(&inputs, read[k]);
+  if (further) flesh_inputs_add(&inputs, further);
+  int status = flesh_output_prepare(path, &inputs);
+  flesh_inputs_close(&inputs);
+  return status;
+}
+
 /* A file of that name that begins otherwise was written by somebody else. What is no regular file loses nothing. */
 static int check_begin(const char *path, const char *begin)
 {
