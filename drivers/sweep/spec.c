@@ -549,8 +549,12 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
   if (!status) status = read_derived(sweep, s, root);
   if (!status && (double)sweep->case_count * sweep->repeats > CASE_LIMIT)
     status = flesh_node_fail(flesh_node_find(root, "repeats"), "there are more than %d cases", CASE_LIMIT);
+  if (!status && sweep->seed > INT_MAX - sweep->repeats)
+    status = flesh_node_fail(flesh_node_find(root, "seed"), "the seed is %d; with %d repeats it must be at most %d",
+                             sweep->seed, sweep->repeats, INT_MAX - sweep->repeats);
+  if (status) return status;
   sweep->case_count *= sweep->repeats;
-  if (!status) status = check_values(sweep);
+  status = check_values(sweep);
   return status ? status : make_fingerprint(sweep);
 }
 

@@ -90,6 +90,7 @@ typedef struct flesh_sweep_case {
   const flesh_node *nodes[FLESH_SWEEP_COLUMNS]; /* of the values in the spec; NULL where computed */
   int repeat;                                /* from 1 */
 } flesh_sweep_case;
+/* FLESH_ERR_MEMORY, and nothing made. */
 int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made);
 void flesh_sweep_case_free(flesh_sweep_case *made);
 

@@ -93,4 +93,25 @@ checks() { every "$seldom" check bar.yaml; }
 runs() { every "$seldom" run bar.yaml --out out --quiet; }
 adaptive_runs() { every "$seldom" run bar.yaml --out out --quiet --method adaptive --no-frames; }
 
-run_tests meshes checks runs adaptive_runs
+# lacks CODE WORDS SIZE COMMAND...: without memory of that size; it says so and ends with the code.
+lacks() {
+  lacking=$1 words=$2 size=$3
+  shift 3
+  expect "$lacking" env FLESH_FAIL_SIZE="$size" LD_PRELOAD="$shim" "$@" && has stderr.txt "$words"
+}
+
+# What is set for a case is set, or the case is not run. The mesh's name is so long that nothing else has its size.
+cases_have_all_that_is_set() {
+  mesh=$(printf '%0701d' 0 | tr 0 /)
+  mesh=.${mesh}bar.msh
+  printf 'scene: bar.yaml\nset: {body.mesh: %s}\naxes: [{key: time.end, values: [1/60, 1/30]}]\n' "$mesh" >spec.yaml
+  set="body.mesh=\"$mesh\""
+  expect 0 "$flesh" sweep spec.yaml --out cases --quiet &&
+    sqlite3 cases/sweep.db 'SELECT overrides FROM cases' >overrides.txt && has overrides.txt "$mesh" &&
+    lacks 1 'out of memory' $((${#set} + 1)) "$flesh" sweep spec.yaml --out lacking --quiet || return 1
+  # A folder that cannot be compared is none that may be written into.
+  folder=$(printf '%0191d' 0)
+  mkdir "$folder" && lacks 1 'out of memory' 193 "$flesh" run bar.yaml --out "$folder" --save-state "$folder/result.json"
+}
+
+run_tests meshes checks runs adaptive_runs cases_have_all_that_is_set

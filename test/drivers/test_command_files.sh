@@ -62,6 +62,24 @@ every_command_claims_its_folder() {
   [ "$(ls -A taken)" = .flesh.lock ]
 }
 
+# What was killed holds its folder until it has ended: a sweep waits for that, and tells of others.
+a_sweep_waits_for_what_was_killed() {
+  sed 's/^scene/keep: true\nscene/' spec.yaml >kept.yaml
+  mkdir -p awaited/cases/000001 awaited/cases/000002
+  (exec 9>awaited/cases/000001/.flesh.lock && flock 9 && exec sleep 1.5) &
+  wait_until $! [ -e awaited/cases/000001/.flesh.lock ] || return 1
+  expect 0 "$flesh" sweep kept.yaml --out awaited --quiet && "$flesh" sweep export awaited/sweep.db \
+    --columns status,message >told.csv && [ "$(grep -c '^complete' told.csv)" -eq 2 ] || { cat told.csv; return 1; }
+  [ -z "$(find awaited -name '.flesh*')" ] || return 1
+  mkdir -p theirs/cases/000001
+  (exec 9>theirs/cases/000001/.flesh.lock && flock 9 && exec sleep 30) &
+  wait_until $! [ -e theirs/cases/000001/.flesh.lock ] || return 1
+  expect 0 "$flesh" sweep kept.yaml --out theirs --quiet
+  "$flesh" sweep export theirs/sweep.db --columns status,message >told.csv
+  kill $!
+  has told.csv '^failed,.*cases/000001: another process writes its results there' && has told.csv '^complete'
+}
+
 # ---- nothing that is read is overwritten ----
 
 a_run_keeps_what_it_reads() {
@@ -248,7 +266,8 @@ all_refused_is_an_error() {
   refused 2 'all 2 cases are refused; the first: .*going.msh' "$flesh" sweep going.yaml --out going --quiet --resume
 }
 
-run_tests two_runs_do_not_share_a_folder every_command_claims_its_folder a_run_keeps_what_it_reads \
+run_tests two_runs_do_not_share_a_folder every_command_claims_its_folder \
+  a_sweep_waits_for_what_was_killed a_run_keeps_what_it_reads \
   a_run_keeps_what_others_wrote a_start_is_not_lost other_commands_keep_what_they_read leftovers_are_cleared \
   killed_runs_leave_nothing pipes_are_refused devices_and_folders_are_refused \
   more_jobs_than_files_can_be_open all_refused_is_an_error

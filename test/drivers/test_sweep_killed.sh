@@ -2,6 +2,7 @@
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 . "$source_folder/shared/sweep.sh"
+. "$source_folder/shared/full_disk.sh"
 bar_cases || exit 1
 cat >long.yaml <<END
 scene: $data/scenes/twist.yaml
@@ -115,8 +116,7 @@ a_full_disk_stops_it_and_resume_goes_on() {
 # A disk that is full indeed, and has room again; where this user may not mount one there is nothing to show.
 a_small_disk_stops_it_and_resume_goes_on() {
   undisturbed || return 1
-  mkdir -p disk
-  unshare -m mount -t tmpfs -o size=1m none disk 2>/dev/null || { echo 'no mount for this user'; return 0; }
+  can_mount || { echo 'no mount for this user'; return 0; }
   cat >on_disk.sh <<'END'
 mount -t tmpfs -o size=100k none disk || exit 9
 "$1" sweep bar.yaml --out disk/sweep --quiet

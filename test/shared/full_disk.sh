@@ -53,7 +53,7 @@ fills() {
     if [ "$ended" -ne 0 ]; then
       failures=$((failures + 1))
       [ "$ended" -eq 3 ] || fault="$fault ended with $ended"
-      grep -qi 'could not be written\|cannot be written\|No space left\|is full\|cannot make\|could not write' stderr.txt ||
+      grep -qi 'could not be written\|cannot be written\|No space left\|may be full\|is full\|cannot make\|could not write' stderr.txt ||
         fault="$fault without saying why"
     fi
     [ -z "$fault" ] || { faults=$((faults + 1)); echo "$name on $kilobytes kB: $fault"; head -3 stderr.txt; }
