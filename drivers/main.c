@@ -56,7 +56,7 @@ static void print_help(void)
   for (int c = 0; c < COMMAND_COUNT; c++)
     printf("  %-10s %s\n", commands[c].name, commands[c].summary);
   printf(
-      "\n`flesh COMMAND --help` tells more about a command, `flesh --version` the version.\n\n%s",
+      "\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n%s",
       flesh_exit_codes_text);
 }
 

@@ -43,9 +43,9 @@ typedef enum flesh_hardcases_start {
 enum {
   FLESH_HARDCASES_PINNED = 1,           /* the face x = 0 is held at rest for all time */
   FLESH_HARDCASES_RANDOM = 2,           /* run once per seed */
-  FLESH_HARDCASES_KEPT_EQUILIBRIUM = 4, /* judged as the equilibrium it is instead of on coming back */
+  FLESH_HARDCASES_KEPT_EQUILIBRIUM = 4, /* accepted as the equilibrium it is, need not recover */
   FLESH_HARDCASES_STATIC = 8,
-  FLESH_HARDCASES_HARDEST = 16 /* scramble and point: nothing is promised above nu = 0.49 */
+  FLESH_HARDCASES_HARDEST = 16 /* scramble and point: nothing is guaranteed above nu = 0.49 */
 };
 
 typedef struct flesh_hardcases_case {

@@ -29,13 +29,13 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
                               "potential never rose from a step's start to its end, no number was "
                               "non-finite, and at the end the body is within\n"
                               "1e-3 of its length and of its volume from its rest shape with no "
-                              "element inverted; put back when calm tangles had\n"
-                              "to be placed anew on the way (solver.techniques: untangle), which no force did. "
+                              "element inverted; untangled when nodes of tangles in\n"
+                              "equilibrium were repositioned (solver.techniques: untangle), which no force did. "
                               "Where it ends otherwise a\n"
-                              "static solve and the eigenvalues of the Hessian tell whether that "
+                              "static solve and the eigenvalues of the Hessian show whether that "
                               "is a true local minimum; it counts as not\n"
                               "recovered all the same. Free bodies on an exact line or point are "
-                              "judged as the equilibria they are.\n\n"
+                              "accepted as the equilibria they are.\n\n"
                               "Writes into DIR: hardcases.csv (a row per run), verdict.txt, "
                               "matrix.png (cases x settings), frames_*.png, cases/.\n";
 

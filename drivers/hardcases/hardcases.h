@@ -16,7 +16,7 @@ typedef enum flesh_hardcases_solver {
   FLESH_HARDCASES_CLAMPED,          /* the defaults, but projected eigenvalues become zero */
   FLESH_HARDCASES_ABSOLUTE,         /* the defaults, but they become absolute values */
   FLESH_HARDCASES_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
-  FLESH_HARDCASES_NO_UNTANGLING,    /* the defaults, but calm tangles are left as they are */
+  FLESH_HARDCASES_NO_UNTANGLING,    /* the defaults, but tangles in equilibrium are left as they are */
   FLESH_HARDCASES_SOLVERS
 } flesh_hardcases_solver;
 
@@ -33,7 +33,7 @@ typedef struct flesh_hardcases_setting {
 /* From best to worst. */
 typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_RECOVERED,     /* back at rest, every solve converged, the potential never rose */
-  FLESH_HARDCASES_PUT_BACK,      /* the same, after calm tangles were put back, which no force did */
+  FLESH_HARDCASES_UNTANGLED,      /* the same, after untangling, which no force did */
   FLESH_HARDCASES_EQUILIBRIUM,   /* an exact line or point that stayed the equilibrium it is */
   FLESH_HARDCASES_AT_REST,       /* finished at rest in a stressed state that no load holds */
   FLESH_HARDCASES_NOT_RECOVERED, /* finished away from its rest shape in another way */
@@ -65,7 +65,7 @@ typedef struct flesh_hardcases_figures {
   int tets, steps;
   long solves, retried, unconverged, at_rounding; /* retried: solves that failed and were halved */
   long newton, linear, direct, projections, backtracks;
-  long untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  long untanglings, untangled_nodes; /* how often a tangle in equilibrium was removed, and nodes moved */
   long rises; /* accepted iterates above their solve's first one, and steps above their start */
   long rises_checked; /* steps looked at: neither halved nor untangled */
   double worst_rise;  /* over the sum of the terms' sizes */

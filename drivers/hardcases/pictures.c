@@ -13,9 +13,9 @@
 #include "shared/plot_text.h"
 #include "hardcases/hardcases.h"
 
-/* Told apart by eyes of all kinds; from good to bad also from light to dark. */
+/* Distinguishable with any colour vision; from good to bad also from light to dark. */
 static const char *const colours[] = {
-    [FLESH_HARDCASES_RECOVERED] = "#8fd0a8",   [FLESH_HARDCASES_PUT_BACK] = "#c5dc7a",
+    [FLESH_HARDCASES_RECOVERED] = "#8fd0a8",   [FLESH_HARDCASES_UNTANGLED] = "#c5dc7a",
     [FLESH_HARDCASES_EQUILIBRIUM] = "#d3ecdb", [FLESH_HARDCASES_AT_REST] = "#f7e3a1",
     [FLESH_HARDCASES_NOT_RECOVERED] = "#f2cf63",
     [FLESH_HARDCASES_UNCONVERGED] = "#e08a2e", [FLESH_HARDCASES_STOPPED] = "#8fb3d9",
@@ -38,9 +38,9 @@ static void cell_text(const flesh_hardcases_run *r, char text[32])
   *text = 0;
   if (r->outcome == FLESH_HARDCASES_EQUILIBRIUM && f->rank >= 0)
     snprintf(text, 32, "%s%s", ranks[f->rank], mark);
-  if (r->outcome <= FLESH_HARDCASES_PUT_BACK && r->row->flags & FLESH_HARDCASES_STATIC)
+  if (r->outcome <= FLESH_HARDCASES_UNTANGLED && r->row->flags & FLESH_HARDCASES_STATIC)
     snprintf(text, 32, "%ld it.", f->newton);
-  else if (r->outcome <= FLESH_HARDCASES_PUT_BACK && isfinite(f->recovered_at))
+  else if (r->outcome <= FLESH_HARDCASES_UNTANGLED && isfinite(f->recovered_at))
     snprintf(text, 32, "%.2g s", f->recovered_at);
   const int not_back = r->outcome == FLESH_HARDCASES_NOT_RECOVERED || r->outcome == FLESH_HARDCASES_AT_REST;
   if (r->outcome == FLESH_HARDCASES_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
@@ -155,8 +155,8 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
           10 / width, 1 - 20 / height);
   fprintf(stream,
           "set label \"Recovered: simulated time until at rest for good (statics: Newton "
-          "iterations); put back: after "
-          "calm tangles were placed anew.\\nNot recovered: "
+          "iterations); untangled: after "
+          "nodes of tangles in equilibrium were repositioned.\\nNot recovered: "
           "distance from rest in body lengths, or inverted tets;\\nmin: the end is a true local "
           "minimum. Several seeds: "
           "how many recovered.\\nColumns: energy, Poisson's ratio, solver.\" at screen %.6f,%.6f left noenhanced "

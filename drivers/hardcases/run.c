@@ -179,7 +179,7 @@ static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
   int kept = run->row->flags & FLESH_HARDCASES_KEPT_EQUILIBRIUM;
   if (kept && f->rank < 2 && f->end != FLESH_HARDCASES_END_MOVING) return FLESH_HARDCASES_EQUILIBRIUM;
   if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_HARDCASES_AT_REST : FLESH_HARDCASES_NOT_RECOVERED;
-  return f->untanglings ? FLESH_HARDCASES_PUT_BACK : FLESH_HARDCASES_RECOVERED;
+  return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
 }
 
 /* What a new process is told. */

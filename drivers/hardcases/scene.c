@@ -16,7 +16,7 @@ static double step_of(const flesh_hardcases_run *run)
   return run->row->step > 0 ? run->row->step : run->setting->step;
 }
 
-/* Steps shorter than this would need thousands to calm down: the release does it. */
+/* Steps shorter than this would need thousands to come to rest: the release does it. */
 static int has_long_release(const flesh_hardcases_run *run)
 {
   return !(run->row->flags & FLESH_HARDCASES_STATIC) && !(run->row->release > 0) &&

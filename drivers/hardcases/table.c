@@ -28,7 +28,7 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
 {
   static const char *const names[] = {
-      [FLESH_HARDCASES_RECOVERED] = "recovered",     [FLESH_HARDCASES_PUT_BACK] = "put back",
+      [FLESH_HARDCASES_RECOVERED] = "recovered",     [FLESH_HARDCASES_UNTANGLED] = "untangled",
       [FLESH_HARDCASES_EQUILIBRIUM] = "equilibrium", [FLESH_HARDCASES_AT_REST] = "stressed at rest",
       [FLESH_HARDCASES_NOT_RECOVERED] = "not recovered",
       [FLESH_HARDCASES_UNCONVERGED] = "unconverged", [FLESH_HARDCASES_STOPPED] = "stopped",
@@ -176,10 +176,10 @@ static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *str
   }
   flesh_hardcases_setting_title(&plan->settings[setting], title);
   SAY("  %-28s %3d of %d", title,
-      counts[FLESH_HARDCASES_RECOVERED] + counts[FLESH_HARDCASES_PUT_BACK] +
+      counts[FLESH_HARDCASES_RECOVERED] + counts[FLESH_HARDCASES_UNTANGLED] +
           counts[FLESH_HARDCASES_EQUILIBRIUM],
       total);
-  if (counts[FLESH_HARDCASES_PUT_BACK]) SAY(" (%d of them put back)", counts[FLESH_HARDCASES_PUT_BACK]);
+  if (counts[FLESH_HARDCASES_UNTANGLED]) SAY(" (%d of them untangled)", counts[FLESH_HARDCASES_UNTANGLED]);
   for (int o = FLESH_HARDCASES_AT_REST; o < FLESH_HARDCASES_OUTCOMES; o++)
     if (counts[o]) SAY(", %d %s", counts[o], flesh_hardcases_outcome_name((flesh_hardcases_outcome)o));
   SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);

@@ -60,7 +60,7 @@ static int potential(flesh_hardcases_watch *w, const flesh_step_record *record, 
 }
 
 /* Whether the step's end lies higher than its start with the constrained nodes put in place. Steps
- * that were halved have several potentials, and where a tangle was put back the end is not where
+ * that were halved have several potentials, and where a body was untangled the end is not where
  * the solve led: left out. */
 static void check_potential(flesh_hardcases_watch *w, const flesh_step_record *record)
 {

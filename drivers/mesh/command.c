@@ -260,7 +260,7 @@ int flesh_command_mesh(int argc, char **argv)
       {0}};
   static const char about[] =
       "Inspect, convert and make meshes.\n\n"
-      "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+      "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
       "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
       ".msh (Gmsh 4.1 binary), .mesh (Medit).\n";
   return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);

@@ -63,7 +63,7 @@ typedef struct flesh_snapshot {
 
 /* What the help of a command says of its pictures. */
 #define FLESH_SNAPSHOT_DETAILS                                                                     \
-  "Colours span all but a hundredth of the values at either end; the scale tells the extremes\n"   \
+  "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
   "too. Tets with J <= 0 are black in the colours of J, stress and speed. Obstacles are\n"         \
   "transparent where they are seen from behind.\n"
 

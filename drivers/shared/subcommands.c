@@ -10,7 +10,7 @@ static int print_help(const char *command, const char *about, const char *more, 
 {
   printf("Usage: flesh %s COMMAND [ARGUMENT]...\n%s\nCommands:\n", command, about);
   for (; list->name; list++) printf("  %-10s %s\n", list->name, list->summary);
-  printf("\n`flesh %s COMMAND --help` tells more about a command.%s%s\n\n%s", command, more ? " " : "", more ? more : "",
+  printf("\n`flesh %s COMMAND --help` describes a command.%s%s\n\n%s", command, more ? " " : "", more ? more : "",
          flesh_exit_codes_text);
   return 0;
 }

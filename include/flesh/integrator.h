@@ -15,7 +15,7 @@ extern "C" {
 /* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
  * their docs are made. */
 #define FLESH_METHOD_LIST(ROW)                                                                     \
-  ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
+  ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, robust")                   \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
   ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
@@ -110,7 +110,7 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the prescribed motion with its own velocity. Where a method balances before the end of the step
  * (midpoint, HHT, the first step of BDF2) and an obstacle bars the way to that end, backward Euler
  * takes the step in its stead (flesh_solve_stats: impact_steps). Backward Euler begins the solves
- * of a calm motion where the velocities of its last steps lead; another integrator that goes on
+ * of a slow motion where the velocities of its last steps lead; another integrator that goes on
  * from a state agrees to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
@@ -121,7 +121,7 @@ FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *s
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* What every effect was asked for since creation; set `timed` to have processor times as well.
+/* What every effect was asked for since creation; set `timed` to have CPU times as well.
  * Owned by the integrator. */
 FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 

@@ -47,7 +47,7 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
 
 /* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
  * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
- * `tets T`, rows `a b c d` from 0), told apart by content; only TetGen's two files also by their
+ * `tets T`, rows `a b c d` from 0), recognised by content; only TetGen's two files also by their
  * names. Other elements than tets of 4 nodes are left out; tets of higher order are refused.
  * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
  * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.

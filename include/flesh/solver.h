@@ -122,7 +122,7 @@ typedef struct flesh_solve_stats {
    * differ. */
   int potential_rises;
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
-  int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  int untanglings, untangled_nodes; /* how often tangles were removed, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   int linear_single; /* those of `linear` in single precision */
   int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */

@@ -47,7 +47,7 @@ static int kinsol_options(flesh_nonlinear *self)
   if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL could not begin");
   failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
   failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback knows when the last one serves */
-  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
+  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the line search limits steps, not |u|, which starts at 0 */
   failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
   failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);
   failed |= KINSetEtaConstValue(kinsol, options->linear_tolerance);

@@ -32,7 +32,8 @@
  * have it.
  *
  * Nothing is told below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left by
- * the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a motion as slow as its tolerance. */
+ * the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
+ * motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
 #include <math.h>
@@ -260,7 +261,7 @@ void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state
 }
 
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
-                            const flesh_position_potential *placed, const double *energies)
+                            const flesh_position_potential *by_position, const double *energies)
 {
   const flesh_point point = point_of(watch, t, state);
   int status = FLESH_OK;
@@ -273,8 +274,9 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
     double kinetic;
     status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
   } else {
-    status = flesh_system_energies_placed(watch->system, &point, placed ? placed : &(flesh_position_potential){0},
-                                          watch->energies);
+    flesh_position_potential unknown = {0};
+    status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown,
+                                               watch->energies);
   }
   add_up(watch, t, state, status);
   return status;

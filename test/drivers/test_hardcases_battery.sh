@@ -26,7 +26,7 @@ none() {
 # some CONDITION
 some() { [ -n "$(rows_where "$1")" ] || { echo "no row is: $1"; cat out/hardcases.csv; return 1; }; }
 
-good='v["outcome"] ~ /^(recovered|put back|equilibrium)$/'
+good='v["outcome"] ~ /^(recovered|untangled|equilibrium)$/'
 orderly='v["finite"] == 1 && v["potential_rises"] == 0 && v["worst_rise"] + 0 <= 1e-12 &&
   v["outcome"] !~ /^(non-finite|crashed or hung|not run)$/'
 collapses='v["case"] ~ /^(line|point)_free$/'

@@ -263,7 +263,7 @@ static void conjugate_gradients(void)
     for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
     CHECK(slope > 0 && curvature / 2 < slope);
 
-    /* How far a residual is from the one foretold. */
+    /* How far a residual is from the one predicted. */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
     CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
@@ -344,7 +344,7 @@ static void conjugate_gradients_in_single_precision(void)
         CHECK_NEAR(residual_of(A, b_scaled, x, Ax), result.residual, 1e-5 * result.first);
         CHECK_BELOW(test_distance(n, x, before), 1e-3 * test_norm(n, before));
       }
-      /* How far a residual is from the one foretold. */
+      /* How far a residual is from the one predicted. */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
       CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
       /* A preconditioner of another scale: what was rounded does not serve. */

@@ -1,5 +1,5 @@
 /* test_kept_matrices.c: matrices serve for further iterations and steps as long as residuals come out as they
- * foretell. */
+ * predict. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -32,8 +32,8 @@ static flesh_solve_stats swing(double poisson, flesh_method method, double toler
   return stats;
 }
 
-/* A matrix serves for a second iteration where what it foretold came true, and loosely solved steps after it. */
-static void iterations_keep_matrices_that_foretell(void)
+/* A matrix serves for a second iteration where its prediction held, and loosely solved steps after it. */
+static void iterations_keep_matrices_that_predict(void)
 {
   enum { STEPS = 30 };
   /* The most Newton iterations and matrices a step. */
@@ -68,7 +68,7 @@ static void iterations_take_the_place_of_matrices(void)
 }
 
 /* Small steps go on with a matrix of steps before, by any solver, and notice when it serves no longer. */
-static void steps_keep_matrices_that_foretell(void)
+static void steps_keep_matrices_that_predict(void)
 {
   enum { STEPS = 120, BLOW = 60 };
   double *exact = NULL;
@@ -110,6 +110,6 @@ static void steps_keep_matrices_that_foretell(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(iterations_keep_matrices_that_foretell),
-                   TEST(iterations_take_the_place_of_matrices), TEST(steps_keep_matrices_that_foretell));
+  return RUN_TESTS(argc, argv, TEST(iterations_keep_matrices_that_predict),
+                   TEST(iterations_take_the_place_of_matrices), TEST(steps_keep_matrices_that_predict));
 }

@@ -49,8 +49,8 @@ static void parabolas_are_exact(void)
 }
 
 /* Two damped vibrations at once, in each dof another mixture of them: after 4 + 2 of their velocities what follows is
- * foretold, while polynomials are far off; after a change of the motion it is again, as soon as all of that is over. */
-static void vibrations_are_foretold(void)
+ * predicted, while polynomials are far off; after a change of the motion it is again, as soon as all of that is over. */
+static void vibrations_are_predicted(void)
 {
   const double h = 0.1;
   double x[N] = {0}, v[N], u[N];
@@ -242,7 +242,7 @@ static void free_bodies_turn_on(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(vibrations_are_foretold),
+  return RUN_TESTS(argc, argv, TEST(parabolas_are_exact), TEST(vibrations_are_predicted),
                    TEST(calm_swings_take_fewer_iterations), TEST(free_bodies_turn_on),
                    TEST(a_preconditioner_serves_in_stages_that_go_on));
 }
