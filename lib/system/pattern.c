@@ -2,11 +2,12 @@
 #include "system/pattern.h"
 
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "linear/bisection.h"
 
 static int compare_int(const void *a, const void *b)
@@ -20,7 +21,7 @@ static int lay_out(flesh_pattern *pattern)
 {
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
   const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
-  int *column = malloc((blocks + 1) * sizeof *column), count = 0;
+  int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
   flesh_bisection halves = {0};
   int status = column ? flesh_bisection_create(&A, &halves) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
@@ -31,10 +32,10 @@ static int lay_out(flesh_pattern *pattern)
   }
   flesh_bisection_clear(&halves);
   if (status) {
-    free(column);
+    flesh_free(column);
     return status;
   }
-  free(pattern->column);
+  flesh_free(pattern->column);
   pattern->column = column;
   return FLESH_OK;
 }
@@ -43,10 +44,10 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
                          flesh_pattern *pattern)
 {
   *pattern = (flesh_pattern){.rows = rows};
-  size_t *start = calloc((size_t)rows + 2, sizeof *start), total = 0;
-  int *entries = NULL, *seen_in = malloc(((size_t)rows + 1) * sizeof *seen_in);
-  pattern->row_start = malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
-  pattern->row_end = malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
+  size_t *start = flesh_calloc((size_t)rows + 2, sizeof *start), total = 0;
+  int *entries = NULL, *seen_in = flesh_malloc(((size_t)rows + 1) * sizeof *seen_in);
+  pattern->row_start = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
+  pattern->row_end = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
   if (!start || !seen_in || !pattern->row_start || !pattern->row_end) goto no_memory;
 
   /* Every pair once per cell that has it, bucketed by row; then each row is thinned and sorted. */
@@ -58,10 +59,10 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
         start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
   }
   for (int i = 0; i < rows; i++) start[i + 1] += start[i];
-  entries = malloc((start[rows] + 1) * sizeof *entries);
-  size_t *fill = malloc(((size_t)rows + 1) * sizeof *fill);
+  entries = flesh_malloc((start[rows] + 1) * sizeof *entries);
+  size_t *fill = flesh_malloc(((size_t)rows + 1) * sizeof *fill);
   if (!entries || !fill) {
-    free(fill);
+    flesh_free(fill);
     goto no_memory;
   }
   memcpy(fill, start, (size_t)rows * sizeof *fill);
@@ -74,7 +75,7 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
         for (int b = a + 1; b < m; b++) entries[fill[node[a]]++] = node[b];
     }
   }
-  free(fill);
+  flesh_free(fill);
   for (int i = 0; i < rows; i++) seen_in[i] = -1;
   for (int i = 0; i < rows; i++) {
     int *row = entries + total; /* no later than where row i's entries begin */
@@ -85,14 +86,14 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
       seen_in[column] = i;
       row[kept++] = column;
     }
-    qsort(row, kept, sizeof *row, compare_int);
+    flesh_sort(row, kept, sizeof *row, compare_int);
     pattern->row_start[i] = (int)total;
     total += kept;
     pattern->row_end[i] = (int)total;
     if (total > INT_MAX / 9) {
-      free(start);
-      free(seen_in);
-      free(entries);
+      flesh_free(start);
+      flesh_free(seen_in);
+      flesh_free(entries);
       flesh_pattern_clear(pattern);
       return flesh_fail(FLESH_ERR_ARGUMENT, "the Jacobian has more than %d blocks", INT_MAX / 9);
     }
@@ -101,23 +102,23 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
   pattern->column = entries;
   entries = NULL;
   if (lay_out(pattern)) goto no_memory;
-  free(start);
-  free(seen_in);
+  flesh_free(start);
+  flesh_free(seen_in);
   return FLESH_OK;
 
 no_memory:
-  free(start);
-  free(seen_in);
-  free(entries);
+  flesh_free(start);
+  flesh_free(seen_in);
+  flesh_free(entries);
   flesh_pattern_clear(pattern);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
 }
 
 void flesh_pattern_clear(flesh_pattern *pattern)
 {
-  free(pattern->row_start);
-  free(pattern->row_end);
-  free(pattern->column);
+  flesh_free(pattern->row_start);
+  flesh_free(pattern->row_end);
+  flesh_free(pattern->column);
   *pattern = (flesh_pattern){0};
 }
 
@@ -184,15 +185,15 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
 int flesh_pattern_rest(const flesh_pattern *pattern, size_t pairs, const int *slots, int *count, int **rest)
 {
   const int blocks = pattern->row_start[pattern->rows];
-  char *named = calloc((size_t)blocks + 1, 1);
+  char *named = flesh_calloc((size_t)blocks + 1, 1);
   int n = 0;
   *rest = NULL;
   for (size_t k = 0; named && k < pairs; k++) named[slots[k]] = 1;
   for (int k = 0; named && k < blocks; k++) n += !named[k];
-  if (named) *rest = malloc(((size_t)n + 1) * sizeof **rest);
+  if (named) *rest = flesh_malloc(((size_t)n + 1) * sizeof **rest);
   *count = 0;
   for (int k = 0; *rest && k < blocks; k++)
     if (!named[k]) (*rest)[(*count)++] = k;
-  free(named);
+  flesh_free(named);
   return *rest ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d blocks", blocks);
 }

@@ -2,12 +2,12 @@
 #include "flesh/system.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
@@ -18,7 +18,7 @@ int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
   FLESH_NEED({system, "system"});
   *system = NULL;
   FLESH_NEED({mesh, "mesh"});
-  *system = calloc(1, sizeof **system);
+  *system = flesh_calloc(1, sizeof **system);
   if (!*system) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a system");
   (*system)->mesh = mesh;
   (*system)->nodes = flesh_mesh_node_count(mesh);
@@ -31,17 +31,17 @@ void flesh_system_destroy(flesh_system **system)
   flesh_system *self = *system;
   for (int k = 0; k < self->entry_count; k++) {
     flesh_effect_destroy(&self->entries[k].effect);
-    if (self->entries[k].owns_slots) free(self->entries[k].slots);
+    if (self->entries[k].owns_slots) flesh_free(self->entries[k].slots);
   }
   for (int k = 0; k < self->constraint_count; k++) {
-    free(self->constraints[k].nodes);
+    flesh_free(self->constraints[k].nodes);
     flesh_motion_clear(&self->constraints[k].motion);
   }
-  free(self->entries);
-  free(self->constraints);
+  flesh_free(self->entries);
+  flesh_free(self->constraints);
   flesh_pattern_clear(&self->pattern);
-  free(self->left);
-  free(self);
+  flesh_free(self->left);
+  flesh_free(self);
   *system = NULL;
 }
 
@@ -60,7 +60,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   FLESH_NEED({system, "system"});
   int status = still_open(system);
   flesh_system_entry *grown = status ? NULL
-                        : realloc(system->entries,
+                        : flesh_realloc(system->entries,
                                   ((size_t)system->entry_count + 1) * sizeof *system->entries);
   if (!grown) {
     flesh_effect_destroy(effect);
@@ -86,14 +86,14 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
     if (nodes[k] < 0 || nodes[k] >= system->nodes)
       return flesh_fail(FLESH_ERR_ARGUMENT, "node %d is constrained; the mesh has the nodes 0 to %d",
                         nodes[k], system->nodes - 1);
-  flesh_constraint *grown = realloc(system->constraints,
+  flesh_constraint *grown = flesh_realloc(system->constraints,
                               ((size_t)system->constraint_count + 1) * sizeof *grown);
   if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for one more constraint");
   system->constraints = grown;
   flesh_constraint *c = &grown[system->constraint_count];
   *c = (flesh_constraint){.count = count, .axes = axes, .from = from, .until = until};
   if (motion && (status = flesh_motion_copy(motion, &c->motion))) return status;
-  c->nodes = malloc((size_t)count * sizeof *c->nodes);
+  c->nodes = flesh_malloc((size_t)count * sizeof *c->nodes);
   if (!c->nodes) {
     flesh_motion_clear(&c->motion);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d constrained nodes", count);
@@ -158,7 +158,7 @@ int flesh_system_finalize(flesh_system *system)
   FLESH_NEED({system, "system"});
   int status = still_open(system);
   if (status) return status;
-  const flesh_cells **cells = malloc(((size_t)system->entry_count + 1) * sizeof *cells);
+  const flesh_cells **cells = flesh_malloc(((size_t)system->entry_count + 1) * sizeof *cells);
   if (!cells) return flesh_fail(FLESH_ERR_MEMORY, "no memory to finish a system");
   int count = 0;
   for (int k = 0; k < system->entry_count && !status; k++) {
@@ -169,7 +169,7 @@ int flesh_system_finalize(flesh_system *system)
     if (!known) cells[count++] = own;
   }
   if (!status) status = flesh_pattern_create(system->nodes, count, cells, &system->pattern);
-  free(cells);
+  flesh_free(cells);
   for (int k = 0; k < system->entry_count && !status; k++) {
     flesh_system_entry *e = &system->entries[k];
     const flesh_cells *own = cells_of(e->effect);
@@ -558,11 +558,11 @@ int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **
   const flesh_pattern *pattern = &system->pattern;
   if (!system->finished)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is not finished; flesh_system_finalize makes its pattern");
-  *matrix = malloc(sizeof **matrix);
+  *matrix = flesh_malloc(sizeof **matrix);
   double *values = flesh_huge_pages_calloc(((size_t)pattern->row_start[pattern->rows] * 9 + 1) * sizeof *values);
   if (!*matrix || !values) {
-    free(*matrix);
-    free(values);
+    flesh_free(*matrix);
+    flesh_free(values);
     *matrix = NULL;
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %d blocks",
                       pattern->row_start[pattern->rows]);
@@ -574,7 +574,7 @@ int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **
 void flesh_block_matrix_destroy(flesh_block_matrix **matrix)
 {
   if (!matrix || !*matrix) return;
-  free((*matrix)->values);
-  free(*matrix);
+  flesh_free((*matrix)->values);
+  flesh_free(*matrix);
   *matrix = NULL;
 }
