@@ -22,7 +22,7 @@
 #include "base/sort.h"
 #include "base/sort_by_length.h"
 #include "linear/block_matrix.h"
-#include "linear/lanes.h"
+#include "linear/three.h"
 #include "linear/triangle.h"
 
 /* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
@@ -37,11 +37,6 @@ enum {
    * rows, a row is about LINES. */
   MANY = 60000, FAR = 64, LINES = 3
 };
-
-/* A block's rows of four lanes. */
-typedef struct three {
-  flesh_float4 row[3];
-} three;
 
 struct flesh_cholesky {
   int rows;
@@ -297,20 +292,6 @@ static int invert_pivot(flesh_cholesky *self, int p)
   return 1;
 }
 
-/* A^T B. */
-static inline three transposed_product(const three *A, const three *B)
-{
-  three C;
-  for (int r = 0; r < 3; r++)
-    C.row[r] = B->row[0] * A->row[0][r] + B->row[1] * A->row[1][r] + B->row[2] * A->row[2][r];
-  return C;
-}
-
-static inline void add(three *sum, const three *A)
-{
-  for (int r = 0; r < 3; r++) sum->row[r] += A->row[r];
-}
-
 /* Rows of a part, one by one: scale, then subtract from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
@@ -334,17 +315,17 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
         scaled.row[r] = rows[a].row[0] * v[3 * r] + rows[a].row[1] * v[3 * r + 1] + rows[a].row[2] * v[3 * r + 2];
       for (int b = a + 1; b < n; b++, target++) {
         if (*target < 0) {
-          add(&partners[a], &rows[b]);
-          add(&partners[b], &rows[a]);
+          three_add(&partners[a], &rows[b]);
+          three_add(&partners[b], &rows[a]);
           continue;
         }
         three *to = (three *)(spilling && *target >= first_spilt ? self->spill + 12 * (size_t)(*target - first_spilt)
                                                                  : self->work + 12 * (size_t)*target);
-        const three update = transposed_product(&scaled, &rows[b]);
+        const three update = three_transposed_product(&scaled, &rows[b]);
         for (int r = 0; r < 3; r++) to->row[r] -= update.row[r];
       }
-      const three own = transposed_product(&scaled, &rows[a]), lost = transposed_product(&scaled, &partners[a]);
-      add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
+      const three own = three_transposed_product(&scaled, &rows[a]), lost = three_transposed_product(&scaled, &partners[a]);
+      three_add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
       float upper[9], lower[9];
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
@@ -378,7 +359,7 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
   flesh_threads_run(self->threads, 2, factor_half, &f);
   if (f.failed[0] || f.failed[1]) return FLESH_NOT_POSITIVE;
   for (size_t e = 0; e < 9 * between; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
-  for (size_t k = 0; k < between; k++) add(&self->dropped[first + k], &self->dropped_spill[k]);
+  for (size_t k = 0; k < between; k++) three_add(&self->dropped[first + k], &self->dropped_spill[k]);
   for (size_t e = 0; e < 12 * blocks; e++) self->work[12 * first_block + e] += self->spill[e];
   return factor_rows(self, 2, 0) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }

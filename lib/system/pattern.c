@@ -40,44 +40,46 @@ static int lay_out(flesh_pattern *pattern)
   return FLESH_OK;
 }
 
-int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
-                         flesh_pattern *pattern)
+/* Every pair once per cell that has it, bucketed by row: where each row's entries begin into start [rows+2], and the
+ * entries, new. FLESH_ERR_MEMORY. */
+static int list_entries(int rows, int count, const flesh_cells *const *cells, size_t *start, int **entries)
 {
-  *pattern = (flesh_pattern){.rows = rows};
-  size_t *start = flesh_calloc((size_t)rows + 2, sizeof *start), total = 0;
-  int *entries = NULL, *seen_in = flesh_malloc(((size_t)rows + 1) * sizeof *seen_in);
-  pattern->row_start = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
-  pattern->row_end = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
-  if (!start || !seen_in || !pattern->row_start || !pattern->row_end) goto no_memory;
-
-  /* Every pair once per cell that has it, bucketed by row; then each row is thinned and sorted. */
   for (int i = 0; i < rows; i++) start[i + 1] = 1;
   for (int k = 0; k < count; k++) {
-    int m = cells[k]->nodes_per_cell;
+    const int m = cells[k]->nodes_per_cell;
     for (int e = 0; e < cells[k]->count; e++)
-      for (int a = 0; a < m; a++)
-        start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
+      for (int a = 0; a < m; a++) start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
   }
   for (int i = 0; i < rows; i++) start[i + 1] += start[i];
-  entries = flesh_malloc((start[rows] + 1) * sizeof *entries);
+  int *list = *entries = flesh_malloc((start[rows] + 1) * sizeof *list);
   size_t *fill = flesh_malloc(((size_t)rows + 1) * sizeof *fill);
-  if (!entries || !fill) {
-    flesh_free(fill);
-    goto no_memory;
-  }
-  memcpy(fill, start, (size_t)rows * sizeof *fill);
-  for (int i = 0; i < rows; i++) entries[fill[i]++] = i;
-  for (int k = 0; k < count; k++) {
-    int m = cells[k]->nodes_per_cell;
-    for (int e = 0; e < cells[k]->count; e++) {
-      const int *node = cells[k]->nodes + (size_t)e * m;
-      for (int a = 0; a < m; a++)
-        for (int b = a + 1; b < m; b++) entries[fill[node[a]]++] = node[b];
+  if (list && fill) {
+    memcpy(fill, start, (size_t)rows * sizeof *fill);
+    for (int i = 0; i < rows; i++) list[fill[i]++] = i;
+    for (int k = 0; k < count; k++) {
+      const int m = cells[k]->nodes_per_cell;
+      for (int e = 0; e < cells[k]->count; e++) {
+        const int *node = cells[k]->nodes + (size_t)e * m;
+        for (int a = 0; a < m; a++)
+          for (int b = a + 1; b < m; b++) list[fill[node[a]]++] = node[b];
+      }
     }
   }
+  const int failed = !list || !fill;
   flesh_free(fill);
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+/* Thins and sorts every row, in place; its length goes to the pattern. FLESH_ERR_ARGUMENT where they are too long in
+ * all, FLESH_ERR_MEMORY. */
+static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
+{
+  const int rows = pattern->rows;
+  int *seen_in = flesh_malloc(((size_t)rows + 1) * sizeof *seen_in);
+  if (!seen_in) return FLESH_ERR_MEMORY;
+  size_t total = 0;
   for (int i = 0; i < rows; i++) seen_in[i] = -1;
-  for (int i = 0; i < rows; i++) {
+  for (int i = 0; i < rows && total <= INT_MAX / 9; i++) {
     int *row = entries + total; /* no later than where row i's entries begin */
     size_t kept = 0;
     for (size_t k = start[i]; k < start[i + 1]; k++) {
@@ -90,28 +92,28 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
     pattern->row_start[i] = (int)total;
     total += kept;
     pattern->row_end[i] = (int)total;
-    if (total > INT_MAX / 9) {
-      flesh_free(start);
-      flesh_free(seen_in);
-      flesh_free(entries);
-      flesh_pattern_clear(pattern);
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the Jacobian has more than %d blocks", INT_MAX / 9);
-    }
   }
+  flesh_free(seen_in);
   pattern->row_start[rows] = (int)total;
-  pattern->column = entries;
-  entries = NULL;
-  if (lay_out(pattern)) goto no_memory;
-  flesh_free(start);
-  flesh_free(seen_in);
-  return FLESH_OK;
+  return total <= INT_MAX / 9 ? FLESH_OK : FLESH_ERR_ARGUMENT;
+}
 
-no_memory:
+int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells, flesh_pattern *pattern)
+{
+  *pattern = (flesh_pattern){.rows = rows};
+  size_t *start = flesh_calloc((size_t)rows + 2, sizeof *start);
+  pattern->row_start = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
+  pattern->row_end = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
+  int status = start && pattern->row_start && pattern->row_end ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (!status) status = list_entries(rows, count, cells, start, &pattern->column);
+  if (!status) status = thin_rows(pattern, start, pattern->column);
+  if (!status) status = lay_out(pattern);
   flesh_free(start);
-  flesh_free(seen_in);
-  flesh_free(entries);
+  if (!status) return FLESH_OK;
   flesh_pattern_clear(pattern);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
+  return status == FLESH_ERR_ARGUMENT
+             ? flesh_fail(status, "the Jacobian has more than %d blocks", INT_MAX / 9)
+             : flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
 }
 
 void flesh_pattern_clear(flesh_pattern *pattern)
