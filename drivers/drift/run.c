@@ -192,6 +192,39 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
   return ratio;
 }
 
+/* The library's last error, unless another came before. */
+static void note_error(int status, struct flesh_drift_figures *f)
+{
+  if (!status || f->status) return;
+  f->status = status;
+  f->exit_code = flesh_exit_code(status);
+  snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+}
+
+/* What the run and who watched it know. */
+static void note_run(const flesh_figures *figures, const flesh_outcome *outcome, const watcher *w,
+                     struct flesh_drift_figures *f)
+{
+  f->status = outcome->has_failure ? outcome->failure.status : outcome->status;
+  f->exit_code = outcome->exit_code;
+  snprintf(f->message, sizeof f->message, "%.399s", outcome->message);
+  f->stressed_rest = figures->stressed_rest;
+  f->steps = figures->steps;
+  f->max_inverted = figures->max_inverted;
+  f->first_inverted_step = w->first_inverted_step;
+  f->max_volume_drift = figures->max_volume_drift;
+  f->final_volume_drift = figures->final_volume_drift;
+  f->min_J = figures->min_J;
+  f->newton_per_step = figures->steps ? (double)figures->newton / figures->steps : NAN;
+  f->linear_per_newton = figures->newton ? (double)figures->linear / (double)figures->newton : NAN;
+  f->wall_s = figures->wall_s;
+  f->failed_at = outcome->status ? (outcome->has_failure ? outcome->failure.t : figures->t) : NAN;
+  f->worst_t = w->worst.state.t;
+  f->worst_drift = w->worst.drift;
+  f->event_t = w->event.state.t;
+  f->event_drift = w->event.drift;
+}
+
 static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
                      struct flesh_drift_figures *f)
 {
@@ -203,9 +236,7 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   int status = read_scene(plan, c, 0, &scene);
   if (!status) status = open_watcher(&w, scene);
   if (status) {
-    f->status = status;
-    f->exit_code = flesh_exit_code(status);
-    snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
+    note_error(status, f);
     flesh_scene_destroy(&scene);
     close_watcher(&w);
     return;
@@ -218,34 +249,13 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
                                         .observer_count = 1, .observers = &watching};
   flesh_runner_run(scene, &options, &figures, &outcome);
-  f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
-  f->exit_code = outcome.exit_code;
-  snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
-  f->stressed_rest = figures.stressed_rest;
   f->tets = flesh_mesh_tet_count(mesh);
-  f->steps = figures.steps;
-  f->max_inverted = figures.max_inverted;
-  f->first_inverted_step = w.first_inverted_step;
-  f->max_volume_drift = figures.max_volume_drift;
-  f->final_volume_drift = figures.final_volume_drift;
-  f->min_J = figures.min_J;
-  f->newton_per_step = figures.steps ? (double)figures.newton / figures.steps : NAN;
-  f->linear_per_newton = figures.newton ? (double)figures.linear / (double)figures.newton : NAN;
-  f->wall_s = figures.wall_s;
-  f->failed_at = outcome.status ? (outcome.has_failure ? outcome.failure.t : figures.t) : NAN;
-  f->worst_t = w.worst.state.t;
-  f->worst_drift = w.worst.drift;
-  f->event_t = w.event.state.t;
-  f->event_drift = w.event.drift;
+  note_run(&figures, &outcome, &w, f);
   if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
     f->rest_volume_ratio_theory = NAN;
   status = write_frame(path, "worst_state.txt", &w.worst, w.unknowns / 3);
   if (!status) status = write_frame(path, "event_state.txt", &w.event, w.unknowns / 3);
-  if (status && !f->status) {
-    f->status = status;
-    f->exit_code = flesh_exit_code(status);
-    snprintf(f->message, sizeof f->message, "%.399s", flesh_error_text());
-  }
+  note_error(status, f);
   flesh_state last = w.worst.state; /* its room, from now on for the last state */
   snprintf(state_path, sizeof state_path, "%s/state.txt", path);
   if (!flesh_state_read(state_path, w.unknowns / 3, &last))

@@ -226,19 +226,22 @@ static int open_state(runner *r)
   return FLESH_OK;
 }
 
-static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
+static int create_integrator(runner *r)
 {
-  const flesh_runner_options *options = r->options;
-  const flesh_system *system = flesh_scene_system(r->scene);
   const flesh_scene_time *time = flesh_scene_times(r->scene);
-  int status =
-      flesh_integrator_create(system, time->method, flesh_scene_solver(r->scene), &r->integrator);
+  int status = flesh_integrator_create(flesh_scene_system(r->scene), time->method, flesh_scene_solver(r->scene),
+                                       &r->integrator);
   if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
   if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
   if (!status) status = flesh_integrator_set_max_energy_gain(r->integrator, time->max_energy_gain);
-  if (status) return status;
-  flesh_integrator_costs(r->integrator)->timed = options->profile;
-  flesh_observer observers[OBSERVER_LIMIT];
+  if (!status) flesh_integrator_costs(r->integrator)->timed = r->options->profile;
+  return status;
+}
+
+/* Returns how many there are. */
+static int list_observers(runner *r, flesh_figures *figures, flesh_observer observers[OBSERVER_LIMIT])
+{
+  const flesh_runner_options *options = r->options;
   int count = 0;
   observers[count++] = (flesh_observer){flesh_figures_observe, figures};
   observers[count++] = (flesh_observer){note_step, r};
@@ -250,22 +253,12 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
   if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
   for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT; o++)
     observers[count++] = options->observers[o];
-  flesh_solve_stats unfinished;
-  const flesh_run_options run = {.unfinished = &unfinished,
-                                 .h = time->step,
-                                 .end = time->end,
-                                 .observer_count = count,
-                                 .observers = observers,
-                                 .stop = stop,
-                                 .stop_data = r};
-  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  r->started = seconds(CLOCK_MONOTONIC);
-  status = flesh_run(system, r->integrator, &run, &r->state, NULL);
-  flesh_figures_add_unfinished(figures, &unfinished);
-  figures->wall_s = seconds(CLOCK_MONOTONIC) - r->started;
-  figures->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
-  struct rusage usage;
-  if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
+  return count;
+}
+
+/* What a user should know of the run, whether it failed or not. */
+static void tell_outcome(runner *r, int status, flesh_figures *figures, flesh_outcome *outcome)
+{
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
   const char *warning = flesh_integrator_warning(r->integrator);
@@ -277,7 +270,7 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
              "another stable shape than the one at rest)", figures->stressed_rest);
     warning = outcome->warning;
   }
-  if (warning && status != FLESH_ERR_ENERGY && !options->quiet) fprintf(stderr, "flesh: warning: %s\n", warning);
+  if (warning && status != FLESH_ERR_ENERGY && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", warning);
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
       status == FLESH_ERR_ENERGY) {
     const flesh_failure *failure = flesh_integrator_failure(r->integrator);
@@ -286,6 +279,31 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
     if (failure) outcome->failure = *failure;
     if (failure) outcome->advice = flesh_failure_advice(failure, r->scene, figures);
   }
+}
+
+static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
+{
+  const flesh_scene_time *time = flesh_scene_times(r->scene);
+  flesh_observer observers[OBSERVER_LIMIT];
+  flesh_solve_stats unfinished;
+  int status = create_integrator(r);
+  if (status) return status;
+  const flesh_run_options run = {.unfinished = &unfinished,
+                                 .h = time->step,
+                                 .end = time->end,
+                                 .observer_count = list_observers(r, figures, observers),
+                                 .observers = observers,
+                                 .stop = stop,
+                                 .stop_data = r};
+  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
+  r->started = seconds(CLOCK_MONOTONIC);
+  status = flesh_run(flesh_scene_system(r->scene), r->integrator, &run, &r->state, NULL);
+  flesh_figures_add_unfinished(figures, &unfinished);
+  figures->wall_s = seconds(CLOCK_MONOTONIC) - r->started;
+  figures->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  struct rusage usage;
+  if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
+  tell_outcome(r, status, figures, outcome);
   return status;
 }
 

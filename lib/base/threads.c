@@ -11,10 +11,10 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 /* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve
  * does by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks
@@ -151,15 +151,15 @@ int flesh_threads_create(int count, flesh_threads **threads)
                       FLESH_THREADS_MAX);
   if (count == 0) count = flesh_threads_available();
   if (count > FLESH_THREADS_MAX) count = FLESH_THREADS_MAX;
-  flesh_threads *self = calloc(1, sizeof *self);
+  flesh_threads *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for threads");
   self->count = count;
   pthread_once(&watched, watch_forks);
   self->process = atomic_load(&process);
   pthread_mutex_init(&self->mutex, NULL);
   pthread_cond_init(&self->wake, NULL);
-  self->ranges = aligned_alloc(sizeof(range), (size_t)count * sizeof *self->ranges);
-  self->workers = calloc((size_t)count, sizeof *self->workers);
+  self->ranges = flesh_aligned_alloc(sizeof(range), (size_t)count * sizeof *self->ranges);
+  self->workers = flesh_calloc((size_t)count, sizeof *self->workers);
   int status = FLESH_OK;
   if (!self->ranges || !self->workers)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d threads", count);
@@ -183,9 +183,9 @@ void flesh_threads_destroy(flesh_threads **threads)
     pthread_cond_destroy(&self->wake);
     pthread_mutex_destroy(&self->mutex);
   }
-  free(self->ranges);
-  free(self->workers);
-  free(self);
+  flesh_free(self->ranges);
+  flesh_free(self->workers);
+  flesh_free(self);
   *threads = NULL;
 }
 

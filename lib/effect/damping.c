@@ -4,9 +4,9 @@
  * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
  * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "element/mass.h"
 #include "element/tet_batches.h"
@@ -91,8 +91,8 @@ static void damping_destroy(void *data)
   if (!self) return;
   flesh_mass_matrix_clear(&self->M);
   flesh_tets_clear(&self->tets);
-  free(self->rest);
-  free(self);
+  flesh_free(self->rest);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations damping_operations = {
@@ -131,7 +131,7 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
                       self->stiffness);
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets), count = self->tets.materials;
   if (status || against == FLESH_STIFFNESS_CURRENT) return status;
-  self->rest = calloc((size_t)count, sizeof *self->rest);
+  self->rest = flesh_calloc((size_t)count, sizeof *self->rest);
   if (!self->rest) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
   for (int m = 0; m < count; m++)
     if (stiffness_at_rest(&body->materials[m], &self->rest[m]))
@@ -151,7 +151,7 @@ int flesh_effect_damping(const flesh_body *body, double mass, double stiffness, 
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g s; it must not be negative", stiffness);
   if (mass + stiffness == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "mass and stiffness are both 0; one of them must be positive");
-  damping *self = calloc(1, sizeof *self);
+  damping *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a damping effect");
   self->mass = mass;
   self->stiffness = stiffness;

@@ -2,9 +2,9 @@
 #include "effect/effect.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 int flesh_effect_create(const flesh_effect_operations *operations, void *data,
                         flesh_effect **effect)
@@ -18,7 +18,7 @@ int flesh_effect_create(const flesh_effect_operations *operations, void *data,
     return flesh_fail(FLESH_ERR_ARGUMENT, "role %d of an effect does not exist; it must be below %d", (int)operations->role,
                       (int)FLESH_ROLE_COUNT);
   }
-  *effect = malloc(sizeof **effect);
+  *effect = flesh_malloc(sizeof **effect);
   if (!*effect) {
     if (operations->destroy) operations->destroy(data);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for an effect");
@@ -32,7 +32,7 @@ void flesh_effect_destroy(flesh_effect **effect)
 {
   if (!effect || !*effect) return;
   if ((*effect)->operations->destroy) (*effect)->operations->destroy((*effect)->data);
-  free(*effect);
+  flesh_free(*effect);
   *effect = NULL;
 }
 

@@ -1,9 +1,9 @@
 /* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected)
  * Hessian. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "element/tet_batches.h"
 
@@ -80,7 +80,7 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
                            flesh_effect **part)
 {
   const flesh_tets *tets = effect->data;
-  int *material = malloc(((size_t)count + 1) * sizeof *material);
+  int *material = flesh_malloc(((size_t)count + 1) * sizeof *material);
   if (!material) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a part of %d elements", count);
   for (int k = 0, batch = 0; k < count; k++) {
     while (tets->batches.first[batch + 1] <= chosen[k]) batch++;
@@ -91,7 +91,7 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
                                                      .tet_material = material,
                                                      .instructions = tets->instructions},
                                        part);
-  free(material);
+  flesh_free(material);
   return status;
 }
 
@@ -108,7 +108,7 @@ static size_t elasticity_memory(const flesh_effect *effect)
 static void elasticity_destroy(void *data)
 {
   if (data) flesh_tets_clear(data);
-  free(data);
+  flesh_free(data);
 }
 
 static const flesh_effect_operations elasticity_operations = {
@@ -136,7 +136,7 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
   FLESH_NEED({body, "body"});
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
-  flesh_tets *tets = malloc(sizeof *tets);
+  flesh_tets *tets = flesh_malloc(sizeof *tets);
   if (!tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, tets);
   if (status) {

@@ -10,9 +10,9 @@
  * potential D/shift.v. Repeated until frozen at the point it is sym(F^T F') there, under the midpoint rule exactly
  * (E_{n+1} - E_n)/h; so it is at once under backward Euler, frozen at the step's start. */
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "element/tet_batches.h"
 
@@ -87,8 +87,8 @@ static void viscosity_destroy(void *data)
   viscosity *self = data;
   if (!self) return;
   flesh_tets_clear(&self->tets);
-  free(self->viscous);
-  free(self);
+  flesh_free(self->viscous);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations viscosity_operations = {
@@ -117,10 +117,10 @@ int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, fl
     return flesh_fail(FLESH_ERR_ARGUMENT, "bulk is %g Pa s; it must not be negative", bulk);
   if (shear + bulk == 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "shear and bulk are both 0; one of them must be positive");
-  viscosity *self = calloc(1, sizeof *self);
+  viscosity *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a viscosity effect");
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
-  if (!status) self->viscous = malloc((size_t)self->tets.materials * sizeof *self->viscous);
+  if (!status) self->viscous = flesh_malloc((size_t)self->tets.materials * sizeof *self->viscous);
   if (!status && !self->viscous)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", self->tets.materials);
   for (int m = 0; !status && m < self->tets.materials; m++)

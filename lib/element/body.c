@@ -2,16 +2,16 @@
 #include "element/body.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
 {
   FLESH_NEED({mesh, "mesh"}, {cells, "cells"});
   int count = flesh_mesh_tet_count(mesh);
-  int *nodes = malloc((size_t)count * 4 * sizeof *nodes);
+  int *nodes = flesh_malloc((size_t)count * 4 * sizeof *nodes);
   if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the nodes of %d tets", count);
   memcpy(nodes, flesh_mesh_tets(mesh), (size_t)count * 4 * sizeof *nodes);
   for (int e = 0; e < count; e++) {
@@ -29,7 +29,7 @@ int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
 
 void flesh_cells_clear(flesh_cells *cells)
 {
-  free((void *)cells->nodes);
+  flesh_free((void *)cells->nodes);
   *cells = (flesh_cells){0};
 }
 

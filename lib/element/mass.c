@@ -2,10 +2,10 @@
 #include "element/mass.h"
 
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "element/body.h"
 
 int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
@@ -15,7 +15,7 @@ int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
   int status = flesh_body_check_density(body);
   if (status) return status;
   if (body->mass == FLESH_MASS_LUMPED) {
-    mass->lumped = calloc((size_t)nodes, sizeof *mass->lumped);
+    mass->lumped = flesh_calloc((size_t)nodes, sizeof *mass->lumped);
     if (!mass->lumped) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the masses of %d nodes", nodes);
     flesh_mesh_lumped_mass(body->mesh, body->density, mass->lumped);
     return FLESH_OK;
@@ -27,7 +27,7 @@ int flesh_mass_matrix_create(const flesh_body *body, flesh_mass_matrix *mass)
 
 void flesh_mass_matrix_clear(flesh_mass_matrix *mass)
 {
-  free(mass->lumped);
+  flesh_free(mass->lumped);
   flesh_tets_clear(&mass->tets);
   *mass = (flesh_mass_matrix){0};
 }

@@ -4,11 +4,11 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "element/tet_tiles.h"
 #include "math/mat3.h"
 
@@ -237,7 +237,7 @@ static int take_shapes(flesh_tets *self, const flesh_body *body)
 static int take_masses(flesh_tets *self, const flesh_body *body, const int *tet)
 {
   const double *volumes = flesh_mesh_tet_volumes(body->mesh);
-  double *masses = malloc(((size_t)self->cells.count + 1) * sizeof *masses);
+  double *masses = flesh_malloc(((size_t)self->cells.count + 1) * sizeof *masses);
   if (!masses) return no_memory(self->cells.count);
   self->batches.masses = masses;
   for (int k = 0; k < self->cells.count; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / 20;
@@ -253,12 +253,12 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   int tets = flesh_mesh_tet_count(body->mesh);
   status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
   if (status) return status;
-  self->piece_tile = malloc(((size_t)self->order.pieces + 1) * sizeof(int));
+  self->piece_tile = flesh_malloc(((size_t)self->order.pieces + 1) * sizeof(int));
   if (!self->piece_tile) return no_memory(tets);
   int count = cut_batches(self, body->tet_material, NULL, NULL, NULL);
-  int *first = malloc(((size_t)count + 1) * sizeof *first);
-  int *material = malloc(((size_t)count + 1) * sizeof *material);
-  int *tet = malloc(((size_t)tets + 1) * sizeof *tet);
+  int *first = flesh_malloc(((size_t)count + 1) * sizeof *first);
+  int *material = flesh_malloc(((size_t)count + 1) * sizeof *material);
+  int *tet = flesh_malloc(((size_t)tets + 1) * sizeof *tet);
   self->batches = (flesh_batches){.count = count,
                                   .lanes = self->kernels->lanes,
                                   .first = first,
@@ -276,8 +276,8 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   } else {
     status = no_memory(tets);
   }
-  free(tet);
-  free(self->order.tet);
+  flesh_free(tet);
+  flesh_free(self->order.tet);
   self->order.tet = NULL;
   return status;
 }
@@ -286,12 +286,12 @@ void flesh_tets_clear(flesh_tets *self)
 {
   flesh_cells_clear(&self->cells);
   flesh_tet_order_clear(&self->order);
-  free((void *)self->batches.first);
-  free((void *)self->batches.material);
-  free((void *)self->batches.shapes);
-  free((void *)self->batches.masses);
+  flesh_free((void *)self->batches.first);
+  flesh_free((void *)self->batches.material);
+  flesh_free((void *)self->batches.shapes);
+  flesh_free((void *)self->batches.masses);
   flesh_tiles_clear(&self->batches.tiles);
-  free(self->piece_tile);
+  flesh_free(self->piece_tile);
   *self = (flesh_tets){0};
 }
 

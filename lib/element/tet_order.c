@@ -5,10 +5,11 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
 
 /* Most tets of a piece, unless there are very many: they fit a tile, whose blocks nearly fit the first cache, and there
  * are several pieces to share out. */
@@ -69,7 +70,7 @@ static void find_places(const flesh_mesh *mesh, const int *group, place *places)
     }
     places[e] = (place){code, e, group ? group[e] : 0};
   }
-  qsort(places, (size_t)tets, sizeof *places, by_code);
+  flesh_sort(places, (size_t)tets, sizeof *places, by_code);
 }
 
 /* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
@@ -78,7 +79,7 @@ static int colour_pieces(const flesh_mesh *mesh, const place *places, const fles
                          turn *turns)
 {
   const int *nodes = flesh_mesh_tets(mesh);
-  uint64_t *met = calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
+  uint64_t *met = flesh_calloc((size_t)flesh_mesh_node_count(mesh), sizeof *met);
   if (!met) return FLESH_ERR_MEMORY;
   for (int p = 0, extra = 64; p < cut->pieces; p++) {
     uint64_t taken = 0;
@@ -89,7 +90,7 @@ static int colour_pieces(const flesh_mesh *mesh, const place *places, const fles
     for (int k = from; k < until && c < 64; k++)
       met[nodes[4 * (size_t)places[k / 4].tet + k % 4]] |= (uint64_t)1 << c;
   }
-  free(met);
+  flesh_free(met);
   return FLESH_OK;
 }
 
@@ -104,7 +105,7 @@ static int by_turn(const void *a, const void *b)
 /* Writes the order from the pieces as cut and their turns: a round for every colour of every region. */
 static void arrange(const place *places, const flesh_tet_order *cut, turn *turns, flesh_tet_order *order)
 {
-  qsort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
+  flesh_sort(turns, (size_t)cut->pieces, sizeof *turns, by_turn);
   order->rounds = 0;
   for (int p = 0, tet = 0; p < cut->pieces; p++) {
     const turn *now = &turns[p];
@@ -122,29 +123,29 @@ int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_o
 {
   int tets = flesh_mesh_tet_count(mesh);
   int pieces = tets <= PIECE ? 1 : tets / PIECE < MOST_PIECES ? (tets - 1) / PIECE + 1 : MOST_PIECES;
-  place *places = malloc(((size_t)tets + 1) * sizeof *places);
+  place *places = flesh_malloc(((size_t)tets + 1) * sizeof *places);
   flesh_tet_order cut = {.pieces = pieces,
-                         .piece_first = malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
-  turn *turns = malloc(((size_t)pieces + 1) * sizeof *turns);
+                         .piece_first = flesh_malloc(((size_t)pieces + 1) * sizeof *cut.piece_first)};
+  turn *turns = flesh_malloc(((size_t)pieces + 1) * sizeof *turns);
   *order = (flesh_tet_order){
-      .tet = malloc(((size_t)tets + 1) * sizeof *order->tet),
+      .tet = flesh_malloc(((size_t)tets + 1) * sizeof *order->tet),
       .pieces = pieces,
-      .piece_first = malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
-      .round_first = malloc(((size_t)pieces + 1) * sizeof *order->round_first),
+      .piece_first = flesh_malloc(((size_t)pieces + 1) * sizeof *order->piece_first),
+      .round_first = flesh_malloc(((size_t)pieces + 1) * sizeof *order->round_first),
   };
   int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
   if (ok) {
     find_places(mesh, group, places);
     for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
     for (int p = 0; p < pieces; p++)
-      qsort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
+      flesh_sort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),
             sizeof *places, by_group);
     ok = colour_pieces(mesh, places, &cut, turns) == FLESH_OK;
     if (ok) arrange(places, &cut, turns, order);
   }
-  free(places);
-  free(cut.piece_first);
-  free(turns);
+  flesh_free(places);
+  flesh_free(cut.piece_first);
+  flesh_free(turns);
   if (ok) return FLESH_OK;
   flesh_tet_order_clear(order);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d tets", tets);
@@ -152,8 +153,8 @@ int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_o
 
 void flesh_tet_order_clear(flesh_tet_order *order)
 {
-  free(order->tet);
-  free(order->piece_first);
-  free(order->round_first);
+  flesh_free(order->tet);
+  flesh_free(order->piece_first);
+  flesh_free(order->round_first);
   *order = (flesh_tet_order){0};
 }

@@ -3,10 +3,10 @@
 #include "element/tet_tiles.h"
 
 #include <limits.h>
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 
 /* Pairs of nodes, numbered as they are met. */
 typedef struct pair_list {
@@ -166,11 +166,11 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
 /* As little memory as n bytes take. */
 static void *shrink(void *memory, size_t n)
 {
-  void *less = realloc(memory, n + 1);
+  void *less = flesh_realloc(memory, n + 1);
   return less ? less : memory;
 }
 
-static void *room_for(size_t n, size_t size) { return malloc((n + 1) * size); }
+static void *room_for(size_t n, size_t size) { return flesh_malloc((n + 1) * size); }
 
 int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, int *piece)
 {
@@ -189,9 +189,9 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
                    .star = room_for(12 * tets, sizeof(uint16_t)),
                    .nodes = flesh_huge_pages_alloc((4 * seats + 1) * sizeof(uint16_t)),
                    .pairs = flesh_huge_pages_alloc((6 * seats + 1) * sizeof(uint16_t))};
-  census *c = malloc(sizeof *c);
+  census *c = flesh_malloc(sizeof *c);
   int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
-  uint8_t *met = calloc(mesh + 1, 1);
+  uint8_t *met = flesh_calloc(mesh + 1, 1);
   const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree &&
                  to.star && to.nodes && to.pairs && c && of_nodes && of_pairs && met;
   if (ok) {
@@ -216,10 +216,10 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
     to.degree = shrink(to.degree, nodes * sizeof(uint16_t));
     to.star = shrink(to.star, 2 * pairs * sizeof(uint16_t));
   }
-  free(c);
-  free(of_nodes);
-  free(of_pairs);
-  free(met);
+  flesh_free(c);
+  flesh_free(of_nodes);
+  flesh_free(of_pairs);
+  flesh_free(met);
   batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first,
                                  to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs};
   return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
@@ -227,16 +227,16 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
 
 void flesh_tiles_clear(flesh_tiles *tiles)
 {
-  free((void *)tiles->batch);
-  free((void *)tiles->node_first);
-  free((void *)tiles->node);
-  free((void *)tiles->pair_first);
-  free((void *)tiles->degree);
-  free((void *)tiles->star);
-  free((void *)tiles->block);
-  free((void *)tiles->fresh);
-  free((void *)tiles->nodes);
-  free((void *)tiles->pairs);
+  flesh_free((void *)tiles->batch);
+  flesh_free((void *)tiles->node_first);
+  flesh_free((void *)tiles->node);
+  flesh_free((void *)tiles->pair_first);
+  flesh_free((void *)tiles->degree);
+  flesh_free((void *)tiles->star);
+  flesh_free((void *)tiles->block);
+  flesh_free((void *)tiles->fresh);
+  flesh_free((void *)tiles->nodes);
+  flesh_free((void *)tiles->pairs);
   *tiles = (flesh_tiles){0};
 }
 

@@ -7,10 +7,10 @@
  * products go through vectors in this order, too. */
 #include "linear/bisection.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 enum { RUN = 256 }; /* nodes */
 
@@ -24,9 +24,9 @@ static int graph_create(const flesh_block_matrix *A, graph *g)
 {
   const size_t blocks = (size_t)A->row_start[A->rows], rows = (size_t)A->rows;
   *g = (graph){.rows = A->rows};
-  g->start = calloc(rows + 2, sizeof *g->start);
-  g->neighbour = malloc((2 * blocks + 1) * sizeof *g->neighbour);
-  g->mark = calloc(rows + 1, sizeof *g->mark);
+  g->start = flesh_calloc(rows + 2, sizeof *g->start);
+  g->neighbour = flesh_malloc((2 * blocks + 1) * sizeof *g->neighbour);
+  g->mark = flesh_calloc(rows + 1, sizeof *g->mark);
   if (!g->start || !g->neighbour || !g->mark) return 0;
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) {
@@ -45,9 +45,9 @@ static int graph_create(const flesh_block_matrix *A, graph *g)
 
 static void graph_clear(graph *g)
 {
-  free(g->start);
-  free(g->neighbour);
-  free(g->mark);
+  flesh_free(g->start);
+  flesh_free(g->neighbour);
+  flesh_free(g->mark);
 }
 
 static int degree(const graph *g, int node) { return g->start[node + 1] - g->start[node]; }
@@ -154,11 +154,11 @@ int flesh_bisection_create(const flesh_block_matrix *A, flesh_bisection *halves)
 {
   const size_t rows = (size_t)A->rows;
   graph g;
-  *halves = (flesh_bisection){.order = malloc((rows + 1) * sizeof(int))};
-  int *room = malloc(5 * (rows + 1) * sizeof *room);
+  *halves = (flesh_bisection){.order = flesh_malloc((rows + 1) * sizeof(int))};
+  int *room = flesh_malloc(5 * (rows + 1) * sizeof *room);
   if (!graph_create(A, &g) || !halves->order || !room) {
     graph_clear(&g);
-    free(room);
+    flesh_free(room);
     flesh_bisection_clear(halves);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory to order %d nodes", A->rows);
   }
@@ -173,12 +173,12 @@ int flesh_bisection_create(const flesh_block_matrix *A, flesh_bisection *halves)
       sort_by_chains(&g, halves->order, begin, end, place, length, length + rows + 1, length + 2 * (rows + 1));
     }
   graph_clear(&g);
-  free(room);
+  flesh_free(room);
   return FLESH_OK;
 }
 
 void flesh_bisection_clear(flesh_bisection *halves)
 {
-  free(halves->order);
+  flesh_free(halves->order);
   *halves = (flesh_bisection){0};
 }

@@ -14,14 +14,15 @@
 #include "linear/cholesky.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "base/sort_by_length.h"
 #include "linear/block_matrix.h"
-#include "linear/lanes.h"
+#include "linear/three.h"
 #include "linear/triangle.h"
 
 /* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
@@ -36,11 +37,6 @@ enum {
    * rows, a row is about LINES. */
   MANY = 60000, FAR = 64, LINES = 3
 };
-
-/* A block's rows of four lanes. */
-typedef struct three {
-  flesh_float4 row[3];
-} three;
 
 struct flesh_cholesky {
   int rows;
@@ -123,7 +119,7 @@ static int make_pattern(flesh_cholesky *self, const flesh_block_matrix *A, const
   memset(below, 0, (size_t)rows * sizeof *below);
   for (int p = 0; p < rows; p++) {
     const int first = self->start[p], count = self->start[p + 1] - first;
-    qsort(sorted + first, (size_t)count, sizeof *sorted, compare_long);
+    flesh_sort(sorted + first, (size_t)count, sizeof *sorted, compare_long);
     for (int n = 0; n < count; n++) {
       const int column = self->column[first + n] = (int)(sorted[first + n] >> 32);
       self->source[first + n] = (int)(unsigned)sorted[first + n];
@@ -173,8 +169,8 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     failed |= !(*integers[k] = flesh_huge_pages_alloc((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
-    failed |= !(*by_row[k] = calloc(rows + 1, sizeof(int)));
-  failed |= !(self->order = malloc((rows + 1) * sizeof *self->order));
+    failed |= !(*by_row[k] = flesh_calloc(rows + 1, sizeof(int)));
+  failed |= !(self->order = flesh_malloc((rows + 1) * sizeof *self->order));
   failed |= !(self->diagonal = flesh_huge_pages_alloc((9 * rows + SLACK) * sizeof *self->diagonal));
   failed |= !(self->dropped = flesh_huge_pages_alloc((rows + 1) * sizeof *self->dropped));
   failed |= !(self->work = flesh_huge_pages_alloc((12 * blocks + SLACK) * sizeof(float)));
@@ -186,7 +182,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 static int allocate_spill(flesh_cholesky *self)
 {
   const size_t between = (size_t)(self->rows - self->begin[2]);
-  self->diagonal_spill = malloc((9 * between + 1) * sizeof *self->diagonal_spill);
+  self->diagonal_spill = flesh_malloc((9 * between + 1) * sizeof *self->diagonal_spill);
   self->spill = flesh_huge_pages_alloc((12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
   self->dropped_spill = flesh_huge_pages_alloc((between + 1) * sizeof *self->dropped_spill);
   self->partners = flesh_huge_pages_alloc((3 * (size_t)self->longest + 1) * sizeof *self->partners);
@@ -196,9 +192,9 @@ static int allocate_spill(flesh_cholesky *self)
 int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *halves, int alone, flesh_threads *threads,
                           flesh_cholesky **cholesky)
 {
-  flesh_cholesky *self = calloc(1, sizeof *self);
+  flesh_cholesky *self = flesh_calloc(1, sizeof *self);
   *cholesky = self;
-  int *place = malloc(((size_t)A->rows + 1) * sizeof *place);
+  int *place = flesh_malloc(((size_t)A->rows + 1) * sizeof *place);
   int status = self && place ? FLESH_OK : FLESH_ERR_MEMORY;
   if (!status) {
     self->rows = A->rows;
@@ -212,17 +208,17 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *ha
   }
   if (!status) {
     const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
-    long long *sorted = malloc((blocks + 1) * sizeof *sorted);
+    long long *sorted = flesh_malloc((blocks + 1) * sizeof *sorted);
     const size_t rows = (size_t)A->rows;
-    int *room = malloc((3 * rows + 1) * sizeof *room);
+    int *room = flesh_malloc((3 * rows + 1) * sizeof *room);
     status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows)
                             : FLESH_ERR_MEMORY;
-    free(sorted);
-    free(room);
+    flesh_free(sorted);
+    flesh_free(room);
   }
   if (!status) status = make_targets(self);
   if (!status) status = allocate_spill(self);
-  free(place);
+  flesh_free(place);
   if (!status) return FLESH_OK;
   flesh_cholesky_destroy(cholesky);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the factorisation of %d nodes", A->rows);
@@ -235,11 +231,11 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
                     self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
                     self->partners, self->inverse, self->y};
-  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_triangle_clear(&self->upper);
   flesh_triangle_clear(&self->lower);
-  free(self->order);
-  free(self);
+  flesh_free(self->order);
+  flesh_free(self);
   *cholesky = NULL;
 }
 
@@ -296,20 +292,6 @@ static int invert_pivot(flesh_cholesky *self, int p)
   return 1;
 }
 
-/* A^T B. */
-static inline three transposed_product(const three *A, const three *B)
-{
-  three C;
-  for (int r = 0; r < 3; r++)
-    C.row[r] = B->row[0] * A->row[0][r] + B->row[1] * A->row[1][r] + B->row[2] * A->row[2][r];
-  return C;
-}
-
-static inline void add(three *sum, const three *A)
-{
-  for (int r = 0; r < 3; r++) sum->row[r] += A->row[r];
-}
-
 /* Rows of a part, one by one: scale, then subtract from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
@@ -333,17 +315,17 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
         scaled.row[r] = rows[a].row[0] * v[3 * r] + rows[a].row[1] * v[3 * r + 1] + rows[a].row[2] * v[3 * r + 2];
       for (int b = a + 1; b < n; b++, target++) {
         if (*target < 0) {
-          add(&partners[a], &rows[b]);
-          add(&partners[b], &rows[a]);
+          three_add(&partners[a], &rows[b]);
+          three_add(&partners[b], &rows[a]);
           continue;
         }
         three *to = (three *)(spilling && *target >= first_spilt ? self->spill + 12 * (size_t)(*target - first_spilt)
                                                                  : self->work + 12 * (size_t)*target);
-        const three update = transposed_product(&scaled, &rows[b]);
+        const three update = three_transposed_product(&scaled, &rows[b]);
         for (int r = 0; r < 3; r++) to->row[r] -= update.row[r];
       }
-      const three own = transposed_product(&scaled, &rows[a]), lost = transposed_product(&scaled, &partners[a]);
-      add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
+      const three own = three_transposed_product(&scaled, &rows[a]), lost = three_transposed_product(&scaled, &partners[a]);
+      three_add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
       float upper[9], lower[9];
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
@@ -377,7 +359,7 @@ int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, dou
   flesh_threads_run(self->threads, 2, factor_half, &f);
   if (f.failed[0] || f.failed[1]) return FLESH_NOT_POSITIVE;
   for (size_t e = 0; e < 9 * between; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
-  for (size_t k = 0; k < between; k++) add(&self->dropped[first + k], &self->dropped_spill[k]);
+  for (size_t k = 0; k < between; k++) three_add(&self->dropped[first + k], &self->dropped_spill[k]);
   for (size_t e = 0; e < 12 * blocks; e++) self->work[12 * first_block + e] += self->spill[e];
   return factor_rows(self, 2, 0) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }

@@ -11,6 +11,8 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "linear/coarse_cholesky.h"
 #include "linear/coarse_grid.h"
 #include "linear/lanes.h"
@@ -90,7 +92,7 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
       const int low = swap ? cell[q] : cell[p], high = swap ? cell[p] : cell[q];
       self->terms[count++] = (term){low * cells + high, swap ? q : p, swap ? p : q, swap ? ~k : k};
     }
-  qsort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
+  flesh_sort(self->terms, (size_t)blocks, sizeof *self->terms, compare_terms);
   for (int k = 0; k < blocks; k++) self->pair_count += k == 0 || self->terms[k].pair != self->terms[k - 1].pair;
   self->pairs = flesh_huge_pages_alloc(((size_t)self->pair_count + 1) * sizeof *self->pairs);
   if (!self->pairs) return FLESH_ERR_MEMORY;
@@ -110,8 +112,8 @@ static int make_factor(flesh_coarse *self)
 {
   const int *corner = self->grid.corner, *patch = self->grid.patch;
   const size_t n = (size_t)self->grid.patches;
-  uint8_t *touch = calloc(n * n + 1, 1);
-  int *starts = calloc(n + 1, sizeof *starts), *neighbours = NULL, status = FLESH_ERR_MEMORY;
+  uint8_t *touch = flesh_calloc(n * n + 1, 1);
+  int *starts = flesh_calloc(n + 1, sizeof *starts), *neighbours = NULL, status = FLESH_ERR_MEMORY;
   for (int k = 0; touch && k < self->pair_count; k++)
     for (int e = 0; e < CORNERS * CORNERS; e++) {
       const size_t i = (size_t)patch[corner[CORNERS * self->pairs[k].low + e / CORNERS]],
@@ -122,7 +124,7 @@ static int make_factor(flesh_coarse *self)
     starts[i + 1] = starts[i];
     for (size_t j = 0; j < n; j++) starts[i + 1] += i != j && touch[n * i + j];
   }
-  if (touch && starts) neighbours = malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
+  if (touch && starts) neighbours = flesh_malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
   if (neighbours) {
     int count = 0;
     for (size_t i = 0; i < n; i++)
@@ -130,9 +132,9 @@ static int make_factor(flesh_coarse *self)
         if (i != j && touch[n * i + j]) neighbours[count++] = (int)j;
     status = flesh_coarse_cholesky_create(self->grid.patches, starts, neighbours, &self->matrix);
   }
-  free(touch);
-  free(starts);
-  free(neighbours);
+  flesh_free(touch);
+  flesh_free(starts);
+  flesh_free(neighbours);
   return status;
 }
 
@@ -144,17 +146,17 @@ static int make_entries(flesh_coarse *self)
 {
   const int *corner = self->grid.corner;
   const size_t most = (size_t)self->pair_count * CORNERS * CORNERS;
-  int64_t *names = malloc((most + 1) * sizeof *names);
+  int64_t *names = flesh_malloc((most + 1) * sizeof *names);
   if (!names) return FLESH_ERR_MEMORY;
   for (size_t e = 0; e < most; e++) {
     const pair *p = &self->pairs[e / (CORNERS * CORNERS)];
     names[e] = name_of_entry(corner[CORNERS * p->low + (int)(e / CORNERS % CORNERS)],
                              corner[CORNERS * p->high + (int)(e % CORNERS)]);
   }
-  qsort(names, most, sizeof *names, compare_names);
+  flesh_sort(names, most, sizeof *names, compare_names);
   for (size_t e = 0; e < most; e++)
     if (e == 0 || names[e] != names[self->entry_count - 1]) names[self->entry_count++] = names[e];
-  self->ranks = malloc((2 * (size_t)self->entry_count + 1) * sizeof *self->ranks);
+  self->ranks = flesh_malloc((2 * (size_t)self->entry_count + 1) * sizeof *self->ranks);
   int failed = !self->ranks;
   for (int part = 0; part < PARTS; part++)
     failed |= !(self->entries[part] = flesh_huge_pages_alloc((9 * (size_t)self->entry_count + 1) * sizeof(double)));
@@ -171,7 +173,7 @@ static int make_entries(flesh_coarse *self)
       const int at = (int)(found - names);
       self->pairs[k].entry[e] = a <= b ? at : ~at;
     }
-  free(names);
+  flesh_free(names);
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
 
@@ -179,8 +181,8 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
 {
   const size_t rows = (size_t)A->rows;
   int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, &self->grid);
-  int *place = malloc((rows + 1) * sizeof *place);
-  self->stored = malloc((rows + 1) * sizeof *self->stored);
+  int *place = flesh_malloc((rows + 1) * sizeof *place);
+  self->stored = flesh_malloc((rows + 1) * sizeof *self->stored);
   if (!place || !self->stored) status = FLESH_ERR_MEMORY;
   if (!status) {
     memcpy(self->stored, stored, rows * sizeof *stored);
@@ -200,14 +202,14 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
     failed |= !(self->load = flesh_huge_pages_alloc(((size_t)self->grid.patches * N + 1) * sizeof *self->load));
     status = failed ? FLESH_ERR_MEMORY : make_entries(self);
   }
-  free(place);
+  flesh_free(place);
   return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the coarse space of %d nodes", A->rows) : FLESH_OK;
 }
 
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
                         const flesh_bisection *halves, flesh_threads *threads, flesh_coarse **coarse)
 {
-  flesh_coarse *self = calloc(1, sizeof *self);
+  flesh_coarse *self = flesh_calloc(1, sizeof *self);
   *coarse = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
@@ -223,10 +225,10 @@ void flesh_coarse_destroy(flesh_coarse **coarse)
   flesh_coarse *self = *coarse;
   void *arrays[] = {self->load,  self->stored, self->sums[0],    self->sums[1],   self->moves, self->terms,
                     self->pairs, self->ranks,  self->entries[0], self->entries[1]};
-  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) free(arrays[k]);
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_coarse_grid_clear(&self->grid);
   flesh_coarse_cholesky_clear(&self->matrix);
-  free(self);
+  flesh_free(self);
   *coarse = NULL;
 }
 

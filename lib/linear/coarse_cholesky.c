@@ -9,6 +9,8 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "linear/lanes.h"
 
 enum {
@@ -50,7 +52,7 @@ static int columns_of_factor(flesh_coarse_cholesky *self, const int *starts, con
         self->row[count++] = r;
       }
     self->start[k + 1] = count;
-    qsort(self->row + self->start[k], (size_t)(count - self->start[k]), sizeof *self->row, compare_int);
+    flesh_sort(self->row + self->start[k], (size_t)(count - self->start[k]), sizeof *self->row, compare_int);
     if (count > self->start[k]) {
       int parent = self->row[self->start[k]];
       next[k] = child[parent];
@@ -78,7 +80,7 @@ static int order_columns(flesh_coarse_cholesky *self, const int *starts, const i
   int blocks = -1;
   for (int k = 0; k < self->n; k++) self->place[order[k]] = k;
   for (int size = 4 * starts[self->n] + 64; blocks < 0; size *= 2) {
-    int *grown = realloc(self->row, (size_t)size * sizeof *grown);
+    int *grown = flesh_realloc(self->row, (size_t)size * sizeof *grown);
     if (!grown) return -1;
     self->row = grown;
     blocks = columns_of_factor(self, starts, neighbours, order, room, room + self->n, room + 2 * (size_t)self->n, size);
@@ -107,16 +109,16 @@ int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours
 {
   const size_t rows = (size_t)n;
   *self = (flesh_coarse_cholesky){.n = n};
-  self->place = malloc((rows + 1) * sizeof *self->place);
-  self->start = malloc((rows + 1) * sizeof *self->start);
-  self->find = malloc((rows + 1) * sizeof *self->find);
+  self->place = flesh_malloc((rows + 1) * sizeof *self->place);
+  self->start = flesh_malloc((rows + 1) * sizeof *self->start);
+  self->find = flesh_malloc((rows + 1) * sizeof *self->find);
   self->pivots = flesh_huge_pages_alloc((rows * SIZE + 1) * sizeof *self->pivots);
   self->inverses = flesh_huge_pages_alloc((rows * SIZE + 1) * sizeof *self->inverses);
   self->x = flesh_huge_pages_alloc((rows * N + 1) * sizeof *self->x);
-  int *room = malloc((5 * rows + 1) * sizeof *room);
+  int *room = flesh_malloc((5 * rows + 1) * sizeof *room);
   int failed = !self->place || !self->start || !self->find || !self->pivots || !self->inverses || !self->x || !room;
   if (!failed) failed = make_columns(self, starts, neighbours, room) != FLESH_OK;
-  free(room);
+  flesh_free(room);
   if (!failed) return FLESH_OK;
   flesh_coarse_cholesky_clear(self);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse matrix of %d patches", n);
@@ -124,15 +126,15 @@ int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours
 
 void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *self)
 {
-  free(self->place);
-  free(self->start);
-  free(self->row);
-  free(self->find);
-  free(self->blocks);
-  free(self->kept);
-  free(self->pivots);
-  free(self->inverses);
-  free(self->x);
+  flesh_free(self->place);
+  flesh_free(self->start);
+  flesh_free(self->row);
+  flesh_free(self->find);
+  flesh_free(self->blocks);
+  flesh_free(self->kept);
+  flesh_free(self->pivots);
+  flesh_free(self->inverses);
+  flesh_free(self->x);
   *self = (flesh_coarse_cholesky){0};
 }
 

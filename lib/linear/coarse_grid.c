@@ -4,11 +4,12 @@
 
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 
 enum { CORNERS = 8 };
 
@@ -127,7 +128,7 @@ static int choose_layout(builder *b, int vertices)
       high[k] = fmax(high[k], b->X[3 * (size_t)i + k]);
     }
   for (int k = 0; k < 3; k++) size = fmax(size, high[k] - low[k]);
-  uint8_t *marks = malloc((size_t)most);
+  uint8_t *marks = flesh_malloc((size_t)most);
   if (!marks) return FLESH_ERR_MEMORY;
   b->grid = layout_of(low, high, INFINITY);
   while (size > 0) {
@@ -136,7 +137,7 @@ static int choose_layout(builder *b, int vertices)
     if (names(&next) > most || count_vertices(b, &next, marks) > vertices) break;
     b->grid = next;
   }
-  free(marks);
+  flesh_free(marks);
   return FLESH_OK;
 }
 
@@ -165,7 +166,7 @@ static void join(builder *b, int p, int q)
 /* Corners at one place are the same vertex, whatever is connected. */
 static int join_all(builder *b)
 {
-  int *first = malloc((size_t)names(&b->grid) * sizeof *first);
+  int *first = flesh_malloc((size_t)names(&b->grid) * sizeof *first);
   if (!first) return FLESH_ERR_MEMORY;
   for (int64_t n = 0; n < names(&b->grid); n++) first[n] = -1;
   for (int e = 0; e < CORNERS * b->rows; e++) {
@@ -175,7 +176,7 @@ static int join_all(builder *b)
     if (*one < 0) *one = e;
     b->parent[e] = *one;
   }
-  free(first);
+  flesh_free(first);
   return FLESH_OK;
 }
 
@@ -210,12 +211,12 @@ static int find_cells(const builder *b, located *nodes, flesh_coarse_grid *grid)
     nodes[p] = (located){.cell = name_of(&b->grid, b->at[p]), .node = p};
     memcpy(nodes[p].corner, b->vertex + CORNERS * (size_t)p, sizeof nodes[p].corner);
   }
-  qsort(nodes, (size_t)b->rows, sizeof *nodes, by_cell);
+  flesh_sort(nodes, (size_t)b->rows, sizeof *nodes, by_cell);
   for (int n = 0; n < b->rows; n++) {
     grid->cells += n == 0 || memcmp(nodes[n].corner, nodes[n - 1].corner, sizeof nodes[n].corner) != 0;
     grid->cell[nodes[n].node] = grid->cells - 1;
   }
-  grid->corner = malloc((CORNERS * (size_t)grid->cells + 1) * sizeof *grid->corner);
+  grid->corner = flesh_malloc((CORNERS * (size_t)grid->cells + 1) * sizeof *grid->corner);
   if (!grid->corner) return FLESH_ERR_MEMORY;
   for (int n = 0; n < b->rows; n++)
     memcpy(grid->corner + CORNERS * (size_t)grid->cell[nodes[n].node], nodes[n].corner, sizeof nodes[n].corner);
@@ -231,7 +232,7 @@ static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *gri
   const int first = longest == 0, second = longest == 2 ? 1 : 2;
   int *copy = grid->patch, copies = 0;
   for (int v = 0; v < grid->vertices; v++) sorted[v] = (named){name_of(&b->grid, b->where[v]), v};
-  qsort(sorted, (size_t)grid->vertices, sizeof *sorted, by_name);
+  flesh_sort(sorted, (size_t)grid->vertices, sizeof *sorted, by_name);
   for (int n = 0; n < grid->vertices; n++) {
     const int again = n > 0 && sorted[n].name == sorted[n - 1].name;
     copy[sorted[n].thing] = again ? copy[sorted[n - 1].thing] + 1 : 0;
@@ -243,7 +244,7 @@ static void find_patches(const builder *b, named *sorted, flesh_coarse_grid *gri
     grid->slot[v] = (place[first] & 1) | (place[second] & 1) << 1;
     sorted[v] = (named){(layer * (count[second] / 2 + 1) + place[second] / 2) * copies + copy[v], v};
   }
-  qsort(sorted, (size_t)grid->vertices, sizeof *sorted, by_name);
+  flesh_sort(sorted, (size_t)grid->vertices, sizeof *sorted, by_name);
   for (int n = 0; n < grid->vertices; n++) {
     grid->patches += n == 0 || sorted[n].name != sorted[n - 1].name;
     grid->patch[sorted[n].thing] = grid->patches - 1;
@@ -258,14 +259,14 @@ static int make(builder *b, const flesh_block_matrix *A, int vertices, int *plac
   status = find_vertices(b, A, place, vertices, grid);
   if (status) return status;
   const size_t found = (size_t)grid->vertices + 1, rows = (size_t)b->rows + 1;
-  located *nodes = malloc(rows * sizeof *nodes);
-  named *sorted = malloc(found * sizeof *sorted);
-  grid->patch = malloc(found * sizeof *grid->patch);
-  grid->slot = malloc(found * sizeof *grid->slot);
+  located *nodes = flesh_malloc(rows * sizeof *nodes);
+  named *sorted = flesh_malloc(found * sizeof *sorted);
+  grid->patch = flesh_malloc(found * sizeof *grid->patch);
+  grid->slot = flesh_malloc(found * sizeof *grid->slot);
   status = nodes && sorted && grid->patch && grid->slot ? find_cells(b, nodes, grid) : FLESH_ERR_MEMORY;
   if (!status) find_patches(b, sorted, grid);
-  free(nodes);
-  free(sorted);
+  flesh_free(nodes);
+  flesh_free(sorted);
   return status;
 }
 
@@ -276,28 +277,28 @@ int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *position
   *grid = (flesh_coarse_grid){.cell = flesh_huge_pages_alloc(rows * sizeof(int)),
                               .local = flesh_huge_pages_alloc(rows * sizeof(flesh_float4))};
   builder b = {.rows = A->rows, .X = positions, .stored = stored};
-  b.at = malloc(rows * sizeof *b.at);
-  b.parent = malloc(CORNERS * rows * sizeof *b.parent);
-  b.vertex = malloc(CORNERS * rows * sizeof *b.vertex);
-  b.where = malloc(CORNERS * rows * sizeof *b.where);
-  int *place = malloc(rows * sizeof *place);
+  b.at = flesh_malloc(rows * sizeof *b.at);
+  b.parent = flesh_malloc(CORNERS * rows * sizeof *b.parent);
+  b.vertex = flesh_malloc(CORNERS * rows * sizeof *b.vertex);
+  b.where = flesh_malloc(CORNERS * rows * sizeof *b.where);
+  int *place = flesh_malloc(rows * sizeof *place);
   int status = FLESH_ERR_MEMORY;
   if (grid->cell && grid->local && b.at && b.parent && b.vertex && b.where && place)
     status = make(&b, A, vertices, place, grid);
-  free(b.at);
-  free(b.parent);
-  free(b.vertex);
-  free(b.where);
-  free(place);
+  flesh_free(b.at);
+  flesh_free(b.parent);
+  flesh_free(b.vertex);
+  flesh_free(b.where);
+  flesh_free(place);
   return status ? flesh_fail(FLESH_ERR_MEMORY, "no memory for a grid over %d nodes", A->rows) : FLESH_OK;
 }
 
 void flesh_coarse_grid_clear(flesh_coarse_grid *grid)
 {
-  free(grid->cell);
-  free(grid->local);
-  free(grid->corner);
-  free(grid->patch);
-  free(grid->slot);
+  flesh_free(grid->cell);
+  flesh_free(grid->local);
+  flesh_free(grid->corner);
+  flesh_free(grid->patch);
+  flesh_free(grid->slot);
   *grid = (flesh_coarse_grid){0};
 }

@@ -3,13 +3,13 @@
 
 #include <klu.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #ifdef FLESH_HAVE_CHOLMOD
 #include <cholmod.h>
 #endif
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "linear/scalar_view.h"
 
 struct flesh_direct {
@@ -48,7 +48,7 @@ static int create(flesh_linear_solver kind, int symmetric, const flesh_block_mat
         "linear_solver is cholmod, which this build lacks; use pcg or klu, or build with "
         "-Dcholmod=enabled");
 #endif
-  flesh_direct *self = calloc(1, sizeof *self);
+  flesh_direct *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
   self->kind = kind;
   self->symmetric = symmetric;
@@ -63,7 +63,7 @@ static int create(flesh_linear_solver kind, int symmetric, const flesh_block_mat
 #endif
   int status = flesh_scalar_view_create(A, &self->view);
   if (!status) {
-    self->values = malloc((size_t)self->view.entries * sizeof *self->values);
+    self->values = flesh_malloc((size_t)self->view.entries * sizeof *self->values);
     if (!self->values) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
   }
   if (!status && kind == FLESH_LINEAR_KLU) {
@@ -109,8 +109,8 @@ void flesh_direct_destroy(flesh_direct **direct)
   cholmod_l_finish(&self->cholmod);
 #endif
   flesh_scalar_view_clear(&self->view);
-  free(self->values);
-  free(self);
+  flesh_free(self->values);
+  flesh_free(self);
   *direct = NULL;
 }
 

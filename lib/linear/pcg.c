@@ -7,11 +7,11 @@
 #include "linear/pcg.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "linear/lanes.h"
 #include "linear/product.h"
@@ -40,7 +40,7 @@ struct flesh_pcg_space {
 
 int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space)
 {
-  flesh_pcg_space *self = calloc(1, sizeof *self);
+  flesh_pcg_space *self = flesh_calloc(1, sizeof *self);
   *space = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
   self->rows = A->rows;
@@ -56,7 +56,7 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   enum { VECTORS = sizeof vectors / sizeof vectors[0] };
   size_t apart;
   double *memory = flesh_huge_pages_vectors(VECTORS, 4 * ((size_t)self->product.nodes + PARTS), &apart);
-  int failed = !(self->sums = malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
+  int failed = !(self->sums = flesh_malloc(2 * ((size_t)self->chunks + 1) * sizeof *self->sums));
   self->squares = self->sums + self->chunks + 1;
   for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + k * apart;
   failed |= !memory;
@@ -71,9 +71,9 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
   if (!space || !*space) return;
   flesh_pcg_space *self = *space;
   flesh_product_clear(&self->product);
-  free(self->x); /* and the other vectors with it */
-  free(self->sums);
-  free(self);
+  flesh_free(self->x); /* and the other vectors with it */
+  flesh_free(self->sums);
+  flesh_free(self);
   *space = NULL;
 }
 

@@ -2,11 +2,11 @@
 #include "linear/preconditioner.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "linear/block_matrix.h"
 #include "linear/cholesky.h"
@@ -44,7 +44,7 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner)
 {
-  flesh_preconditioner_data *self = calloc(1, sizeof *self);
+  flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
   *preconditioner = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
   self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
@@ -53,11 +53,11 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->scale = 1;
   self->less = 0.5;
   const size_t rows = (size_t)A->rows;
-  int *order = self->order = malloc((rows + 1) * sizeof *order);
+  int *order = self->order = flesh_malloc((rows + 1) * sizeof *order);
   self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r);
   self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z);
   int failed = !order || !self->r || !self->z;
-  if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = malloc((9 * rows + 1) * sizeof *self->inverse));
+  if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
@@ -76,13 +76,13 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
-  free((*preconditioner)->inverse);
-  free((*preconditioner)->order);
-  free((*preconditioner)->r);
-  free((*preconditioner)->z);
+  flesh_free((*preconditioner)->inverse);
+  flesh_free((*preconditioner)->order);
+  flesh_free((*preconditioner)->r);
+  flesh_free((*preconditioner)->z);
   flesh_cholesky_destroy(&(*preconditioner)->cholesky);
   flesh_coarse_destroy(&(*preconditioner)->coarse);
-  free(*preconditioner);
+  flesh_free(*preconditioner);
   *preconditioner = NULL;
 }
 

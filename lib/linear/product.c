@@ -7,11 +7,11 @@
 #include "linear/product.h"
 
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "base/sort_by_length.h"
 #include "linear/sliced_ell.h"
 
@@ -76,11 +76,11 @@ static void place_slices(flesh_product *product, const int *length, int *sorted)
 static int make_slices(flesh_product *product)
 {
   const size_t rows = (size_t)product->begin[3], most = rows / FLESH_SLICE + 3;
-  int *length = malloc((2 * rows + 1) * sizeof *length);
-  product->column = malloc((most + 1) * sizeof *product->column);
-  product->own = malloc((FLESH_SLICE * most + 1) * sizeof *product->own);
+  int *length = flesh_malloc((2 * rows + 1) * sizeof *length);
+  product->column = flesh_malloc((most + 1) * sizeof *product->column);
+  product->own = flesh_malloc((FLESH_SLICE * most + 1) * sizeof *product->own);
   if (!length || !product->column || !product->own) {
-    free(length);
+    flesh_free(length);
     return FLESH_ERR_MEMORY;
   }
   for (size_t p = 0; p < rows; p++) length[p] = product->first[p + 1] - product->first[p];
@@ -88,7 +88,7 @@ static int make_slices(flesh_product *product)
   const int slices = product->slices[3], columns = product->column[slices];
   product->other = flesh_huge_pages_alloc((FLESH_SLICE * (size_t)columns + 1) * sizeof *product->other);
   product->rounded = flesh_huge_pages_alloc((diagonal_at(product, slices) + 1) * sizeof *product->rounded);
-  product->nothing = calloc(9 * (size_t)product->longest + BEHIND, sizeof *product->nothing);
+  product->nothing = flesh_calloc(9 * (size_t)product->longest + BEHIND, sizeof *product->nothing);
   const int made = product->other && product->rounded && product->nothing;
   for (int part = 0; part < 3 && made; part++)
     for (int s = product->slices[part]; s < product->slices[part + 1]; s++)
@@ -98,7 +98,7 @@ static int make_slices(flesh_product *product)
         for (int c = product->column[s], b = 1; c < product->column[s + 1]; c++, b++)
           product->other[FLESH_SLICE * c + l] = b < blocks ? product->place[product->first[own / 4] + b] : own;
       }
-  free(length);
+  flesh_free(length);
   return made ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
@@ -109,12 +109,12 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *hal
   memcpy(product->begin, halves->begin, sizeof product->begin);
   product->blocks = (int)blocks;
   product->nodes = first_twin(product) + product->begin[3] - product->begin[2];
-  product->rows = malloc((rows + 1) * sizeof *product->rows);
-  product->first = malloc((rows + 1) * sizeof *product->first);
+  product->rows = flesh_malloc((rows + 1) * sizeof *product->rows);
+  product->first = flesh_malloc((rows + 1) * sizeof *product->first);
   product->place = flesh_huge_pages_alloc((blocks + 1) * sizeof *product->place);
-  int *place = malloc((rows + 1) * sizeof *place);
+  int *place = flesh_malloc((rows + 1) * sizeof *place);
   if (!product->rows || !product->first || !product->place || !place || product->nodes > INT_MAX / 4) {
-    free(place);
+    flesh_free(place);
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
   }
@@ -127,7 +127,7 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *hal
       for (int k = A->row_start[product->rows[p]]; k < A->row_end[product->rows[p]]; k++)
         product->place[k] = 4 * (unsigned)place[A->column[k]];
   }
-  free(place);
+  flesh_free(place);
   if (single && make_slices(product)) {
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
@@ -137,14 +137,14 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *hal
 
 void flesh_product_clear(flesh_product *product)
 {
-  free(product->rows);
-  free(product->first);
-  free(product->place);
-  free(product->column);
-  free(product->own);
-  free(product->other);
-  free(product->rounded);
-  free(product->nothing);
+  flesh_free(product->rows);
+  flesh_free(product->first);
+  flesh_free(product->place);
+  flesh_free(product->column);
+  flesh_free(product->own);
+  flesh_free(product->other);
+  flesh_free(product->rounded);
+  flesh_free(product->nothing);
   *product = (flesh_product){0};
 }
 

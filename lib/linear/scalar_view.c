@@ -1,23 +1,23 @@
 /* scalar_view.c: maps from blocks to entries of the full scalar matrix, made once per pattern. */
 #include "linear/scalar_view.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *view)
 {
   size_t blocks = (size_t)A->row_start[A->rows];
   *view = (flesh_scalar_view){.n = 3 * (int64_t)A->rows,
                               .entries = 9 * (2 * (int64_t)blocks - A->rows)};
-  view->starts = malloc(((size_t)view->n + 1) * sizeof *view->starts);
-  view->indices = malloc((size_t)view->entries * sizeof *view->indices);
-  view->place = malloc((2 * blocks + 1) * sizeof *view->place);
+  view->starts = flesh_malloc(((size_t)view->n + 1) * sizeof *view->starts);
+  view->indices = flesh_malloc((size_t)view->entries * sizeof *view->indices);
+  view->place = flesh_malloc((2 * blocks + 1) * sizeof *view->place);
   /* Entries of each block column so far. */
-  int *length = calloc((size_t)A->rows + 1, sizeof *length);
+  int *length = flesh_calloc((size_t)A->rows + 1, sizeof *length);
   if (!view->starts || !view->indices || !view->place || !length) {
-    free(length);
+    flesh_free(length);
     flesh_scalar_view_clear(view);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
   }
@@ -35,7 +35,7 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
     }
   view->starts[0] = 0;
   for (int64_t d = 0; d < view->n; d++) view->starts[d + 1] = view->starts[d] + length[d / 3];
-  free(length);
+  flesh_free(length);
   for (int i = 0; i < A->rows; i++)
     for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
       int j = A->column[k];
@@ -52,9 +52,9 @@ int flesh_scalar_view_create(const flesh_block_matrix *A, flesh_scalar_view *vie
 
 void flesh_scalar_view_clear(flesh_scalar_view *view)
 {
-  free(view->starts);
-  free(view->indices);
-  free(view->place);
+  flesh_free(view->starts);
+  flesh_free(view->indices);
+  flesh_free(view->place);
   *view = (flesh_scalar_view){0};
 }
 

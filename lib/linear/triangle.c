@@ -1,16 +1,16 @@
 /* triangle.c: room for the rows of a triangle. */
 #include "linear/triangle.h"
 
-#include <stdlib.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 
 enum { BEHIND = 16 }; /* words: of a pair sixteen are loaded */
 
 int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle)
 {
-  *triangle = (flesh_triangle){.rows = rows, .split = split, .row = malloc((3 * (size_t)rows + 1) * sizeof(int))};
+  *triangle = (flesh_triangle){.rows = rows, .split = split, .row = flesh_malloc((3 * (size_t)rows + 1) * sizeof(int))};
   if (!triangle->row) return FLESH_ERR_MEMORY;
   triangle->at = triangle->row + rows;
   triangle->start = triangle->at + rows;
@@ -30,9 +30,9 @@ int flesh_triangle_create(int rows, const int *blocks, const int *order, int spl
 
 void flesh_triangle_clear(flesh_triangle *triangle)
 {
-  free(triangle->row); /* and what follows it */
-  free(triangle->column);
-  free(triangle->words);
+  flesh_free(triangle->row); /* and what follows it */
+  flesh_free(triangle->column);
+  flesh_free(triangle->words);
   *triangle = (flesh_triangle){0};
 }
 

@@ -5,10 +5,10 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 /* A tet is flat when its volume cannot be told from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
@@ -116,15 +116,15 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh has %d nodes and %d tets; at most %d and %d are supported",
                       path, colon, nodes, tets, INT_MAX / 3, INT_MAX / 4);
-  flesh_mesh *mesh = calloc(1, sizeof *mesh);
+  flesh_mesh *mesh = flesh_calloc(1, sizeof *mesh);
   if (!mesh) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
   mesh->nodes = nodes;
   mesh->tets = tets;
-  mesh->positions = malloc(3 * (size_t)nodes * sizeof *mesh->positions);
-  mesh->tet_nodes = malloc(4 * (size_t)tets * sizeof *mesh->tet_nodes);
-  mesh->regions = calloc((size_t)tets, sizeof *mesh->regions);
-  mesh->volumes = malloc((size_t)tets * sizeof *mesh->volumes);
-  mesh->node_used = calloc((size_t)nodes, sizeof *mesh->node_used);
+  mesh->positions = flesh_malloc(3 * (size_t)nodes * sizeof *mesh->positions);
+  mesh->tet_nodes = flesh_malloc(4 * (size_t)tets * sizeof *mesh->tet_nodes);
+  mesh->regions = flesh_calloc((size_t)tets, sizeof *mesh->regions);
+  mesh->volumes = flesh_malloc((size_t)tets * sizeof *mesh->volumes);
+  mesh->node_used = flesh_calloc((size_t)nodes, sizeof *mesh->node_used);
   int status = FLESH_OK;
   if (!mesh->positions || !mesh->tet_nodes || !mesh->regions || !mesh->volumes || !mesh->node_used)
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
@@ -154,14 +154,14 @@ int flesh_mesh_create(int nodes, const double *positions, int tets, const int *t
 void flesh_mesh_destroy(flesh_mesh **mesh)
 {
   if (!mesh || !*mesh) return;
-  free((*mesh)->positions);
-  free((*mesh)->tet_nodes);
-  free((*mesh)->regions);
-  free((*mesh)->volumes);
-  free((*mesh)->surface);
-  free((*mesh)->surface_tets);
-  free((*mesh)->node_used);
-  free(*mesh);
+  flesh_free((*mesh)->positions);
+  flesh_free((*mesh)->tet_nodes);
+  flesh_free((*mesh)->regions);
+  flesh_free((*mesh)->volumes);
+  flesh_free((*mesh)->surface);
+  flesh_free((*mesh)->surface_tets);
+  flesh_free((*mesh)->node_used);
+  flesh_free(*mesh);
   *mesh = NULL;
 }
 

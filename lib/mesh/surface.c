@@ -1,9 +1,9 @@
 /* surface.c: the boundary triangles of a mesh, found by pairing the faces of its tets. */
 #include "mesh/mesh.h"
 
-#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 /* The face opposite to each node, wound so that it looks out of a positive tet. */
 static const int outward[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
@@ -49,9 +49,9 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 {
   int64_t faces = 4 * (int64_t)mesh->tets, buckets = 16;
   while (buckets < 2 * faces) buckets *= 2;
-  int *first = malloc((size_t)buckets * sizeof *first); /* first face of these nodes, or -1 */
-  int *second = malloc((size_t)faces * sizeof *second); /* of a first face: its partner, or -1 */
-  uint8_t *inner = calloc((size_t)faces, 1);
+  int *first = flesh_malloc((size_t)buckets * sizeof *first); /* first face of these nodes, or -1 */
+  int *second = flesh_malloc((size_t)faces * sizeof *second); /* of a first face: its partner, or -1 */
+  uint8_t *inner = flesh_calloc((size_t)faces, 1);
   int status = FLESH_OK;
   if (!first || !second || !inner) {
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the surface of %d tets", mesh->tets);
@@ -97,8 +97,8 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   }
   int64_t outer = 0;
   for (int64_t face = 0; face < faces; face++) outer += !inner[face];
-  mesh->surface = malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
-  mesh->surface_tets = malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
+  mesh->surface = flesh_malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
+  mesh->surface_tets = flesh_malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
   if (!mesh->surface || !mesh->surface_tets) {
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles",
                         (long long)outer);
@@ -110,8 +110,8 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
       face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
     }
 done:
-  free(first);
-  free(second);
-  free(inner);
+  flesh_free(first);
+  flesh_free(second);
+  flesh_free(inner);
   return status;
 }

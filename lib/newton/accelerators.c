@@ -1,11 +1,11 @@
 /* accelerators.c: asks every accelerator in turn, and takes what lowers the potential. */
 #include "newton/accelerators.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 
 static const flesh_accelerator *const table[] = {&flesh_nonlinear_elimination, &flesh_watchdog};
 
@@ -23,7 +23,7 @@ int flesh_accelerators_init(flesh_equations *equations, const flesh_solver_optio
 
 void flesh_accelerators_clear(flesh_accelerators *self)
 {
-  free(self->proposal);
+  flesh_free(self->proposal);
   memset(self, 0, sizeof *self);
 }
 

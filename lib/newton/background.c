@@ -2,9 +2,9 @@
 #include "newton/background.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 static const flesh_cells *background_cells(const flesh_effect *effect)
 {
@@ -76,10 +76,10 @@ static int background_potential(const flesh_effect *effect, const flesh_point *p
 static void background_destroy(void *data)
 {
   flesh_background *self = data;
-  free(self->pair);
-  free(self->g);
-  free(self->K);
-  free(self);
+  flesh_free(self->pair);
+  flesh_free(self->g);
+  flesh_free(self->K);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations background_operations = {.name = "background",
@@ -93,13 +93,13 @@ int flesh_background_create(int nodes, int pairs, const double *x0, double shift
                             flesh_effect **effect)
 {
   *background = NULL;
-  flesh_background *self = calloc(1, sizeof *self);
+  flesh_background *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d nodes", nodes);
   *self = (flesh_background){.nodes = nodes,
                              .pairs = pairs,
-                             .pair = malloc((2 * (size_t)pairs + 1) * sizeof(int)),
-                             .g = calloc(3 * (size_t)nodes, sizeof(double)),
-                             .K = calloc(9 * ((size_t)nodes + (size_t)pairs), sizeof(double)),
+                             .pair = flesh_malloc((2 * (size_t)pairs + 1) * sizeof(int)),
+                             .g = flesh_calloc(3 * (size_t)nodes, sizeof(double)),
+                             .K = flesh_calloc(9 * ((size_t)nodes + (size_t)pairs), sizeof(double)),
                              .x0 = x0,
                              .shift = shift};
   if (!self->pair || !self->g || !self->K) {

@@ -2,11 +2,11 @@
 #include "newton/equations.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "linear/block_matrix.h"
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
@@ -34,9 +34,9 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
 {
   *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach};
   self->n = flesh_system_unknowns(system);
-  self->constrained = calloc((size_t)self->n + 1, 1);
-  self->constrained_dofs = calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
-  self->constrained_rows = calloc((size_t)self->n / 3 + 1, sizeof *self->constrained_rows);
+  self->constrained = flesh_calloc((size_t)self->n + 1, 1);
+  self->constrained_dofs = flesh_calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
+  self->constrained_rows = flesh_calloc((size_t)self->n / 3 + 1, sizeof *self->constrained_rows);
   double **vectors[] = {&self->u_constrained, &self->x, &self->v, &self->a, &self->residual.u, &self->residual.r,
                         &self->residual.reactions, &self->potential.u, &self->reached.x, &self->zeros};
   enum { SCRATCH = 4, VECTORS = sizeof vectors / sizeof vectors[0] };
@@ -44,7 +44,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
   double *memory = self->scratch = flesh_huge_pages_vectors(VECTORS + SCRATCH, (size_t)self->n, &apart);
   for (size_t k = 0; memory && k < VECTORS; k++) *vectors[k] = memory + (SCRATCH + k) * apart;
   const int freezes = flesh_system_freezes(system);
-  if (freezes) self->frozen = malloc((2 * (size_t)self->n + 1) * sizeof *self->frozen);
+  if (freezes) self->frozen = flesh_malloc((2 * (size_t)self->n + 1) * sizeof *self->frozen);
   const int failed = !self->constrained || !self->constrained_dofs || !self->constrained_rows || !memory ||
                      (freezes && !self->frozen);
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
@@ -56,11 +56,11 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
 
 void flesh_equations_clear(flesh_equations *self)
 {
-  free(self->constrained);
-  free(self->constrained_dofs);
-  free(self->constrained_rows);
-  free(self->frozen);
-  free(self->scratch); /* and all other vectors with it */
+  flesh_free(self->constrained);
+  flesh_free(self->constrained_dofs);
+  flesh_free(self->constrained_rows);
+  flesh_free(self->frozen);
+  flesh_free(self->scratch); /* and all other vectors with it */
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
 }

@@ -3,11 +3,11 @@
 #include "newton/line_search.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
@@ -40,7 +40,7 @@ int flesh_search_init(flesh_equations *equations, const flesh_solver_options *op
 
 void flesh_search_clear(flesh_search *self)
 {
-  free(self->trial);
+  flesh_free(self->trial);
   memset(self, 0, sizeof *self);
 }
 

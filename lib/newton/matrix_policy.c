@@ -3,10 +3,10 @@
 
 #include <math.h>
 #include <stdatomic.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 
 /* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. And
  * how many iterations of one solve are given to an old one. */
@@ -18,7 +18,7 @@ static int find_inertia(flesh_matrix_policy *self)
   flesh_equations *equations = self->equations;
   const flesh_block_matrix *K = equations->K;
   const double *X = flesh_mesh_positions(flesh_system_mesh(equations->system));
-  self->inertia = malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
+  self->inertia = flesh_malloc(((size_t)equations->n + 1) * sizeof *self->inertia);
   if (!self->inertia) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
   const flesh_point point = {.t = 0, .load = 1, .x = X, .v = equations->zeros, .a = equations->zeros};
   const int failed =
@@ -37,7 +37,7 @@ int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direct
 
 void flesh_matrix_policy_clear(flesh_matrix_policy *self)
 {
-  free(self->inertia);
+  flesh_free(self->inertia);
   memset(self, 0, sizeof *self);
 }
 

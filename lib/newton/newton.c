@@ -2,11 +2,11 @@
 #include "newton/newton.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
 
 /* What an iteration does next. */
 typedef enum state { ASSEMBLE, SOLVE, REFRESH, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
@@ -194,19 +194,28 @@ static int solve_subdomain(void *data, const double *u, const double *r, double 
   flesh_newton *self = data;
   const flesh_subdomain_parent parent = {.equations = &self->equations, .options = &self->options,
                                          .u_matrix = self->u, .filter = self->direction.filter,
-                                         .solve_stage = self->solve_stage, .stop = self->stop,
+                                         .solver = self->solver, .arena = self->arena, .stop = self->stop,
                                          .stop_data = self->stop_data, .stats = &self->stats};
   return flesh_subdomain_solve(&parent, u, r, w);
 }
 
-int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solve_stage,
+int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options)
+{
+  int sums = 0;
+  for (int k = 0; k < flesh_system_effect_count(system); k++)
+    sums |= flesh_system_effect(system, k)->operations->restrict_to_cells != NULL;
+  return sums && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
+         (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
+}
+
+int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
-  *self = (flesh_newton){.options = *options, .solve_stage = solve_stage};
-  const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL;
+  *self = (flesh_newton){.options = *options, .solver = solver};
+  const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL,
+            eliminates = solver.solve && flesh_newton_eliminates(system, options);
   const flesh_accelerator_services services = {
-      .data = self, .newton_step = newton_step,
-      .solve_subdomain = (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION) && solve_stage ? solve_subdomain : NULL};
+      .data = self, .newton_step = newton_step, .solve_subdomain = eliminates ? solve_subdomain : NULL};
   size_t apart;
   self->balance = (flesh_balance){&self->equations, options->newton_tolerance, NAN};
   int status = flesh_solver_options_check(options);
@@ -218,7 +227,9 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status)
     status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
   if (!status) self->u = flesh_huge_pages_vectors(2, (size_t)self->equations.n, &apart);
-  if (!status && !self->u) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
+  if (!status && eliminates) self->arena = flesh_subdomain_arena(system);
+  if (!status && (!self->u || (eliminates && !self->arena)))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
   if (status) flesh_newton_clear(self);
   else self->r = self->u + apart;
   return status;
@@ -226,13 +237,14 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
 
 void flesh_newton_clear(flesh_newton *self)
 {
-  free(self->u); /* and r */
+  flesh_free(self->u); /* and r */
   flesh_accelerators_clear(&self->accelerators);
   flesh_search_clear(&self->search);
   flesh_matrix_policy_clear(&self->policy);
   flesh_direction_clear(&self->direction);
   flesh_equations_clear(&self->equations);
   flesh_threads_destroy(&self->threads);
+  flesh_arena_destroy(&self->arena);
   memset(self, 0, sizeof *self);
 }
 
@@ -241,7 +253,7 @@ size_t flesh_newton_memory(const flesh_newton *self)
   const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
          flesh_search_memory(&self->search) + flesh_accelerators_memory(&self->accelerators) +
-         2 * n * sizeof(double);
+         2 * n * sizeof(double) + (self->arena ? flesh_arena_most(self->arena) : 0);
 }
 
 void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)

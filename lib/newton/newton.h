@@ -20,7 +20,8 @@ typedef struct flesh_newton {
   flesh_accelerators accelerators;
   flesh_matrix_policy policy;
   flesh_balance balance;
-  flesh_stage_solver solve_stage; /* of the systems of few nodes; NULL: nonlinear elimination is not there */
+  flesh_stage_solver solver;      /* of the systems of few nodes; none: nonlinear elimination is not there */
+  flesh_arena *arena;             /* of these systems; NULL: there are none */
   double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
   const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
   int follow_curvature;           /* the next direction follows negative curvature, where there is one */
@@ -35,8 +36,10 @@ typedef struct flesh_newton {
 
 /* Borrows `system` (finished), copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in,
  * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts know each other. */
-int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solve_stage,
+int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *newton);
+/* Whether such options and such a system need a solver of systems of few nodes. */
+int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_options *options);
 /* Also after an initialisation that failed. */
 void flesh_newton_clear(flesh_newton *newton);
 size_t flesh_newton_memory(const flesh_newton *newton);

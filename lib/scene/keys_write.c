@@ -94,6 +94,26 @@ static void write_objects(const flesh_key *key, const flesh_objects *objects, in
   }
 }
 
+/* What is written is read from another folder. */
+static void write_path(const char *path, flesh_text *text)
+{
+  char *whole = realpath(path, NULL);
+  flesh_text_quote(text, whole ? whole : path);
+  free(whole);
+}
+
+static void write_set(const char *const *choices, unsigned set, flesh_text *text)
+{
+  const char *before = "";
+  flesh_text_print(text, "[");
+  for (int k = 0; choices[k]; k++) {
+    if (!(set & 1u << k)) continue;
+    flesh_text_print(text, "%s%s", before, choices[k]);
+    before = ", ";
+  }
+  flesh_text_print(text, "]");
+}
+
 static void write_value(const flesh_key *key, const void *value, int indent, flesh_text *text)
 {
   switch (key->type) {
@@ -122,23 +142,12 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
   case FLESH_KEY_TEXT:
     flesh_text_quote(text, *(char *const *)value);
     break;
-  case FLESH_KEY_PATH: { /* what is written is read from another folder */
-    char *whole = realpath(*(char *const *)value, NULL);
-    flesh_text_quote(text, whole ? whole : *(char *const *)value);
-    free(whole);
+  case FLESH_KEY_PATH:
+    write_path(*(char *const *)value, text);
     break;
-  }
-  case FLESH_KEY_SET: {
-    const char *before = "";
-    flesh_text_print(text, "[");
-    for (int k = 0; key->choices[k]; k++) {
-      if (!(*(const unsigned *)value & 1u << k)) continue;
-      flesh_text_print(text, "%s%s", before, key->choices[k]);
-      before = ", ";
-    }
-    flesh_text_print(text, "]");
+  case FLESH_KEY_SET:
+    write_set(key->choices, *(const unsigned *)value, text);
     break;
-  }
   case FLESH_KEY_INTEGERS:
     write_integers(value, indent, text);
     break;

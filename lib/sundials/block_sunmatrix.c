@@ -8,21 +8,23 @@
 
 typedef struct content {
   flesh_problem *problem;
-  flesh_block_matrix *K; /* the problem's, or a clone's own */
+  flesh_block_matrix *own; /* of a clone; NULL: a view of the problem's K */
 } content;
 
-static int is_view(const content *A) { return A->K == A->problem->newton.equations.K; }
+static int is_view(const content *A) { return !A->own; }
+
+static flesh_block_matrix *matrix_of(const content *A) { return A->own ? A->own : A->problem->newton.equations.K; }
 
 /* A view that was set to 0 becomes so when its entries are asked for, which may then change. */
-static content *open_matrix(SUNMatrix matrix)
+static flesh_block_matrix *open_matrix(SUNMatrix matrix)
 {
   content *A = matrix->content;
   if (is_view(A)) A->problem->newton.direction.same_matrix = 0;
   if (is_view(A) && A->problem->zeroed) {
-    flesh_block_combine(0, A->K, NULL);
+    flesh_block_combine(0, matrix_of(A), NULL);
     A->problem->zeroed = 0;
   }
-  return A;
+  return matrix_of(A);
 }
 
 static int matrix_zero(SUNMatrix matrix)
@@ -30,7 +32,7 @@ static int matrix_zero(SUNMatrix matrix)
   content *A = matrix->content;
   /* The Jacobian overwrites every entry: no need to touch them before. */
   if (is_view(A)) A->problem->zeroed = 1;
-  else flesh_block_combine(0, A->K, NULL);
+  else flesh_block_combine(0, A->own, NULL);
   return FLESH_OK;
 }
 
@@ -39,7 +41,7 @@ static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
 {
   if (A->ops->copy != B->ops->copy || ((content *)A->content)->problem != ((content *)B->content)->problem)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the two matrices are not of one problem");
-  flesh_block_combine(c, open_matrix(A)->K, open_matrix(B)->K);
+  flesh_block_combine(c, open_matrix(A), open_matrix(B));
   return FLESH_OK;
 }
 
@@ -48,7 +50,7 @@ static int matrix_copy(SUNMatrix A, SUNMatrix B) { return A == B ? FLESH_OK : ma
 /* A = c A + I. */
 static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
 {
-  flesh_block_matrix *K = open_matrix(matrix)->K;
+  flesh_block_matrix *K = open_matrix(matrix);
   flesh_block_combine(c, K, NULL);
   for (int i = 0; i < K->rows; i++)
     for (int k = 0; k < 3; k++) K->values[9 * (size_t)K->row_start[i] + 4 * k] += 1;
@@ -62,13 +64,13 @@ static int matrix_times(SUNMatrix matrix, N_Vector x, N_Vector y)
   double *product = values ? flesh_vector_data(y, A->problem->newton.equations.n) : NULL;
   if (!product) return FLESH_ERR_ARGUMENT;
   if (is_view(A) && A->problem->zeroed) N_VConst(0, y);
-  else flesh_block_multiply(A->K, values, product);
+  else flesh_block_multiply(matrix_of(A), values, product);
   return FLESH_OK;
 }
 
 static int matrix_space(SUNMatrix matrix, long *reals, long *integers)
 {
-  const flesh_block_matrix *K = ((content *)matrix->content)->K;
+  const flesh_block_matrix *K = matrix_of(matrix->content);
   *reals = 9 * (long)K->row_start[K->rows];
   *integers = K->row_start[K->rows] + K->rows + 1; /* the pattern, which is the system's */
   return FLESH_OK;
@@ -77,7 +79,7 @@ static int matrix_space(SUNMatrix matrix, long *reals, long *integers)
 static void matrix_destroy(SUNMatrix matrix)
 {
   content *A = matrix->content;
-  if (A && !is_view(A)) flesh_block_matrix_destroy(&A->K);
+  if (A) flesh_block_matrix_destroy(&A->own);
   flesh_sunmatrix_discard(&matrix);
 }
 
@@ -88,14 +90,13 @@ static const flesh_sunmatrix_operations operations = {
     .copy = matrix_copy, .scaleadd = matrix_scale_add, .scaleaddi = matrix_scale_add_identity,
     .matvec = matrix_times, .space = matrix_space};
 
-/* K NULL: memory of its own. */
-static int make(flesh_problem *problem, flesh_block_matrix *K, SUNContext context, SUNMatrix *matrix)
+static int make(flesh_problem *problem, int view, SUNContext context, SUNMatrix *matrix)
 {
   int status = flesh_sunmatrix_make(&operations, sizeof(content), context, matrix);
   if (status) return status;
   content *A = (*matrix)->content;
-  *A = (content){problem, K};
-  if (!K) status = flesh_system_matrix_create(problem->newton.equations.system, &A->K);
+  *A = (content){problem, NULL};
+  if (!view) status = flesh_system_matrix_create(problem->newton.equations.system, &A->own);
   if (status) flesh_sunmatrix_discard(matrix);
   return status;
 }
@@ -103,17 +104,18 @@ static int make(flesh_problem *problem, flesh_block_matrix *K, SUNContext contex
 static SUNMatrix matrix_clone(SUNMatrix matrix)
 {
   SUNMatrix made = NULL;
-  make(((content *)matrix->content)->problem, NULL, matrix->sunctx, &made);
+  make(((content *)matrix->content)->problem, 0, matrix->sunctx, &made);
   return made;
 }
 
 int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix)
 {
   FLESH_NEED({problem, "problem"}, {context, "context"}, {matrix, "matrix"});
-  return make(problem, problem->newton.equations.K, context, matrix);
+  return make(problem, 1, context, matrix);
 }
 
 int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J)
 {
-  return J->ops->destroy == matrix_destroy && ((content *)J->content)->K == problem->newton.equations.K;
+  const content *A = J->content;
+  return J->ops->destroy == matrix_destroy && is_view(A) && A->problem == problem;
 }

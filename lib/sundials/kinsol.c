@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/huge_pages.h"
 #include "newton/stage.h"
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
@@ -22,6 +23,10 @@ struct flesh_nonlinear {
   SUNMatrix matrix;
   SUNLinearSolver solver;
   N_Vector u, ones;
+  flesh_nonlinear *few; /* of the systems of few nodes; NULL: there are none */
+  /* Of such a one, whose problem is another every time: all vectors of its KINSOL. */
+  N_Vector vectors[CLONES + 2];
+  int vector_count;
 };
 
 /* KINSOL stops on N_VMaxNorm of the scaled residual. Ours is the 2-norm, so that its test is the one that every
@@ -31,18 +36,16 @@ static sunrealtype two_norm(N_Vector v)
   return flesh_norm(flesh_vector_threads(v), (int)N_VGetLength(v), N_VGetArrayPointer(v));
 }
 
-static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u);
-
-static int kinsol_options(flesh_nonlinear *self)
+/* Hands KINSOL everything. Its options stay. */
+static int begin_kinsol(flesh_nonlinear *self, const flesh_solver_options *options)
 {
-  const flesh_solver_options *options = &self->problem->newton.options;
   void *kinsol = self->kinsol;
   int status = flesh_vector_prepare(self->u, CLONES);
   if (status) return status;
   /* Each needs what the ones before have made. */
   int failed = KINInit(kinsol, flesh_kinsol_residual, self->u) || KINSetUserData(kinsol, self->problem) ||
                KINSetLinearSolver(kinsol, self->solver, self->matrix) || KINSetJacFn(kinsol, flesh_kinsol_jacobian);
+  self->vector_count = flesh_vector_taken(self->vectors, CLONES);
   flesh_vector_drop();
   if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL could not begin");
   failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
@@ -54,46 +57,63 @@ static int kinsol_options(flesh_nonlinear *self)
   return failed ? flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL refused an option") : FLESH_OK;
 }
 
+/* KINSOL for the problem, with vectors of n numbers. */
+static int make_kinsol(flesh_nonlinear *self, int n, const flesh_solver_options *options)
+{
+  if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
+  self->u = N_VNew_Serial(n, self->context);
+  if (self->u && !flesh_vector_quicken(self->u, self->problem->newton.threads)) {
+    self->u->ops->nvmaxnorm = two_norm;
+    self->ones = flesh_vector_clone(self->u);
+  }
+  self->kinsol = KINCreate(self->context);
+  if (!self->u || !self->ones || !self->kinsol)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
+  flesh_sundials_silence(self->context, self->kinsol);
+  N_VConst(0, self->u);
+  N_VConst(1, self->ones);
+  int status = flesh_sunmatrix_create(self->problem, self->context, &self->matrix);
+  if (!status) status = flesh_sunlinsol_create(self->problem, self->context, &self->solver);
+  return status ? status : begin_kinsol(self, options);
+}
+
+/* One for the systems of few nodes: KINSOL without a problem. */
+static int create_few(const flesh_solver_options *options, flesh_nonlinear **few)
+{
+  flesh_nonlinear *self = *few = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
+  int status = flesh_problem_create_empty(&self->problem);
+  if (!status) status = make_kinsol(self, 1, options);
+  if (!status && self->vector_count < 0)
+    status = flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL wants more than %d vectors", CLONES);
+  if (status) return status;
+  self->vectors[self->vector_count++] = self->u;
+  self->vectors[self->vector_count++] = self->ones;
+  return FLESH_OK;
+}
+
+static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
+                     const flesh_stage *stage, int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats,
+                     double *u);
+
 int flesh_nonlinear_create(const flesh_system *system, const flesh_solver_options *options,
                            flesh_nonlinear **nonlinear)
 {
-  *nonlinear = NULL;
-  flesh_nonlinear *self = calloc(1, sizeof *self);
+  flesh_nonlinear *self = *nonlinear = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a nonlinear solver");
-  int status = flesh_problem_create_with(system, options, solve_stage, &self->problem);
-  if (!status && flesh_suncontext_create(&self->context))
-    status = flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
-  if (!status) {
-    const int n = self->problem->newton.equations.n;
-    self->u = N_VNew_Serial(n, self->context);
-    if (self->u && !flesh_vector_quicken(self->u, self->problem->newton.threads)) {
-      self->u->ops->nvmaxnorm = two_norm;
-      self->ones = flesh_vector_clone(self->u);
-    }
-    self->kinsol = KINCreate(self->context);
-    if (!self->u || !self->ones || !self->kinsol)
-      status = flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
-  }
-  if (!status) {
-    flesh_sundials_silence(self->context, self->kinsol);
-    N_VConst(0, self->u);
-    N_VConst(1, self->ones);
-    status = flesh_sunmatrix_create(self->problem, self->context, &self->matrix);
-  }
-  if (!status) status = flesh_sunlinsol_create(self->problem, self->context, &self->solver);
-  if (!status) status = kinsol_options(self);
-  if (status) {
-    flesh_nonlinear_destroy(&self);
-    return status;
-  }
-  *nonlinear = self;
-  return FLESH_OK;
+  int status = flesh_newton_eliminates(system, options) ? create_few(options, &self->few) : FLESH_OK;
+  const flesh_stage_solver solver = {self->few, self->few ? solve_few : NULL};
+  if (!status) status = flesh_problem_create_with(system, options, solver, &self->problem);
+  if (!status) status = make_kinsol(self, self->problem->newton.equations.n, options);
+  if (status) flesh_nonlinear_destroy(nonlinear);
+  return status;
 }
 
 void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
 {
   if (!nonlinear || !*nonlinear) return;
   flesh_nonlinear *self = *nonlinear;
+  flesh_nonlinear_destroy(&self->few);
   if (self->kinsol) KINFree(&self->kinsol);
   if (self->solver) SUNLinSolFree(self->solver);
   if (self->matrix) SUNMatDestroy(self->matrix);
@@ -137,7 +157,7 @@ void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol;
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
 {
   /* KINSOL clones seven vectors of its own beside u and ones. */
-  return sizeof *self + flesh_problem_memory(self->problem) +
+  return sizeof *self + (self->few ? sizeof *self->few : 0) + flesh_problem_memory(self->problem) +
          9 * (size_t)self->problem->newton.equations.n * sizeof(double);
 }
 
@@ -209,17 +229,34 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
                            N_VGetArrayPointer(self->u), stats);
 }
 
-/* Of the systems of few nodes, each by a KINSOL of its own. */
-static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
-                       int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
+/* KINSOL of the systems of few nodes takes up this one, with vectors of the arena that the thread is in. */
+static int take_up(flesh_nonlinear *few, const flesh_system *system, const flesh_solver_options *options)
 {
-  flesh_nonlinear *nonlinear = NULL;
-  int status = flesh_nonlinear_create(system, options, &nonlinear);
+  int n = flesh_system_unknowns(system), failed = 0;
+  size_t apart;
+  double *values = flesh_huge_pages_vectors((size_t)few->vector_count, (size_t)n, &apart);
+  if (!values) return flesh_fail(FLESH_ERR_MEMORY, "no memory for KINSOL on %d unknowns", n);
+  for (int k = 0; k < few->vector_count; k++) flesh_vector_attach(few->vectors[k], n, values + (size_t)k * apart);
+  N_VConst(1, few->ones);
+  few->problem->staged = few->problem->zeroed = 0;
+  failed |= KINSetNumMaxIters(few->kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
+  failed |= KINSetEtaConstValue(few->kinsol, options->linear_tolerance);
+  if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL refused an option");
+  return flesh_newton_init(system, options, (flesh_stage_solver){0}, &few->problem->newton);
+}
+
+/* Of the systems of few nodes. A flesh_stage_solver. */
+static int solve_few(void *data, const flesh_system *system, const flesh_solver_options *options,
+                     const flesh_stage *stage, int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats,
+                     double *u)
+{
+  flesh_nonlinear *few = data;
+  int status = take_up(few, system, options);
   if (status) return status;
-  flesh_nonlinear_set_stop(nonlinear, stop, stop_data);
-  status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
-  memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
-  flesh_nonlinear_destroy(&nonlinear);
+  flesh_nonlinear_set_stop(few, stop, stop_data);
+  status = flesh_nonlinear_solve(few, stage, NULL, 0, stats);
+  memcpy(u, flesh_nonlinear_unknowns(few), (size_t)flesh_system_unknowns(system) * sizeof *u);
+  flesh_newton_clear(&few->problem->newton);
   return status;
 }
 

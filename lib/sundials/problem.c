@@ -6,22 +6,21 @@
 #include "base/error.h"
 #include "sundials/version.h"
 
-int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
-                              flesh_stage_solver solve_stage, flesh_problem **problem)
+int flesh_problem_create_empty(flesh_problem **problem)
 {
-  *problem = NULL;
   int status = flesh_sundials_check();
-  if (status) return status;
-  flesh_problem *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
-  status = flesh_newton_init(system, options, solve_stage, &self->newton);
-  if (status) {
-    free(self);
-    return status;
-  }
-  self->self = self;
-  *problem = self;
-  return FLESH_OK;
+  *problem = status ? NULL : calloc(1, sizeof **problem);
+  if (*problem) (*problem)->self = *problem;
+  return status || *problem ? status : flesh_fail(FLESH_ERR_MEMORY, "no memory for a solver");
+}
+
+int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
+                              flesh_stage_solver solver, flesh_problem **problem)
+{
+  int status = flesh_problem_create_empty(problem);
+  if (!status) status = flesh_newton_init(system, options, solver, &(*problem)->newton);
+  if (status) flesh_problem_destroy(problem);
+  return status;
 }
 
 int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options, flesh_problem **problem)
@@ -29,7 +28,7 @@ int flesh_problem_create(const flesh_system *system, const flesh_solver_options 
   FLESH_NEED({problem, "problem"});
   *problem = NULL;
   FLESH_NEED({system, "system"}, {options, "options"});
-  return flesh_problem_create_with(system, options, NULL, problem);
+  return flesh_problem_create_with(system, options, (flesh_stage_solver){0}, problem);
 }
 
 void flesh_problem_destroy(flesh_problem **problem)

@@ -15,9 +15,11 @@ struct flesh_problem {
   int zeroed; /* SUNDIALS wants the SUNMatrix to be 0 until the next assembly; K itself is left alone */
 };
 
-/* flesh_problem_create with what solves the systems of few nodes (NULL: nonlinear elimination is not there). */
+/* flesh_problem_create with what solves the systems of few nodes (none: nonlinear elimination is not there). */
 int flesh_problem_create_with(const flesh_system *system, const flesh_solver_options *options,
-                              flesh_stage_solver solve_stage, flesh_problem **problem);
+                              flesh_stage_solver solver, flesh_problem **problem);
+/* A problem whose `newton` is initialised later, and maybe cleared and initialised again. */
+int flesh_problem_create_empty(flesh_problem **problem);
 /* Whether J is the view of the problem's K, of flesh_sunmatrix_create. */
 int flesh_problem_owns_matrix(const flesh_problem *problem, SUNMatrix J);
 size_t flesh_problem_memory(const flesh_problem *problem);

@@ -185,7 +185,7 @@ static sunrealtype minimum(N_Vector x)
 
 /* Clones made beforehand, of one vector. */
 static _Thread_local N_Vector *ready;
-static _Thread_local int ready_count;
+static _Thread_local int ready_count, made_count; /* those left, and with those taken, which were the last */
 
 static N_Vector clone(N_Vector v)
 {
@@ -211,7 +211,7 @@ int flesh_vector_prepare(N_Vector v, int count)
   int made = 0;
   while (list && made < count && (list[made] = clone(v))) made++;
   ready = list;
-  ready_count = made;
+  ready_count = made_count = made;
   if (made == count) return FLESH_OK;
   flesh_vector_drop();
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d vectors", count);
@@ -222,6 +222,23 @@ void flesh_vector_drop(void)
   while (ready_count) N_VDestroy(ready[--ready_count]);
   free(ready);
   ready = NULL;
+}
+
+int flesh_vector_taken(N_Vector *taken, int most)
+{
+  const int count = made_count - ready_count;
+  if (count > most) return -1;
+  memcpy(taken, ready + ready_count, (size_t)count * sizeof *taken);
+  return count;
+}
+
+void flesh_vector_attach(N_Vector v, int n, double *values)
+{
+  struct _N_VectorContent_Serial *serial = v->content;
+  if (serial->own_data) free(serial->data);
+  serial->own_data = SUNFALSE;
+  serial->length = n;
+  serial->data = values;
 }
 
 int flesh_vector_quicken(N_Vector v, flesh_threads *threads)

@@ -28,6 +28,10 @@ N_Vector flesh_vector_clone(N_Vector v);
  * or FLESH_ERR_MEMORY. */
 int flesh_vector_prepare(N_Vector v, int count);
 void flesh_vector_drop(void);
+/* Before they are dropped: writes those that were taken, their number as the result; -1: they are more than `most`. */
+int flesh_vector_taken(N_Vector *taken, int most);
+/* A quickened vector's n numbers are from now on those at `values`, which is borrowed. */
+void flesh_vector_attach(N_Vector v, int n, double *values);
 /* Those of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 

@@ -4,10 +4,10 @@
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "linear/block_matrix.h"
 #include "system/pattern.h"
 
@@ -163,7 +163,7 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   const flesh_effect_operations *can = c->effect->operations;
   const size_t numbers = 9 * (size_t)c->K.row_start[c->K.rows], pairs = flesh_pattern_pairs(can->cells(c->effect));
   flesh_block_matrix K = c->K;
-  K.values = calloc(numbers + 1, sizeof *K.values);
+  K.values = flesh_calloc(numbers + 1, sizeof *K.values);
   if (!K.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   for (size_t k = 0; k < 9 * pairs; k++) K.values[9 * (size_t)c->slots[k / 9] + k % 9] = NAN;
   const flesh_point point = moved(c, shift, 0);
@@ -173,7 +173,7 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
     error += (K.values[k] - c->K.values[k]) * (K.values[k] - c->K.values[k]);
     size += c->K.values[k] * c->K.values[k];
   }
-  free(K.values);
+  flesh_free(K.values);
   *worst = fmax(*worst, error < INFINITY ? ratio(sqrt(error), sqrt(size)) : INFINITY); /* else some are no numbers */
   return status;
 }
@@ -273,23 +273,23 @@ static int check_open(check *c, const flesh_mesh *mesh)
   if (!status) status = flesh_pattern_create(nodes, cells != NULL, &cells, &c->pattern);
   if (!status && cells) status = flesh_pattern_slots(&c->pattern, cells, &c->slots);
   if (status) return status;
-  double *values = calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
+  double *values = flesh_calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
   c->K = (flesh_block_matrix){nodes, c->pattern.row_start, c->pattern.row_end, c->pattern.column, values};
   double **vectors[] = {&c->v,  &c->a,  &c->x_lag, &c->v_lag, &c->w, &c->x_frozen, &c->v_frozen,
                         &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
-    if (!(*vectors[k] = calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
+    if (!(*vectors[k] = flesh_calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
 }
 
 static void check_close(check *c)
 {
   flesh_pattern_clear(&c->pattern);
-  free(c->slots);
-  free(c->K.values);
+  flesh_free(c->slots);
+  flesh_free(c->K.values);
   double *vectors[] = {c->v,  c->a,  c->x_lag, c->v_lag, c->w, c->x_frozen, c->v_frozen,
                        c->xs, c->vs, c->as,    c->du,    c->r, c->dr,       c->Kdu};
-  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) free(vectors[k]);
+  for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) flesh_free(vectors[k]);
 }
 
 int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh, double t,

@@ -2,11 +2,12 @@
 #include "system/pattern.h"
 
 #include <limits.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "linear/bisection.h"
 
 static int compare_int(const void *a, const void *b)
@@ -20,7 +21,7 @@ static int lay_out(flesh_pattern *pattern)
 {
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
   const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
-  int *column = malloc((blocks + 1) * sizeof *column), count = 0;
+  int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
   flesh_bisection halves = {0};
   int status = column ? flesh_bisection_create(&A, &halves) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
@@ -31,52 +32,54 @@ static int lay_out(flesh_pattern *pattern)
   }
   flesh_bisection_clear(&halves);
   if (status) {
-    free(column);
+    flesh_free(column);
     return status;
   }
-  free(pattern->column);
+  flesh_free(pattern->column);
   pattern->column = column;
   return FLESH_OK;
 }
 
-int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
-                         flesh_pattern *pattern)
+/* Every pair once per cell that has it, bucketed by row: where each row's entries begin into start [rows+2], and the
+ * entries, new. FLESH_ERR_MEMORY. */
+static int list_entries(int rows, int count, const flesh_cells *const *cells, size_t *start, int **entries)
 {
-  *pattern = (flesh_pattern){.rows = rows};
-  size_t *start = calloc((size_t)rows + 2, sizeof *start), total = 0;
-  int *entries = NULL, *seen_in = malloc(((size_t)rows + 1) * sizeof *seen_in);
-  pattern->row_start = malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
-  pattern->row_end = malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
-  if (!start || !seen_in || !pattern->row_start || !pattern->row_end) goto no_memory;
-
-  /* Every pair once per cell that has it, bucketed by row; then each row is thinned and sorted. */
   for (int i = 0; i < rows; i++) start[i + 1] = 1;
   for (int k = 0; k < count; k++) {
-    int m = cells[k]->nodes_per_cell;
+    const int m = cells[k]->nodes_per_cell;
     for (int e = 0; e < cells[k]->count; e++)
-      for (int a = 0; a < m; a++)
-        start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
+      for (int a = 0; a < m; a++) start[cells[k]->nodes[(size_t)e * m + a] + 1] += (size_t)(m - 1 - a);
   }
   for (int i = 0; i < rows; i++) start[i + 1] += start[i];
-  entries = malloc((start[rows] + 1) * sizeof *entries);
-  size_t *fill = malloc(((size_t)rows + 1) * sizeof *fill);
-  if (!entries || !fill) {
-    free(fill);
-    goto no_memory;
-  }
-  memcpy(fill, start, (size_t)rows * sizeof *fill);
-  for (int i = 0; i < rows; i++) entries[fill[i]++] = i;
-  for (int k = 0; k < count; k++) {
-    int m = cells[k]->nodes_per_cell;
-    for (int e = 0; e < cells[k]->count; e++) {
-      const int *node = cells[k]->nodes + (size_t)e * m;
-      for (int a = 0; a < m; a++)
-        for (int b = a + 1; b < m; b++) entries[fill[node[a]]++] = node[b];
+  int *list = *entries = flesh_malloc((start[rows] + 1) * sizeof *list);
+  size_t *fill = flesh_malloc(((size_t)rows + 1) * sizeof *fill);
+  if (list && fill) {
+    memcpy(fill, start, (size_t)rows * sizeof *fill);
+    for (int i = 0; i < rows; i++) list[fill[i]++] = i;
+    for (int k = 0; k < count; k++) {
+      const int m = cells[k]->nodes_per_cell;
+      for (int e = 0; e < cells[k]->count; e++) {
+        const int *node = cells[k]->nodes + (size_t)e * m;
+        for (int a = 0; a < m; a++)
+          for (int b = a + 1; b < m; b++) list[fill[node[a]]++] = node[b];
+      }
     }
   }
-  free(fill);
+  const int failed = !list || !fill;
+  flesh_free(fill);
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+/* Thins and sorts every row, in place; its length goes to the pattern. FLESH_ERR_ARGUMENT where they are too long in
+ * all, FLESH_ERR_MEMORY. */
+static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
+{
+  const int rows = pattern->rows;
+  int *seen_in = flesh_malloc(((size_t)rows + 1) * sizeof *seen_in);
+  if (!seen_in) return FLESH_ERR_MEMORY;
+  size_t total = 0;
   for (int i = 0; i < rows; i++) seen_in[i] = -1;
-  for (int i = 0; i < rows; i++) {
+  for (int i = 0; i < rows && total <= INT_MAX / 9; i++) {
     int *row = entries + total; /* no later than where row i's entries begin */
     size_t kept = 0;
     for (size_t k = start[i]; k < start[i + 1]; k++) {
@@ -85,39 +88,39 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
       seen_in[column] = i;
       row[kept++] = column;
     }
-    qsort(row, kept, sizeof *row, compare_int);
+    flesh_sort(row, kept, sizeof *row, compare_int);
     pattern->row_start[i] = (int)total;
     total += kept;
     pattern->row_end[i] = (int)total;
-    if (total > INT_MAX / 9) {
-      free(start);
-      free(seen_in);
-      free(entries);
-      flesh_pattern_clear(pattern);
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the Jacobian has more than %d blocks", INT_MAX / 9);
-    }
   }
+  flesh_free(seen_in);
   pattern->row_start[rows] = (int)total;
-  pattern->column = entries;
-  entries = NULL;
-  if (lay_out(pattern)) goto no_memory;
-  free(start);
-  free(seen_in);
-  return FLESH_OK;
+  return total <= INT_MAX / 9 ? FLESH_OK : FLESH_ERR_ARGUMENT;
+}
 
-no_memory:
-  free(start);
-  free(seen_in);
-  free(entries);
+int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells, flesh_pattern *pattern)
+{
+  *pattern = (flesh_pattern){.rows = rows};
+  size_t *start = flesh_calloc((size_t)rows + 2, sizeof *start);
+  pattern->row_start = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
+  pattern->row_end = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
+  int status = start && pattern->row_start && pattern->row_end ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (!status) status = list_entries(rows, count, cells, start, &pattern->column);
+  if (!status) status = thin_rows(pattern, start, pattern->column);
+  if (!status) status = lay_out(pattern);
+  flesh_free(start);
+  if (!status) return FLESH_OK;
   flesh_pattern_clear(pattern);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
+  return status == FLESH_ERR_ARGUMENT
+             ? flesh_fail(status, "the Jacobian has more than %d blocks", INT_MAX / 9)
+             : flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
 }
 
 void flesh_pattern_clear(flesh_pattern *pattern)
 {
-  free(pattern->row_start);
-  free(pattern->row_end);
-  free(pattern->column);
+  flesh_free(pattern->row_start);
+  flesh_free(pattern->row_end);
+  flesh_free(pattern->column);
   *pattern = (flesh_pattern){0};
 }
 
@@ -184,15 +187,15 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
 int flesh_pattern_rest(const flesh_pattern *pattern, size_t pairs, const int *slots, int *count, int **rest)
 {
   const int blocks = pattern->row_start[pattern->rows];
-  char *named = calloc((size_t)blocks + 1, 1);
+  char *named = flesh_calloc((size_t)blocks + 1, 1);
   int n = 0;
   *rest = NULL;
   for (size_t k = 0; named && k < pairs; k++) named[slots[k]] = 1;
   for (int k = 0; named && k < blocks; k++) n += !named[k];
-  if (named) *rest = malloc(((size_t)n + 1) * sizeof **rest);
+  if (named) *rest = flesh_malloc(((size_t)n + 1) * sizeof **rest);
   *count = 0;
   for (int k = 0; *rest && k < blocks; k++)
     if (!named[k]) (*rest)[(*count)++] = k;
-  free(named);
+  flesh_free(named);
   return *rest ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d blocks", blocks);
 }

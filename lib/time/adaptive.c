@@ -40,12 +40,6 @@ struct flesh_adaptive {
   flesh_failure failure;
 };
 
-void flesh_adaptive_options_default(flesh_adaptive_options *options)
-{
-  *options = (flesh_adaptive_options){
-      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .switch_threshold = 0.01};
-}
-
 static int make_sundials(flesh_adaptive *self)
 {
   if (flesh_suncontext_create(&self->context)) return flesh_fail(FLESH_ERR_SUNDIALS, "SUNDIALS gave no context");
@@ -137,16 +131,8 @@ void flesh_adaptive_destroy(flesh_adaptive **adaptive)
 
 int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_options *options)
 {
-  if (!(options->tolerance > 0 && options->tolerance < 1))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be positive and below 1", options->tolerance);
-  if (options->max_order < 1 || options->max_order > 5)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "max_order is %d; it must be 1 to 5", options->max_order);
-  if (!(options->max_step > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "max_step is %g s; it must be positive", options->max_step);
-  if (options->max_steps < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "max_steps is %d; it must be positive", options->max_steps);
-  if (!(options->switch_threshold > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "switch_threshold is %g; it must be positive", options->switch_threshold);
+  int status = flesh_adaptive_options_check(options);
+  if (status) return status;
   self->options = *options;
   self->running = 0;
   flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);

@@ -13,6 +13,8 @@ typedef struct flesh_adaptive flesh_adaptive;
 int flesh_adaptive_create(const flesh_system *system, const flesh_solver_options *solver, flesh_energy_watch *watch,
                           flesh_adaptive **adaptive);
 void flesh_adaptive_destroy(flesh_adaptive **adaptive);
+/* FLESH_ERR_ARGUMENT where a value is out of its range. */
+int flesh_adaptive_options_check(const flesh_adaptive_options *options);
 int flesh_adaptive_set_options(flesh_adaptive *adaptive, const flesh_adaptive_options *options);
 void flesh_adaptive_set_stop(flesh_adaptive *adaptive, int (*stop)(void *data), void *data);
 

@@ -86,7 +86,7 @@ static void make(bench *b, double (*f)(double x, int derivative), const flesh_so
   CHECK_OK(flesh_effect_create(&operations, &b->w, &effect));
   CHECK_OK(flesh_system_add_effect(b->system, &effect));
   CHECK_OK(flesh_system_finalize(b->system));
-  CHECK_OK(flesh_newton_init(b->system, options, NULL, &b->newton));
+  CHECK_OK(flesh_newton_init(b->system, options, (flesh_stage_solver){0}, &b->newton));
   b->u = calloc(3 * (size_t)b->n, sizeof *b->u);
   b->r = b->u + b->n;
   b->p = b->u + 2 * b->n;

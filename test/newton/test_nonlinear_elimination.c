@@ -81,17 +81,19 @@ static void parts_add_up(void)
   free(x);
 }
 
-/* A KINSOL for a subdomain, as nonlinear solves have one. */
-static int solve_stage(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+/* A KINSOL for a subdomain, as nonlinear solves have one, but of its own: its memory is the system's. */
+static int solve_stage(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                        int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
 {
   flesh_nonlinear *nonlinear = NULL;
+  flesh_arena *arena = flesh_arena_enter(NULL);
   int status = flesh_nonlinear_create(system, options, &nonlinear);
-  (void)stop, (void)stop_data;
+  (void)data, (void)stop, (void)stop_data;
   if (status) return status;
   status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
   memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
   flesh_nonlinear_destroy(&nonlinear);
+  flesh_arena_enter(arena);
   return status;
 }
 
@@ -117,7 +119,7 @@ static void the_rest_of_the_body_is_there(void)
   while (!in_ball(flesh_mesh_positions(b.mesh) + 3 * held)) held++;
   CHECK_OK(flesh_system_add_pin(b.system, 1, &held, FLESH_AXIS_Y, -INFINITY, INFINITY));
   CHECK_OK(flesh_system_finalize(b.system));
-  CHECK_OK(flesh_newton_init(b.system, &options, solve_stage, &newton));
+  CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){NULL, solve_stage}, &newton));
   const double h = 1. / 60;
   double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(4 * (size_t)b.n * sizeof *r), *w = r + b.n;
   double *after = r + 2 * b.n, *there = r + 3 * b.n;
@@ -150,9 +152,12 @@ static void the_rest_of_the_body_is_there(void)
   CHECK_OK(flesh_equations_residual(equations, u, r));
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
   const flesh_subdomain_parent parent = {.equations = equations, .options = &newton.options, .u_matrix = newton.u,
-                                         .filter = newton.direction.filter, .solve_stage = solve_stage,
+                                         .filter = newton.direction.filter, .solver = newton.solver,
+                                         .arena = newton.arena,
                                          .stats = &newton.stats};
   CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  /* A body that is as large as may be solved for alone has room, many times over. */
+  CHECK(flesh_arena_most(newton.arena) > 0 && 4 * flesh_arena_most(newton.arena) < flesh_arena_size(newton.arena));
   int moved = 0;
   for (int d = 0; d < b.n; d++) {
     there[d] = u[d] + w[d];
@@ -173,13 +178,49 @@ static void the_rest_of_the_body_is_there(void)
   test_body_destroy(&b);
 }
 
+/* Where there is no room for it, there is no subdomain, and nothing else happens. */
+static void a_full_arena_is_no_harm(void)
+{
+  test_body b;
+  flesh_newton newton;
+  flesh_solver_options options;
+  flesh_solver_options_default(&options);
+  make_block(FLESH_MASS_LUMPED, &b);
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){NULL, solve_stage}, &newton));
+  double *u = calloc((size_t)b.n, sizeof *u), *r = malloc(2 * (size_t)b.n * sizeof *r), *w = r + b.n;
+  const flesh_stage stage = {
+      .t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = 60, .a = 3600}, .x0 = b.state.x};
+  flesh_newton_set_stage(&newton, &stage);
+  throw_about(&b, 0.002, u);
+  CHECK_OK(flesh_equations_residual(&newton.equations, u, r));
+  CHECK_OK(flesh_newton_matrix(&newton, u, r));
+  flesh_subdomain_parent parent = {.equations = &newton.equations, .options = &options, .u_matrix = newton.u,
+                                   .filter = newton.direction.filter, .solver = newton.solver,
+                                   .arena = newton.arena, .stats = &newton.stats};
+  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  const size_t needed = flesh_arena_most(newton.arena);
+  for (size_t size = 0; size < needed; size += needed / 40) {
+    parent.arena = flesh_arena_create(size);
+    CHECK(flesh_subdomain_solve(&parent, u, r, w) == FLESH_ERR_MEMORY && !flesh_arena_entered());
+    flesh_arena_destroy(&parent.arena);
+  }
+  parent.arena = flesh_arena_create(needed);
+  CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
+  flesh_arena_destroy(&parent.arena);
+  free(u);
+  free(r);
+  flesh_newton_clear(&newton);
+  test_body_destroy(&b);
+}
+
 static int lies;
 
 /* What a subdomain's solve may give, and the whole's potential is the higher for it. */
-static int lie(const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
+static int lie(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
 {
-  (void)options, (void)stage, (void)stop, (void)stop_data, (void)stats;
+  (void)data, (void)options, (void)stage, (void)stop, (void)stop_data, (void)stats;
   lies++;
   for (int d = 0; d < flesh_system_unknowns(system); d++) u[d] = 1e-3 * (d % 3);
   return FLESH_OK;
@@ -200,7 +241,7 @@ static void subdomains_that_raise_the_potential_are_refused(void)
   throw_about(&b, 0.002, u);
   for (int k = 0; k < 2; k++) {
     flesh_newton newton;
-    CHECK_OK(flesh_newton_init(b.system, &options, k ? lie : NULL, &newton));
+    CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){NULL, k ? lie : NULL}, &newton));
     flesh_newton_set_stage(&newton, &stage);
     CHECK_OK(flesh_equations_residual(&newton.equations, u, r));
     CHECK_OK(flesh_newton_matrix(&newton, u, r));
@@ -275,6 +316,7 @@ static void a_gentle_step_has_no_subdomain(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(parts_add_up), TEST(the_rest_of_the_body_is_there),
+                   TEST(a_full_arena_is_no_harm),
                    TEST(subdomains_that_raise_the_potential_are_refused), TEST(a_tangle_is_cheap_and_ends_the_same),
                    TEST(any_number_of_threads_gives_the_same_bits), TEST(a_gentle_step_has_no_subdomain));
 }

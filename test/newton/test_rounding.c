@@ -52,7 +52,7 @@ static void inertia_covers_what_rounding_changes(void)
     CHECK_OK(flesh_system_finalize(b.system));
     flesh_solver_options_default(&options);
     options.project = FLESH_PROJECT_ALWAYS;
-    CHECK_OK(flesh_newton_init(b.system, &options, NULL, &newton));
+    CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){0}, &newton));
     test_jitter(b.n, 0.002, 5, b.state.x);
     for (double h = 0.001; h < 1000; h *= 3) {
       const flesh_stage stage = {

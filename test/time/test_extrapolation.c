@@ -148,7 +148,7 @@ static void a_preconditioner_serves_in_stages_that_go_on(void)
   CHECK_OK(flesh_system_add_pin(b.system, 1, (int[]){3}, FLESH_AXES_ALL, -INFINITY, 0.5)); /* let go at 0.5 s */
   CHECK_OK(flesh_system_finalize(b.system));
   flesh_solver_options_default(&options);
-  CHECK_OK(flesh_newton_init(b.system, &options, NULL, &newton));
+  CHECK_OK(flesh_newton_init(b.system, &options, (flesh_stage_solver){0}, &newton));
   CHECK(serves(&newton, &b.state, 0.125, 0.1, 1));
   CHECK(!serves(&newton, &b.state, 0.125, 0.1, 0));
   CHECK(!serves(&newton, &b.state, 0.25, 0.1, 1)); /* another step */

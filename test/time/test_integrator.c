@@ -1,5 +1,5 @@
-/* test_integrator.c: steps, their retries and failures; every solver takes the same step; runs share a system,
- * give the same bits in any thread, and allocate nothing. */
+/* test_integrator.c: steps, their retries and failures; every solver takes the same step; runs share a system, and
+ * give the same bits in any thread. */
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -339,67 +339,6 @@ static void threads_share_a_system_and_give_the_same_bits(void)
   test_body_destroy(&b);
 }
 
-/* Counts what is asked of malloc, also by SUNDIALS; a sanitizer has its own malloc, which is left alone. */
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SANITIZED 1
-#endif
-
-#if defined(__GLIBC__) && !defined(SANITIZED)
-static _Thread_local long requests;
-extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
-void *malloc(size_t size)
-{
-  requests++;
-  return __libc_malloc(size);
-}
-void *calloc(size_t count, size_t size)
-{
-  requests++;
-  return __libc_calloc(count, size);
-}
-void *realloc(void *memory, size_t size)
-{
-  requests++;
-  return __libc_realloc(memory, size);
-}
-
-static void check_allocations(flesh_method method)
-{
-  test_body b;
-  flesh_solver_options options = test_options(1e-6);
-  flesh_integrator *integrator = NULL;
-  make_bar(FLESH_ENERGY_S, 0.45, FLESH_MASS_CONSISTENT, 1, &b);
-  CHECK_OK(flesh_system_finalize(b.system));
-  long before = requests;
-  CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
-  CHECK(requests > before); /* the count counts */
-  CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
-  before = requests;
-  for (int k = 0; k < 5; k++) {
-    test_jitter(b.n, 0.05, (unsigned)k, b.state.x); /* projections and line searches too */
-    CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
-  }
-  CHECK(requests == before);
-  printf("# %s: %ld requests for memory in five steps\n", flesh_method_name(method), requests - before);
-  CHECK(flesh_integrator_memory(integrator) > 0);
-  flesh_integrator_destroy(&integrator);
-  test_body_destroy(&b);
-}
-
-static void steps_allocate_nothing(void)
-{
-  for (flesh_method method = 0; flesh_method_name(method); method++)
-    if (method != FLESH_METHOD_STATIC) check_allocations(method);
-}
-#else
-static void steps_allocate_nothing(void) { printf("# not tested: this build has a malloc of its own\n"); }
-#endif
-
 #define REFUSED(call, part)               \
   do {                                    \
     CHECK((call) == FLESH_ERR_ARGUMENT);  \
@@ -534,7 +473,7 @@ int main(int argc, char **argv)
                    TEST(inverted_starts_of_undefined_energies_fail_clearly), TEST(non_finite_states_are_reported),
                    TEST(failing_steps_are_halved), TEST(handles_move_and_pins_release),
                    TEST(unused_nodes_stay),
-                   TEST(threads_share_a_system_and_give_the_same_bits), TEST(steps_allocate_nothing),
+                   TEST(threads_share_a_system_and_give_the_same_bits),
                    TEST(a_step_ends_when_it_is_told_to),
                    TEST(bad_arguments_are_sentences));
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""test_rooms.py: every room of the house uses only rooms below it, and no files include each other in a circle.
+"""test_rooms.py: every room of the house uses only rooms below it, no files include each other in a circle, and files
+and functions are short enough to be read.
 
-Reads the #include lines of lib/, include/flesh/ and drivers/. Speaks TAP."""
+Reads the C files of lib/, include/flesh/ and drivers/. Speaks TAP."""
 import os
 import re
 import sys
@@ -22,10 +23,23 @@ PUBLIC = {
 }
 
 
-def sources():
+# Lines of a file, and of a function with its head.
+LONGEST_FILE, LONGEST_FUNCTION = 450, 60
+
+# What may be longer: lines, and why.
+LONGER = {
+    "lib/scene/scene_keys.c": (520, "a table of keys"),
+    "drivers/examples/bar_ida.c:main": (73, "an example is read from its beginning to its end"),
+    "drivers/examples/coupled_reflex.c:main": (84, "an example is read from its beginning to its end"),
+    "drivers/examples/bar_cvode_arkode.c:main": (86, "an example is read from its beginning to its end"),
+    "drivers/hardcases/start.c:flesh_hardcases_make_start": (77, "a switch with a start a line or two"),
+}
+
+
+def sources(examples=False):
     for top in ("lib", "include", "drivers"):
         for folder, names, files in os.walk(os.path.join(TOP, top)):
-            names[:] = [name for name in names if name != "examples"]
+            names[:] = [name for name in names if examples or name != "examples"]
             for name in sorted(files):
                 if name.endswith((".c", ".h")):
                     yield os.path.relpath(os.path.join(folder, name), TOP)
@@ -75,6 +89,39 @@ def find_circles(arrows):
     return circles
 
 
+def functions(lines):
+    """Name, line of the head and number of lines of every function: what lies between braces in the first column."""
+    begin = None
+    for k, line in enumerate(lines):
+        if line == "{":
+            begin = k
+            while begin > 0 and lines[begin - 1] and not re.match(r"[ ]\*|/\*|#|\}", lines[begin - 1]) \
+                    and not lines[begin - 1].endswith((";", "*/")):
+                begin -= 1
+        elif line.startswith("}") and begin is not None:
+            found = re.search(r"(\w+)\(", lines[begin])
+            yield found.group(1) if found else "?", begin + 1, k - begin + 1
+            begin = None
+
+
+def too_long():
+    """Files and functions that are longer than they may be, and exceptions that nothing needs."""
+    findings, used = [], set()
+    for path in sorted(sources(examples=True)):
+        with open(os.path.join(TOP, path), encoding="utf-8") as file:
+            lines = file.read().split("\n")[:-1]
+        long = [(path, 1, len(lines), LONGEST_FILE)]
+        long += [(f"{path}:{name}", at, count, LONGEST_FUNCTION) for name, at, count in functions(lines)]
+        for name, at, count, limit in long:
+            if count <= limit:
+                continue
+            used.add(name)
+            allowed = LONGER.get(name, (limit, ""))[0]
+            if count > allowed:
+                findings.append(f"{name} (line {at}) has {count} lines, of at most {allowed}")
+    return findings + [f"{name} is short enough: no exception is needed" for name in LONGER if name not in used]
+
+
 def main():
     exist = set(sources())
     unknown, upward, arrows = [], [], {}
@@ -94,11 +141,12 @@ def main():
             one, two = (re.sub(r"\.[ch]$", "", name) for name in (path, other))
             if one != two:
                 arrows.setdefault(one, set()).add(two)
-    print("1..3")
+    print("1..4")
     failed = verdict(1, "every file is in a room", unknown)
     failed |= verdict(2, "rooms use only rooms below them", upward)
     failed |= verdict(3, "no files include each other in a circle",
                       [" -> ".join(circle) for circle in find_circles(arrows)])
+    failed |= verdict(4, "files of at most 450 lines, functions of at most 60", too_long())
     return failed
 
 

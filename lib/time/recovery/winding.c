@@ -2,10 +2,11 @@
 #include "time/recovery/winding.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
 #include "math/mat3.h"
 #include "math/svd3.h"
 #include "mesh/mesh.h"
@@ -83,7 +84,7 @@ static int root(int *parent, int i)
 static int number_parts(const flesh_winding *self, int *part)
 {
   int nodes = flesh_mesh_node_count(self->mesh), count = 0;
-  int *parent = malloc(sizeof *parent * (size_t)nodes);
+  int *parent = flesh_malloc(sizeof *parent * (size_t)nodes);
   if (!parent) return -1;
   for (int i = 0; i < nodes; i++) parent[i] = i;
   for (int e = 0; e < self->edges; e++) {
@@ -94,22 +95,30 @@ static int number_parts(const flesh_winding *self, int *part)
   }
   for (int i = 0; i < nodes; i++)
     if (part[i]) part[i] = parent[i] == i ? ++count : part[root(parent, i)];
-  free(parent);
+  flesh_free(parent);
   return count;
+}
+
+/* Twelve lists by edge, of which a tet has six at most, or by tet, with as much again for sorting; 54 numbers and a fit
+ * by node. */
+size_t flesh_winding_room(const flesh_mesh *mesh)
+{
+  const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
+  return 4096 + 512 * tets + (256 + sizeof(flesh_rigid_fit)) * nodes;
 }
 
 int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
 {
-  flesh_winding *self = calloc(1, sizeof *self);
+  flesh_winding *self = flesh_calloc(1, sizeof *self);
   *winding = self;
   size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
-  int(*all)[3] = malloc(sizeof *all * 6 * tets);
+  int(*all)[3] = flesh_malloc(sizeof *all * 6 * tets);
   if (self) {
     self->mesh = mesh;
-    self->tet_edges = malloc(sizeof(int) * 6 * tets);
-    self->tangled = calloc(tets, 1);
-    self->moved = calloc(nodes, sizeof(int));
-    self->body = malloc(sizeof(int) * nodes);
+    self->tet_edges = flesh_malloc(sizeof(int) * 6 * tets);
+    self->tangled = flesh_calloc(tets, 1);
+    self->moved = flesh_calloc(nodes, sizeof(int));
+    self->body = flesh_malloc(sizeof(int) * nodes);
   }
   if (!self || !all || !self->tet_edges || !self->tangled || !self->moved || !self->body)
     goto no_memory;
@@ -122,16 +131,16 @@ int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
       row[1] = a < b ? b : a;
       row[2] = (int)(6 * t) + k;
     }
-  qsort(all, 6 * tets, sizeof *all, compare_edges);
+  flesh_sort(all, 6 * tets, sizeof *all, compare_edges);
   for (size_t k = 0; k < 6 * tets; k++) {
     self->edges += !k || compare_edges(all[k], all[k - 1]);
     self->tet_edges[all[k][2]] = self->edges - 1;
   }
   size_t edges = (size_t)self->edges;
-  self->edge_nodes = malloc(sizeof(int) * 2 * edges);
-  self->rest = malloc(sizeof(double) * edges);
-  self->now = malloc(sizeof(double) * edges);
-  self->weight = malloc(sizeof(double) * edges);
+  self->edge_nodes = flesh_malloc(sizeof(int) * 2 * edges);
+  self->rest = flesh_malloc(sizeof(double) * edges);
+  self->now = flesh_malloc(sizeof(double) * edges);
+  self->weight = flesh_malloc(sizeof(double) * edges);
   if (!self->edge_nodes || !self->rest || !self->now || !self->weight) goto no_memory;
   const double *X = flesh_mesh_positions(mesh);
   for (size_t k = 0; k < 6 * tets; k++) {
@@ -146,11 +155,11 @@ int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
   }
   for (size_t i = 0; i < nodes; i++) self->body[i] = 1;
   if (number_parts(self, self->body) < 0) goto no_memory;
-  free(all);
+  flesh_free(all);
   sum_angles(self, X, self->rest);
   return FLESH_OK;
 no_memory:
-  free(all);
+  flesh_free(all);
   flesh_winding_destroy(winding);
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the edges of %zu tets", tets);
 }
@@ -159,15 +168,15 @@ void flesh_winding_destroy(flesh_winding **winding)
 {
   if (!winding || !*winding) return;
   flesh_winding *self = *winding;
-  free(self->edge_nodes);
-  free(self->tet_edges);
-  free(self->rest);
-  free(self->now);
-  free(self->weight);
-  free(self->tangled);
-  free(self->body);
-  free(self->moved);
-  free(self);
+  flesh_free(self->edge_nodes);
+  flesh_free(self->tet_edges);
+  flesh_free(self->rest);
+  flesh_free(self->now);
+  flesh_free(self->weight);
+  flesh_free(self->tangled);
+  flesh_free(self->body);
+  flesh_free(self->moved);
+  flesh_free(self);
   *winding = NULL;
 }
 
@@ -364,11 +373,11 @@ int flesh_winding_embed(flesh_winding *self, int rings, const uint8_t *fixed, do
   const double *X = flesh_mesh_positions(self->mesh);
   int n = 3 * flesh_mesh_node_count(self->mesh), moving = grow(self, rings), count = 0;
   int groups = number_parts(self, self->moved), size = groups < 0 ? 1 : groups + 1;
-  flesh_rigid_fit *fits = calloc((size_t)size, sizeof *fits);
-  uint8_t *loose = calloc((size_t)size, 1); /* [groups+1] around which nothing stays */
-  int *active = malloc(sizeof(int) * (size_t)(self->edges + 1));
-  uint8_t *marks = calloc(2 * (size_t)n + 1, 1), *chosen = marks, *free_dof = marks + n;
-  double *work = calloc(5 * (size_t)n + 1, sizeof *work);
+  flesh_rigid_fit *fits = flesh_calloc((size_t)size, sizeof *fits);
+  uint8_t *loose = flesh_calloc((size_t)size, 1); /* [groups+1] around which nothing stays */
+  int *active = flesh_malloc(sizeof(int) * (size_t)(self->edges + 1));
+  uint8_t *marks = flesh_calloc(2 * (size_t)n + 1, 1), *chosen = marks, *free_dof = marks + n;
+  double *work = flesh_calloc(5 * (size_t)n + 1, sizeof *work);
   if (groups < 0 || !fits || !loose || !active || !marks || !work) {
     moving = flesh_fail(FLESH_ERR_MEMORY, "no memory to untangle %d nodes", moving);
     goto done;
@@ -388,7 +397,7 @@ int flesh_winding_embed(flesh_winding *self, int rings, const uint8_t *fixed, do
   for (int i = 0; i < n / 3; i++)
     if (loose[self->moved[i]]) flesh_rigid_fit_apply(&fits[self->moved[i]], X + 3 * i, x + 3 * i);
 done:
-  free(fits), free(loose), free(active), free(marks), free(work);
+  flesh_free(fits), flesh_free(loose), flesh_free(active), flesh_free(marks), flesh_free(work);
   return moving;
 }
 

@@ -1,0 +1,144 @@
+/* memory.c: memory of the system, and of arenas that are filled from their beginning. */
+#define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
+#include "base/memory.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+
+#ifndef MAP_NORESERVE
+#define MAP_NORESERVE 0
+#endif
+
+enum { LINE = 64 };
+
+/* Before every piece. Pieces lie one after the other. */
+typedef struct piece {
+  _Alignas(LINE) size_t bytes; /* of the piece, whole lines, without this */
+  struct piece *before;        /* NULL: the first */
+  int freed;
+} piece;
+
+/* What is freed is free again when all that came after it is: what is made for a while is mostly freed first. */
+struct flesh_arena {
+  char *memory;
+  size_t size, used, most; /* bytes */
+  piece *last;             /* NULL: empty */
+};
+
+static _Thread_local flesh_arena *entered;
+
+flesh_arena *flesh_arena_create(size_t bytes)
+{
+  flesh_arena *self = calloc(1, sizeof *self);
+  if (!self) return NULL;
+  self->size = (bytes + LINE - 1) / LINE * LINE;
+  self->memory = mmap(NULL, self->size ? self->size : LINE, PROT_READ | PROT_WRITE,
+                      MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (self->memory != MAP_FAILED) return self;
+  free(self);
+  return NULL;
+}
+
+void flesh_arena_destroy(flesh_arena **arena)
+{
+  if (!arena || !*arena) return;
+  munmap((*arena)->memory, (*arena)->size ? (*arena)->size : LINE);
+  free(*arena);
+  *arena = NULL;
+}
+
+flesh_arena *flesh_arena_enter(flesh_arena *arena)
+{
+  flesh_arena *before = entered;
+  entered = arena;
+  return before;
+}
+
+int flesh_arena_entered(void) { return entered != NULL; }
+
+void flesh_arena_empty(flesh_arena *arena)
+{
+  arena->used = 0;
+  arena->last = NULL;
+}
+
+size_t flesh_arena_most(const flesh_arena *arena) { return arena->most; }
+size_t flesh_arena_size(const flesh_arena *arena) { return arena->size; }
+
+static size_t whole_lines(size_t bytes) { return bytes > LINE ? (bytes + LINE - 1) / LINE * LINE : LINE; }
+
+static void *take(flesh_arena *self, size_t bytes)
+{
+  if (bytes > self->size) return NULL;
+  const size_t whole = sizeof(piece) + whole_lines(bytes);
+  if (whole > self->size - self->used) return NULL;
+  piece *made = (piece *)(void *)(self->memory + self->used);
+  *made = (piece){.bytes = whole - sizeof(piece), .before = self->last};
+  self->last = made;
+  self->used += whole;
+  if (self->used > self->most) self->most = self->used;
+  return made + 1;
+}
+
+static int owns(const flesh_arena *self, const void *memory)
+{
+  return (uintptr_t)memory - (uintptr_t)self->memory < self->size;
+}
+
+static void give_back(flesh_arena *self, void *memory)
+{
+  ((piece *)memory - 1)->freed = 1;
+  while (self->last && self->last->freed) {
+    self->used -= sizeof(piece) + self->last->bytes;
+    self->last = self->last->before;
+  }
+}
+
+/* The last piece may become less. */
+static void shrink(flesh_arena *self, void *memory, size_t bytes)
+{
+  piece *of = (piece *)memory - 1;
+  if (of != self->last) return;
+  self->used -= of->bytes - whole_lines(bytes);
+  of->bytes = whole_lines(bytes);
+}
+
+void *flesh_malloc(size_t bytes) { return entered ? take(entered, bytes) : malloc(bytes); }
+
+void *flesh_calloc(size_t count, size_t bytes)
+{
+  if (!entered) return calloc(count, bytes);
+  if (bytes && count > (size_t)-1 / bytes) return NULL;
+  void *memory = take(entered, count * bytes);
+  return memory ? memset(memory, 0, count * bytes) : NULL;
+}
+
+void *flesh_realloc(void *memory, size_t bytes)
+{
+  if (!entered || (memory && !owns(entered, memory))) return realloc(memory, bytes);
+  if (!memory) return take(entered, bytes);
+  const size_t before = ((piece *)memory - 1)->bytes;
+  if (bytes <= before) {
+    shrink(entered, memory, bytes);
+    return memory;
+  }
+  void *grown = take(entered, bytes);
+  if (!grown) return NULL;
+  memcpy(grown, memory, before);
+  give_back(entered, memory);
+  return grown;
+}
+
+void *flesh_aligned_alloc(size_t alignment, size_t bytes)
+{
+  if (!entered) return aligned_alloc(alignment, bytes);
+  return alignment <= LINE ? take(entered, bytes) : NULL;
+}
+
+void flesh_free(void *memory)
+{
+  if (entered && memory && owns(entered, memory)) give_back(entered, memory);
+  else free(memory);
+}

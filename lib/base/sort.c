@@ -1,0 +1,71 @@
+/* sort.c: merges sorted halves (Knuth, The Art of Computer Programming 3, section 5.2.4). */
+#include "base/sort.h"
+
+#include <string.h>
+
+#include "base/memory.h"
+
+enum { FEW = 8, LARGEST = 64, SMALL = 1024 };
+
+typedef struct sort {
+  size_t size;
+  int (*compare)(const void *a, const void *b);
+} sort;
+
+/* By insertion, each thing carried in pieces of at most LARGEST bytes. */
+static void insert(const sort *s, char *things, size_t count)
+{
+  const size_t size = s->size;
+  char piece[LARGEST];
+  for (size_t k = 1; k < count; k++) {
+    size_t at = k;
+    while (at > 0 && s->compare(things + (at - 1) * size, things + k * size) > 0) at--;
+    if (at == k) continue;
+    if (size <= LARGEST) {
+      memcpy(piece, things + k * size, size);
+      memmove(things + (at + 1) * size, things + at * size, (k - at) * size);
+      memcpy(things + at * size, piece, size);
+      continue;
+    }
+    for (size_t j = k; j > at; j--)
+      for (size_t byte = 0; byte < size; byte++) {
+        const char other = things[j * size + byte];
+        things[j * size + byte] = things[(j - 1) * size + byte];
+        things[(j - 1) * size + byte] = other;
+      }
+  }
+}
+
+/* `room` holds half of the things. */
+static void merge(const sort *s, char *things, size_t count, char *room)
+{
+  const size_t size = s->size, half = count / 2;
+  if (count <= FEW) {
+    insert(s, things, count);
+    return;
+  }
+  merge(s, things, half, room);
+  merge(s, things + half * size, count - half, room);
+  char *second = things + half * size, *end = things + count * size, *to = things;
+  if (s->compare(second - size, second) <= 0) return;
+  memcpy(room, things, half * size);
+  for (char *first = room, *last = room + half * size; first < last; to += size) {
+    if (second < end && s->compare(first, second) > 0) {
+      memcpy(to, second, size);
+      second += size;
+    } else {
+      memcpy(to, first, size);
+      first += size;
+    }
+  }
+}
+
+void flesh_sort(void *things, size_t count, size_t size, int (*compare)(const void *a, const void *b))
+{
+  const sort s = {size, compare};
+  if (count < 2 || size == 0) return;
+  char small[SMALL], *room = count / 2 <= SMALL / size ? small : flesh_malloc(count / 2 * size);
+  if (room) merge(&s, things, count, room);
+  else insert(&s, things, count);
+  if (room != small) flesh_free(room);
+}

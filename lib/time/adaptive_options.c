@@ -1,0 +1,26 @@
+/* adaptive_options.c: the options of the adaptive methods. */
+#include <math.h>
+
+#include "base/error.h"
+#include "time/adaptive.h"
+
+void flesh_adaptive_options_default(flesh_adaptive_options *options)
+{
+  *options = (flesh_adaptive_options){
+      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .switch_threshold = 0.01};
+}
+
+int flesh_adaptive_options_check(const flesh_adaptive_options *options)
+{
+  if (!(options->tolerance > 0 && options->tolerance < 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "tolerance is %g; it must be positive and below 1", options->tolerance);
+  if (options->max_order < 1 || options->max_order > 5)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_order is %d; it must be 1 to 5", options->max_order);
+  if (!(options->max_step > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_step is %g s; it must be positive", options->max_step);
+  if (options->max_steps < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "max_steps is %d; it must be positive", options->max_steps);
+  if (!(options->switch_threshold > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "switch_threshold is %g; it must be positive", options->switch_threshold);
+  return FLESH_OK;
+}
