@@ -39,13 +39,22 @@ typedef enum flesh_method {
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
-/* Parameters; a method reads its own only. */
+/* The parameters of the methods, each of which reads its own only: ROW(name, default, least, most,
+ * the range as text, doc), all keys of a scene's `time`. The least may depend on other options. */
+#define FLESH_METHOD_OPTION_LIST(ROW)                                                              \
+  ROW(alpha, -0.1, -1. / 3, 0, "[-1/3, 0]",                                                        \
+      "of hht (Hilber, Hughes & Taylor 1977), in [-1/3, 0]: the smaller, the more fast "           \
+      "oscillations are damped; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4")                      \
+  ROW(beta, 1/4, options->gamma / 2, 1, "[gamma/2, 1]", "of newmark, in [gamma/2, 1]")                   \
+  ROW(gamma, 1/2, 0.5, 1, "[1/2, 1]",                                                              \
+      "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")
+
 typedef struct flesh_method_options {
-  /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped. */
-  double alpha;
-  /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2. */
-  double beta, gamma;
+#define FLESH_METHOD_OPTION(name, ...) double name;
+  FLESH_METHOD_OPTION_LIST(FLESH_METHOD_OPTION)
+#undef FLESH_METHOD_OPTION
 } flesh_method_options;
+/* Fills in the defaults. Cannot fail. */
 FLESH_API void flesh_method_options_default(flesh_method_options *options);
 /* FLESH_ERR_ARGUMENT when a value is out of its range. */
 FLESH_API int flesh_method_options_check(const flesh_method_options *options);

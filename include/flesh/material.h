@@ -60,6 +60,14 @@ extern "C" {
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
       mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda)
 
+/* The constants of forms beyond mu and lambda: ROW(FORM, name, unit, least, usual, doc). `name` is
+ * a member of flesh_material, 0 for the other forms, and a key of a scene's material; psi and the
+ * formulas of FLESH_FORM_LIST read it. It must be at least `least`; where none is given it is
+ * `usual`, a formula of the small-strain mu. No built-in form has one. An example:
+ *
+ *   ROW(YEOH, c2, "Pa", 0, mu / 10, "of (I_C-3)^2") */
+#define FLESH_FORM_CONSTANT_LIST(ROW)
+
 typedef enum flesh_energy {
 #define FLESH_FORM_ENUM(NAME, ...) FLESH_ENERGY_##NAME,
   FLESH_FORM_LIST(FLESH_FORM_ENUM)
@@ -93,6 +101,8 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 typedef struct flesh_material {
   flesh_psi_function psi;
   double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them */
+#define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
+  FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
   flesh_energy energy;
   flesh_constants constants;
@@ -113,6 +123,24 @@ FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants cons
  * lambda_L = E nu/((1+nu)(1-2nu)); nu in [0, 0.5), raw also (-1, 0). */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
+
+/* What a material is made from: one of the pairs mu, lambda [Pa] and young [Pa], poisson of small
+ * strain, the other NaN, and the constants of the form beyond them (NaN: as usual for the form). */
+typedef struct flesh_material_given {
+  double mu, lambda, young, poisson;
+  FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
+} flesh_material_given;
+#undef FLESH_FORM_CONSTANT
+
+/* All NaN. Cannot fail. */
+FLESH_API void flesh_material_given_default(flesh_material_given *given);
+
+/* As flesh_material_from_lame or flesh_material_from_young, whichever pair is given, with the other
+ * constants of the form. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a
+ * constant that the form does not have or that is below its least. */
+FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants constants,
+                                        const flesh_material_given *given,
+                                        flesh_material *material);
 
 /* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,

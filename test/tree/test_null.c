@@ -222,6 +222,8 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_instructions_find, usable, (1, NULL));
   REFUSES(flesh_material_from_lame, material, (1, 1, 1, 1, NULL));
   REFUSES(flesh_material_from_young, material, (1, 1, 1, 1, NULL));
+  REFUSES(flesh_material_from_given, given, (1, 1, NULL, any));
+  REFUSES(flesh_material_from_given, material, (1, 1, any, NULL));
   check(flesh_material_from_psi(NULL, any, any), "psi is NULL; it must be a function psi(I_C, J)");
   REFUSES(flesh_material_from_psi, material, (psi, any, NULL));
   REFUSES(flesh_energy_from_name, name, (NULL, any));
