@@ -24,14 +24,19 @@ static_assert(sizeof full_names == sizeof energies, "a full name of every form")
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static_assert(sizeof constants / sizeof *constants == FLESH_CONSTANTS_AS_E + 2, "a name of every kind of constants");
 static const char *const masses[] = {"lumped", "consistent", NULL};
+static_assert(sizeof masses / sizeof *masses == FLESH_MASS_CONSISTENT + 2, "a name of every mass");
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
+static_assert(sizeof linear_solvers / sizeof *linear_solvers == FLESH_LINEAR_CHOLMOD + 2, "a name of every solver");
 static const char *const projections[] = {"when_indefinite", "always", "never", NULL};
+static_assert(sizeof projections / sizeof *projections == FLESH_PROJECT_NEVER + 2, "a name of every projection");
 /* In the order of flesh_eigenvalue_filter. */
 static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto", NULL};
 static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_AUTO + 2, "a name of every filter");
 /* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
 static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
+static_assert(1 << (sizeof techniques / sizeof *techniques - 1) == FLESH_TECHNIQUES_ALL + 1, "a name of every technique");
 static const char *const line_searches[] = {"potential", "none", "residual", NULL};
+static_assert(sizeof line_searches / sizeof *line_searches == FLESH_LINE_SEARCH_RESIDUAL + 2, "a name of every search");
 
 const flesh_key flesh_material_table[] = {
     {.name = "energy",

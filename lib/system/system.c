@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "effect/effect.h"
+#include "system/feasible_step.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
