@@ -1,6 +1,7 @@
 /* curves.c: the deformations of `flesh material` and what the energies do along them. */
 #include "material/curves.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -27,7 +28,7 @@ static void rotation_at(double degrees, double F[9])
   F[1] = -s, F[3] = s;
 }
 
-const flesh_path flesh_paths[FLESH_PATHS] = {
+const flesh_path flesh_paths[] = {
     [FLESH_PATH_STRETCH] = {"stretch", "Uniaxial stretch, sides held: F = diag(s, 1, 1)",
                             "stretch s", "P_{11}", 0, 3, stretch_at, 0, 0},
     [FLESH_PATH_SCALE] = {"scale", "Uniform scaling through a point: F = s I", "scale s", "P_{11}",
@@ -38,6 +39,7 @@ const flesh_path flesh_paths[FLESH_PATHS] = {
                           "shear {/Symbol g}", "P_{12}", 0, 3, shear_at, 0, 1},
     [FLESH_PATH_ROTATION] = {"rotation", "Rigid rotation about z (everything must stay constant)",
                              "angle [degrees]", "|P|", 0, 180, rotation_at, -1, -1}};
+static_assert(sizeof flesh_paths / sizeof *flesh_paths == FLESH_PATHS, "a row of every path");
 
 double flesh_path_parameter(const flesh_path *path, int k)
 {

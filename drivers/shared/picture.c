@@ -2,6 +2,7 @@
  */
 #include "shared/picture.h"
 
+#include <assert.h>
 #include <cairo.h>
 #include <fontconfig/fontconfig.h>
 #include <math.h>
@@ -17,6 +18,7 @@
 enum { MARGIN = 10, TITLE = 22, SUBTITLE = 18 };
 
 static const char *const field_names[] = {"none", "J", "stress", "speed"};
+static_assert(sizeof field_names / sizeof *field_names == FLESH_PICTURE_SPEED + 1, "a name of every field");
 
 int flesh_picture_field_from_name(const char *name, flesh_picture_field *field)
 {

@@ -1,6 +1,7 @@
 /* picture_legend.c: the scale of a picture's colours. */
 #include "shared/picture_legend.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -164,6 +165,7 @@ void flesh_picture_legend(cairo_t *c, double x, double y, double height, flesh_p
   const double length = floor(fmin(height - around, LONGEST));
   double at = floor(y - 0.5 * (length + around)) + LINE;
   static const char *const names[] = {"", "volume ratio", "von Mises", "speed"};
+  static_assert(sizeof names / sizeof *names == FLESH_PICTURE_SPEED + 1, "a name of every field");
   if (field == FLESH_PICTURE_J) snprintf(name, sizeof name, "J = det F");
   else if (field == FLESH_PICTURE_STRESS) snprintf(name, sizeof name, "stress [%sPa]", prefix);
   else snprintf(name, sizeof name, "[%sm/s]", prefix);

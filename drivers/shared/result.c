@@ -1,4 +1,5 @@
 /* result.c: gathers the figures of a run and says how it ended, in words and as JSON. */
+#include "linear/preconditioner.h"
 #include "shared/result.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
 /* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid.
  */
+#include "base/threads.h"
 #include "shared/runner.h"
 
 #include <math.h>

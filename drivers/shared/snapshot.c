@@ -1,6 +1,7 @@
 /* snapshot.c: opens runs to be drawn. */
 #include "shared/snapshot.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,6 +37,7 @@ static int choose_camera(flesh_snapshot *s)
   static const char *const origins[] = {[FLESH_UP_GIVEN] = "as the scene says",
                                         [FLESH_UP_GRAVITY] = "against gravity",
                                         [FLESH_UP_Z] = "as there is no gravity"};
+  static_assert(sizeof origins / sizeof *origins == FLESH_UP_Z + 1, "words for every origin");
   double angles[2];
   *camera = flesh_scene_outputs(s->runs[0].folder.scene)->camera;
   s->up_origin = origins[flesh_scene_up(s->runs[0].folder.scene, camera->up)];

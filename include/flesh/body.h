@@ -1,4 +1,5 @@
-/* body.h: what a body is made of, and the groups of nodes that its elements couple. */
+/* body.h: what a body is made of, and the groups of nodes that its elements couple.
+ * What returns no status cannot fail. */
 #ifndef FLESH_BODY_H
 #define FLESH_BODY_H
 
@@ -44,7 +45,7 @@ typedef struct flesh_cells {
 } flesh_cells;
 
 /* Cells of every tet of the mesh with its nodes ascending, for operations->cells. Freed with
- * flesh_cells_clear. */
+ * flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
 FLESH_API void flesh_cells_clear(flesh_cells *cells);
 

@@ -1,4 +1,5 @@
-/* contact.h: the effect that keeps a body out of an obstacle. */
+/* contact.h: the effect that keeps a body out of an obstacle.
+ * What returns no status cannot fail. */
 #ifndef FLESH_CONTACT_H
 #define FLESH_CONTACT_H
 
@@ -36,7 +37,7 @@ FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
  *
  * Friction: r = mu N f(|u|) u/|u| with the relative tangential velocity u, f(y) = 2 y/e - (y/e)^2
  * below the slip speed e, 1 above; normal force N and direction from the lagged state. In statics
- * only a moving obstacle rubs. */
+ * only a moving obstacle rubs. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
                                    flesh_obstacle **obstacle, flesh_effect **effect);
 

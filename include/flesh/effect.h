@@ -50,8 +50,7 @@
  * line that the unknown moves the point along. Methods of order 2 repeat a solve with the state
  * frozen where the last one ended, until it ends where it is frozen; there the effect is its
  * continuous self at the method's point. Backward Euler freezes the start of its step, at rest, so
- * that rates become differences over the step.
- */
+ * that rates become differences over the step. What returns no status cannot fail. */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
@@ -229,7 +228,7 @@ struct flesh_effect {
 
 /* A new effect of a kind of your own: `operations` is borrowed (static const, usually), `data` is
  * taken: freed by operations->destroy, also when this fails; not at all where that is NULL.
- * FLESH_ERR_ARGUMENT for a role that does not exist. */
+ * FLESH_ERR_ARGUMENT for a role that does not exist. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, void *data,
                                   flesh_effect **effect);
 /* NULL-safe; sets *effect to NULL. */
@@ -255,12 +254,14 @@ typedef struct flesh_derivative_report {
  * x, v_lag random and a frozen state on the line, along random directions that move nodes by a
  * small part of the mesh's mean edge; each error is the best of several step lengths. x [3*nodes]
  * should be generic (not the rest state, where gradients vanish). Returns the effect's status where
- * it cannot be evaluated (FLESH_UNDEFINED: choose another x). */
+ * it cannot be evaluated (FLESH_UNDEFINED: choose another x).
+ * Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh *mesh,
                                              double t, const double *x, unsigned long long seed,
                                              flesh_derivative_report *report);
 
-/* Whether every error that was measured is below `tolerance`; 1e-6 is what correct effects pass. */
+/* Whether every error that was measured is below `tolerance`; 1e-6 is what correct effects pass.
+ * Cannot fail. */
 FLESH_API int flesh_derivative_report_passes(const flesh_derivative_report *report,
                                              double tolerance);
 

@@ -1,4 +1,4 @@
-/* effects.h: the effects that come with the library. */
+/* effects.h: the effects that come with the library. What returns no status cannot fail. */
 #ifndef FLESH_EFFECTS_H
 #define FLESH_EFFECTS_H
 
@@ -11,16 +11,19 @@ extern "C" {
 
 /* Each constructor returns a new effect that borrows `body`'s arrays and copies the rest. */
 
-/* r = M a. Kinetic energy v.Mv/2; lumped or consistent by body->mass. */
+/* r = M a. Kinetic energy v.Mv/2; lumped or consistent by body->mass.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect);
 
-/* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point. */
+/* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
 /* Those that an effect uses, never AUTO; AUTO for one that leaves them to the compiler. */
 FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
 
-/* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes. */
+/* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
 /* The acceleration of a gravity effect, [3], borrowed; NULL for every other effect. */
@@ -28,7 +31,7 @@ FLESH_API const double *flesh_effect_acceleration(const flesh_effect *effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
  * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
- * [N/m], while from <= t < until. */
+ * [N/m], while from <= t < until. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
@@ -38,19 +41,22 @@ typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } f
 
 /* Rayleigh damping r = mass M v + stiffness K v [1/s, s], not negative, not both 0. K is
  * elasticity's Hessian without its negative eigenvalues; `mass` brakes rigid motion as well, and
- * K of the rest shape a body that has turned. */
+ * K of the rest shape a body that has turned.
+ * Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
                                    flesh_stiffness against, flesh_effect **effect);
 
 /* To wind a motion down: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
- * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until. */
+ * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed,
                                             double from, double until, flesh_effect **effect);
 
 /* Kelvin-Voigt damping by the rate E' of the Green strain: the second Piola-Kirchhoff stress is
  * 2 shear dev E' + bulk tr(E') I, viscosities in Pa s, not negative, not both 0. It has no torque,
  * its power is never negative, and r = 0 where x = R X and v = w x (x). E' is made of the point's
- * frozen state: (E_{n+1} - E_n)/h over a step of backward Euler or of the midpoint rule. */
+ * frozen state: (E_{n+1} - E_n)/h over a step of backward Euler or of the midpoint rule.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk,
                                      flesh_effect **effect);
 
@@ -69,19 +75,21 @@ typedef struct flesh_amplitude {
 } flesh_amplitude;
 
 /* A dead load of `force` [3] N in all, shared evenly by `nodes` [count]; V = -force.displacement.
- */
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_force(const flesh_body *body, int count, const int *nodes,
                                  const double force[3], const flesh_amplitude *amplitude,
                                  flesh_effect **effect);
 
-/* A dead load of `traction` [3] Pa per area of the rest shape on `triangles` [3*count]. */
+/* A dead load of `traction` [3] Pa per area of the rest shape on `triangles` [3*count].
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_traction(const flesh_body *body, int count, const int *triangles,
                                     const double traction[3], const flesh_amplitude *amplitude,
                                     flesh_effect **effect);
 
 /* A pressure, Pa, on the deformed `triangles` [3*count], wound outwards (flesh_mesh_surface): -p
  * times the area normal, a third to each node. On a closed surface V = p (volume - rest volume);
- * on an open one the rim's edges are lagged and there is no energy. */
+ * on an open one the rim's edges are lagged and there is no energy.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles,
                                     double pressure, const flesh_amplitude *amplitude,
                                     flesh_effect **effect);

@@ -38,7 +38,7 @@
  * energy. Velocities belong into the error test (do not suppress them).
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
- * serial, OpenMP or Pthreads, of length 2*3*n. */
+ * serial, OpenMP or Pthreads, of length 2*3*n. What returns no status cannot fail. */
 #ifndef FLESH_IDA_H
 #define FLESH_IDA_H
 
@@ -62,7 +62,8 @@ typedef struct flesh_ida_problem flesh_ida_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
  * max_linear, linear_solver, preconditioner and project (always: projected, else the true
- * Hessian) are read. Returns new. */
+ * Hessian) are read. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ida_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
                                        flesh_ida_problem **problem);
@@ -70,7 +71,7 @@ FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 
 /* A serial vector of 2*3*n for y, whose clones serve as the others: SUNDIALS' own but for its
  * norm, which takes a quarter of a run's time where it is one chain of additions. Returns new,
- * freed by N_VDestroy. */
+ * freed by N_VDestroy. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
                                       N_Vector *y);
 
@@ -82,7 +83,7 @@ FLESH_API void flesh_ida_scales(const flesh_ida_problem *problem, double *length
 /* Starts from the state: constrained dofs take their prescribed places and velocities (a jump of
  * theirs moves the free dofs by M_ff du_f = -M_fc du_c, the limit of a short step; nothing with
  * lumped mass), y = (x, v) and y' = (v, a) with M a = -r(t, x, v, 0). FLESH_UNDEFINED or
- * FLESH_NONFINITE where r has no value. */
+ * FLESH_NONFINITE where r has no value. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *state, N_Vector y,
                               N_Vector yp);
 
@@ -104,12 +105,14 @@ FLESH_API double flesh_ida_curvature(flesh_ida_problem *problem, N_Vector y, N_V
 FLESH_API void flesh_ida_get_state(flesh_ida_problem *problem, double t, N_Vector y,
                                 flesh_state *state);
 
-/* IDAResFn. > 0 where an energy is undefined or a number not finite. */
+/* IDAResFn. > 0 where an energy is undefined or a number not finite.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r, void *problem);
 
 /* IDALsJacFn: dF/dy + cj dF/dy' into a matrix of flesh_ida_sunmatrix_create (condensed: K + cj C
  * + cj^2 M) or a 2*3*n square SUNSparseMatrix (CSC) with room for flesh_ida_entries() entries (-1:
- * too many for SUNDIALS' 32-bit indices). w1, w2, w3 are not used. */
+ * too many for SUNDIALS' 32-bit indices). w1, w2, w3 are not used.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
                                  SUNMatrix J, void *problem, N_Vector w1, N_Vector w2, N_Vector w3);
 FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
@@ -117,7 +120,8 @@ FLESH_API sunindextype flesh_ida_entries(const flesh_ida_problem *problem);
 /* For solvers that take no matrix (SUNLinSol_SPGMR and the like). IDALsPrecSetupFn and
  * IDALsPrecSolveFn: assembles and factors; one half eliminated as in flesh_ida_sunlinsol_create, by
  * one application of the options' preconditioner or a direct solve. IDALsJacTimesVecFn: Jv with the
- * matrix of the last preconditioner set-up, and its cj. */
+ * matrix of the last preconditioner set-up, and its cj.
+ * Errors: FLESH_NOT_POSITIVE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
                                              sunrealtype cj, void *problem);
 FLESH_API int flesh_ida_preconditioner_solve(sunrealtype t, N_Vector y, N_Vector yp, N_Vector r,
@@ -128,14 +132,15 @@ FLESH_API int flesh_ida_jacobian_times(sunrealtype t, N_Vector y, N_Vector yp, N
                                        N_Vector w1, N_Vector w2);
 
 /* J as a SUNMatrix with all operations, a view of what the problem holds (condensed); clones have
- * memory of their own. Freed by SUNMatDestroy; the problem must outlive it. */
+ * memory of their own. Freed by SUNMatDestroy; the problem must outlive it.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_sunmatrix_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 
 /* A SUNLinearSolver of type direct that eliminates one half: (K + cj C + cj^2 M) dv/cj = b2 - K
  * b1/cj, dx = (dv + b1)/cj, cj being that of the last Jacobian, by the options' PCG, KLU or
  * CHOLMOD. > 0, so that IDA shortens its step, where the matrix is not positive definite. Freed
- * by SUNLinSolFree; the problem must outlive it. */
+ * by SUNLinSolFree; the problem must outlive it. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_sunlinsol_create(flesh_ida_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
 

@@ -1,4 +1,5 @@
-/* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data. */
+/* integrator.h: time stepping and statics. An integrator owns its KINSOL; states are plain data.
+ * What returns no status cannot fail. */
 #ifndef FLESH_INTEGRATOR_H
 #define FLESH_INTEGRATOR_H
 
@@ -35,17 +36,26 @@ typedef enum flesh_method {
 } flesh_method;
 
 /* As in a scene ("backward-euler"), and the order of accuracy in time (0: statics, and the adaptive
- * methods, which choose it); NULL and 0 for what is none. */
+ * methods, which choose it); NULL and 0 for what is none. Cannot fail. */
 FLESH_API const char *flesh_method_name(flesh_method method);
 FLESH_API int flesh_method_order(flesh_method method);
 
-/* Parameters; a method reads its own only. */
+/* The parameters of the methods, each of which reads its own only: ROW(name, default, least, most,
+ * the range as text, doc), all keys of a scene's `time`. The least may depend on other options. */
+#define FLESH_METHOD_OPTION_LIST(ROW)                                                              \
+  ROW(alpha, -0.1, -1. / 3, 0, "[-1/3, 0]",                                                        \
+      "of hht (Hilber, Hughes & Taylor 1977), in [-1/3, 0]: the smaller, the more fast "           \
+      "oscillations are damped; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4")                      \
+  ROW(beta, 1/4, options->gamma / 2, 1, "[gamma/2, 1]", "of newmark, in [gamma/2, 1]")             \
+  ROW(gamma, 1/2, 0.5, 1, "[1/2, 1]",                                                              \
+      "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order")
+
 typedef struct flesh_method_options {
-  /* hht: in [-1/3, 0]; -0.1. The smaller, the more fast oscillations are damped. */
-  double alpha;
-  /* newmark: 1/4, 1/2; stable where 2 beta >= gamma >= 1/2, of order 2 only for gamma = 1/2. */
-  double beta, gamma;
+#define FLESH_METHOD_OPTION(name, ...) double name;
+  FLESH_METHOD_OPTION_LIST(FLESH_METHOD_OPTION)
+#undef FLESH_METHOD_OPTION
 } flesh_method_options;
+/* Fills in the defaults. Cannot fail. */
 FLESH_API void flesh_method_options_default(flesh_method_options *options);
 /* FLESH_ERR_ARGUMENT when a value is out of its range. */
 FLESH_API int flesh_method_options_check(const flesh_method_options *options);
@@ -93,7 +103,8 @@ FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;
 
-/* Borrows `system`, which must be finished. Returns new. */
+/* Borrows `system`, which must be finished. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_integrator_create(const flesh_system *system, flesh_method method,
                                       const flesh_solver_options *options,
                                       flesh_integrator **integrator);
@@ -155,11 +166,12 @@ typedef struct flesh_energy_balance {
   int worst_tet, fastest_node;
   double worst_J, worst_position[3], fastest_position[3], fastest_speed;
 } flesh_energy_balance;
+/* Since creation; owned by the integrator. */
 FLESH_API const flesh_energy_balance *flesh_integrator_energy_balance(
     const flesh_integrator *integrator);
 
 /* The gain (as in flesh_energy_balance) from which on a step ends with FLESH_ERR_ENERGY and says
- * where and when; positive, INFINITY: never. 1/2 by default. */
+ * where and when; positive, INFINITY: never. 1/2 by default. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator, double gain);
 
 /* Energies of the effects [effects], J, at the state that the last step has led to; NULL where they

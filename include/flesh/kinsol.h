@@ -27,7 +27,7 @@
  * The callbacks' user_data is the problem, or any struct whose first member is a pointer to it:
  *
  *   struct mine { flesh_problem *problem; ... } mine = {problem, ...};
- *   KINSetUserData(kin, &mine); */
+ *   KINSetUserData(kin, &mine); What returns no status cannot fail. */
 #ifndef FLESH_KINSOL_H
 #define FLESH_KINSOL_H
 
@@ -54,12 +54,14 @@ typedef booleantype flesh_sunboolean;
 
 typedef struct flesh_problem flesh_problem;
 
-/* Borrows `system` (finished), copies `options`. Returns new. */
+/* Borrows `system` (finished), copies `options`. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_problem_create(const flesh_system *system, const flesh_solver_options *options,
                                    flesh_problem **problem);
 FLESH_API void flesh_problem_destroy(flesh_problem **problem);
 
-/* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached. */
+/* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached.
+ * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_problem_set_stage(flesh_problem *problem, const flesh_stage *stage);
 
 /* u = 0 but for the constrained dofs, which take their prescribed places. */
@@ -78,36 +80,40 @@ FLESH_API flesh_solve_stats *flesh_problem_stats(flesh_problem *problem);
 
 /* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0
  * where an energy is undefined or a number not finite (< 0 with FLESH_LINE_SEARCH_NONE, which
- * makes no second attempt). */
+ * makes no second attempt). Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_kinsol_residual(N_Vector u, N_Vector r, void *problem);
 
 /* KINLsJacFn: dr/du at u into a matrix of flesh_sunmatrix_create or a square SUNSparseMatrix (CSC
  * or CSR) with room for flesh_problem_entries() entries (-1: too many for SUNDIALS' 32-bit
- * indices). w1, w2 are not used. */
+ * indices). w1, w2 are not used.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *problem, N_Vector w1,
                                     N_Vector w2);
 FLESH_API sunindextype flesh_problem_entries(const flesh_problem *problem);
 
 /* KINLsJacTimesVecFn: Jv = (dr/du) v with the matrix of the last Jacobian or preconditioner set-up
- * at u; returns 1 where v.Jv <= 0, so that a PCG stops instead of dividing by it. */
+ * at u; returns 1 where v.Jv <= 0, so that a PCG stops instead of dividing by it.
+ * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_kinsol_jacobian_times(N_Vector v, N_Vector Jv, N_Vector u,
                                           flesh_sunboolean *new_u, void *problem);
 
 /* KINLsPrecSetupFn and KINLsPrecSolveFn: assembles at u and factors; z = P^-1 z. For SUNLinSol_PCG
- * and others that take no matrix. */
+ * and others that take no matrix.
+ * Errors: FLESH_NOT_POSITIVE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_kinsol_preconditioner_setup(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, void *problem);
 FLESH_API int flesh_kinsol_preconditioner_solve(N_Vector u, N_Vector uscale, N_Vector fval,
                                                 N_Vector fscale, N_Vector z, void *problem);
 
 /* The library's block matrix as a SUNMatrix with all operations, a view: the values live in the
- * problem; clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it. */
+ * problem; clones have memory of their own. Freed by SUNMatDestroy; the problem must outlive it.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sunmatrix_create(flesh_problem *problem, SUNContext context, SUNMatrix *matrix);
 
 /* The linear solver of the options (PCG, KLU, CHOLMOD) as a SUNLinearSolver of type
  * matrix-iterative, for use with the matrix above. With FLESH_LINE_SEARCH_POTENTIAL the step it
  * returns is already scaled by a line search on the potential. Freed by SUNLinSolFree; the problem
- * must outlive it. */
+ * must outlive it. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_sunlinsol_create(flesh_problem *problem, SUNContext context,
                                      SUNLinearSolver *solver);
 

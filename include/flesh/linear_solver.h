@@ -1,4 +1,5 @@
-/* linear_solver.h: kinds of linear solvers and preconditioners. */
+/* linear_solver.h: kinds of linear solvers and preconditioners.
+ * What returns no status cannot fail. */
 #ifndef FLESH_LINEAR_SOLVER_H
 #define FLESH_LINEAR_SOLVER_H
 
@@ -22,8 +23,6 @@ typedef enum flesh_preconditioner {
   FLESH_PRECONDITIONER_NONE
 } flesh_preconditioner;
 
-/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
-FLESH_API flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
 /* As in a scene. NULL: no such kind. */
 FLESH_API const char *flesh_preconditioner_name(flesh_preconditioner kind);
 

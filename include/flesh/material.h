@@ -16,7 +16,7 @@
  *
  * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A
  * non-finite F, or a result too large for a double, gives FLESH_NONFINITE. Whatever is not FLESH_OK
- * leaves the outputs as they were. */
+ * leaves the outputs as they were. What returns no status cannot fail. */
 #ifndef FLESH_MATERIAL_H
 #define FLESH_MATERIAL_H
 
@@ -60,6 +60,14 @@ extern "C" {
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
       mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda)
 
+/* The constants of forms beyond mu and lambda: ROW(FORM, name, unit, least, usual, doc). `name` is
+ * a member of flesh_material, 0 for the other forms, and a key of a scene's material; psi and the
+ * formulas of FLESH_FORM_LIST read it. It must be at least `least`; where none is given it is
+ * `usual`, a formula of the small-strain mu. No built-in form has one. An example:
+ *
+ *   ROW(YEOH, c2, "Pa", 0, mu / 10, "of (I_C-3)^2") */
+#define FLESH_FORM_CONSTANT_LIST(ROW)
+
 typedef enum flesh_energy {
 #define FLESH_FORM_ENUM(NAME, ...) FLESH_ENERGY_##NAME,
   FLESH_FORM_LIST(FLESH_FORM_ENUM)
@@ -93,6 +101,8 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 typedef struct flesh_material {
   flesh_psi_function psi;
   double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them */
+#define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
+  FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
   flesh_energy energy;
   flesh_constants constants;
@@ -110,11 +120,30 @@ FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants cons
                                        double lambda, flesh_material *material);
 
 /* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
- * lambda_L = E nu/((1+nu)(1-2nu)); nu in [0, 0.5), raw also (-1, 0). */
+ * lambda_L = E nu/((1+nu)(1-2nu)); nu in [0, 0.5), raw also (-1, 0). Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 
-/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. */
+/* What a material is made from: one of the pairs mu, lambda [Pa] and young [Pa], poisson of small
+ * strain, the other NaN, and the constants of the form beyond them (NaN: as usual for the form). */
+typedef struct flesh_material_given {
+  double mu, lambda, young, poisson;
+  FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
+} flesh_material_given;
+#undef FLESH_FORM_CONSTANT
+
+/* All NaN. Cannot fail. */
+FLESH_API void flesh_material_given_default(flesh_material_given *given);
+
+/* As flesh_material_from_lame or flesh_material_from_young, whichever pair is given, with the other
+ * constants of the form. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a
+ * constant that the form does not have or that is below its least. */
+FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants constants,
+                                        const flesh_material_given *given,
+                                        flesh_material *material);
+
+/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL.
+ * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
                                       flesh_material *material);
 
@@ -128,7 +157,8 @@ FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *const
 
 /* Small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2,
  * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ, and the rest pressure-like stress
- * P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL. */
+ * P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
                                           double *lambda, double *rest_stress);
 
@@ -136,27 +166,30 @@ FLESH_API int flesh_material_small_strain(const flesh_material *material, double
  * that it meets when it shrinks under tension (or else swells) from F = I. 1 for the forms without
  * stress at rest (also C with lambda = 0, which rests at any volume); for D the larger root of mu
  * + lambda (s^3-1) s = 0; FLESH_UNDEFINED where none exists (M, C, and D below lambda/mu =
- * 4^(4/3)/3 = 2.1165). */
+ * 4^(4/3)/3 = 2.1165). Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio);
 
-/* Energy density psi(F) [J/m^3]. */
+/* Energy density psi(F) [J/m^3]. Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_energy(const flesh_material *material, const double F[9], double *psi);
 
-/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa. */
+/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_stress(const flesh_material *material, const double F[9], double P[9]);
 
-/* Hessian d vec(P)/d vec(F) [81], symmetric, Pa. */
+/* Hessian d vec(P)/d vec(F) [81], symmetric, Pa.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_hessian(const flesh_material *material, const double F[9],
                                      double H[81]);
 
 /* The nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section 4):
  * values[0..2] the scaling block's, ascending, [3..5] twists 2 psi_I + psi_J s_k,
  * [6..8] flips 2 psi_I - psi_J s_k; vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k].
- */
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_eigen(const flesh_material *material, const double F[9],
                                    double values[9], double vectors[81]);
 
-/* The Hessian with its negative eigenvalues set to zero [81]: positive semi-definite. */
+/* The Hessian with its negative eigenvalues set to zero [81]: positive semi-definite.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
                                                double H[81]);
 

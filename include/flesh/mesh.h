@@ -1,7 +1,8 @@
 /* mesh.h: tetrahedral meshes: reading, writing, making, inspecting.
  *
  * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are
- * numbered from 0 in the file's order; every tet is stored with positive volume. */
+ * numbered from 0 in the file's order; every tet is stored with positive volume.
+ * What returns no status cannot fail. */
 #ifndef FLESH_MESH_H
 #define FLESH_MESH_H
 
@@ -41,7 +42,8 @@ FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, co
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
  * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for
- * cells below 1, sizes that are not positive, or a grid too large. Returns new. */
+ * cells below 1, sizes that are not positive, or a grid too large. Returns new.
+ * Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const double origin[3],
                              flesh_mesh **mesh);
 
@@ -51,7 +53,7 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
  * names. Other elements than tets of 4 nodes are left out; tets of higher order are refused.
  * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
  * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
- * Independent of the locale. Returns new. */
+ * Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_mesh_read(const char *path, flesh_mesh **mesh);
 
 /* Writes in the format of the suffix: .node or .ele (TetGen, both files), .msh (Gmsh 4.1 binary) or
@@ -63,6 +65,7 @@ FLESH_API int flesh_mesh_write(const flesh_mesh *mesh, const char *path);
 /* NULL-safe; sets *mesh to NULL. */
 FLESH_API void flesh_mesh_destroy(flesh_mesh **mesh);
 
+/* How many there are. Cannot fail. */
 FLESH_API int flesh_mesh_node_count(const flesh_mesh *mesh);
 FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */

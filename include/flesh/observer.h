@@ -1,4 +1,5 @@
-/* observer.h: a run, and those who watch it: history, frames, the skin. */
+/* observer.h: a run, and those who watch it: history, frames, the skin.
+ * What returns no status cannot fail. */
 #ifndef FLESH_OBSERVER_H
 #define FLESH_OBSERVER_H
 
@@ -42,9 +43,13 @@ typedef struct flesh_observer {
  * distance, at most the thickness), contact_nodes (nearer than that), contact_force [N] (size of
  * the sum of their normal forces). Numbers read back exactly. */
 typedef struct flesh_history flesh_history;
+/* Opens the file; borrows the rest. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY,
+ * FLESH_ERR_FILE. */
 FLESH_API int flesh_history_create(const char *path, const flesh_system *system,
                                    flesh_history **history);
-FLESH_API int flesh_history_close(flesh_history **history); /* NULL-safe */
+/* NULL-safe; sets *history to NULL. FLESH_ERR_FILE when not all could be written. */
+FLESH_API int flesh_history_close(flesh_history **history);
+/* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
 FLESH_API int flesh_history_observe(void *history, const flesh_step_record *record);
 
 /* frame_000000.vtu ... (the number is the step's) in `directory` and frames.pvd, an index that is
@@ -53,9 +58,13 @@ FLESH_API int flesh_history_observe(void *history, const flesh_step_record *reco
  * where they move obstacle_<k>_<step>.obj, k counting from 1. Frames of an earlier run in the
  * directory are removed. */
 typedef struct flesh_frames flesh_frames;
+/* Makes the directory where it is not there; borrows `mesh`. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);
-FLESH_API int flesh_frames_close(flesh_frames **frames); /* NULL-safe */
+/* NULL-safe; sets *frames to NULL. Cannot fail. */
+FLESH_API int flesh_frames_close(flesh_frames **frames);
+/* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record);
 
 /* The skin as it moves, in files of `directory`: skin_000000.obj ... and skin_000000.vtu ... (the
@@ -66,6 +75,8 @@ FLESH_API int flesh_frames_observe(void *frames, const flesh_step_record *record
  * displacement and velocity. The point cache appears when it is closed. Borrows the rest. */
 enum { FLESH_SKIN_OBJ = 1, FLESH_SKIN_PC2 = 2, FLESH_SKIN_VTU = 4 }; /* formats, to be or-ed */
 typedef struct flesh_skin_frames flesh_skin_frames;
+/* Makes the directory where it is not there. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
                                        const flesh_surface *surface, unsigned formats, int every,
                                        flesh_skin_frames **frames);
@@ -75,8 +86,10 @@ FLESH_API void flesh_skin_frames_remove(const char *directory);
 FLESH_API int flesh_skin_frames_close(flesh_skin_frames **frames);
 /* Closes without the point cache. NULL-safe. */
 FLESH_API void flesh_skin_frames_abandon(flesh_skin_frames **frames);
+/* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *record);
-/* The same of a state that comes from elsewhere, as frame number `number`. */
+/* The same of a state that comes from elsewhere, as frame number `number`.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
                                     const flesh_state *state);
 
@@ -94,6 +107,8 @@ typedef struct flesh_run_options {
   /* Receives what a step that ended the run before its end has taken; else zeros. May be NULL. */
   flesh_solve_stats *unfinished;
 } flesh_run_options;
+/* Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, what flesh_integrator_step returns, what an observer
+ * or `stop` returns. */
 FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                         const flesh_run_options *options, flesh_state *state, int *steps);
 

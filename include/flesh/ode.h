@@ -41,7 +41,7 @@
  * methods are bound to steps of about the time that sound takes through the smallest tet.
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
- * serial, OpenMP or Pthreads, of length 2*3*n. */
+ * serial, OpenMP or Pthreads, of length 2*3*n. What returns no status cannot fail. */
 #ifndef FLESH_ODE_H
 #define FLESH_ODE_H
 
@@ -64,14 +64,15 @@ typedef struct flesh_ode_problem flesh_ode_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_solver,
  * preconditioner, max_linear and project (always: projected in the preconditioner) are read.
- * Returns new. */
+ * Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_SUNDIALS. */
 FLESH_API int flesh_ode_problem_create(const flesh_system *system,
                                        const flesh_solver_options *options,
                                        flesh_ode_problem **problem);
 FLESH_API void flesh_ode_problem_destroy(flesh_ode_problem **problem);
 
 /* Starts from the state: y = (x, v), where constrained dofs take their prescribed places and
- * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value. */
+ * velocities as in flesh_ida_start. FLESH_UNDEFINED or FLESH_NONFINITE where r has no value.
+ * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *state, N_Vector y);
 
 /* Up to when the start is good; INFINITY when for ever. */
@@ -86,7 +87,8 @@ FLESH_API void flesh_ode_tolerances(const flesh_ode_problem *problem, double tol
 FLESH_API void flesh_ode_get_state(flesh_ode_problem *problem, double t, N_Vector y,
                                 flesh_state *state);
 
-/* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite. */
+/* CVRhsFn, ARKRhsFn. > 0 where an energy is undefined or a number not finite.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_rhs(sunrealtype t, N_Vector y, N_Vector ydot, void *problem);
 
 /* CVLsJacFn, ARKLsJacFn: df/dy into a matrix of flesh_ode_sunmatrix_create, for any mass, or into a
@@ -100,7 +102,8 @@ FLESH_API sunindextype flesh_ode_entries(const flesh_ode_problem *problem);
 
 /* df/dy by K = dr/dx, C = dr/dv and the mass, as a SUNMatrix with all operations, so that CVODE and
  * ARKODE keep a copy of it and make I - gamma df/dy of it when only gamma has changed. Memory of
- * its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it. */
+ * its own: two block matrices. Freed by SUNMatDestroy; the problem must outlive it.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNMatrix *matrix);
 
@@ -109,12 +112,13 @@ FLESH_API int flesh_ode_sunmatrix_create(flesh_ode_problem *problem, SUNContext 
  * tolerance CVODE or ARKODE asks for, in its weighted norm, iterations reported), KLU or CHOLMOD
  * (type direct). > 0, so that the step is shortened, where the matrix is not positive definite or
  * PCG does not converge. Freed by SUNLinSolFree; the problem must outlive it, and serve no
- * preconditioner meanwhile. */
+ * preconditioner meanwhile. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_sunlinsol_create(flesh_ode_problem *problem, SUNContext context,
                                          SUNLinearSolver *solver);
 
 /* CVLsJacTimesSetupFn and CVLsJacTimesVecFn, ARKLsJacTimesSetupFn and ARKLsJacTimesVecFn: assembles
- * at (t, y); Jv = (df/dy) v there. fy and tmp are not used. */
+ * at (t, y); Jv = (df/dy) v there. fy and tmp are not used.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_jacobian_times_setup(sunrealtype t, N_Vector y, N_Vector fy, void *problem);
 FLESH_API int flesh_ode_jacobian_times(N_Vector v, N_Vector Jv, sunrealtype t, N_Vector y,
                                        N_Vector fy, void *problem, N_Vector tmp);
@@ -122,7 +126,8 @@ FLESH_API int flesh_ode_jacobian_times(N_Vector v, N_Vector Jv, sunrealtype t, N
 /* CVLsPrecSetupFn and CVLsPrecSolveFn, ARKLsPrecSetupFn and ARKLsPrecSolveFn: I - gamma df/dy with
  * one half eliminated, (M + gamma C + gamma^2 K) dv = ..., by one application of the options'
  * preconditioner, or a direct solve where the options name one. > 0 where that matrix is not
- * positive definite. Left or right. */
+ * positive definite. Left or right.
+ * Errors: FLESH_NOT_POSITIVE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_preconditioner_setup(sunrealtype t, N_Vector y, N_Vector fy,
                                              flesh_sunboolean jok, flesh_sunboolean *jcur,
                                              sunrealtype gamma, void *problem);

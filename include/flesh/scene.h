@@ -2,7 +2,7 @@
  *
  * Every key stands once in a table with type, unit, default and doc; parsing, validation, `flesh
  * schema` and the resolved scene come from it. Unknown keys are refused with the nearest known one.
- */
+ * What returns no status cannot fail. */
 #ifndef FLESH_SCENE_H
 #define FLESH_SCENE_H
 
@@ -47,7 +47,7 @@ FLESH_API const flesh_body *flesh_scene_body(const flesh_scene *scene);
 FLESH_API const flesh_system *flesh_scene_system(const flesh_scene *scene);
 FLESH_API const flesh_solver_options *flesh_scene_solver(const flesh_scene *scene);
 /* Of flesh_scene_body's materials: the body's first, then those of its regions; 0 without
- * elasticity. */
+ * elasticity. Cannot fail. */
 FLESH_API int flesh_scene_material_count(const flesh_scene *scene);
 
 typedef struct flesh_scene_time {
@@ -57,6 +57,7 @@ typedef struct flesh_scene_time {
   flesh_method_options options;
   flesh_adaptive_options adaptive; /* for flesh_integrator_set_adaptive */
 } flesh_scene_time;
+/* Owned by the scene. */
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 
 /* From where pictures are taken. What is NaN is fitted to what is in them. Azimuth and elevation
@@ -80,6 +81,7 @@ typedef struct flesh_scene_output {
   } skin;
   flesh_camera camera;
 } flesh_scene_output;
+/* Owned by the scene. */
 FLESH_API const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene);
 
 /* Which way is up in pictures of the scene, a unit vector, and why. */
@@ -88,6 +90,7 @@ typedef enum flesh_up_origin {
   FLESH_UP_GRAVITY, /* against the sum of its gravity effects */
   FLESH_UP_Z        /* neither says: z */
 } flesh_up_origin;
+/* Fills in up [3]. */
 FLESH_API flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
 
 /* Fills the caller's state->x, v [3*n] each, and t: from the scene's start file, else the rest
@@ -95,12 +98,14 @@ FLESH_API flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3])
 FLESH_API void flesh_scene_start(const flesh_scene *scene, flesh_state *state);
 
 /* The resolved scene: every key with its value in force, absolute mesh path, as YAML that
- * reproduces the run. Whole or not at all. */
+ * reproduces the run. Whole or not at all.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_scene_write(const flesh_scene *scene, const char *path);
 
 /* The documentation of every key: Markdown or JSON Schema. Returns new text in *text, freed by the
  * caller with free(). */
 typedef enum flesh_schema_format { FLESH_SCHEMA_MARKDOWN, FLESH_SCHEMA_JSON } flesh_schema_format;
+/* Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_scene_schema(flesh_schema_format format, char **text);
 
 #ifdef __cplusplus

@@ -3,7 +3,8 @@
  * Every vertex of the surface is bound to the tet that holds it in the rest shape, or to the
  * nearest one, by four weights w that sum to one and give the vertex back: X = sum w_i X_i. Moved,
  * it is at x = sum w_i x_i, so that any affine motion of the body, a rigid one too, moves the skin
- * exactly along. Outside the tets the same weights extrapolate. */
+ * exactly along. Outside the tets the same weights extrapolate.
+ * What returns no status cannot fail. */
 #ifndef FLESH_SKIN_H
 #define FLESH_SKIN_H
 
@@ -17,7 +18,7 @@ extern "C" {
 typedef struct flesh_skin flesh_skin;
 
 /* Binds the surface's vertices to the mesh at rest; both are only read. FLESH_ERR_MEMORY. Returns
- * new. */
+ * new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface,
                               flesh_skin **skin);
 /* NULL-safe; sets *skin to NULL. */
@@ -31,6 +32,7 @@ typedef struct flesh_skin_info {
   int farthest;        /* the vertex with distance_max; -1 when all lie inside */
   double weight_min;   /* the least weight: far below 0 the extrapolation is rough */
 } flesh_skin_info;
+/* Fills in *info. */
 FLESH_API void flesh_skin_inspect(const flesh_skin *skin, flesh_skin_info *info);
 
 /* The arrays below belong to the skin. */
@@ -48,11 +50,12 @@ FLESH_API void flesh_skin_apply(const flesh_skin *skin, int components, int clam
 
 /* A binding as text: `flesh skin 1`, what it belongs to (`mesh NODES TETS HASH`, `surface VERTICES
  * FACES HASH`: FNV-1a of the numbers, 64 bits), then a row `tet w0 w1 w2 w3 distance` per vertex,
- * that reads back bit for bit. Whole or not at all. */
+ * that reads back bit for bit. Whole or not at all.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_skin_write(const flesh_skin *skin, const char *path);
 /* Reads a binding for this mesh and surface. FLESH_ERR_FILE, with file and line, for anything else:
  * another mesh or surface, a tet out of range, weights that are not finite or do not sum to one.
- * Returns new. */
+ * Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_skin_read(const char *path, const flesh_mesh *mesh,
                               const flesh_surface *surface, flesh_skin **skin);
 

@@ -1,4 +1,5 @@
-/* solver.h: options, stages and statistics of the nonlinear solve, without any SUNDIALS type. */
+/* solver.h: options, stages and statistics of the nonlinear solve, without any SUNDIALS type.
+ * What returns no status cannot fail. */
 #ifndef FLESH_SOLVER_H
 #define FLESH_SOLVER_H
 
@@ -157,7 +158,8 @@ typedef enum flesh_stats_format {
 } flesh_stats_format;
 
 /* Writes *stats to the caller's file. FLESH_ERR_FILE when that fails. The figures of KINSOL and IDA
- * themselves: KINPrintAllStats(flesh_integrator_kinsol(integrator), ...), and so for IDA. */
+ * themselves: KINPrintAllStats(flesh_integrator_kinsol(integrator), ...), and so for IDA.
+ * Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_solve_stats_print(const flesh_solve_stats *stats, flesh_stats_format format,
                                       FILE *file);
 

@@ -1,7 +1,7 @@
 /* surface.h: surfaces of polygons: read from files, as a body's skin or an obstacle.
  *
  * A surface is const once made and can serve any number of systems and threads. Vertices and faces
- * are numbered from 0 in the file's order. */
+ * are numbered from 0 in the file's order. What returns no status cannot fail. */
 #ifndef FLESH_SURFACE_H
 #define FLESH_SURFACE_H
 
@@ -16,7 +16,8 @@ typedef struct flesh_surface flesh_surface;
 /* Makes a surface from copies of `positions` [3*vertices] (m), `starts` [faces+1] and `corners`
  * [starts[faces]]: face f has the vertices corners[starts[f]] up to corners[starts[f+1]-1].
  * FLESH_ERR_FILE, with the index, for fewer than one vertex or face, a face of fewer than 3 or more
- * than 10000 corners, a vertex out of range, a coordinate that is not finite. Returns new. */
+ * than 10000 corners, a vertex out of range, a coordinate that is not finite. Returns new.
+ * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_surface_create(int vertices, const double *positions, int faces,
                                    const int *starts, const int *corners, flesh_surface **surface);
 
@@ -25,7 +26,7 @@ FLESH_API int flesh_surface_create(int vertices, const double *positions, int fa
  * coordinates are kept for flesh_surface_write; normals, groups, materials, lines and free-form
  * curves are left out. PLY: x, y, z of `vertex` and the list `vertex_indices` or `vertex_index` of
  * `face`; everything else is left out. FLESH_ERR_FILE with file and line (byte in binary parts)
- * otherwise. Independent of the locale. Returns new. */
+ * otherwise. Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
 
 /* Writes .obj or .ply (binary, little endian) by the suffix, with its vertices at `x` [3*vertices]
@@ -34,12 +35,13 @@ FLESH_API int flesh_surface_read(const char *path, flesh_surface **surface);
 FLESH_API int flesh_surface_write(const flesh_surface *surface, const double *x, const char *path);
 
 /* The boundary triangles of a mesh with the nodes that they use, in the mesh's order. Returns
- * new. */
+ * new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_surface_of_mesh(const flesh_mesh *mesh, flesh_surface **surface);
 
 /* NULL-safe; sets *surface to NULL. */
 FLESH_API void flesh_surface_destroy(flesh_surface **surface);
 
+/* How many there are. Cannot fail. */
 FLESH_API int flesh_surface_vertex_count(const flesh_surface *surface);
 FLESH_API int flesh_surface_face_count(const flesh_surface *surface);
 /* The arrays below belong to the surface. */

@@ -2,7 +2,7 @@
  *
  * Built by create, add..., finish; const from then on, so that several runs and threads can share
  * it. All nodes are unknowns in the mesh's numbering; constrained ones are handled by the solvers
- * as identity rows. */
+ * as identity rows. What returns no status cannot fail. */
 #ifndef FLESH_SYSTEM_H
 #define FLESH_SYSTEM_H
 
@@ -18,13 +18,13 @@ typedef struct flesh_system flesh_system;
 
 enum { FLESH_AXIS_X = 1, FLESH_AXIS_Y = 2, FLESH_AXIS_Z = 4, FLESH_AXES_ALL = 7 };
 
-/* Borrows `mesh`. Returns new. */
+/* Borrows `mesh`. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_create(const flesh_mesh *mesh, flesh_system **system);
 /* NULL-safe; destroys its effects; sets *system to NULL. */
 FLESH_API void flesh_system_destroy(flesh_system **system);
 
 /* Takes *effect (sets it to NULL), also when it fails: FLESH_ERR_ARGUMENT when the system is
- * finished. */
+ * finished. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
 /* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until; of several pins
@@ -34,81 +34,79 @@ FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effec
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
                                    double from, double until);
 
-/* The same, following x(t) = centre + R(t)(X - centre) + translation(t). Copies. */
+/* The same, following x(t) = centre + R(t)(X - centre) + translation(t). Copies.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_prescribed_motion(flesh_system *system, int count, const int *nodes,
                                       unsigned axes, const flesh_motion *motion, double from,
                                       double until);
 
-/* Builds the pattern. Nothing can be added afterwards. */
+/* Builds the pattern. Nothing can be added afterwards.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_finalize(flesh_system *system);
 
+/* Borrowed, as it was given. */
 FLESH_API const flesh_mesh *flesh_system_mesh(const flesh_system *system);
-FLESH_API int flesh_system_unknowns(const flesh_system *system); /* 3 * nodes */
+/* 3 * nodes, and the number of effects. Cannot fail. */
+FLESH_API int flesh_system_unknowns(const flesh_system *system);
 FLESH_API int flesh_system_effect_count(const flesh_system *system);
 FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, int index);
 /* What its effects that go tet by tet use, the least where they differ, and the best of this
  * machine where there are none: linear solvers use the same. Never AUTO. */
 FLESH_API flesh_instructions flesh_system_instructions(const flesh_system *system);
-/* Whether an effect of that role is present. */
+/* Whether an effect of that role is present. Cannot fail. */
 FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role);
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
- * sequence of equilibria instead of one. */
+ * sequence of equilibria instead of one. Cannot fail. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
 /* Bytes that an effect holds (flesh_effect_operations.memory) with its places in the Jacobian;
  * 0 where it does not tell. */
 FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
-/* Whether some effect's lagged state follows the shape (flesh_effect_operations.follows). */
+/* Whether some effect's lagged state follows the shape (flesh_effect_operations.is_follower_load).
+ * Cannot fail. */
 FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
-/* Whether some effect freezes a state (flesh_effect_operations.freezes). */
+/* Whether some effect freezes a state (flesh_effect_operations.freezes). Cannot fail. */
 FLESH_API int flesh_system_freezes(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 
-/* r = sum of the residuals [3*n], constraints not applied. */
+/* r = sum of the residuals [3*n], constraints not applied.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point,
                                     double *r);
-/* The same of the external effects alone: minus the applied load. */
+/* The same of the external effects alone: minus the applied load.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r);
-/* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern. */
+/* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                                     const flesh_shift *shift, flesh_block_matrix *K);
-/* phi = sum of the potentials, J, and in *magnitude that of the absolute values of their terms. */
+/* phi = sum of the potentials, J, and in *magnitude that of the absolute values of their terms.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_potential(const flesh_system *system, const flesh_point *point,
                                      const flesh_shift *shift, double *phi, double *magnitude);
 /* Residual and potential together, in one pass where an effect can: the same bits as by
- * flesh_system_residual and flesh_system_potential. */
+ * flesh_system_residual and flesh_system_potential.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
                                     const flesh_shift *shift, double *r, double *phi,
                                     double *magnitude);
-/* Physical energy of every effect [effect_count], J. */
+/* Physical energy of every effect [effect_count], J.
+ * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
 
-/* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can
- * be taken before an effect (contact) limits it; 1: all. */
-FLESH_API double flesh_system_max_feasible_step(const flesh_system *system, double t_from,
-                                                const double *x_from, double t_to,
-                                                const double *x_to);
-/* Moves the nodes of x_to that cannot get there from x_from to where they can. */
-FLESH_API void flesh_system_push_out(const flesh_system *system, double t_from,
-                                     const double *x_from, double t_to, double *x_to);
-/* Whether a step from x_from to x_to must have tunnelled through an obstacle. */
-FLESH_API int flesh_system_tunnelled(const flesh_system *system, double t_from,
-                                     const double *x_from, double t_to, const double *x_to);
-/* Whether any effect limits steps. */
-FLESH_API int flesh_system_limits_step(const flesh_system *system);
 /* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
 FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
 
 /* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).
- * Returns new. */
+ * Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix);
 FLESH_API void flesh_block_matrix_destroy(flesh_block_matrix **matrix);
 
 /* fixed[d] = 1 for the dofs constrained at time t (and those of nodes no tet uses), else 0; [3*n].
- * Returns the number fixed. */
+ * Returns the number fixed. Cannot fail. */
 FLESH_API int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed);
-/* Whether any constraint acts at time t. */
+/* Whether any constraint acts at time t. Cannot fail. */
 FLESH_API int flesh_system_holds(const flesh_system *system, double t);
 /* Writes the prescribed positions at time t into the constrained components of x [3*n]. */
 FLESH_API void flesh_system_prescribe(const flesh_system *system, double t, double *x);

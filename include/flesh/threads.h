@@ -3,7 +3,7 @@
  * Results are the same bits for any number of threads as long as work is cut into tasks by its size
  * alone, every task writes objects of its own that no other task reads or writes (the two halves of
  * a word that is written as a whole are one object), and what tasks sum up is added in the tasks'
- * order afterwards. So do all of flesh's. */
+ * order afterwards. So do all of flesh's. What returns no status cannot fail. */
 #ifndef FLESH_THREADS_H
 #define FLESH_THREADS_H
 
@@ -22,16 +22,11 @@ enum { FLESH_THREADS_MAX = 256, FLESH_TASKS_MAX = 65535 };
 typedef void flesh_task(void *data, int task);
 
 /* `count` threads, that of the caller included; 0: as many as this process has processors.
- * FLESH_ERR_ARGUMENT outside 0 to FLESH_THREADS_MAX. Returns new. */
+ * FLESH_ERR_ARGUMENT outside 0 to FLESH_THREADS_MAX. Returns new.
+ * Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_threads_create(int count, flesh_threads **threads);
 /* NULL-safe; sets *threads to NULL. */
 FLESH_API void flesh_threads_destroy(flesh_threads **threads);
-
-/* How many processors this process may use. */
-FLESH_API int flesh_threads_available(void);
-
-/* 1 for NULL. */
-FLESH_API int flesh_threads_count(const flesh_threads *threads);
 
 /* Calls task(data, 0) ... task(data, tasks - 1), tasks <= FLESH_TASKS_MAX, in any order and on any
  * thread, and returns when all are done. `threads` NULL, or inherited by a fork: in the caller's

@@ -2,7 +2,7 @@
  *
  * Of MAJOR.MINOR.PATCH the first changes where programs must be compiled anew, and with it the name
  * that they load, libflesh.so.MAJOR; while it is 0, MINOR does so too. test/tree/abi.txt lists what
- * a version exports. */
+ * a version exports. What returns no status cannot fail. */
 #ifndef FLESH_VERSION_H
 #define FLESH_VERSION_H
 

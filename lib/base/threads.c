@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/threads.h"
 
 /* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve
  * does by one thread between its tasks, as waking takes as long. And how often a caller looks whether the last tasks

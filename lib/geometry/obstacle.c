@@ -1,6 +1,7 @@
 /* obstacle.c: planes, spheres and capsules, and the motion of every obstacle. */
 #include "geometry/obstacle.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -174,7 +175,9 @@ size_t flesh_obstacle_memory(const flesh_obstacle *obstacle)
 
 const char *flesh_obstacle_name(const flesh_obstacle *obstacle)
 {
-  static const char *const names[] = {"plane", "sphere", "capsule", "mesh"};
+  static const char *const names[] = {[FLESH_OBSTACLE_PLANE] = "plane", [FLESH_OBSTACLE_SPHERE] = "sphere",
+                                      [FLESH_OBSTACLE_CAPSULE] = "capsule", [FLESH_OBSTACLE_MESH] = "mesh"};
+  static_assert(sizeof names / sizeof *names == FLESH_OBSTACLE_MESH + 1, "a name of every shape");
   return names[obstacle->shape];
 }
 

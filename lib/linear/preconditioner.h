@@ -10,6 +10,8 @@
 #include "flesh/linear_solver.h"
 #include "linear/isa_names.h"
 
+/* What AUTO means for a mesh of so many nodes; any other kind is itself. */
+flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
 /* By kind; NULL ends them. */
 extern const char *const flesh_preconditioner_names[];
 

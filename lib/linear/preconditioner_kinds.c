@@ -1,4 +1,5 @@
 /* preconditioner_kinds.c: what preconditioners are called and which is the default. */
+#include <assert.h>
 #include <stddef.h>
 
 #include "linear/preconditioner.h"
@@ -7,6 +8,8 @@
 enum { FEWEST_NODES = 600 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
+static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names == FLESH_PRECONDITIONER_NONE + 2,
+              "a name of every preconditioner");
 
 const char *flesh_preconditioner_name(flesh_preconditioner kind)
 {

@@ -97,8 +97,12 @@ typedef struct constants_of_form {
   double limit, mu, lambda, alpha;
 } constants_of_form;
 
-static constants_of_form formulas(flesh_energy energy, double mu, double lambda)
+static constants_of_form formulas(flesh_energy energy, const flesh_material *m)
 {
+  const double mu = m->mu, lambda = m->lambda;
+#define LOCAL(FORM, name, ...) const double name = m->name; (void)name;
+  FLESH_FORM_CONSTANT_LIST(LOCAL)
+#undef LOCAL
   switch (energy) {
 #define FORMULAS(NAME, name, text, full, volume, takes, colour, formula, source, limit, limit_text, equal, matched_mu, \
                  matched_lambda, alpha)                                                                                \
@@ -112,11 +116,29 @@ static constants_of_form formulas(flesh_energy energy, double mu, double lambda)
   return (constants_of_form){-INFINITY, mu, lambda, 1};
 }
 
+/* The constants beyond mu and lambda, those given or what is usual for the small-strain mu. */
+static int take_constants(flesh_energy energy, const flesh_material_given *given, double mu, flesh_material *m)
+{
+  (void)energy, (void)given, (void)mu, (void)m; /* the list may be empty */
+#define TAKE(FORM, name_, unit, least, usual, doc)                                                                     \
+  if (energy == FLESH_ENERGY_##FORM) {                                                                                 \
+    m->name_ = isnan(given->name_) ? (usual) : given->name_;                                                           \
+    if (!(m->name_ >= (least)) || isinf(m->name_))                                                                     \
+      return flesh_fail(FLESH_ERR_ARGUMENT, #name_ " is %.15g; it must be finite and >= %.15g", m->name_,              \
+                        (double)(least));                                                                              \
+  } else if (!isnan(given->name_))                                                                                     \
+    return flesh_fail(FLESH_ERR_ARGUMENT, #name_ " is given with energy %s; it is a constant of %s",                   \
+                      flesh_forms[energy].name, flesh_forms[FLESH_ENERGY_##FORM].name);
+  FLESH_FORM_CONSTANT_LIST(TAKE)
+#undef TAKE
+  return FLESH_OK;
+}
+
 /* Raw constants below these have no stable rest state (or no lower bound) to be at rest in. */
-static int check_raw(flesh_energy energy, double mu, double lambda)
+static int check_raw(flesh_energy energy, const flesh_material *m)
 {
   const flesh_form *form = &flesh_forms[energy];
-  double limit = formulas(energy, mu, lambda).limit;
+  double mu = m->mu, lambda = m->lambda, limit = formulas(energy, m).limit;
   if (!form->limit || lambda > limit || (form->at_limit && lambda == limit)) return FLESH_OK;
   const char *reason = form->at_limit ? "for an energy bounded from below" : "for a stable rest state";
   const char *sign = form->at_limit ? ">=" : ">";
@@ -129,9 +151,30 @@ static int check_raw(flesh_energy energy, double mu, double lambda)
 }
 
 /* Maps checked small-strain constants to those of the form. */
-static int make(flesh_energy energy, flesh_constants constants, double mu, double lambda,
-                flesh_material *material)
+static int make(flesh_energy energy, flesh_constants constants, flesh_material *m)
 {
+  double mu = m->mu, lambda = m->lambda;
+  if (constants == FLESH_CONSTANTS_AS_E) m->lambda = lambda + mu;
+  if (constants == FLESH_CONSTANTS_MATCHED) {
+    constants_of_form matched = formulas(energy, m);
+    m->mu = matched.mu, m->lambda = matched.lambda;
+  }
+  if (!isfinite(m->mu) || !isfinite(m->lambda))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "mu is %.15g and lambda %.15g after mapping; both must be finite", m->mu,
+                      m->lambda);
+  m->alpha = formulas(energy, m).alpha;
+  return FLESH_OK;
+}
+
+/* From mu and lambda of `given`; kind and pair have been checked. */
+static int from_lame(flesh_energy energy, flesh_constants constants, double mu, double lambda,
+                     const flesh_material_given *given, flesh_material *material)
+{
+  if (!(mu > 0) || !isfinite(mu))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "mu is %.15g; it must be finite and > 0", mu);
+  if (!isfinite(lambda))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "lambda is %.15g; it must be finite", lambda);
   flesh_material m = {.psi = flesh_psi_builtin(energy),
                       .mu = mu,
                       .lambda = lambda,
@@ -140,45 +183,23 @@ static int make(flesh_energy energy, flesh_constants constants, double mu, doubl
                       .constants = constants,
                       .young = NAN,
                       .poisson = NAN};
-  if (constants == FLESH_CONSTANTS_AS_E) m.lambda = lambda + mu;
-  if (constants == FLESH_CONSTANTS_MATCHED) {
-    constants_of_form matched = formulas(energy, mu, lambda);
-    m.mu = matched.mu, m.lambda = matched.lambda;
-  }
-  if (!isfinite(m.mu) || !isfinite(m.lambda))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "mu is %.15g and lambda %.15g after mapping; both must be finite", m.mu,
-                      m.lambda);
-  m.alpha = formulas(energy, m.mu, m.lambda).alpha;
-  *material = m;
-  return FLESH_OK;
-}
-
-int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
-                             double lambda, flesh_material *material)
-{
-  FLESH_NEED({material, "material"});
-  int status = check_kind(energy, constants);
+  int status = take_constants(energy, given, mu, &m);
   if (status) return status;
-  if (!(mu > 0) || !isfinite(mu))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "mu is %.15g; it must be finite and > 0", mu);
-  if (!isfinite(lambda))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "lambda is %.15g; it must be finite", lambda);
-  if (constants == FLESH_CONSTANTS_RAW) status = check_raw(energy, mu, lambda);
+  if (constants == FLESH_CONSTANTS_RAW) status = check_raw(energy, &m);
   else if (!(lambda >= 0))
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "lambda is %.15g; %s constants need lambda >= 0, that is Poisson's ratio "
                         "in [0, 0.5)",
                         lambda, constants_names[constants]);
-  return status ? status : make(energy, constants, mu, lambda, material);
+  if (!status) status = make(energy, constants, &m);
+  if (!status) *material = m;
+  return status;
 }
 
-int flesh_material_from_young(flesh_energy energy, flesh_constants constants, double young,
-                              double poisson, flesh_material *material)
+static int from_young(flesh_energy energy, flesh_constants constants, const flesh_material_given *given,
+                      flesh_material *material)
 {
-  FLESH_NEED({material, "material"});
-  int status = check_kind(energy, constants);
-  if (status) return status;
+  double young = given->young, poisson = given->poisson;
   if (!(young > 0) || !isfinite(young))
     return flesh_fail(FLESH_ERR_ARGUMENT, "young is %.15g; it must be finite and > 0", young);
   int raw = constants == FLESH_CONSTANTS_RAW;
@@ -188,7 +209,7 @@ int flesh_material_from_young(flesh_energy energy, flesh_constants constants, do
   double mu = young / (2 * (1 + poisson));
   double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   flesh_material m;
-  status = flesh_material_from_lame(energy, constants, mu, lambda, &m);
+  int status = from_lame(energy, constants, mu, lambda, given, &m);
   if (status)
     return flesh_fail_within(status,
                              "young %.15g and poisson %.15g give mu %.15g, lambda %.15g: ", young,
@@ -197,6 +218,48 @@ int flesh_material_from_young(flesh_energy energy, flesh_constants constants, do
   m.poisson = poisson;
   *material = m;
   return FLESH_OK;
+}
+
+void flesh_material_given_default(flesh_material_given *given)
+{
+#define NOT_GIVEN(FORM, name_, ...) .name_ = NAN,
+  *given = (flesh_material_given){
+      .mu = NAN, .lambda = NAN, .young = NAN, .poisson = NAN, FLESH_FORM_CONSTANT_LIST(NOT_GIVEN)};
+#undef NOT_GIVEN
+}
+
+int flesh_material_from_given(flesh_energy energy, flesh_constants constants, const flesh_material_given *given,
+                              flesh_material *material)
+{
+  FLESH_NEED({given, "given"}, {material, "material"});
+  int status = check_kind(energy, constants);
+  if (status) return status;
+  int lame = !isnan(given->mu) + !isnan(given->lambda), young = !isnan(given->young) + !isnan(given->poisson);
+  if (lame && !young) return from_lame(energy, constants, given->mu, given->lambda, given, material);
+  if (young && !lame) return from_young(energy, constants, given, material);
+  return flesh_fail(FLESH_ERR_ARGUMENT, "%s of the pairs mu, lambda and young, poisson is given; it must be one",
+                    lame ? "more than one" : "none");
+}
+
+int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
+                             double lambda, flesh_material *material)
+{
+  FLESH_NEED({material, "material"});
+  flesh_material_given given;
+  flesh_material_given_default(&given);
+  int status = check_kind(energy, constants);
+  return status ? status : from_lame(energy, constants, mu, lambda, &given, material);
+}
+
+int flesh_material_from_young(flesh_energy energy, flesh_constants constants, double young,
+                              double poisson, flesh_material *material)
+{
+  FLESH_NEED({material, "material"});
+  flesh_material_given given;
+  flesh_material_given_default(&given);
+  given.young = young, given.poisson = poisson;
+  int status = check_kind(energy, constants);
+  return status ? status : from_young(energy, constants, &given, material);
 }
 
 int flesh_material_from_psi(flesh_psi_function psi, const void *user, flesh_material *material)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "mesh/inspect.h"
+#include "system/feasible_step.h"
 #include "system/one_effect.h"
 
 /* Forces balance where the sum of all is less than this part of the largest. Where it is more, they fade together, as

@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "linear/block_matrix.h"
+#include "system/feasible_step.h"
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
 static double typical_stiffness(flesh_equations *self)

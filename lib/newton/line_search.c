@@ -9,6 +9,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "system/feasible_step.h"
 
 /* Sufficient decrease of Armijo; Nocedal & Wright 2006, section 3.1. */
 static const double decrease = 1e-4;

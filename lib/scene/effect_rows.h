@@ -21,6 +21,18 @@ extern const flesh_key flesh_curve_keys[];
 /* What the keys mean; borrows the parameters. */
 flesh_amplitude flesh_amplitude_read(const flesh_amplitude_parameters *parameters);
 
+/* What a scene gives of a dead load. */
+typedef struct flesh_load_parameters {
+  flesh_selection selection;
+  double vector[3]; /* N, Pa */
+  flesh_amplitude_parameters amplitude;
+} flesh_load_parameters;
+/* Adds one to what `select` finds of the selection. */
+int flesh_effect_row_add_load(const flesh_load_parameters *p, const flesh_body *body, flesh_system *system,
+                              int (*select)(const flesh_selection *, const flesh_body *, int *, int **),
+                              int (*create)(const flesh_body *, int, const int *, const double[3],
+                                            const flesh_amplitude *, flesh_effect **));
+
 /* clang-format off */
 /* The two ends of an effect's action. */
 #define FLESH_INTERVAL_KEYS(parameters)                                                            \

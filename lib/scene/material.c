@@ -63,9 +63,9 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
                               flesh_material *material)
 {
   pair lame = {
-      .offsets = {offsetof(flesh_scene_material, mu), offsetof(flesh_scene_material, lambda)}};
+      .offsets = {offsetof(flesh_scene_material, given.mu), offsetof(flesh_scene_material, given.lambda)}};
   pair young = {
-      .offsets = {offsetof(flesh_scene_material, young), offsetof(flesh_scene_material, poisson)}};
+      .offsets = {offsetof(flesh_scene_material, given.young), offsetof(flesh_scene_material, given.poisson)}};
   look(&lame, node);
   look(&young, node);
   int use_lame = wins(&lame, &young);
@@ -75,8 +75,9 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
     keys->constants = flesh_form_default_constants((flesh_energy)keys->energy);
   flesh_energy energy = (flesh_energy)keys->energy;
   flesh_constants constants = (flesh_constants)keys->constants;
-  int status =
-      use_lame ? flesh_material_from_lame(energy, constants, keys->mu, keys->lambda, material)
-               : flesh_material_from_young(energy, constants, keys->young, keys->poisson, material);
+  int status = flesh_material_from_given(energy, constants, &keys->given, material);
+#define IN_FORCE(FORM, name, ...) if (!status && energy == FLESH_ENERGY_##FORM) keys->given.name = material->name;
+  FLESH_FORM_CONSTANT_LIST(IN_FORCE)
+#undef IN_FORCE
   return status ? flesh_node_fail_within(status, node, "%s: ", path) : FLESH_OK;
 }

@@ -24,14 +24,19 @@ static_assert(sizeof full_names == sizeof energies, "a full name of every form")
 static const char *const constants[] = {"raw", "matched", "as_e", NULL};
 static_assert(sizeof constants / sizeof *constants == FLESH_CONSTANTS_AS_E + 2, "a name of every kind of constants");
 static const char *const masses[] = {"lumped", "consistent", NULL};
+static_assert(sizeof masses / sizeof *masses == FLESH_MASS_CONSISTENT + 2, "a name of every mass");
 static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
+static_assert(sizeof linear_solvers / sizeof *linear_solvers == FLESH_LINEAR_CHOLMOD + 2, "a name of every solver");
 static const char *const projections[] = {"when_indefinite", "always", "never", NULL};
+static_assert(sizeof projections / sizeof *projections == FLESH_PROJECT_NEVER + 2, "a name of every projection");
 /* In the order of flesh_eigenvalue_filter. */
 static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto", NULL};
 static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_AUTO + 2, "a name of every filter");
 /* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
 static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
+static_assert(1 << (sizeof techniques / sizeof *techniques - 1) == FLESH_TECHNIQUES_ALL + 1, "a name of every technique");
 static const char *const line_searches[] = {"potential", "none", "residual", NULL};
+static_assert(sizeof line_searches / sizeof *line_searches == FLESH_LINE_SEARCH_RESIDUAL + 2, "a name of every search");
 
 const flesh_key flesh_material_table[] = {
     {.name = "energy",
@@ -51,30 +56,39 @@ const flesh_key flesh_material_table[] = {
             "else raw"},
     {.name = "mu",
      .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_scene_material, mu),
+     .offset = offsetof(flesh_scene_material, given.mu),
      .range = FLESH_RANGE_POSITIVE,
      .unit = "Pa",
      .default_value = "",
      .doc = "shear modulus; give mu and lambda, or young and poisson"},
     {.name = "lambda",
      .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_scene_material, lambda),
+     .offset = offsetof(flesh_scene_material, given.lambda),
      .unit = "Pa",
      .default_value = "",
      .doc = "first Lame constant"},
     {.name = "young",
      .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_scene_material, young),
+     .offset = offsetof(flesh_scene_material, given.young),
      .range = FLESH_RANGE_POSITIVE,
      .unit = "Pa",
      .default_value = "",
      .doc = "Young's modulus; of two whole pairs the one that --set gave last is used"},
     {.name = "poisson",
      .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_scene_material, poisson),
+     .offset = offsetof(flesh_scene_material, given.poisson),
      .range = FLESH_RANGE_POISSON,
      .default_value = "",
-     .doc = "Poisson's ratio"},
+     .doc = "Poisson's ratio; not negative where the constants are matched or as_e"},
+#define FORM_CONSTANT(FORM, name_, unit_, least, usual, doc_)                                                          \
+  {.name = #name_,                                                                                                     \
+   .type = FLESH_KEY_NUMBER,                                                                                           \
+   .offset = offsetof(flesh_scene_material, given.name_),                                                              \
+   .unit = unit_,                                                                                                      \
+   .default_value = "",                                                                                                \
+   .doc = doc_ "; at least " #least ", default " #usual},
+    FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
     {.name = NULL},
 };
 
@@ -191,24 +205,10 @@ static const flesh_key time_table[] = {
      .default_value = "0.5",
      .doc = "the run ends with exit code 8 where energy that nothing has put in exceeds this share of the energy that "
             "the motion has had; from 0.05 on there is a warning; 1e300: never ended"},
-    {.name = "alpha",
-     .type = FLESH_KEY_NUMBER,
-     AT(time.options.alpha),
-     .default_value = "-0.1",
-     .doc = "of hht (Hilber, Hughes & Taylor 1977), in [-1/3, 0]: the smaller, the more fast "
-            "oscillations are damped; gamma = 1/2 - alpha, beta = (1 - alpha)^2/4"},
-    {.name = "beta",
-     .type = FLESH_KEY_NUMBER,
-     AT(time.options.beta),
-     .range = FLESH_RANGE_POSITIVE,
-     .default_value = "1/4",
-     .doc = "of newmark, in [gamma/2, 1]"},
-    {.name = "gamma",
-     .type = FLESH_KEY_NUMBER,
-     AT(time.options.gamma),
-     .range = FLESH_RANGE_POSITIVE,
-     .default_value = "1/2",
-     .doc = "of newmark, in [1/2, 1]; above 1/2 it damps and is of first order"},
+#define METHOD_OPTION(name_, value, least, most, range, doc_)                                                          \
+  {.name = #name_, .type = FLESH_KEY_NUMBER, AT(time.options.name_), .default_value = #value, .doc = doc_},
+    FLESH_METHOD_OPTION_LIST(METHOD_OPTION)
+#undef METHOD_OPTION
     {.name = "tolerance",
      .type = FLESH_KEY_NUMBER,
      AT(time.adaptive.tolerance),

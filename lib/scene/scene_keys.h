@@ -7,7 +7,7 @@
 
 typedef struct flesh_scene_material {
   int energy, constants; /* flesh_energy, flesh_constants; -1: not given */
-  double mu, lambda, young, poisson;
+  flesh_material_given given;
 } flesh_scene_material;
 
 typedef struct flesh_scene_region {

@@ -12,6 +12,7 @@
 #include "sundials/problem.h"
 #include "sundials/vector.h"
 #include "sundials/version.h"
+#include "system/feasible_step.h"
 
 /* Whether velocities or accelerations of one node enter the residual of another; asked at a disturbed rest shape, in
  * motion, so that no entry is zero by chance. */

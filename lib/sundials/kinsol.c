@@ -12,6 +12,7 @@
 #include "sundials/compatibility.h"
 #include "sundials/problem.h"
 #include "sundials/vector.h"
+#include "system/feasible_step.h"
 
 enum { BATCH = 300 }; /* iterations after which a solve is asked whether it gets anywhere */
 enum { CLONES = 8 };  /* as many as KINInit takes, or more */

@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "system/feasible_step.h"
 #include "system/parts.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)

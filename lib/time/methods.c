@@ -32,18 +32,19 @@ int flesh_method_order(flesh_method method) { return (size_t)method < METHODS ? 
 
 void flesh_method_options_default(flesh_method_options *options)
 {
-  *options = (flesh_method_options){.alpha = -0.1, .beta = 0.25, .gamma = 0.5};
+#define DEFAULT(name, value, ...) .name = 1.0 * value,
+  *options = (flesh_method_options){FLESH_METHOD_OPTION_LIST(DEFAULT)};
+#undef DEFAULT
 }
 
 int flesh_method_options_check(const flesh_method_options *options)
 {
   FLESH_NEED({options, "options"});
-  if (!(options->alpha >= -1. / 3 && options->alpha <= 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "alpha is %g; it must be in [-1/3, 0]", options->alpha);
-  if (!(options->gamma >= 0.5 && options->gamma <= 1))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "gamma is %g; it must be in [1/2, 1]", options->gamma);
-  if (!(options->beta >= options->gamma / 2 && options->beta <= 1))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "beta is %g; it must be in [gamma/2, 1] = [%g, 1]",
-                      options->beta, options->gamma / 2);
+#define CHECK(name, value, least, most, range, doc)                                                                    \
+  if (!(options->name >= (least) && options->name <= (most)))                                                          \
+    return flesh_fail(FLESH_ERR_ARGUMENT, #name " is %g; it must be in " range " = [%g, %g]", options->name,           \
+                      (double)(least), (double)(most));
+  FLESH_METHOD_OPTION_LIST(CHECK)
+#undef CHECK
   return FLESH_OK;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "system/feasible_step.h"
 
 /* What records point to; nothing is allocated after the start. */
 typedef struct watch {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "time/integrator.h"
+#include "system/feasible_step.h"
 #include "time/step_energy.h"
 
 /* A piece of time without events inside; those at its ends (within rounding of the state's time) are told apart so

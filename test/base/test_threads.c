@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/parallel_vector.h"
+#include "base/threads.h"
 #include "test.h"
 
 enum { MOST = FLESH_TASKS_MAX };

@@ -5,6 +5,7 @@
 #include "body.h"
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"
+#include "linear/preconditioner.h"
 #include "test.h"
 
 /* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */

@@ -55,8 +55,7 @@
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_tunnelled flesh_system_freezes flesh_system_limits_step flesh_system_fixed flesh_system_holds
- * flesh_threads_available flesh_threads_count. */
+ * flesh_system_freezes flesh_system_fixed flesh_system_holds. */
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -222,6 +221,8 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_instructions_find, usable, (1, NULL));
   REFUSES(flesh_material_from_lame, material, (1, 1, 1, 1, NULL));
   REFUSES(flesh_material_from_young, material, (1, 1, 1, 1, NULL));
+  REFUSES(flesh_material_from_given, given, (1, 1, NULL, any));
+  REFUSES(flesh_material_from_given, material, (1, 1, any, NULL));
   check(flesh_material_from_psi(NULL, any, any), "psi is NULL; it must be a function psi(I_C, J)");
   REFUSES(flesh_material_from_psi, material, (psi, any, NULL));
   REFUSES(flesh_energy_from_name, name, (NULL, any));

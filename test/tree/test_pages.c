@@ -70,14 +70,16 @@ static void methods_are_named(void)
 
 static void effects_are_named(void)
 {
-  char *readme = contents("../README.md"), *keys = schema(FLESH_SCHEMA_MARKDOWN);
+  char *page = contents("../drivers/effects.md"), *keys = schema(FLESH_SCHEMA_MARKDOWN);
   int count;
   const flesh_effect_row *const *rows = flesh_effect_registry(&count);
   for (int e = 0; e < count; e++) {
-    is_named("README.md", readme, rows[e]->name);
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "`%s`", rows[e]->name);
+    is_named("drivers/effects.md", page, wanted);
     is_named("the schema", keys, rows[e]->name);
   }
-  free(readme);
+  free(page);
   free(keys);
 }
 

@@ -1,4 +1,6 @@
 /* damping.c: damping as a scene names it. */
+#include <assert.h>
+
 #include "scene/effect_rows.h"
 
 typedef struct parameters {
@@ -7,6 +9,7 @@ typedef struct parameters {
 } parameters;
 
 static const char *const stiffnesses[] = {"initial", "current", NULL}; /* in the order of flesh_stiffness */
+static_assert(sizeof stiffnesses / sizeof *stiffnesses == FLESH_STIFFNESS_CURRENT + 2, "a name of every stiffness");
 
 static const flesh_key keys[] = {
     {.name = "mass", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, mass),

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "mesh/inspect.h"
+#include "system/feasible_step.h"
 #include "system/one_effect.h"
 #include "time/recovery/winding.h"
 

@@ -1,0 +1,20 @@
+/* feasible_step.h: what effects that limit steps (contact) say of one. For solves and steps; an effect says it by
+ * flesh_effect_operations. */
+#ifndef FLESH_SYSTEM_FEASIBLE_STEP_H
+#define FLESH_SYSTEM_FEASIBLE_STEP_H
+
+#include "flesh/system.h"
+
+/* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can be taken
+ * before an effect limits it; 1: all. */
+double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from, double t_to,
+                                      const double *x_to);
+/* Moves the nodes of x_to that cannot get there from x_from to where they can. */
+void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from, double t_to, double *x_to);
+/* Whether a step from x_from to x_to must have tunnelled through an obstacle. */
+int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from, double t_to,
+                           const double *x_to);
+/* Whether any effect limits steps. */
+int flesh_system_limits_step(const flesh_system *system);
+
+#endif

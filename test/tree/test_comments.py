@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""test_comments.py: every public function has a comment that names its errors or says that it cannot fail.
+
+A comment belongs to the declarations right below it, up to a blank line. One that returns no status may leave it to the
+sentence at the top of its header. The codes that a function's own body fails with must be among those named, and one
+that "cannot fail" must have none. Speaks TAP."""
+import glob
+import os
+import re
+
+TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+DECLARATION = re.compile(r"FLESH_API\s+([^;{(]*?)\b(flesh_\w+)\s*\(([^;]*?)\);")
+CODE = re.compile(r"FLESH_(?:ERR_\w+|UNDEFINED|NONFINITE|NOT_CONVERGED|NOT_POSITIVE)\b")
+ALL = "What returns no status cannot fail."
+
+
+def read(path):
+    with open(path, encoding="utf-8") as stream:
+        return stream.read()
+
+
+def bodies():
+    """The body of every function of the library, without its comments."""
+    found = {}
+    for path in glob.glob(os.path.join(TOP, "lib", "**", "*.c"), recursive=True):
+        text = re.sub(r"/\*.*?\*/", " ", read(path), flags=re.S)
+        for match in re.finditer(r"^\w[\w \t*]*?[ *](flesh_\w+)\([^;{}]*\)\s*\{(.*?)^\}", text, re.S | re.M):
+            found.setdefault(match.group(1), match.group(2))
+    return found
+
+
+def own_codes(body):
+    """What the body itself fails with."""
+    codes = set(re.findall(r"flesh_fail\(\s*(FLESH_\w+)", body))
+    return codes | ({"FLESH_ERR_ARGUMENT"} if "FLESH_NEED(" in body else set())
+
+
+def comment_of(text, start):
+    """The comment right above the declaration at `start` or above those that stand before it; None: there is none."""
+    end = text.rfind("*/", 0, start)
+    between = text[end + 2:start]
+    if end < 0 or "\n\n" in between or re.sub(r"FLESH_API[^;]*;", "", between).strip():
+        return None
+    return text[text.rfind("/*", 0, end):end]
+
+
+def fault(text, match, body):
+    """What is wrong with the comment of a declaration; None: nothing."""
+    comment = comment_of(text, match.start())
+    if comment is None:
+        return "has no comment"
+    comment = re.sub(r"\s*\n \*\s*", " ", comment)
+    returns_status = match.group(1).strip() == "int"
+    codes = set(CODE.findall(comment))
+    cannot = "annot fail" in comment
+    if returns_status and not codes and not cannot:
+        return "does not name its errors"
+    if not returns_status and not cannot and not codes and ALL not in re.sub(r"\s*\n \* ?", " ", text[:text.index("*/")]):
+        return "does not say whether it can fail"
+    refers = re.search(r"\bas (flesh_\w+)|what flesh_\w+ returns|as theirs", comment)
+    missing = own_codes(body) - codes if returns_status and not refers else set()
+    if missing and "NULL" not in comment or missing - {"FLESH_ERR_ARGUMENT"}:
+        return "does not name " + ", ".join(sorted(missing))
+    return None
+
+
+def main():
+    known = bodies()
+    print("1..2")
+    faults, count = [], 0
+    for path in sorted(glob.glob(os.path.join(TOP, "include", "flesh", "*.h"))):
+        text = read(path)
+        for match in DECLARATION.finditer(text):
+            count += 1
+            wrong = fault(text, match, known.get(match.group(2), ""))
+            if wrong:
+                faults.append(f"{os.path.basename(path)}: {match.group(2)} {wrong}")
+    for line in faults:
+        print("#", line)
+    print("not ok" if faults else "ok", "1 - public functions name their errors")
+    print("ok" if count > 200 else "not ok", f"2 - declarations are found # {count}")
+
+
+main()
