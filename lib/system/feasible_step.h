@@ -1,4 +1,5 @@
-/* feasible_step.h: what effects that limit steps (contact) say of one. For solves and steps; an effect says it by flesh_effect_operations. */
+/* feasible_step.h: what effects that limit steps (contact) say of one. For solves and steps; an effect says
+ * it by flesh_effect_operations. */
 #ifndef FLESH_SYSTEM_FEASIBLE_STEP_H
 #define FLESH_SYSTEM_FEASIBLE_STEP_H
 
