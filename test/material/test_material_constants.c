@@ -319,6 +319,37 @@ static void refused_constants(void)
   CHECK_OK(young(FLESH_ENERGY_NEO, RAW, 1, -0.9, &m));
 }
 
+/* From either pair the same bits as by the function of that pair; from none or both, or half of one, nothing. */
+static void given_constants_are_one_pair(void)
+{
+  flesh_material_given given;
+  flesh_material expected, made, untouched = {.mu = 7};
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
+    const flesh_energy energy = (flesh_energy)e;
+    const flesh_constants constants = flesh_form_default_constants(energy);
+    flesh_material_given_default(&given);
+    CHECK(flesh_material_from_given(energy, constants, &given, &untouched) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "none of the pairs");
+    given.mu = 3e4, given.lambda = 2e5;
+    CHECK_OK(flesh_material_from_lame(energy, constants, given.mu, given.lambda, &expected));
+    CHECK_OK(flesh_material_from_given(energy, constants, &given, &made));
+    CHECK(made.mu == expected.mu && made.lambda == expected.lambda && made.alpha == expected.alpha &&
+          made.psi == expected.psi && isnan(made.young));
+    given.young = 1e5;
+    CHECK(flesh_material_from_given(energy, constants, &given, &untouched) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "more than one of the pairs");
+    flesh_material_given_default(&given);
+    given.young = 1e5, given.poisson = 0.4;
+    CHECK_OK(flesh_material_from_young(energy, constants, given.young, given.poisson, &expected));
+    CHECK_OK(flesh_material_from_given(energy, constants, &given, &made));
+    CHECK(made.mu == expected.mu && made.lambda == expected.lambda && made.young == 1e5 && made.poisson == 0.4);
+    given.poisson = NAN;
+    CHECK(flesh_material_from_given(energy, constants, &given, &untouched) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), "poisson is");
+    CHECK(untouched.mu == 7);
+  }
+}
+
 static void names_go_both_ways(void)
 {
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
@@ -353,5 +384,5 @@ int main(int argc, char **argv)
                    TEST(maps_of_the_constants), TEST(stress_at_rest), TEST(rest_volume_of_d),
                    TEST(rest_volume_of_the_others), TEST(rest_volume_of_a_users_psi),
                    TEST(indifferent_to_volume_rests_as_it_is),
-                   TEST(refused_constants), TEST(names_go_both_ways));
+                   TEST(refused_constants), TEST(given_constants_are_one_pair), TEST(names_go_both_ways));
 }

@@ -155,12 +155,20 @@ static void the_last_whole_pair_of_constants_counts(void)
                  "body.material.poisson=null");
 }
 
+static void raw_constants_take_a_negative_poisson_ratio(void)
+{
+  CHECK_OVERRIDE("    young: 100000\n    poisson: -0.3\n", "body.material.energy=Neo", "body.material.constants=raw",
+                 "body.material.mu=null", "body.material.lambda=null", "body.material.young=1e5",
+                 "body.material.poisson=-0.3");
+}
+
 static void constants_are_matched_where_the_form_can_be(void)
 {
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
     char override[64];
     snprintf(override, sizeof override, "body.material.energy=%s", flesh_forms[e].name);
-    const char *wanted = strstr("CMD", flesh_forms[e].name) ? "constants: raw" : "constants: matched";
+    const char *wanted = flesh_form_takes((flesh_energy)e, FLESH_CONSTANTS_MATCHED) ? "constants: matched"
+                                                                                    : "constants: raw";
     CHECK_OVERRIDE(wanted, override, "body.material.constants=null");
   }
 }
@@ -544,7 +552,8 @@ int main(int argc, char **argv)
   int failed = RUN_TESTS(
       argc, argv, TEST(the_example_reads_as_written), TEST(json_gives_the_same_scene),
       TEST(overrides_change_what_they_name), TEST(the_last_whole_pair_of_constants_counts),
-      TEST(constants_are_matched_where_the_form_can_be),
+      TEST(raw_constants_take_a_negative_poisson_ratio),
+                   TEST(constants_are_matched_where_the_form_can_be),
                    TEST(a_form_has_a_full_name_too),
       TEST(regions_have_their_own_density_and_material), TEST(without_inertia_the_scene_is_static),
       TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
