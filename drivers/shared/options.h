@@ -19,7 +19,7 @@ typedef struct flesh_texts {
 
 typedef struct flesh_option {
   const char *name;     /* long, without the dashes; NULL ends the list */
-  const char *argument; /* how the help calls its value; NULL for a switch */
+  const char *argument; /* how the help calls its value, "csv|jsonl" where it is one of these; NULL for a switch */
   flesh_option_kind kind;
   void *target;
   const char *doc;
@@ -32,6 +32,7 @@ typedef struct flesh_usage {
   const char *details;     /* paragraphs, may be NULL */
   int positional_min, positional_max;
   const flesh_option *options;
+  const struct flesh_subcommand *commands; /* "export" of `flesh sweep export`; NULL: none */
 } flesh_usage;
 
 enum { FLESH_OPTIONS_GO_ON = -1 };
