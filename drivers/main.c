@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "shared/help.h"
 #include "shared/json_memory.h"
 #include "shared/options.h"
 #include "shared/provenance.h"
@@ -40,6 +41,8 @@ int main(int argc, char **argv)
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
   flesh_json_watch();
+  flesh_help_about = flesh_about;
+  flesh_help_commands = flesh_commands;
   if (argc < 2) {
     fprintf(stderr, "flesh: no command given; `flesh --help` lists them\n");
     return 2;

@@ -3,10 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "commands.h"
 #include "manual/command.h"
 #include "scene/schema.h"
 #include "shared/help.h"
+#include "shared/help_shell.h"
+#include "shared/options.h"
 
 static const char details[] = "Completes commands, options, the keys of a scene after --set, and values where there is a list of them; else\n"
                               "files. `meson install` installs both; without that:\n\n"
@@ -89,7 +90,7 @@ static const char zsh_end[] =
 static void print_commands(int zsh)
 {
   printf(zsh ? "_flesh_commands=(" : "_flesh_commands='");
-  for (const flesh_subcommand *c = flesh_commands; c->name; c++) {
+  for (const flesh_subcommand *c = flesh_help_commands; c->name; c++) {
     char row[160];
     snprintf(row, sizeof row, "%s:%s", c->name, c->summary);
     if (zsh) flesh_help_quote(row);
@@ -128,7 +129,7 @@ int flesh_command_completion(int argc, char **argv)
   if (status) return flesh_command_fail("completion", status);
   fputs(zsh ? zsh_branches : bash_branches, stdout);
   flesh_help_set_format(zsh ? FLESH_HELP_ZSH : FLESH_HELP_BASH);
-  for (const flesh_subcommand *c = flesh_commands; c->name; c++) {
+  for (const flesh_subcommand *c = flesh_help_commands; c->name; c++) {
     char name[32], help[] = "--help", *words[] = {name, help, NULL};
     snprintf(name, sizeof name, "%s", c->name);
     c->run(2, words);

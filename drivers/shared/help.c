@@ -4,7 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "shared/help_formats.h"
+#include "shared/help_man.h"
+#include "shared/help_shell.h"
+
+const char *flesh_help_about = "";
+const flesh_subcommand *flesh_help_commands = NULL;
 
 static flesh_help_format chosen = FLESH_HELP_TEXT;
 
@@ -28,11 +32,6 @@ static void print_option(const char *name, const char *doc, const char *more)
   putchar('\n');
 }
 
-const char *flesh_help_repeated(const flesh_option *option)
-{
-  return option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "";
-}
-
 static void print_text(const flesh_usage *usage)
 {
   printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command, *usage->positionals ? " " : "", usage->positionals,
@@ -43,7 +42,7 @@ static void print_text(const flesh_usage *usage)
     char name[160];
     snprintf(name, sizeof name, "--%s%s%s", option->name, option->argument ? " " : "",
              option->argument ? option->argument : "");
-    print_option(name, option->doc, flesh_help_repeated(option));
+    print_option(name, option->doc, option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
   }
   print_option("--help", "print this", "");
   printf("\n%s", flesh_exit_codes_text);

@@ -5,8 +5,7 @@
 #ifndef FLESH_SHARED_HELP_H
 #define FLESH_SHARED_HELP_H
 
-#include "shared/options.h"
-#include "shared/subcommands.h"
+#include "shared/usage.h"
 
 typedef enum flesh_help_format { FLESH_HELP_TEXT, FLESH_HELP_MAN, FLESH_HELP_BASH, FLESH_HELP_ZSH } flesh_help_format;
 
@@ -18,12 +17,8 @@ void flesh_help_print(const flesh_usage *usage);
 /* Of a command that is nothing but a list of others, as flesh_subcommand_run takes it. */
 void flesh_help_print_list(const char *command, const char *about, const char *more, const flesh_subcommand *list);
 
-/* In roff: a page's head, paragraphs (lines that begin with a space stand as they are), and exit codes. */
-void flesh_help_man_head(const char *page, const char *summary);
-void flesh_help_man_text(const char *text);
-void flesh_help_man_exit_codes(void);
-
-/* Single-quoted for a shell. */
-void flesh_help_quote(const char *word);
+/* What the program is, in a line, and its commands, for help that is about all: main.c sets them. */
+extern const char *flesh_help_about;
+extern const flesh_subcommand *flesh_help_commands;
 
 #endif

@@ -1,11 +1,12 @@
 /* help_man.c: a command's help as a manual page in roff. */
+#include "shared/help_man.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "flesh/version.h"
 #include "scene/roff.h"
-#include "shared/help_formats.h"
 
 /* `text` between `before` and `after`, which are roff. */
 static void say(const char *before, const char *text, const char *after)
@@ -65,7 +66,7 @@ static void options(const flesh_usage *usage)
     say(".TP\n\\fB\\-\\-", option->name, "\\fR");
     if (option->argument) say(" \\fI", option->argument, "\\fR");
     say("\n", option->doc, "");
-    printf("%s\n", flesh_help_repeated(option));
+    printf("%s\n", option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
   }
   printf(".TP\n\\fB\\-\\-help\\fR\nprint a summary\n");
 }

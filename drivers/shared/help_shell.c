@@ -1,8 +1,8 @@
 /* help_shell.c: a command's options and commands as branches of the completion scripts of bash and zsh. */
+#include "shared/help_shell.h"
+
 #include <stdio.h>
 #include <string.h>
-
-#include "shared/help_formats.h"
 
 void flesh_help_quote(const char *word)
 {

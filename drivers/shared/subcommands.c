@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "shared/help.h"
+#include "shared/options.h"
 
 int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,
                          int argc, char **argv)
