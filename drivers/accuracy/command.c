@@ -342,7 +342,7 @@ int flesh_command_accuracy(int argc, char **argv)
        "10 with --quick)"},
       {0}};
   const flesh_usage usage = {"accuracy", "SCENE", "Shows what accuracy costs.", details, 1,
-                             1,          rows};
+                             1,          rows, NULL};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];

@@ -194,12 +194,13 @@ int flesh_command_bench(int argc, char **argv)
       {"steps", "N", FLESH_OPTION_COUNT, &plan->steps, "steps of a case (default 10)"},
       {"repeats", "N", FLESH_OPTION_COUNT, &plan->repeats, "repeats of everything, at most 101 (default 3)"},
       {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan->tolerance, "of Newton's iteration (default 1e-6)"},
-      {"instructions", "SET", FLESH_OPTION_TEXT, &instructions, "auto, portable, avx2 or avx512 (default auto)"},
+      {"instructions", "auto|portable|avx2|avx512", FLESH_OPTION_TEXT, &instructions,
+       "vector instructions of the kernels (default auto)"},
       {"json", NULL, FLESH_OPTION_SWITCH, &json, "print bench.json in place of the table"},
       {"out", "DIR", FLESH_OPTION_TEXT, &plan->out, "folder of the results (default out/bench)"},
       {0}};
   const flesh_usage usage = {"bench", "", "Measures flesh against the limits of this machine.", details, 0, 0,
-                             rows};
+                             rows, NULL};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     free(plan);

@@ -210,7 +210,7 @@ int flesh_command_drift(int argc, char **argv)
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts, "a value of all scenes"},
       {0}};
   const flesh_usage usage = {"drift", "SCENE...", "Compares how well the energies keep the volume.",
-                             details, 1, 64, rows};
+                             details, 1, 64, rows, NULL};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code != FLESH_OPTIONS_GO_ON) {
     flesh_overrides_close(&overrides);

@@ -318,7 +318,7 @@ int flesh_command_hardcases(int argc, char **argv)
       {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
-  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows};
+  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases();
   if (code != FLESH_OPTIONS_GO_ON) goto done;

@@ -69,6 +69,11 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   printf("results: %s\n", out);
 }
 
+/* Their names with bars between them. */
+#define METHOD_NAME(NAME, name, text, order, doc) "|" text
+static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME))[1];
+#undef METHOD_NAME
+
 int flesh_command_run(int argc, char **argv)
 {
   flesh_runner_options options = {0};
@@ -89,7 +94,7 @@ int flesh_command_run(int argc, char **argv)
        "folder of the results (default out/<scene>)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of the scene, as in --set time.step=1/120"},
-      {"method", "NAME", FLESH_OPTION_TEXT, &method,
+      {"method", methods, FLESH_OPTION_TEXT, &method,
        "how to step in time (--set time.method=NAME)"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
        "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
@@ -103,7 +108,7 @@ int flesh_command_run(int argc, char **argv)
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {
-      "run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).", details, 1, 1, rows};
+      "run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).", details, 1, 1, rows, NULL};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   flesh_scene *scene = NULL;
   flesh_figures figures = {0};

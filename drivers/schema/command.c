@@ -16,23 +16,27 @@ static const char details[] =
 
 static int read_format(const char *name, flesh_schema_format *format)
 {
-  int json = !strcmp(name, "json");
-  *format = json ? FLESH_SCHEMA_JSON : FLESH_SCHEMA_MARKDOWN;
-  if (json || !strcmp(name, "markdown")) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be markdown or json", name);
+  static const char *const names[] = {[FLESH_SCHEMA_MARKDOWN] = "markdown", [FLESH_SCHEMA_JSON] = "json",
+                                      [FLESH_SCHEMA_MAN] = "man", [FLESH_SCHEMA_PATHS] = "paths"};
+  for (size_t f = 0; f < sizeof names / sizeof *names; f++)
+    if (!strcmp(name, names[f])) {
+      *format = (flesh_schema_format)f;
+      return FLESH_OK;
+    }
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--format is '%s'; it must be markdown, json, man or paths", name);
 }
 
 int flesh_command_schema(int argc, char **argv)
 {
   const char *format_name = "markdown";
-  const flesh_option rows[] = {{"format", "FORMAT", FLESH_OPTION_TEXT, &format_name,
-                                "markdown (tables to read, the default) or json"},
+  const flesh_option rows[] = {{"format", "markdown|json|man|paths", FLESH_OPTION_TEXT, &format_name,
+                                "tables to read (default), JSON Schema, flesh-scene(5), or the paths of the keys"},
                                {0}};
   const flesh_usage usage = {"schema", "[SECTION]", "Documents the keys of a scene.", details, 0,
-                             1,        rows};
+                             1,        rows, NULL};
   int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  flesh_schema_format format;
+  flesh_schema_format format = FLESH_SCHEMA_MARKDOWN;
   char *text = NULL;
   int status = read_format(format_name, &format);
   if (!status) status = flesh_scene_schema_section(format, positionals ? argv[1] : NULL, &text);

@@ -1,4 +1,4 @@
-/* options.c: command lines by getopt_long, their help, and exit codes. */
+/* options.c: command lines by getopt_long, and exit codes. */
 #include "shared/options.h"
 
 #include <getopt.h>
@@ -9,21 +9,9 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "shared/help.h"
 
 enum { OPTION_LIMIT = 48, HELP_VALUE = 256 };
-
-const char flesh_exit_codes_text[] =
-    "Exit codes:\n"
-    "  0        fine\n"
-    "  1        out of memory or an internal failure\n"
-    "  2        bad usage or scene\n"
-    "  3        bad or unwritable file, or bad mesh\n"
-    "  4        a solve failed\n"
-    "  5        the time integrator failed\n"
-    "  6        the budget (--max-seconds) is spent\n"
-    "  7        a number became non-finite\n"
-    "  8        the energy grew although nothing put it in (time.max_energy_gain)\n"
-    "  130/143  interrupted by SIGINT/SIGTERM (129: SIGHUP); what was done is kept and valid\n";
 
 int flesh_exit_code(int status)
 {
@@ -71,40 +59,6 @@ int flesh_option_number(const char *text, double *value)
   if (*end || !isfinite(number)) return -1;
   *value = number;
   return 0;
-}
-
-/* A name, and beside it (or below, where it is long) what it means, in lines of at most 110 characters. */
-static void print_option(const char *name, const char *doc, const char *more)
-{
-  enum { COLUMN = 25, WIDTH = 110 };
-  char text[1024];
-  int at = printf("  %-22s", name);
-  snprintf(text, sizeof text, "%s%s", doc, more);
-  if (at >= COLUMN) at = printf("\n%*s", COLUMN - 1, "") - 1;
-  for (const char *word = text; *word;) {
-    const int length = (int)strcspn(word, " \n");
-    if (at > COLUMN && at + 1 + length > WIDTH) at = printf("\n%*s", COLUMN - 1, "") - 1;
-    at += printf(" %.*s", length, word);
-    word += length;
-    word += strspn(word, " \n");
-  }
-  putchar('\n');
-}
-
-static void print_help(const flesh_usage *usage)
-{
-  printf("Usage: flesh %s [OPTION]...%s%s\n%s\n", usage->command,
-         *usage->positionals ? " " : "", usage->positionals, usage->summary);
-  if (usage->details) printf("\n%s", usage->details);
-  printf("\nOptions:\n");
-  for (const flesh_option *option = usage->options; option->name; option++) {
-    char name[64];
-    snprintf(name, sizeof name, "--%s%s%s", option->name, option->argument ? " " : "",
-             option->argument ? option->argument : "");
-    print_option(name, option->doc, option->kind == FLESH_OPTION_LIST ? " (may be repeated)" : "");
-  }
-  print_option("--help", "print this", "");
-  printf("\n%s", flesh_exit_codes_text);
 }
 
 int flesh_command_refuse(const char *command, const char *format, ...)
@@ -183,7 +137,7 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
   optind = 0; /* reinitialises glibc's scanner */
   for (int found; (found = getopt_long(argc, argv, ":h", rows, NULL)) != -1;) {
     if (found == HELP_VALUE || found == 'h') {
-      print_help(usage);
+      flesh_help_print(usage);
       return 0;
     }
     const char *word = argv[optind - 1];

@@ -2,37 +2,7 @@
 #ifndef FLESH_SHARED_OPTIONS_H
 #define FLESH_SHARED_OPTIONS_H
 
-typedef enum flesh_option_kind {
-  FLESH_OPTION_SWITCH,   /* int: set to 1 */
-  FLESH_OPTION_TEXT,     /* const char *: points into argv */
-  FLESH_OPTION_POSITIVE, /* double > 0; also written a/b */
-  FLESH_OPTION_NUMBER,   /* double; also written a/b */
-  FLESH_OPTION_COUNT,    /* int >= 1 */
-  FLESH_OPTION_LIST      /* flesh_texts: may be given many times */
-} flesh_option_kind;
-
-/* Texts in the order given; `values` has room for argc of them. */
-typedef struct flesh_texts {
-  int count;
-  const char **values;
-} flesh_texts;
-
-typedef struct flesh_option {
-  const char *name;     /* long, without the dashes; NULL ends the list */
-  const char *argument; /* how the help calls its value; NULL for a switch */
-  flesh_option_kind kind;
-  void *target;
-  const char *doc;
-} flesh_option;
-
-typedef struct flesh_usage {
-  const char *command;     /* "run" */
-  const char *positionals; /* "SCENE" */
-  const char *summary;     /* one line */
-  const char *details;     /* paragraphs, may be NULL */
-  int positional_min, positional_max;
-  const flesh_option *options;
-} flesh_usage;
+#include "shared/usage.h"
 
 enum { FLESH_OPTIONS_GO_ON = -1 };
 
@@ -45,9 +15,8 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
 /* A number, or a fraction a/b; 0 when the whole text is one and finite. */
 int flesh_option_number(const char *text, double *value);
 
-/* The exit code of a status, and their documentation for --help. */
+/* The exit code of a status; flesh_exit_codes_text documents them. */
 int flesh_exit_code(int status);
-extern const char flesh_exit_codes_text[];
 
 /* Prints "flesh COMMAND: <sentence>" to stderr, as one printable line whatever the words that it quotes, and returns 2.
  * Command "": of the program itself. */

@@ -30,7 +30,7 @@ typedef struct flesh_snapshot {
 
 /* The options of a command line into *s, to stand in a command's list. */
 #define FLESH_SNAPSHOT_OPTIONS(s)                                                                  \
-  {"colour", "NAME", FLESH_OPTION_TEXT, &(s).colour,                                               \
+  {"colour", "J|stress|speed|none", FLESH_OPTION_TEXT, &(s).colour,                                \
    "what the colours show: J, stress (von Mises), speed or none (default J)"},                     \
   {"range", "LOW,HIGH", FLESH_OPTION_TEXT, &(s).range,                                             \
    "ends of the colours, for stress in Pa (default: fitted)"},                                     \

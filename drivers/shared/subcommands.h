@@ -2,10 +2,7 @@
 #ifndef FLESH_SHARED_SUBCOMMANDS_H
 #define FLESH_SHARED_SUBCOMMANDS_H
 
-typedef struct flesh_subcommand {
-  const char *name, *summary; /* "info"; one line. NULL ends the list */
-  int (*run)(int argc, char **argv);
-} flesh_subcommand;
+#include "shared/usage.h"
 
 /* Runs the one that argv[1] names, which gets the words from there on, or prints the help: `about` above the list and
  * `more` (may be NULL) below it. Returns the exit code; 2 after one sentence on stderr for want of a known name. */

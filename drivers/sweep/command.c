@@ -11,6 +11,7 @@
 #include "shared/interrupt.h"
 #include "base/file.h"
 #include "shared/options.h"
+#include "shared/subcommands.h"
 #include "sweep/sweep.h"
 
 static const char details[] =
@@ -129,12 +130,12 @@ static int sweep_all(const char *path, const settings *set)
 
 int flesh_command_sweep(int argc, char **argv)
 {
-  static const struct {
-    const char *name;
-    int (*run)(int argc, char **argv);
-  } verbs[] = {{"export", flesh_sweep_export}, {"plot", flesh_sweep_plot}, {"merge", flesh_sweep_merge}};
-  for (size_t v = 0; argc > 1 && v < sizeof verbs / sizeof *verbs; v++)
-    if (!strcmp(argv[1], verbs[v].name)) return verbs[v].run(argc - 1, argv + 1);
+  static const flesh_subcommand verbs[] = {{"export", "write the results as a table", flesh_sweep_export},
+                                           {"plot", "draw any figure against any axis", flesh_sweep_plot},
+                                           {"merge", "join shards", flesh_sweep_merge},
+                                           {0}};
+  for (const flesh_subcommand *verb = verbs; argc > 1 && verb->name; verb++)
+    if (!strcmp(argv[1], verb->name)) return verb->run(argc - 1, argv + 1);
   long processors = sysconf(_SC_NPROCESSORS_ONLN);
   settings set = {.out = NULL, .jobs = processors > 1 ? (int)processors : 1};
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
@@ -151,7 +152,7 @@ int flesh_command_sweep(int argc, char **argv)
       {"quiet", NULL, FLESH_OPTION_SWITCH, &set.quiet, "print errors only"},
       {0}};
   char *text = make_details();
-  const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows};
+  const flesh_usage usage = {"sweep", "SPEC", "Runs the cases of a spec into one database.", text, 1, 1, rows, verbs};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON) {
     if (!set.out) set.out = "out/sweep";

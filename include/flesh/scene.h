@@ -102,9 +102,15 @@ FLESH_API void flesh_scene_start(const flesh_scene *scene, flesh_state *state);
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_scene_write(const flesh_scene *scene, const char *path);
 
-/* The documentation of every key: Markdown or JSON Schema. Returns new text in *text, freed by the
- * caller with free(). */
-typedef enum flesh_schema_format { FLESH_SCHEMA_MARKDOWN, FLESH_SCHEMA_JSON } flesh_schema_format;
+/* The documentation of every key: Markdown, JSON Schema, the manual page flesh-scene(5) (roff), or
+ * the paths of the keys alone, one a line. Returns new text in *text, freed by the caller with
+ * free(). */
+typedef enum flesh_schema_format {
+  FLESH_SCHEMA_MARKDOWN,
+  FLESH_SCHEMA_JSON,
+  FLESH_SCHEMA_MAN,
+  FLESH_SCHEMA_PATHS
+} flesh_schema_format;
 /* Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_scene_schema(flesh_schema_format format, char **text);
 

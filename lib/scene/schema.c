@@ -1,4 +1,4 @@
-/* schema.c: finds the part of the keys that is asked for and writes it as Markdown. */
+/* schema.c: finds the part of the keys that is asked for and writes it, as JSON Schema or in one of the styles. */
 #include "scene/schema.h"
 
 #include <stddef.h>
@@ -84,6 +84,7 @@ int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part
 typedef struct writer {
   flesh_arena *arena;
   flesh_text *text;
+  const flesh_schema_style *style;
   int count;
   struct {
     const flesh_key *keys;
@@ -93,7 +94,7 @@ typedef struct writer {
 
 static const char *seen_at(const writer *w, const flesh_key *keys)
 {
-  for (int i = 0; i < w->count; i++)
+  for (int i = 0; i < w->count && !w->style->everywhere; i++)
     if (w->seen[i].keys == keys) return w->seen[i].path;
   return NULL;
 }
@@ -101,18 +102,18 @@ static const char *seen_at(const writer *w, const flesh_key *keys)
 static void write_row(writer *w, const char *path, const flesh_key *key)
 {
   char expected[FLESH_EXPECTATION_SIZE];
-  flesh_text_print(w->text, "| `%s` | ", key->name);
-  const char *below = is_mapping(key) ? path_below(w->arena, path, key) : NULL;
-  const char *seen = is_mapping(key) ? seen_at(w, key->children) : NULL;
-  if (below)
-    flesh_text_print(w->text, "%s, see `%s`",
-                     key->type == FLESH_KEY_OBJECTS ? "a list of mappings" : "a mapping",
-                     seen ? seen : below);
-  else flesh_text_print(w->text, "%s", flesh_key_expectation(key, expected));
-  if (!key->default_value) flesh_text_print(w->text, " | required | ");
-  else if (!*key->default_value || is_mapping(key)) flesh_text_print(w->text, " | | ");
-  else flesh_text_print(w->text, " | `%s` | ", key->default_value);
-  flesh_text_print(w->text, "%s |\n", key->doc ? key->doc : "");
+  flesh_schema_row row = {.path = path, .key = key, .default_value = key->default_value};
+  if (is_mapping(key)) {
+    const char *seen = seen_at(w, key->children), *below = seen ? seen : path_below(w->arena, path, key);
+    row.expected = flesh_arena_print(w->arena, "%s, see `%s`",
+                                     key->type == FLESH_KEY_OBJECTS ? "a list of mappings" : "a mapping",
+                                     below ? below : "");
+    if (row.default_value) row.default_value = "";
+  } else {
+    row.expected = flesh_key_expectation(key, expected);
+  }
+  if (!row.expected) w->text->failed = 1;
+  else w->style->row(w->text, &row);
 }
 
 static void write_mapping(writer *w, const flesh_schema_part *part);
@@ -122,7 +123,7 @@ static void write_effects(writer *w)
   const flesh_key *key = effects_key();
   int count;
   const flesh_effect_row *const *rows = flesh_effect_registry(&count);
-  flesh_text_print(w->text, "\n## %s\n\n%s\n", key->name, key->doc);
+  w->style->section(w->text, key->name, key->doc, -1);
   for (int i = 0; i < count; i++) {
     flesh_schema_part part;
     if (effect_part(w->arena, rows[i], &part)) {
@@ -140,15 +141,11 @@ static void write_mapping(writer *w, const flesh_schema_part *part)
     w->seen[w->count].keys = part->keys;
     w->seen[w->count++].path = part->path;
   }
-  flesh_text_print(w->text, "\n## %s\n\n%s\n", *part->path ? part->path : "scene",
-                   part->doc ? part->doc : "");
-  if (!part->keys->name) flesh_text_print(w->text, "\nIt has no keys.\n");
-  else flesh_text_print(w->text, "\n| key | value | default | meaning |\n|---|---|---|---|\n");
+  w->style->section(w->text, *part->path ? part->path : "scene", part->doc ? part->doc : "", part->keys->name != NULL);
   for (const flesh_key *key = part->keys; key->name; key++) write_row(w, part->path, key);
   if (part->sample) {
     const char *name = strrchr(part->path, '.');
-    flesh_text_print(w->text, "\nExample: `- %s: %s`\n", name ? name + 1 : part->path,
-                     part->sample);
+    w->style->example(w->text, name ? name + 1 : part->path, part->sample);
   }
   for (const flesh_key *key = part->keys; key->name; key++) {
     if (key->type == FLESH_KEY_EFFECTS) write_effects(w);
@@ -163,33 +160,26 @@ static void write_mapping(writer *w, const flesh_schema_part *part)
   }
 }
 
-static const char introduction[] = "# Keys of a scene\n"
-                                   "\n"
-                                   "A number may be written as a fraction a/b (1/60; in JSON "
-                                   "\"1/60\"). Units are SI. Paths are relative to the\n"
-                                   "scene's file; in `--set` to the working directory. `--set "
-                                   "path=value` changes a key: `body.material.young=1e5`,\n"
-                                   "`body.regions[0].density=900` (items count from 0, one past "
-                                   "the end appends), `effects.gravity.acceleration[2]=0`\n"
-                                   "(the first effect of that name, appended when there is none), "
-                                   "`effects.pin[1].until=2` (the second pin),\n"
-                                   "`effects[3].pin.until=2` (the fourth effect). The value is "
-                                   "YAML; `null` takes the key, item or effect away.\n"
-                                   "Several apply in their order.\n";
-
-void flesh_schema_markdown(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text)
+void flesh_schema_write(flesh_arena *arena, const flesh_schema_style *style, const flesh_schema_part *part,
+                        flesh_text *text)
 {
-  writer w = {.arena = arena, .text = text};
-  if (!*part->path) flesh_text_print(text, "%s", introduction);
+  writer w = {.arena = arena, .text = text, .style = style};
+  if (!*part->path) style->introduction(text);
   if (part->keys) {
     write_mapping(&w, part);
   } else if (part->value->type == FLESH_KEY_EFFECTS) {
     write_effects(&w);
   } else {
-    flesh_text_print(text, "\n## %s\n\n| key | value | default | meaning |\n|---|---|---|---|\n",
-                     part->path);
+    style->section(text, part->path, NULL, 1);
     write_row(&w, part->path, part->value);
   }
+}
+
+static const flesh_schema_style *style_of(flesh_schema_format format)
+{
+  return format == FLESH_SCHEMA_MAN     ? &flesh_schema_man
+         : format == FLESH_SCHEMA_PATHS ? &flesh_schema_paths
+                                        : &flesh_schema_markdown;
 }
 
 int flesh_scene_schema_section(flesh_schema_format format, const char *section, char **text)
@@ -201,7 +191,7 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
   int status = flesh_schema_find(&arena, section, &part);
   if (!status) {
     if (format == FLESH_SCHEMA_JSON) flesh_schema_json(&arena, &part, &made);
-    else flesh_schema_markdown(&arena, &part, &made);
+    else flesh_schema_write(&arena, style_of(format), &part, &made);
     if (made.failed) status = no_memory();
   }
   flesh_arena_free(&arena);
@@ -210,7 +200,7 @@ int flesh_scene_schema_section(flesh_schema_format format, const char *section, 
     return status;
   }
   /* A section begins with the blank line that separates sections. */
-  size_t blank = made.data[0] == '\n';
+  size_t blank = made.size && made.data[0] == '\n';
   memmove(made.data, made.data + blank, made.size + 1 - blank);
   *text = made.data;
   return FLESH_OK;

@@ -17,7 +17,26 @@ typedef struct flesh_schema_part {
  * arena holds the texts. FLESH_ERR_ARGUMENT with the nearest name otherwise. */
 int flesh_schema_find(flesh_arena *arena, const char *section, flesh_schema_part *part);
 
-void flesh_schema_markdown(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
+/* A key as it is written: `default_value` NULL: required; "": none. */
+typedef struct flesh_schema_row {
+  const char *path; /* of the mapping that has the key */
+  const flesh_key *key;
+  const char *expected, *default_value;
+} flesh_schema_row;
+
+/* How a section (`doc` may be NULL; has_keys -1: a list of effects), its rows and an effect's example look. */
+typedef struct flesh_schema_style {
+  int everywhere; /* a table of several places is written at each of them */
+  void (*introduction)(flesh_text *text);
+  void (*section)(flesh_text *text, const char *path, const char *doc, int has_keys);
+  void (*row)(flesh_text *text, const flesh_schema_row *row);
+  void (*example)(flesh_text *text, const char *name, const char *sample);
+} flesh_schema_style;
+
+extern const flesh_schema_style flesh_schema_markdown, flesh_schema_man, flesh_schema_paths;
+
+void flesh_schema_write(flesh_arena *arena, const flesh_schema_style *style, const flesh_schema_part *part,
+                        flesh_text *text);
 /* JSON Schema, draft 2020-12. */
 void flesh_schema_json(flesh_arena *arena, const flesh_schema_part *part, flesh_text *text);
 

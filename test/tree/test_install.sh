@@ -29,7 +29,7 @@ skip() {
   echo "ok $number - $1 # SKIP $2"
 }
 
-count=23
+count=24
 echo 1..$count
 if ! command -v meson >/dev/null 2>&1; then
   while [ "$number" -lt $count ]; do skip 'installed copy' 'there is no meson to install with'; done
@@ -37,6 +37,16 @@ if ! command -v meson >/dev/null 2>&1; then
 fi
 DESTDIR="$work/copy" meson install -C "$BUILD" --no-rebuild >"$work/log" 2>&1
 verdict $? 'meson install with DESTDIR'
+if [ -n "$(find "$work/copy" -path '*/bin/flesh')" ]; then
+  for file in man/man1/flesh.1 man/man1/flesh-run.1 man/man5/flesh-scene.5 bash-completion/completions/flesh \
+    zsh/site-functions/_flesh; do
+    find "$work/copy" -path "*/share/$file" | grep . >/dev/null || echo "no $file"
+  done >"$work/log"
+  [ ! -s "$work/log" ]
+  verdict $? 'manual pages and completion'
+else
+  skip 'manual pages and completion' 'there is no program'
+fi
 pc=$(find "$work/copy" -name flesh.pc)
 library=$(dirname "$(dirname "$pc")")
 include=$(dirname "$(dirname "$(find "$work/copy" -name flesh.h)")")

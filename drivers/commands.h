@@ -1,0 +1,10 @@
+/* commands.h: the commands of the program. */
+#ifndef FLESH_COMMANDS_H
+#define FLESH_COMMANDS_H
+
+#include "shared/subcommands.h"
+
+extern const char flesh_about[]; /* one line */
+extern const flesh_subcommand flesh_commands[];
+
+#endif
