@@ -74,6 +74,37 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
 static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME))[1];
 #undef METHOD_NAME
 
+/* What will be simulated. */
+static void describe(const flesh_scene *scene)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
+  printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
+         info.tets, info.tets == 1 ? "" : "s", info.volume);
+  if (info.flipped)
+    printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
+           info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");
+  if (info.unused_nodes)
+    printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
+           info.unused_nodes == 1 ? " is" : "s are");
+  const int bodies = flesh_scene_body(scene)->part_count;
+  if (bodies > 1)
+    printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
+  flesh_materials_print(stdout, scene);
+  const char *preconditioner = flesh_preconditioner_used(scene);
+  if (preconditioner) printf("preconditioner: %s\n", preconditioner);
+  fflush(stdout);
+}
+
+/* The scene, with what the command line says of it. */
+static int read_scene(const char *path, const char *start_state, const char *method, flesh_overrides *overrides,
+                      flesh_scene **scene)
+{
+  int status = start_state ? flesh_overrides_add_text(overrides, "start.state", start_state) : FLESH_OK;
+  if (!status && method) status = flesh_overrides_add_text(overrides, "time.method", method);
+  return status ? status : flesh_scene_read(path, overrides->texts.count, overrides->texts.values, scene);
+}
+
 int flesh_command_run(int argc, char **argv)
 {
   flesh_runner_options options = {0};
@@ -90,16 +121,14 @@ int flesh_command_run(int argc, char **argv)
   options.argc = argc;
   options.argv = words;
   const flesh_option rows[] = {
-      {"out", "DIR", FLESH_OPTION_TEXT, &options.out,
-       "folder of the results (default out/<scene>)"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &options.out, "folder of the results (default out/<scene>)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of the scene, as in --set time.step=1/120"},
       {"method", methods, FLESH_OPTION_TEXT, &method,
        "how to step in time (--set time.method=NAME)"},
       {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
        "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
-      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state,
-       "write the last state here as well"},
+      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state, "write the last state here as well"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options.max_seconds,
        "stop in order once S seconds are spent; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
@@ -117,35 +146,13 @@ int flesh_command_run(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   options.scene_path = argv[1];
   flesh_interrupt_watch();
-  status =
-      start_state ? flesh_overrides_add_text(&overrides, "start.state", start_state) : FLESH_OK;
-  if (!status && method) status = flesh_overrides_add_text(&overrides, "time.method", method);
-  if (!status)
-    status = flesh_scene_read(argv[1], overrides.texts.count, overrides.texts.values, &scene);
+  status = read_scene(argv[1], start_state, method, &overrides, &scene);
   if (status) {
     code = flesh_command_fail("run", status);
     goto done;
   }
   if (!options.out) options.out = folder = default_folder(argv[1]);
-  if (!options.quiet) {
-    flesh_mesh_info info;
-    flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
-    printf("mesh: %s, %d nodes, %d tet%s, %.6g m^3\n", flesh_scene_mesh_path(scene), info.nodes,
-           info.tets, info.tets == 1 ? "" : "s", info.volume);
-    if (info.flipped)
-      printf("  %d tet%s wound inversely and ha%s been flipped\n", info.flipped,
-             info.flipped == 1 ? " was" : "s were", info.flipped == 1 ? "s" : "ve");
-    if (info.unused_nodes)
-      printf("  %d node%s used by no tet and held at rest\n", info.unused_nodes,
-             info.unused_nodes == 1 ? " is" : "s are");
-    const int bodies = flesh_scene_body(scene)->part_count;
-    if (bodies > 1)
-      printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
-    flesh_materials_print(stdout, scene);
-    const char *preconditioner = flesh_preconditioner_used(scene);
-    if (preconditioner) printf("preconditioner: %s\n", preconditioner);
-    fflush(stdout);
-  }
+  if (!options.quiet) describe(scene);
   flesh_runner_run(scene, &options, &figures, &outcome);
   if (outcome.status) fprintf(stderr, "flesh run: %s\n", outcome.message);
   if (outcome.has_failure) flesh_failure_print(stderr, &outcome, scene);

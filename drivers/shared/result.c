@@ -299,6 +299,31 @@ json_t *flesh_materials_json(const flesh_scene *scene)
   return array;
 }
 
+/* Those of one name are numbered from 2. */
+static json_t *energies_json(const flesh_figures *figures, const flesh_system *system)
+{
+  json_t *energies = json_object();
+  double total = 0;
+  for (int e = 0; e < figures->effects; e++) {
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
+    char key[80];
+    if (!operations->energy) continue; /* what dissipates has none */
+    snprintf(key, sizeof key, "%s", operations->name);
+    for (int n = 2; json_object_get(energies, key); n++) snprintf(key, sizeof key, "%.60s_%d", operations->name, n);
+    set(energies, key, figures->energies[e]);
+    total += figures->energies[e];
+  }
+  set(energies, "total", total);
+  return energies;
+}
+
+/* Figures that are called as their members. */
+#define SET_COUNT(name) set_integer(object, #name, figures->name);
+#define FLESH_FIGURES_COUNTS(X)                                                                              \
+  X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies)             \
+  X(projections) X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton)      \
+  X(unfinished_linear)
+
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
 {
   json_t *object = json_object();
@@ -325,39 +350,12 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);
   set_integer(object, "solves_unconverged", figures->unconverged);
-  set_integer(object, "untanglings", figures->untanglings);
-  set_integer(object, "untangled_nodes", figures->untangled_nodes);
-  set_integer(object, "newton", figures->newton);
-  set_integer(object, "linear", figures->linear);
-  set_integer(object, "linear_single", figures->linear_single);
-  set_integer(object, "direct", figures->direct);
-  set_integer(object, "assemblies", figures->assemblies);
-  set_integer(object, "projections", figures->projections);
-  set_integer(object, "backtracks", figures->backtracks);
-  set_integer(object, "subdomains", figures->subdomains);
-  set_integer(object, "subdomain_newton", figures->subdomain_newton);
-  set_integer(object, "watchdog_steps", figures->watchdog_steps);
-  set_integer(object, "unfinished_newton", figures->unfinished_newton);
-  set_integer(object, "unfinished_linear", figures->unfinished_linear);
+  FLESH_FIGURES_COUNTS(SET_COUNT)
   set(object, "newton_per_step", (newton - (double)figures->unfinished_newton) / steps);
   set(object, "linear_per_newton", (double)figures->linear / newton);
   set(object, "residual", figures->residual);
   set(object, "residual_target", figures->residual_target);
-  json_t *energies = json_object();
-  double total = 0;
-  for (int e = 0; e < figures->effects; e++) {
-    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
-    const char *name = operations->name;
-    char key[80];
-    if (!operations->energy) continue; /* what dissipates has none */
-    snprintf(key, sizeof key, "%s", name);
-    for (int n = 2; json_object_get(energies, key); n++)
-      snprintf(key, sizeof key, "%.60s_%d", name, n);
-    set(energies, key, figures->energies[e]);
-    total += figures->energies[e];
-  }
-  set(energies, "total", total);
-  json_object_set_new(object, "energies", energies);
+  json_object_set_new(object, "energies", energies_json(figures, system));
   set(object, "wall_s", figures->wall_s);
   set(object, "cpu_s", figures->cpu_s);
   set_integer(object, "peak_memory_kB", figures->peak_memory_kB);

@@ -13,7 +13,7 @@ enum { LINE = 64, PAGE = 2 << 20, SMALLEST_PAGE = 4096 };
 void *flesh_huge_pages_alloc(size_t bytes)
 {
   const size_t unit = bytes < PAGE ? LINE : PAGE;
-  if (flesh_arena_entered()) return flesh_malloc(bytes);
+  if (flesh_reserve_entered()) return flesh_malloc(bytes);
   if (bytes > (size_t)-1 - 2 * PAGE) return NULL;
   /* The last page is large, too, where that wastes less than an eighth. */
   const size_t up = (bytes + unit - 1) / unit * unit, whole = up - bytes <= bytes / 8 ? up : up - unit;

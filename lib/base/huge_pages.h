@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 /* `bytes` of memory aligned to at least 64 bytes, not set; NULL when there is none. Freed by
- * flesh_free(). In an arena it comes from there, without large pages. */
+ * flesh_free(). In a reserve it comes from there, without large pages. */
 void *flesh_huge_pages_alloc(size_t bytes);
 
 /* The same, set to zero. */

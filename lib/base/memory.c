@@ -1,4 +1,4 @@
-/* memory.c: memory of the system, and of arenas that are filled from their beginning. */
+/* memory.c: memory of the system, and of reserves that are filled from their beginning. */
 #define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "base/memory.h"
 
@@ -21,17 +21,17 @@ typedef struct piece {
 } piece;
 
 /* What is freed is free again when all that came after it is: what is made for a while is mostly freed first. */
-struct flesh_arena {
+struct flesh_reserve {
   char *memory;
   size_t size, used, most; /* bytes */
   piece *last;             /* NULL: empty */
 };
 
-static _Thread_local flesh_arena *entered;
+static _Thread_local flesh_reserve *entered;
 
-flesh_arena *flesh_arena_create(size_t bytes)
+flesh_reserve *flesh_reserve_create(size_t bytes)
 {
-  flesh_arena *self = calloc(1, sizeof *self);
+  flesh_reserve *self = calloc(1, sizeof *self);
   if (!self) return NULL;
   self->size = (bytes + LINE - 1) / LINE * LINE;
   self->memory = mmap(NULL, self->size ? self->size : LINE, PROT_READ | PROT_WRITE,
@@ -41,35 +41,35 @@ flesh_arena *flesh_arena_create(size_t bytes)
   return NULL;
 }
 
-void flesh_arena_destroy(flesh_arena **arena)
+void flesh_reserve_destroy(flesh_reserve **reserve)
 {
-  if (!arena || !*arena) return;
-  munmap((*arena)->memory, (*arena)->size ? (*arena)->size : LINE);
-  free(*arena);
-  *arena = NULL;
+  if (!reserve || !*reserve) return;
+  munmap((*reserve)->memory, (*reserve)->size ? (*reserve)->size : LINE);
+  free(*reserve);
+  *reserve = NULL;
 }
 
-flesh_arena *flesh_arena_enter(flesh_arena *arena)
+flesh_reserve *flesh_reserve_enter(flesh_reserve *reserve)
 {
-  flesh_arena *before = entered;
-  entered = arena;
+  flesh_reserve *before = entered;
+  entered = reserve;
   return before;
 }
 
-int flesh_arena_entered(void) { return entered != NULL; }
+int flesh_reserve_entered(void) { return entered != NULL; }
 
-void flesh_arena_empty(flesh_arena *arena)
+void flesh_reserve_empty(flesh_reserve *reserve)
 {
-  arena->used = 0;
-  arena->last = NULL;
+  reserve->used = 0;
+  reserve->last = NULL;
 }
 
-size_t flesh_arena_most(const flesh_arena *arena) { return arena->most; }
-size_t flesh_arena_size(const flesh_arena *arena) { return arena->size; }
+size_t flesh_reserve_most(const flesh_reserve *reserve) { return reserve->most; }
+size_t flesh_reserve_size(const flesh_reserve *reserve) { return reserve->size; }
 
 static size_t whole_lines(size_t bytes) { return bytes > LINE ? (bytes + LINE - 1) / LINE * LINE : LINE; }
 
-static void *take(flesh_arena *self, size_t bytes)
+static void *take(flesh_reserve *self, size_t bytes)
 {
   if (bytes > self->size) return NULL;
   const size_t whole = sizeof(piece) + whole_lines(bytes);
@@ -82,12 +82,12 @@ static void *take(flesh_arena *self, size_t bytes)
   return made + 1;
 }
 
-static int owns(const flesh_arena *self, const void *memory)
+static int owns(const flesh_reserve *self, const void *memory)
 {
   return (uintptr_t)memory - (uintptr_t)self->memory < self->size;
 }
 
-static void give_back(flesh_arena *self, void *memory)
+static void give_back(flesh_reserve *self, void *memory)
 {
   ((piece *)memory - 1)->freed = 1;
   while (self->last && self->last->freed) {
@@ -97,7 +97,7 @@ static void give_back(flesh_arena *self, void *memory)
 }
 
 /* The last piece may become less. */
-static void shrink(flesh_arena *self, void *memory, size_t bytes)
+static void shrink(flesh_reserve *self, void *memory, size_t bytes)
 {
   piece *of = (piece *)memory - 1;
   if (of != self->last) return;

@@ -43,6 +43,23 @@ static int same_tet(const flesh_mesh *mesh, int64_t face, int64_t other)
   return n[face & 3] == mesh->tet_nodes[other];
 }
 
+/* Lists the triangles of the faces that are not inner. */
+static int list_triangles(flesh_mesh *mesh, const uint8_t *inner)
+{
+  int64_t faces = 4 * (int64_t)mesh->tets, outer = 0;
+  for (int64_t face = 0; face < faces; face++) outer += !inner[face];
+  mesh->surface = flesh_malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
+  mesh->surface_tets = flesh_malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
+  if (!mesh->surface || !mesh->surface_tets)
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles", (long long)outer);
+  for (int64_t face = 0; face < faces; face++)
+    if (!inner[face]) {
+      mesh->surface_tets[mesh->triangles] = (int)(face / 4);
+      face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
+    }
+  return FLESH_OK;
+}
+
 /* Face number 4*tet+k of the k-th face; a face is inner when the same nodes come again with the
  * opposite winding. What is left closes: the divergence theorem holds for any set of tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
@@ -95,20 +112,7 @@ int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin)
     second[found] = (int)face;
     if (odd != odd_found) inner[face] = inner[found] = 1;
   }
-  int64_t outer = 0;
-  for (int64_t face = 0; face < faces; face++) outer += !inner[face];
-  mesh->surface = flesh_malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
-  mesh->surface_tets = flesh_malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
-  if (!mesh->surface || !mesh->surface_tets) {
-    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles",
-                        (long long)outer);
-    goto done;
-  }
-  for (int64_t face = 0; face < faces; face++)
-    if (!inner[face]) {
-      mesh->surface_tets[mesh->triangles] = (int)(face / 4);
-      face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
-    }
+  status = list_triangles(mesh, inner);
 done:
   flesh_free(first);
   flesh_free(second);

@@ -194,7 +194,7 @@ static int solve_subdomain(void *data, const double *u, const double *r, double 
   flesh_newton *self = data;
   const flesh_subdomain_parent parent = {.equations = &self->equations, .options = &self->options,
                                          .u_matrix = self->u, .filter = self->direction.filter,
-                                         .solver = self->solver, .arena = self->arena, .stop = self->stop,
+                                         .solver = self->solver, .reserve = self->reserve, .stop = self->stop,
                                          .stop_data = self->stop_data, .stats = &self->stats};
   return flesh_subdomain_solve(&parent, u, r, w);
 }
@@ -227,8 +227,8 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status)
     status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
   if (!status) self->u = flesh_huge_pages_vectors(2, (size_t)self->equations.n, &apart);
-  if (!status && eliminates) self->arena = flesh_subdomain_arena(system);
-  if (!status && (!self->u || (eliminates && !self->arena)))
+  if (!status && eliminates) self->reserve = flesh_subdomain_reserve(system);
+  if (!status && (!self->u || (eliminates && !self->reserve)))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
   if (status) flesh_newton_clear(self);
   else self->r = self->u + apart;
@@ -244,7 +244,7 @@ void flesh_newton_clear(flesh_newton *self)
   flesh_direction_clear(&self->direction);
   flesh_equations_clear(&self->equations);
   flesh_threads_destroy(&self->threads);
-  flesh_arena_destroy(&self->arena);
+  flesh_reserve_destroy(&self->reserve);
   memset(self, 0, sizeof *self);
 }
 
@@ -253,7 +253,7 @@ size_t flesh_newton_memory(const flesh_newton *self)
   const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
          flesh_search_memory(&self->search) + flesh_accelerators_memory(&self->accelerators) +
-         2 * n * sizeof(double) + (self->arena ? flesh_arena_most(self->arena) : 0);
+         2 * n * sizeof(double) + (self->reserve ? flesh_reserve_most(self->reserve) : 0);
 }
 
 void flesh_newton_set_stage(flesh_newton *self, const flesh_stage *stage)

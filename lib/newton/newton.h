@@ -21,7 +21,7 @@ typedef struct flesh_newton {
   flesh_matrix_policy policy;
   flesh_balance balance;
   flesh_stage_solver solver;      /* of the systems of few nodes; none: nonlinear elimination is not there */
-  flesh_arena *arena;             /* of these systems; NULL: there are none */
+  flesh_reserve *reserve;             /* of these systems; NULL: there are none */
   double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
   const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
   int follow_curvature;           /* the next direction follows negative curvature, where there is one */

@@ -255,7 +255,7 @@ static int solve(subdomain *self, double *w)
   return status;
 }
 
-/* All of it in the arena that the thread is in, which is emptied afterwards. */
+/* All of it in the reserve that the thread is in, which is emptied afterwards. */
 static int make_and_solve(subdomain *self, const double *u, const double *r, double *w)
 {
   const size_t nodes = (size_t)self->whole->n / 3;
@@ -283,21 +283,21 @@ int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u,
     if (is_sum(&self, effect)) self.cells = effect->operations->cells(effect);
   }
   if (!self.cells) return FLESH_NOT_CONVERGED;
-  flesh_arena *before = flesh_arena_enter(parent->arena);
+  flesh_reserve *before = flesh_reserve_enter(parent->reserve);
   int status = make_and_solve(&self, u, r, w);
-  flesh_arena_enter(before);
-  flesh_arena_empty(parent->arena);
+  flesh_reserve_enter(before);
+  flesh_reserve_empty(parent->reserve);
   return status;
 }
 
 /* A body that is solved for as a whole takes 1222 bytes for each tet of a block of 20 736; these are addresses, which
  * cost nothing where they are not used. */
-flesh_arena *flesh_subdomain_arena(const flesh_system *system)
+flesh_reserve *flesh_subdomain_reserve(const flesh_system *system)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
   const size_t nodes = (size_t)flesh_mesh_node_count(mesh), tets = (size_t)flesh_mesh_tet_count(mesh);
   size_t sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     sums += flesh_system_effect(system, k)->operations->restrict_to_cells != NULL;
-  return flesh_arena_create((1 << 20) + 1024 * nodes + (2048 + 1024 * sums) * tets);
+  return flesh_reserve_create((1 << 20) + 1024 * nodes + (2048 + 1024 * sums) * tets);
 }

@@ -9,7 +9,7 @@
 typedef struct flesh_stage_solver {
   void *data;
   /* Solves the stage from u = 0: u [3*nodes], also the last iterate after FLESH_NOT_CONVERGED. Adds to *stats. The
-   * calling thread is in the arena that the system is in; nothing of it may stay in use. NULL: there is none. */
+   * calling thread is in the reserve that the system is in; nothing of it may stay in use. NULL: there is none. */
   int (*solve)(void *data, const flesh_system *system, const flesh_solver_options *options, const flesh_stage *stage,
                int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u);
 } flesh_stage_solver;
@@ -21,18 +21,18 @@ typedef struct flesh_subdomain_parent {
   const double *u_matrix; /* [n] near where K was assembled, ... */
   flesh_eigenvalue_filter filter; /* ... with this filter */
   flesh_stage_solver solver;
-  flesh_arena *arena; /* of flesh_subdomain_arena: where all is made */
+  flesh_reserve *reserve; /* of flesh_subdomain_reserve: where all is made */
   int (*stop)(void *data); /* NULL: not asked */
   void *stop_data;
   flesh_solve_stats *stats;
 } flesh_subdomain_parent;
 
 /* Room for the largest subdomain of the system, solved with PCG. Returns new; NULL: no memory. */
-flesh_arena *flesh_subdomain_arena(const flesh_system *system);
+flesh_reserve *flesh_subdomain_reserve(const flesh_system *system);
 
 /* w [n], 0 but at the subdomain's nodes, so that u + w has less potential than u, as far as a model of all that is no
  * sum over elements tells; the caller makes sure. r [n] is the residual at u, which is near u_matrix. FLESH_OK;
- * FLESH_NOT_CONVERGED where the subdomain would be no small part of the body; < 0: errors, also where the arena is full.
+ * FLESH_NOT_CONVERGED where the subdomain would be no small part of the body; < 0: errors, also where the reserve is full.
  * Counts in the parent's
  * stats. */
 int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w);

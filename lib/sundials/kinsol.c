@@ -230,7 +230,7 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
                            N_VGetArrayPointer(self->u), stats);
 }
 
-/* KINSOL of the systems of few nodes takes up this one, with vectors of the arena that the thread is in. */
+/* KINSOL of the systems of few nodes takes up this one, with vectors of the reserve that the thread is in. */
 static int take_up(flesh_nonlinear *few, const flesh_system *system, const flesh_solver_options *options)
 {
   int n = flesh_system_unknowns(system), failed = 0;

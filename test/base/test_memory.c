@@ -1,4 +1,4 @@
-/* test_memory.c: arenas give what they have, take it back, and are entered by one thread; sorting is stable. */
+/* test_memory.c: reserves give what they have, take it back, and are entered by one thread; sorting is stable. */
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -6,11 +6,11 @@
 #include "base/sort.h"
 #include "test.h"
 
-static void arenas_are_used_from_the_beginning(void)
+static void reserves_are_used_from_the_beginning(void)
 {
-  flesh_arena *arena = flesh_arena_create(4096);
-  CHECK(arena && flesh_arena_size(arena) == 4096 && flesh_arena_most(arena) == 0);
-  CHECK(!flesh_arena_entered() && flesh_arena_enter(arena) == NULL && flesh_arena_entered());
+  flesh_reserve *reserve = flesh_reserve_create(4096);
+  CHECK(reserve && flesh_reserve_size(reserve) == 4096 && flesh_reserve_most(reserve) == 0);
+  CHECK(!flesh_reserve_entered() && flesh_reserve_enter(reserve) == NULL && flesh_reserve_entered());
   char *a = flesh_malloc(100), *b = flesh_calloc(10, 10), *c = flesh_aligned_alloc(64, 1);
   CHECK(a && b && c && (uintptr_t)a % 64 == 0 && (uintptr_t)b % 64 == 0 && (uintptr_t)c % 64 == 0);
   CHECK(b >= a + 100 && c >= b + 100);
@@ -28,23 +28,23 @@ static void arenas_are_used_from_the_beginning(void)
   CHECK(flesh_malloc(4000) == NULL); /* not beside a */
   flesh_free(a);
   char *most = flesh_malloc(4000);
-  CHECK(most == a && flesh_arena_most(arena) == 4096 && flesh_malloc(1) == NULL);
+  CHECK(most == a && flesh_reserve_most(reserve) == 4096 && flesh_malloc(1) == NULL);
   CHECK(flesh_calloc((size_t)-1, 2) == NULL && flesh_malloc((size_t)-1) == NULL && flesh_malloc((size_t)-65) == NULL);
   CHECK(flesh_aligned_alloc(4096, 1) == NULL);
-  flesh_arena_empty(arena);
+  flesh_reserve_empty(reserve);
   CHECK(flesh_malloc(1) == (void *)a);
-  CHECK(flesh_arena_enter(NULL) == arena && !flesh_arena_entered());
-  flesh_arena_destroy(&arena);
-  CHECK(arena == NULL);
-  flesh_arena_destroy(&arena);
-  CHECK(flesh_arena_create((size_t)1 << 62) == NULL);
+  CHECK(flesh_reserve_enter(NULL) == reserve && !flesh_reserve_entered());
+  flesh_reserve_destroy(&reserve);
+  CHECK(reserve == NULL);
+  flesh_reserve_destroy(&reserve);
+  CHECK(flesh_reserve_create((size_t)1 << 62) == NULL);
 }
 
 /* Grown in place or elsewhere, what was there stays. */
 static void pieces_change_their_size(void)
 {
-  flesh_arena *arena = flesh_arena_create(1 << 16);
-  flesh_arena_enter(arena);
+  flesh_reserve *reserve = flesh_reserve_create(1 << 16);
+  flesh_reserve_enter(reserve);
   unsigned char *a = flesh_realloc(NULL, 1000), *b;
   for (int k = 0; k < 1000; k++) a[k] = (unsigned char)k;
   b = flesh_realloc(a, 500);
@@ -56,26 +56,26 @@ static void pieces_change_their_size(void)
   int same = 1;
   for (int k = 0; k < 500; k++) same &= b[k] == (unsigned char)k;
   CHECK(same && flesh_realloc(b, 1 << 16) == NULL && b[499] == (unsigned char)499);
-  flesh_arena_enter(NULL);
-  flesh_arena_destroy(&arena);
+  flesh_reserve_enter(NULL);
+  flesh_reserve_destroy(&reserve);
 }
 
 /* Memory of the system stays the system's. */
-static void what_is_not_of_the_arena_is_left_alone(void)
+static void what_is_not_of_the_reserve_is_left_alone(void)
 {
-  flesh_arena *arena = flesh_arena_create(1024);
+  flesh_reserve *reserve = flesh_reserve_create(1024);
   char *outside = flesh_malloc(10);
   strcpy(outside, "outside");
-  flesh_arena_enter(arena);
-  outside = flesh_realloc(outside, 10000); /* more than the arena has */
-  CHECK(outside && !strcmp(outside, "outside") && flesh_arena_most(arena) == 0);
+  flesh_reserve_enter(reserve);
+  outside = flesh_realloc(outside, 10000); /* more than the reserve has */
+  CHECK(outside && !strcmp(outside, "outside") && flesh_reserve_most(reserve) == 0);
   flesh_free(outside);
   flesh_free(NULL);
-  flesh_arena_enter(NULL);
+  flesh_reserve_enter(NULL);
   char *after = flesh_malloc(10000);
   CHECK(after != NULL);
   flesh_free(after);
-  flesh_arena_destroy(&arena);
+  flesh_reserve_destroy(&reserve);
 }
 
 typedef struct pair {
@@ -99,12 +99,12 @@ static void sorting_is_stable(void)
         pairs[k] = (pair){.key = (int)(random >> 24) % (1 + count / 4), .number = k};
         ints[k] = wanted[k] = (int)(random >> 8);
       }
-      flesh_arena *arena = kind ? flesh_arena_create(0) : NULL;
-      flesh_arena *before = flesh_arena_enter(arena);
+      flesh_reserve *reserve = kind ? flesh_reserve_create(0) : NULL;
+      flesh_reserve *before = flesh_reserve_enter(reserve);
       flesh_sort(pairs, (size_t)count, sizeof *pairs, by_key);
       flesh_sort(ints, (size_t)count, sizeof *ints, by_int);
-      flesh_arena_enter(before);
-      flesh_arena_destroy(&arena);
+      flesh_reserve_enter(before);
+      flesh_reserve_destroy(&reserve);
       qsort(wanted, (size_t)count, sizeof *wanted, by_int);
       int sorted = !memcmp(ints, wanted, (size_t)count * sizeof *ints);
       for (int k = 1; k < count; k++)
@@ -116,6 +116,6 @@ static void sorting_is_stable(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(arenas_are_used_from_the_beginning), TEST(pieces_change_their_size),
-                   TEST(what_is_not_of_the_arena_is_left_alone), TEST(sorting_is_stable));
+  return RUN_TESTS(argc, argv, TEST(reserves_are_used_from_the_beginning), TEST(pieces_change_their_size),
+                   TEST(what_is_not_of_the_reserve_is_left_alone), TEST(sorting_is_stable));
 }

@@ -86,14 +86,14 @@ static int solve_stage(void *data, const flesh_system *system, const flesh_solve
                        int (*stop)(void *data), void *stop_data, flesh_solve_stats *stats, double *u)
 {
   flesh_nonlinear *nonlinear = NULL;
-  flesh_arena *arena = flesh_arena_enter(NULL);
+  flesh_reserve *reserve = flesh_reserve_enter(NULL);
   int status = flesh_nonlinear_create(system, options, &nonlinear);
   (void)data, (void)stop, (void)stop_data;
   if (status) return status;
   status = flesh_nonlinear_solve(nonlinear, stage, NULL, 0, stats);
   memcpy(u, flesh_nonlinear_unknowns(nonlinear), (size_t)flesh_system_unknowns(system) * sizeof *u);
   flesh_nonlinear_destroy(&nonlinear);
-  flesh_arena_enter(arena);
+  flesh_reserve_enter(reserve);
   return status;
 }
 
@@ -153,11 +153,11 @@ static void the_rest_of_the_body_is_there(void)
   CHECK_OK(flesh_equations_potential(equations, u, &before, &size));
   const flesh_subdomain_parent parent = {.equations = equations, .options = &newton.options, .u_matrix = newton.u,
                                          .filter = newton.direction.filter, .solver = newton.solver,
-                                         .arena = newton.arena,
+                                         .reserve = newton.reserve,
                                          .stats = &newton.stats};
   CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
   /* A body that is as large as may be solved for alone has room, many times over. */
-  CHECK(flesh_arena_most(newton.arena) > 0 && 4 * flesh_arena_most(newton.arena) < flesh_arena_size(newton.arena));
+  CHECK(flesh_reserve_most(newton.reserve) > 0 && 4 * flesh_reserve_most(newton.reserve) < flesh_reserve_size(newton.reserve));
   int moved = 0;
   for (int d = 0; d < b.n; d++) {
     there[d] = u[d] + w[d];
@@ -179,7 +179,7 @@ static void the_rest_of_the_body_is_there(void)
 }
 
 /* Where there is no room for it, there is no subdomain, and nothing else happens. */
-static void a_full_arena_is_no_harm(void)
+static void a_used_up_reserve_is_no_harm(void)
 {
   test_body b;
   flesh_newton newton;
@@ -197,17 +197,17 @@ static void a_full_arena_is_no_harm(void)
   CHECK_OK(flesh_newton_matrix(&newton, u, r));
   flesh_subdomain_parent parent = {.equations = &newton.equations, .options = &options, .u_matrix = newton.u,
                                    .filter = newton.direction.filter, .solver = newton.solver,
-                                   .arena = newton.arena, .stats = &newton.stats};
+                                   .reserve = newton.reserve, .stats = &newton.stats};
   CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
-  const size_t needed = flesh_arena_most(newton.arena);
+  const size_t needed = flesh_reserve_most(newton.reserve);
   for (size_t size = 0; size < needed; size += needed / 40) {
-    parent.arena = flesh_arena_create(size);
-    CHECK(flesh_subdomain_solve(&parent, u, r, w) == FLESH_ERR_MEMORY && !flesh_arena_entered());
-    flesh_arena_destroy(&parent.arena);
+    parent.reserve = flesh_reserve_create(size);
+    CHECK(flesh_subdomain_solve(&parent, u, r, w) == FLESH_ERR_MEMORY && !flesh_reserve_entered());
+    flesh_reserve_destroy(&parent.reserve);
   }
-  parent.arena = flesh_arena_create(needed);
+  parent.reserve = flesh_reserve_create(needed);
   CHECK_OK(flesh_subdomain_solve(&parent, u, r, w));
-  flesh_arena_destroy(&parent.arena);
+  flesh_reserve_destroy(&parent.reserve);
   free(u);
   free(r);
   flesh_newton_clear(&newton);
@@ -316,7 +316,7 @@ static void a_gentle_step_has_no_subdomain(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(parts_add_up), TEST(the_rest_of_the_body_is_there),
-                   TEST(a_full_arena_is_no_harm),
+                   TEST(a_used_up_reserve_is_no_harm),
                    TEST(subdomains_that_raise_the_potential_are_refused), TEST(a_tangle_is_cheap_and_ends_the_same),
                    TEST(any_number_of_threads_gives_the_same_bits), TEST(a_gentle_step_has_no_subdomain));
 }

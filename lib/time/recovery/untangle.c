@@ -30,7 +30,7 @@ struct flesh_untangler {
   const flesh_system *system;
   const flesh_mesh *mesh;
   int has_inertia;
-  flesh_arena *arena;          /* of the winding, and of what moves nodes by it */
+  flesh_reserve *reserve;          /* of the winding, and of what moves nodes by it */
   flesh_winding *winding;      /* made at the first suspicion */
   int n, calm, attempts, know_velocity;
   int stressed;     /* at rest */
@@ -88,7 +88,7 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   self->edge = flesh_mesh_mean_edge(self->mesh);
   double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
-  failed |= !(self->arena = flesh_arena_create(flesh_winding_room(self->mesh)));
+  failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh)));
   for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
   if (!failed) {
     self->force = force_scale(self, &self->stressed);
@@ -101,7 +101,7 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
 void flesh_untangler_destroy(flesh_untangler **untangler)
 {
   if (!untangler || !*untangler) return;
-  flesh_arena_destroy(&(*untangler)->arena); /* and the winding with it */
+  flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
   free((*untangler)->v);
   free((*untangler)->a);
   free((*untangler)->r);
@@ -114,7 +114,7 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
 
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
-  return sizeof *self + (size_t)self->n * (5 * sizeof(double) + 1) + flesh_arena_most(self->arena);
+  return sizeof *self + (size_t)self->n * (5 * sizeof(double) + 1) + flesh_reserve_most(self->reserve);
 }
 
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
@@ -271,11 +271,11 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
 }
 
 /* The same without a request for memory. */
-static int untangle_in_arena(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
+static int untangle_from_reserve(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
 {
-  flesh_arena *before = flesh_arena_enter(self->arena);
+  flesh_reserve *before = flesh_reserve_enter(self->reserve);
   int status = untangle(self, state, stats);
-  flesh_arena_enter(before);
+  flesh_reserve_enter(before);
   return status;
 }
 
@@ -286,12 +286,12 @@ int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double
   self->calm = is_calm(self, state, h) ? self->calm + 1 : 0;
   if (self->calm < CALM_STEPS) return 0;
   self->calm = 0;
-  return untangle_in_arena(self, state, stats);
+  return untangle_from_reserve(self, state, stats);
 }
 
 int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state,
                                       flesh_solve_stats *stats)
 {
   self->expected = state->t;
-  return untangle_in_arena(self, state, stats);
+  return untangle_from_reserve(self, state, stats);
 }

@@ -18,7 +18,7 @@ typedef struct flesh_winding flesh_winding;
 /* Borrows the mesh. Returns new. */
 int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding);
 void flesh_winding_destroy(flesh_winding **winding);
-/* Bytes that one of the mesh, with all that it asks for in its life, takes in an arena at most. */
+/* Bytes that one of the mesh, with all that it asks for in its life, takes in a reserve at most. */
 size_t flesh_winding_room(const flesh_mesh *mesh);
 
 /* Whether x [3*nodes] can hold a tangle at all: 0 when no tet is inverted, collapsed, or stretched
