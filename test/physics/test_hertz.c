@@ -3,10 +3,10 @@
  * is touched: the radius of contact has four to ten of them.
  *
  * The forces fall with the spacing h by a power between the first (nodes that touch come and go) and the second (linear
- * elements), so that they are taken to the limit by either: the first power takes too much away, 2 to 3 % below the
- * theory, the second too little, to 1.5 % above. Two to five edges in the radius of contact, by the first power alone,
- * give 6 to 7 % too little: that is the extrapolation's error, and not the model's. What else separates the two, as
- * measured: free sides at 1 m in place of held ones, 1.5 %; the barrier, which pushes from 0.1 mm on, 0.6 %. */
+ * elements), so that they are taken to the limit by either: the first power takes too much away, 3.4 and 1.6 % below
+ * the theory, the second too little, 0.1 and 1.5 % above. With two to five edges in the radius of contact the first
+ * power alone gives 6 to 7 % too little: that is an error of extrapolation, and not of the model. What else separates
+ * the two, as measured: sides that are free at 1 m, against held ones, 1.5 %; a barrier of 0.1 mm, 0.6 %. */
 #include "press.h"
 
 /* Dimitriadis, Horkay, Maresca, Kachar & Chadwick 2002, "Determination of elastic moduli of thin layers of soft
