@@ -117,7 +117,7 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
   FILE *stream = file.stream;
   double width = LEFT + RIGHT + CELL_WIDTH * plan->setting_count,
          height = TOP + BOTTOM + CELL_HEIGHT * plan->case_count;
-  width = fmax(width, 1140);
+  width = fmax(width, 1180); /* that of the legend */
   double right = LEFT + CELL_WIDTH * plan->setting_count;
   flesh_plot_begin(stream, "matrix", (int)width, (int)height);
   fprintf(stream,

@@ -4,8 +4,7 @@ set -u
 . "$(dirname -- "$0")/../shared/command.sh"
 
 # Of all sizes and signs, at the ends of integers and of doubles, and what is no number.
-extremes='0 -1 0.5 1e9 2147483647 2147483648 -2147483649 4294967297 9223372036854775808 1e20 3e35 -3e35 1e308 -1e308 1e-300
-4e-324 1e999 nan inf -inf 1/0 0/0 0x1p1000 1e308/1e-308'
+extremes='0 -1 2147483648 -2147483649 4294967297 3e35 -3e35 1e308 -1e308 4e-324 1e999 nan 1e308/1e-308'
 
 "$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out bar.msh >/dev/null || exit 1
 cat >bar.yaml <<'END'

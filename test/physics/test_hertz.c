@@ -1,5 +1,12 @@
 /* test_hertz.c: a ball of 1 m on a block, at the default tolerance, is pressed back with Hertz's force, which the
- * block's finite height raises as Dimitriadis et al. say. */
+ * block's finite height raises as Dimitriadis et al. say. A quarter of the block is solved for, its edges fine where it
+ * is touched: the radius of contact has four to ten of them.
+ *
+ * The forces fall with the spacing h by a power between the first (nodes that touch come and go) and the second (linear
+ * elements), so that they are taken to the limit by either: the first power takes too much away, 3.4 and 1.6 % below
+ * the theory, the second too little, 0.1 and 1.5 % above. With two to five edges in the radius of contact the first
+ * power alone gives 6 to 7 % too little: that is an error of extrapolation, and not of the model. What else separates
+ * the two, as measured: sides that are free at 1 m, against held ones, 1.5 %; a barrier of 0.1 mm, 0.6 %. */
 #include "press.h"
 
 /* Dimitriadis, Horkay, Maresca, Kachar & Chadwick 2002, "Determination of elastic moduli of thin layers of soft
@@ -16,21 +23,56 @@ static double force_on_layer(double young, double poisson, double radius, double
   return 4. / 3 * young / (1 - poisson * poisson) * sqrt(radius) * pow(depth, 1.5) * (1 + more);
 }
 
-/* The nodes that touch come and go, so that errors fall with the spacing's first power. */
+/* 0 to 1: six tenths of the cells are within a fifth, from where they grow smoothly. */
+static double graded(double s)
+{
+  const double near = 0.2, share = 0.6;
+  if (s <= share) return near * s / share;
+  const double u = (s - share) / (1 - share), slope = near / share * (1 - share);
+  return near + slope * u + (1 - near - slope) * u * u;
+}
+
+/* [0,1] x [0,1] x [-1,0], finer towards the upper corner on the z axis. */
+static double near_the_axis(double s, int c) { return c == 2 ? -graded(1 - s) : graded(s); }
+
+/* The force of a ball that is pressed into the whole block by `depth`; the quarter slides on its planes of symmetry. */
+static double press_quarter(int cells, int layers, double depth)
+{
+  test_body b;
+  flesh_solve_stats stats = {0};
+  flesh_obstacle *ball = NULL;
+  const double high = 2e-3;
+  const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0, 0, -depth - high}}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys};
+  CHECK_OK(test_body_create(make_mesh(cells, cells, layers, near_the_axis), test_material(FLESH_ENERGY_S, 0.3), 1000,
+                            FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_hold(&b, 2, -1, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXIS_X, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(&b, 1, 0, FLESH_AXIS_Y, NULL, -INFINITY, INFINITY));
+  CHECK_OK(flesh_obstacle_sphere((const double[]){0, 0, 1 + high}, 1, &ball));
+  CHECK_OK(flesh_obstacle_move(ball, &motion));
+  add_contact(&b, ball, 1e-4);
+  CHECK_OK(flesh_system_finalize(b.system));
+  solve_statics(&b, 1e-6, 1, &stats);
+  const double force = -4 * contact_force(&b);
+  printf("# %d x %d cells: %.7g N by %d Newton iterations\n", cells, layers, force, stats.newton);
+  test_body_destroy(&b);
+  return force;
+}
+
 static void contact_forces_are_those_of_hertz(void)
 {
   const double depths[] = {0.02, 0.01};
   for (int k = 0; k < 2; k++) {
-    double coarse[DEPTHS], fine[DEPTHS];
     const double expected = force_on_layer(1e5, 0.3, 1, depths[k], 1);
-    press(14, 1e-6, 1e-8, depths[k], coarse);
-    press(28, 1e-6, 1e-8, depths[k], fine);
-    const double limit = 2 * fine[1] - coarse[1];
-    printf("# pressed in by %g m: %g and %g N, in the limit %g N; expected %g N\n", depths[k], coarse[1], fine[1],
-           limit, expected);
-    CHECK_BELOW(expected, fine[1]);
-    CHECK_BELOW(fine[1], coarse[1]);
-    CHECK_NEAR(limit / expected, 1, 0.08);
+    const double coarse = press_quarter(12, 10, depths[k]), fine = press_quarter(24, 20, depths[k]);
+    const double first = (2 * fine - coarse) / expected, second = (4 * fine - coarse) / 3 / expected;
+    printf("# pressed in by %g m: expected %g N; in the limit %.3f of it by the first power, %.3f by the second\n",
+           depths[k], expected, first, second);
+    CHECK_BELOW(expected, fine);
+    CHECK_BELOW(fine, coarse);
+    CHECK(first > 0.95 && first < 1);
+    CHECK(second > 1 && second < 1.025);
   }
 }
 
