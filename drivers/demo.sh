@@ -11,10 +11,18 @@ root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 
 install_missing build_packages
 cd "$root"
+# The program alone: no tests, no examples.
+targets=drivers/flesh
 build build || die "the build failed; the compiler's words are above."
+
+# First figures within seconds: one ratio on the coarse mesh.
+build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --solvers guarded --out out/first
 
 # The pulled finger on two meshes, so that the mesh is not taken for the material.
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger_pull_fine.yaml \
   --out out
 
-printf '\nThe folder: %s/out (first look at shapes_*.png and volume_*.png)\n' "$root"
+printf '\nThe folder: %s/out. Open, in this order:\n' "$root"
+printf '  %s\n' 'shapes_finger_pull_fine_0.49_guarded.png   the finger pulled and let go, in every energy' \
+  'volume_finger_pull_fine_0.49.png           its volume against time' \
+  'verdict.txt                                the comparison in words'

@@ -101,7 +101,8 @@ sys.exit(0 if right_tree and right_compiler else 1)
 END
 }
 
-# build DIR [meson options]: configures DIR unless it is of use as it stands, and compiles.
+# build DIR [meson options]: configures DIR unless it is of use as it stands, and compiles $targets (everything when
+# that is not set).
 build() {
   directory=$1
   shift
@@ -117,5 +118,6 @@ build() {
     meson setup "$directory" "$root" "$@" || return 1
     printf '%s\n' "$*" >"$directory/options"
   fi
-  ninja -C "$directory"
+  # shellcheck disable=SC2086
+  ninja -C "$directory" ${targets:-}
 }
