@@ -305,8 +305,8 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
   json_t *energies = json_object();
   double total = 0;
   for (int e = 0; e < figures->effects; e++) {
-    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
     char key[80];
+    const flesh_effect_operations *operations = flesh_system_effect(system, e)->operations;
     if (!operations->energy) continue; /* what dissipates has none */
     snprintf(key, sizeof key, "%s", operations->name);
     for (int n = 2; json_object_get(energies, key); n++) snprintf(key, sizeof key, "%.60s_%d", operations->name, n);
@@ -320,9 +320,8 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
 /* Figures that are called as their members. */
 #define SET_COUNT(name) set_integer(object, #name, figures->name);
 #define FLESH_FIGURES_COUNTS(X)                                                                              \
-  X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies)             \
-  X(projections) X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton)      \
-  X(unfinished_linear)
+  X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies) X(projections)        \
+  X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton) X(unfinished_linear)
 
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)
 {
