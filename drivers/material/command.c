@@ -23,7 +23,7 @@ static const char details[] =
 
 typedef struct request {
   const char *out, *energies, *constants_name;
-  double young, poisson, mu, lambda; /* NaN where not given */
+  flesh_material_given given;
   flesh_constants constants;
   int chosen[FLESH_ENERGY_COUNT];
 } request;
@@ -49,8 +49,11 @@ static int read_energies(const char *list, int chosen[FLESH_ENERGY_COUNT])
 static int make_material(const request *r, flesh_energy energy, flesh_constants constants,
                          flesh_material *material)
 {
-  return isnan(r->mu) ? flesh_material_from_young(energy, constants, r->young, r->poisson, material)
-                      : flesh_material_from_lame(energy, constants, r->mu, r->lambda, material);
+  flesh_material_given given = r->given;
+#define OF_OTHERS(FORM, name, ...) if (energy != FLESH_ENERGY_##FORM) given.name = NAN;
+  FLESH_FORM_CONSTANT_LIST(OF_OTHERS)
+#undef OF_OTHERS
+  return flesh_material_from_given(energy, constants, &given, material);
 }
 
 static int complete(request *r)
@@ -65,16 +68,16 @@ static int complete(request *r)
                             r->constants == FLESH_CONSTANTS_AS_E))
     return flesh_fail(FLESH_ERR_ARGUMENT, "--constants is '%s'; it must be raw or matched",
                       r->constants_name);
-  int lame = !isnan(r->mu) + !isnan(r->lambda), young = !isnan(r->young) + !isnan(r->poisson);
+  int lame = !isnan(r->given.mu) + !isnan(r->given.lambda), young = !isnan(r->given.young) + !isnan(r->given.poisson);
   if (lame && young)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "--mu, --lambda and --young, --poisson were both given; choose one pair");
   if (lame == 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "--%s is missing; --mu and --lambda go together",
-                      isnan(r->mu) ? "mu" : "lambda");
-  if (isnan(r->young)) r->young = 1e5;
-  if (isnan(r->poisson)) r->poisson = 0.45;
-  if (lame) r->young = r->poisson = NAN;
+                      isnan(r->given.mu) ? "mu" : "lambda");
+  if (isnan(r->given.young)) r->given.young = 1e5;
+  if (isnan(r->given.poisson)) r->given.poisson = 0.45;
+  if (lame) r->given.young = r->given.poisson = NAN;
   /* What no form takes is said once; E and M have no limits of their own. */
   flesh_material any;
   int matched = r->constants == FLESH_CONSTANTS_MATCHED;
@@ -100,10 +103,10 @@ static void add_curve(const request *r, flesh_energy energy, flesh_constants con
 
 static int make_curves(const request *r, flesh_curves *all)
 {
-  *all = (flesh_curves){.mu = r->mu, .lambda = r->lambda, .young = r->young, .poisson = r->poisson};
-  if (isnan(r->mu)) {
-    all->mu = r->young / (2 * (1 + r->poisson));
-    all->lambda = r->young * r->poisson / ((1 + r->poisson) * (1 - 2 * r->poisson));
+  *all = (flesh_curves){.mu = r->given.mu, .lambda = r->given.lambda, .young = r->given.young, .poisson = r->given.poisson};
+  if (isnan(r->given.mu)) {
+    all->mu = r->given.young / (2 * (1 + r->given.poisson));
+    all->lambda = r->given.young * r->given.poisson / ((1 + r->given.poisson) * (1 - 2 * r->given.poisson));
   }
   for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
     if (!r->chosen[e]) continue;
@@ -156,6 +159,9 @@ static void describe(const flesh_curve *curve)
   flesh_material_small_strain(m, &mu, &lambda, &stress);
   printf("%-12s mu %.6g Pa, lambda %.6g Pa", curve->label, m->mu, m->lambda);
   if (m->alpha != 1) printf(", alpha %.6g", m->alpha);
+#define FORM_CONSTANT(FORM, name, ...) if (m->energy == FLESH_ENERGY_##FORM) printf(", " #name " %.6g", m->name);
+  FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
   printf("\n             at rest: ");
   if (fabs(stress) <= 1e-12 * m->mu)
     printf("no stress; small strain mu %.6g, lambda %.6g Pa", mu, lambda);
@@ -176,8 +182,11 @@ static void describe(const flesh_curve *curve)
   if (!flesh_material_eigen(m, nothing, values, vectors)) {
     double smallest = values[0];
     for (int k = 1; k < 9; k++) smallest = fmin(smallest, values[k]);
-    printf(smallest > 0 ? "; F = 0 is a local minimum"
-                        : "; F = 0 is an equilibrium of zero stiffness");
+    const int rests = !flesh_material_stress(m, nothing, P) && P[0] == 0 && P[4] == 0 && P[8] == 0;
+    printf(smallest > 0                 ? "; F = 0 is a local minimum"
+           : !rests                     ? "; F = 0 is no equilibrium"
+           : smallest < -1e-12 * m->mu ? "; F = 0 is an unstable equilibrium"
+                                        : "; F = 0 is an equilibrium of zero stiffness");
   }
   printf("\n");
 }
@@ -260,14 +269,19 @@ static int compare(const request *r)
 
 int flesh_command_material(int argc, char **argv)
 {
-  request r = {.young = NAN, .poisson = NAN, .mu = NAN, .lambda = NAN};
+  request r = {0};
+  flesh_material_given_default(&r.given);
   const flesh_option rows[] = {
       {"out", "DIR", FLESH_OPTION_TEXT, &r.out, "folder of the table and the pictures (required)"},
       {"energies", "LIST", FLESH_OPTION_TEXT, &r.energies, &(FLESH_FORM_LIST(FORM_OF) " (default all)")[1]},
-      {"young", "E", FLESH_OPTION_POSITIVE, &r.young, "Young's modulus, Pa (default 1e5)"},
-      {"poisson", "NU", FLESH_OPTION_NUMBER, &r.poisson, "Poisson's ratio (default 0.45)"},
-      {"mu", "MU", FLESH_OPTION_POSITIVE, &r.mu, "shear modulus instead, Pa; with --lambda"},
-      {"lambda", "LAMBDA", FLESH_OPTION_NUMBER, &r.lambda, "first Lame constant, Pa; with --mu"},
+      {"young", "E", FLESH_OPTION_POSITIVE, &r.given.young, "Young's modulus, Pa (default 1e5)"},
+      {"poisson", "NU", FLESH_OPTION_NUMBER, &r.given.poisson, "Poisson's ratio (default 0.45)"},
+      {"mu", "MU", FLESH_OPTION_POSITIVE, &r.given.mu, "shear modulus instead, Pa; with --lambda"},
+      {"lambda", "LAMBDA", FLESH_OPTION_NUMBER, &r.given.lambda, "first Lame constant, Pa; with --mu"},
+#define FORM_CONSTANT(FORM, name, unit, least, usual, doc)                                                             \
+  {#name, "NUMBER", FLESH_OPTION_NUMBER, &r.given.name, doc " (default " #usual ")"},
+      FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
       {"constants", "KIND", FLESH_OPTION_TEXT, &r.constants_name, "matched (default) or raw"},
       {0}};
   const flesh_usage usage = {

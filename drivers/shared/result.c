@@ -258,6 +258,10 @@ void flesh_materials_print(FILE *stream, const flesh_scene *scene)
             materials[m].mu, materials[m].lambda);
     if (materials[m].alpha != 1)
       fprintf(stream, ", alpha %g", materials[m].alpha);
+#define FORM_CONSTANT(FORM, name, ...)                                                                                 \
+  if (materials[m].energy == FLESH_ENERGY_##FORM) fprintf(stream, ", " #name " %g", materials[m].name);
+    FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
     fprintf(stream, "; small strain: young %g Pa, poisson %g", s.young, s.poisson);
     if (fabs(s.stress) > 1e-9 * fabs(s.mu)) fprintf(stream, ", rest stress %g Pa", s.stress);
     putc('\n', stream);
@@ -289,6 +293,9 @@ json_t *flesh_materials_json(const flesh_scene *scene)
     set(row, "mu", materials[m].mu);
     set(row, "lambda", materials[m].lambda);
     set(row, "alpha", materials[m].alpha);
+#define FORM_CONSTANT(FORM, name, ...) if (materials[m].energy == FLESH_ENERGY_##FORM) set(row, #name, materials[m].name);
+    FLESH_FORM_CONSTANT_LIST(FORM_CONSTANT)
+#undef FORM_CONSTANT
     set(row, "small_strain_mu", s.mu);
     set(row, "small_strain_lambda", s.lambda);
     set(row, "small_strain_young", s.young);

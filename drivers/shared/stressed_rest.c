@@ -53,9 +53,10 @@ static int find_least(const flesh_scene *scene, double *least, double *stiffness
   for (int t = 0; body->materials && t < flesh_mesh_tet_count(body->mesh); t++) {
     const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[t] : 0];
     double ratio;
-    flesh_psi rest, mesh;
+    flesh_psi rest = {0}, mesh = {0};
     if (flesh_material_rest_ratio(material, &ratio) ||
-        material->psi(3 * pow(ratio, 2. / 3), ratio, material, &rest) || material->psi(3, 1, material, &mesh))
+        (ratio != 1 && (material->psi(3 * pow(ratio, 2. / 3), ratio, material, &rest) ||
+                        material->psi(3, 1, material, &mesh))))
       return 0;
     *least += volumes[t] * (rest.value - mesh.value);
     *stiffness += volumes[t] * material->mu;

@@ -1,4 +1,5 @@
-/* material.h: the neo-Hookean family as functions psi(I_C, J), and what follows from psi alone.
+/* material.h: energy densities as functions psi(I_C, J) or of the singular values of F, and what
+ * follows from psi alone.
  *
  * F is the 3x3 deformation gradient, I_C = tr(F^T F), J = det F. 3x3 matrices are row-major
  * [9]: F[3*i+j] = F_ij; vec(F) has the same order, so Hessians are [81], H[9*p+q]. Energies are
@@ -13,6 +14,24 @@
  *   E    mu/2 (I_C-3) + lambda/2 (J-alpha)^2,  alpha = 1 + mu/lambda
  *   S    E's form - mu/2 log(I_C+1),  alpha = 1 + mu/lambda - mu/(4 lambda)
  *                                                         Smith, de Goes & Kim 2018, eq. 14
+ *   Fung mu/(2b) (exp(b (I_C-3)) - 1) + lambda/2 (J-alpha)^2,  alpha = 1 + mu/lambda
+ *                                                         length term of Fung 1967
+ *   AB   mu sum of c_k N^(1-k) (I_C^k - 3^k) + lambda/2 (J-alpha)^2, k = 1 to 5, c = 1/2, 1/20,
+ *        11/1050, 19/7000, 519/673750; alpha keeps the rest stress-free
+ *                                                         length term of Arruda & Boyce 1993
+ *
+ * These are psi(I_C, J). With the singular values s_1 >= s_2 >= |s_3| of F, where s_3 carries the
+ * sign of J, three are psi(s_1, s_2, s_3), stress-free at rest:
+ *
+ *   CR   mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2      Muller & Gross 2004
+ *   FCR  mu sum (s_i-1)^2 + lambda/2 (J-1)^2              Stomakhin et al. 2012
+ *   StVK mu sum E_i^2 + lambda/2 (sum E_i)^2,  E_i = (s_i^2-1)/2
+ *                                                         Saint-Venant 1844, Kirchhoff 1852
+ *
+ * CR and FCR have a value for every F, but no derivative where s_2 + s_3 = 0 (only at J <= 0): the
+ * polar rotation is not unique there. The stress is that of one of the rotations, and in the twists
+ * of the Hessian s_i + s_j counts as at least FLESH_SMALLEST_STRETCH_SUM, which bounds them by
+ * (4 mu + 2 lambda |sum s_i - 3|) / FLESH_SMALLEST_STRETCH_SUM.
  *
  * Neo, A, B and C are undefined for J <= 0: every function of F then returns FLESH_UNDEFINED. A
  * non-finite F, or a result too large for a double, gives FLESH_NONFINITE. Whatever is not FLESH_OK
@@ -26,14 +45,20 @@
 extern "C" {
 #endif
 
-/* The built-in forms: ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in
+/* What the sum of two singular values counts as at least, in the twists of CR and FCR. */
+#define FLESH_SMALLEST_STRETCH_SUM 1e-6
+
+/* The built-in forms, in three lists,
+ * ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in
  * plots, formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha).
  *
- * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula. A form that cannot be matched
- * is stressed at rest. Raw constants need lambda > limit(mu), or = as well where "at the limit" is
- * 1; a form without lambda has no limit, and NULL as its text. The matched mu and lambda are those
- * of the formula, from the small-strain ones; alpha follows from those of the formula. */
-#define FLESH_FORM_LIST(ROW)                                                                       \
+ * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula of a form of the invariants,
+ * flesh_stretch_<name> (lib/material/stretch_forms.h) that of a form of the singular values. A form
+ * that cannot be matched is stressed at rest. Raw constants need lambda > limit(mu), or = as well
+ * where "at the limit" is 1; a form without lambda has no limit, and NULL as its text. The matched
+ * mu and lambda are those of the formula, from the small-strain ones; alpha follows from those of
+ * the formula. */
+#define FLESH_NEO_HOOKEAN_FORM_LIST(ROW)                                                           \
   ROW(NEO, neo, "Neo", "bonet-wood-neo-hookean", 1, RAW_OR_MATCHED, "#0072B2",                     \
       "mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2", "Bonet & Wood 2008",                         \
       -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
@@ -60,13 +85,46 @@ extern "C" {
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
       mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda)
 
+/* Those that stiffen when they are stretched. */
+#define FLESH_STIFFENING_FORM_LIST(ROW)                                                            \
+  ROW(FUNG, fung, "Fung", "fung-exponential", 0, RAW_OR_MATCHED, "#B8A200",                        \
+      "mu/(2b) (exp(b (I_C-3)) - 1) + lambda/2 (J-alpha)^2", "Fung 1967",                          \
+      fmax(0, (1. / 3 - 2 * exponent) * mu), "max(0, (1/3 - 2 b) mu)", 0,                          \
+      mu, lambda + (1 - 2 * exponent) * mu, 1 + mu / lambda)                                       \
+  ROW(AB, ab, "AB", "arruda-boyce", 0, RAW_OR_MATCHED, "#6959CD",                                  \
+      "mu (1/2 (I_C-3) + 1/(20 N) (I_C^2-9) + 11/(1050 N^2) (I_C^3-27) + "                         \
+      "19/(7000 N^3) (I_C^4-81) + 519/(673750 N^4) (I_C^5-243)) + lambda/2 (J-alpha)^2",           \
+      "Arruda & Boyce 1993",                                                                       \
+      fmax(0, flesh_ab_slope(links) / 3 - 4 * flesh_ab_curvature(links)) * mu,                     \
+      "max(0, 2/3 f'(3) - 4 f''(3)) mu", 0,                                                        \
+      mu / flesh_ab_slope(links),                                                                  \
+      lambda + (1 - 4 * flesh_ab_curvature(links) / flesh_ab_slope(links)) * mu,                   \
+      1 + flesh_ab_slope(links) * mu / lambda)
+
+/* Those of the singular values. */
+#define FLESH_STRETCH_FORM_LIST(ROW)                                                               \
+  ROW(CR, cr, "CR", "co-rotational", 0, RAW_OR_MATCHED, "#CC5B8F",                                 \
+      "mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2", "Muller & Gross 2004",                        \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+  ROW(FCR, fcr, "FCR", "fixed-co-rotational", 0, RAW_OR_MATCHED, "#7A0019",                        \
+      "mu sum (s_i-1)^2 + lambda/2 (J-1)^2", "Stomakhin et al. 2012",                              \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+  ROW(STVK, stvk, "StVK", "st-venant-kirchhoff", 0, RAW_OR_MATCHED, "#8C564B",                     \
+      "mu sum E_i^2 + lambda/2 (sum E_i)^2, E_i = (s_i^2-1)/2",                                    \
+      "Saint-Venant 1844, Kirchhoff 1852",                                                         \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)
+
+#define FLESH_INVARIANT_FORM_LIST(ROW)                                                             \
+  FLESH_NEO_HOOKEAN_FORM_LIST(ROW) FLESH_STIFFENING_FORM_LIST(ROW)
+#define FLESH_FORM_LIST(ROW) FLESH_INVARIANT_FORM_LIST(ROW) FLESH_STRETCH_FORM_LIST(ROW)
+
 /* The constants of forms beyond mu and lambda: ROW(FORM, name, unit, least, usual, doc). `name` is
  * a member of flesh_material, 0 for the other forms, and a key of a scene's material; psi and the
  * formulas of FLESH_FORM_LIST read it. It must be at least `least`; where none is given it is
- * `usual`, a formula of the small-strain mu. No built-in form has one. An example:
- *
- *   ROW(YEOH, c2, "Pa", 0, mu / 10, "of (I_C-3)^2") */
-#define FLESH_FORM_CONSTANT_LIST(ROW)
+ * `usual`, a formula of the small-strain mu. */
+#define FLESH_FORM_CONSTANT_LIST(ROW)                                                              \
+  ROW(FUNG, exponent, NULL, 1e-6, 0.25, "b of Fung's exp(b (I_C-3)), no unit")                     \
+  ROW(AB, links, NULL, 1, 25, "N, links of a chain of Arruda & Boyce, no unit")
 
 typedef enum flesh_energy {
 #define FLESH_FORM_ENUM(NAME, ...) FLESH_ENERGY_##NAME,
@@ -99,7 +157,7 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
-  flesh_psi_function psi;
+  flesh_psi_function psi; /* returns FLESH_UNDEFINED for a form of the singular values */
   double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them */
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
@@ -136,8 +194,10 @@ typedef struct flesh_material_given {
 FLESH_API void flesh_material_given_default(flesh_material_given *given);
 
 /* As flesh_material_from_lame or flesh_material_from_young, whichever pair is given, with the other
- * constants of the form. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for a
- * constant that the form does not have or that is below its least. */
+ * constants of the form. Matched: Fung mu = mu_L, lambda = lambda_L + (1-2b) mu_L; AB mu = mu_L/g,
+ * lambda = lambda_L + (1-4h/g) mu_L with g = 2 f'(3), h = f''(3) of its length term mu f(I_C); both
+ * need the matched lambda > 0. FLESH_ERR_ARGUMENT as theirs, for none or both of the pairs, and for
+ * a constant that the form does not have or that is below its least. */
 FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants constants,
                                         const flesh_material_given *given,
                                         flesh_material *material);
@@ -156,7 +216,8 @@ FLESH_API int flesh_energy_from_name(const char *name, flesh_energy *energy);
 FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *constants);
 
 /* Small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2,
- * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ, and the rest pressure-like stress
+ * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ (of the Hessian's entries, for a form of the
+ * singular values), and the rest pressure-like stress
  * P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
@@ -172,7 +233,8 @@ FLESH_API int flesh_material_rest_ratio(const flesh_material *material, double *
 /* Energy density psi(F) [J/m^3]. Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_energy(const flesh_material *material, const double F[9], double *psi);
 
-/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa.
+/* First Piola-Kirchhoff stress P = 2 psi_I F + psi_J cof F [9], Pa; with psi(s) it is
+ * U diag(d psi/d s_i) V^T.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_stress(const flesh_material *material, const double F[9], double P[9]);
 
@@ -183,7 +245,8 @@ FLESH_API int flesh_material_hessian(const flesh_material *material, const doubl
 
 /* The nine eigenpairs in closed form from F = U diag(s) V^T (Smith, de Goes & Kim 2018, section 4):
  * values[0..2] the scaling block's, ascending, [3..5] twists 2 psi_I + psi_J s_k,
- * [6..8] flips 2 psi_I - psi_J s_k; vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k].
+ * [6..8] flips 2 psi_I - psi_J s_k, or with psi(s) twists (psi_i + psi_j)/(s_i + s_j) and flips
+ * (psi_i - psi_j)/(s_i - s_j); vectors[9*k ..] is the unit eigenvector vec(Q_k) of values[k].
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_eigen(const flesh_material *material, const double F[9],
                                    double values[9], double vectors[81]);

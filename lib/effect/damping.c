@@ -10,7 +10,7 @@
 #include "effect/effect.h"
 #include "element/mass.h"
 #include "element/tet_batches.h"
-#include "material/spectrum.h"
+#include "material/stretch.h"
 
 typedef struct damping {
   double mass, stiffness; /* 1/s, s */
@@ -113,10 +113,10 @@ static const flesh_effect_operations damping_operations = {
  * twist on turning. */
 static int stiffness_at_rest(const flesh_material *material, flesh_viscous *rest)
 {
-  flesh_psi psi;
+  static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double U[9], V[9];
   flesh_spectrum s;
-  int status = material->psi(3, 1, material, &psi);
-  if (!status && !flesh_spectrum_make(&psi, (const double[3]){1, 1, 1}, &s)) status = FLESH_NONFINITE;
+  int status = flesh_spectrum_at(material, identity, &s, U, V);
   if (status) return status;
   *rest = (flesh_viscous){.shear = fmax(s.flip[0], 0) / 2,
                           .bulk = fmax(s.A[0] + 2 * s.A[1], 0) / 3,

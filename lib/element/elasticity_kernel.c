@@ -5,6 +5,7 @@
 #include "element/tet_lanes.h"
 #include "material/psi.h"
 #include "material/spectrum.h"
+#include "material/stretch_forms.h"
 #include "math/svd3.h"
 #include "math/svd3_core.h"
 
@@ -12,6 +13,9 @@
  * logarithm or decomposition leave its domain; beyond, tets are taken one by one. */
 #define LARGEST  1e50
 #define SMALLEST 1e-50
+
+/* No status: the batch's form is one of the singular values, and has its psi from decompose(). */
+enum { BY_STRETCHES = 1000 };
 
 /* A batch at a point. */
 typedef struct batch {
@@ -48,6 +52,28 @@ static __attribute__((noinline, cold)) int psi_one_by_one(const flesh_material *
   return FLESH_OK;
 }
 
+/* The stiffening forms side by side. */
+static __attribute__((noinline)) void psi_stiffening(const flesh_material *material, int with_value,
+                                                     const flesh_real *I_C, const flesh_real *J, flesh_psi_real *psi)
+{
+  flesh_psi_stiffening_form(material->energy, material, with_value, *I_C, *J, psi);
+}
+
+/* psi where load() does not compute it. */
+static __attribute__((noinline, cold)) int psi_otherwise(const flesh_material *material, int with_value,
+                                                         const flesh_real *I_C, const flesh_real *J,
+                                                         flesh_psi_real *psi)
+{
+  if (flesh_form_of_stretches(material->energy))
+    return flesh_any((*I_C < INFINITY) == 0) ? FLESH_NONFINITE : BY_STRETCHES;
+  const double largest = fmin(LARGEST, flesh_psi_largest(material));
+  if (!flesh_form_stiffens(material->energy) || material->psi != flesh_psi_builtin(material->energy) ||
+      flesh_any(((*I_C < largest) & (flesh_abs(*J) < LARGEST)) == 0))
+    return psi_one_by_one(material, I_C, J, psi);
+  psi_stiffening(material, with_value, I_C, J, psi);
+  return FLESH_OK;
+}
+
 INLINE int load(const flesh_batches *batches, int index, const double *x, int with_value, batch *b)
 {
   load_tets(batches, index, &b->t);
@@ -60,14 +86,71 @@ INLINE int load(const flesh_batches *batches, int index, const double *x, int wi
   flesh_energy energy = b->material->energy;
   flesh_real smallest = flesh_all(flesh_psi_needs_volume(energy) ? SMALLEST : -LARGEST);
   flesh_mask ordinary = (b->I_C < LARGEST) & (b->J < LARGEST) & (b->J > smallest);
-  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_builtin(energy)) {
+  if (flesh_any(ordinary == 0) || b->material->psi != flesh_psi_batched(energy)) {
     flesh_real I_C = b->I_C, J = b->J;
     flesh_psi_real psi;
-    int status = psi_one_by_one(b->material, &I_C, &J, &psi);
+    int status = psi_otherwise(b->material, with_value, &I_C, &J, &psi);
     b->psi = psi;
     return status;
   }
   flesh_psi_form(energy, b->material, with_value, b->I_C, b->J, &b->psi);
+  return FLESH_OK;
+}
+
+/* Singular values of any size. */
+static __attribute__((noinline, cold)) void
+decompose_one_by_one(const flesh_real F[9], flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
+{
+  for (int l = 0; l < FLESH_LANES; l++) {
+    double f[9], u[9], s[3], v[9];
+    for (int k = 0; k < 9; k++) f[k] = flesh_lane(F[k], l);
+    flesh_svd3(f, u, s, v);
+    for (int k = 0; k < 9; k++) flesh_set_lane(&U[k], l, u[k]), flesh_set_lane(&V[k], l, v[k]);
+    for (int k = 0; k < 3; k++) flesh_set_lane(&sigma[k], l, s[k]);
+  }
+}
+
+INLINE void find_stretches(const batch *b, flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
+{
+  if (flesh_any((b->I_C < SMALLEST) | (b->I_C > LARGEST))) decompose_one_by_one(b->F, U, sigma, V);
+  else flesh_svd3_core(b->F, U, sigma, V);
+}
+
+/* F's singular vectors and the Hessian between them. */
+INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spectrum *spectrum)
+{
+  flesh_real sigma[3];
+  find_stretches(b, U, sigma, V);
+  if (flesh_form_of_stretches(b->material->energy)) {
+    flesh_stretch_real psi;
+    const flesh_mask finite = flesh_stretch_form(b->material->energy, b->material, sigma, &psi);
+    *spectrum = psi.spectrum;
+    return flesh_any(finite == 0) ? FLESH_NONFINITE : FLESH_OK;
+  }
+  return flesh_any(flesh_spectrum_make(&b->psi, sigma, spectrum) == 0) ? FLESH_NONFINITE : FLESH_OK;
+}
+
+/* The batch's forces, where its form is one of the singular values, are added to `forces` if not NULL; `sums` are its
+ * energy and the size of that, lane by lane. */
+static COMPILED_ONCE int add_stretch_forces(const flesh_batches *batches, int index, const double *position,
+                                            double *forces, flesh_real sums[2])
+{
+  batch b;
+  flesh_real U[9], sigma[3], V[9], UP[9], P[9], f[4][3];
+  flesh_stretch_real psi;
+  int status = load(batches, index, position, 0, &b);
+  if (status != BY_STRETCHES) return status;
+  find_stretches(&b, U, sigma, V);
+  if (flesh_any(flesh_stretch_form(b.material->energy, b.material, sigma, &psi) == 0)) return FLESH_NONFINITE;
+  sums[0] = b.t.volume * psi.value;
+  sums[1] = flesh_all(0);
+  for (int k = 0; k < 3; k++) sums[1] += 0.5 * flesh_abs(psi.p[k] * sigma[k]);
+  sums[1] = b.t.volume * (flesh_abs(psi.value) + sums[1]);
+  if (!forces) return FLESH_OK;
+  for (int k = 0; k < 9; k++) UP[k] = U[k] * (b.t.volume * psi.p[k % 3]);
+  flesh_mat3_multiply_transposed(UP, V, P);
+  for (int i = 0; i < 3; i++) force_row(&b.t, i, P + 3 * i, f);
+  scatter_forces(&b.t, f, forces);
   return FLESH_OK;
 }
 
@@ -82,7 +165,14 @@ static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     batch b;
     int status = load(batches, k, x, sums != NULL, &b);
-    if (status) return status;
+    if (status) {
+      flesh_real own[2];
+      if (status == BY_STRETCHES) status = add_stretch_forces(batches, k, x, r ? forces : NULL, own);
+      if (status) return status;
+      sum += own[0];
+      size += own[1];
+      continue;
+    }
     if (sums) {
       sum += b.t.volume * b.psi.value;
       /* The value may cancel; the length term, of which psi_I I_C is the size, says how far. */
@@ -169,29 +259,7 @@ static COMPILED_ONCE int add_true(const flesh_batches *batches, int index, const
   return FLESH_OK;
 }
 
-/* Singular values of any size. */
-static __attribute__((noinline, cold)) void
-decompose_one_by_one(const flesh_real F[9], flesh_real U[9], flesh_real sigma[3], flesh_real V[9])
-{
-  for (int l = 0; l < FLESH_LANES; l++) {
-    double f[9], u[9], s[3], v[9];
-    for (int k = 0; k < 9; k++) f[k] = flesh_lane(F[k], l);
-    flesh_svd3(f, u, s, v);
-    for (int k = 0; k < 9; k++) flesh_set_lane(&U[k], l, u[k]), flesh_set_lane(&V[k], l, v[k]);
-    for (int k = 0; k < 3; k++) flesh_set_lane(&sigma[k], l, s[k]);
-  }
-}
-
-/* F's singular vectors and the Hessian between them. */
-INLINE int decompose(const batch *b, flesh_real U[9], flesh_real V[9], flesh_spectrum *spectrum)
-{
-  flesh_real sigma[3];
-  if (flesh_any((b->I_C < SMALLEST) | (b->I_C > LARGEST))) decompose_one_by_one(b->F, U, sigma, V);
-  else flesh_svd3_core(b->F, U, sigma, V);
-  return flesh_any(flesh_spectrum_make(&b->psi, sigma, spectrum) == 0) ? FLESH_NONFINITE : FLESH_OK;
-}
-
-/* The Hessian with its negative eigenvalues filtered, from the closed-form spectrum. */
+/* The Hessian with its negative eigenvalues filtered, if they are to be, from the closed-form spectrum. */
 static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                        const double *position, tile_blocks *to)
 {
@@ -201,9 +269,11 @@ static COMPILED_ONCE int add_projected(const flesh_batches *batches, int index, 
   flesh_real U[9], V[9], g[4][3];
   flesh_spectrum spectrum;
   int status = load(batches, index, position, 0, &b);
-  if (!status) status = decompose(&b, U, V, &spectrum);
+  const int by_stretches = status == BY_STRETCHES;
+  if (!status || by_stretches) status = decompose(&b, U, V, &spectrum);
   if (status) return status;
-  if (!flesh_any(flesh_spectrum_filter(&spectrum, filter))) return add_true(batches, index, at, position, to);
+  if (at->filter && !flesh_any(flesh_spectrum_filter(&spectrum, filter)) && !by_stretches)
+    return add_true(batches, index, at, position, to);
   for (int a = 1; a < 4; a++) {
     flesh_real gradient[3];
     shape_gradient(&b.t, a, gradient);
@@ -234,6 +304,7 @@ static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_t
   tile_open(tiles, tile, &own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     int status = (at->filter ? add_projected : add_true)(batches, k, at, x, &own);
+    if (status == BY_STRETCHES) status = add_projected(batches, k, at, x, &own);
     if (status) return status;
     tile_expect(tiles, tile, k, slots, values);
   }
@@ -270,7 +341,7 @@ static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int ti
     batch b;
     flesh_real edges[3][3], rate[9], P[9], f[4][3];
     int status = load(batches, k, x, 0, &b);
-    if (status) return status;
+    if (status && status != BY_STRETCHES) return status;
     gradient_of(&b.t, v, edges, rate);
     status = stress_rate(&b, rate, P);
     if (status) return status;

@@ -30,6 +30,22 @@ static inline int flesh_psi_needs_volume(flesh_energy energy)
 #undef FLESH_FORM_BIT
 }
 
+/* Whether a built-in form is one of the singular values (stretch_forms.h), not of I_C and J. */
+static inline int flesh_form_of_stretches(flesh_energy energy)
+{
+#define FLESH_FORM_BIT(NAME, ...) | 1u << FLESH_ENERGY_##NAME
+  return (0u FLESH_STRETCH_FORM_LIST(FLESH_FORM_BIT)) >> energy & 1;
+#undef FLESH_FORM_BIT
+}
+
+/* Whether it is one of those that stiffen when they are stretched. */
+static inline int flesh_form_stiffens(flesh_energy energy)
+{
+#define FLESH_FORM_BIT(NAME, ...) | 1u << FLESH_ENERGY_##NAME
+  return (0u FLESH_STIFFENING_FORM_LIST(FLESH_FORM_BIT)) >> energy & 1;
+#undef FLESH_FORM_BIT
+}
+
 /* Whether the form takes constants of this kind; no for a user's psi. */
 static inline int flesh_form_takes(flesh_energy energy, flesh_constants constants)
 {

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "material/psi.h"
+#include "material/psi_forms.h"
 
 static const char *const constants_names[] = {[FLESH_CONSTANTS_RAW] = "raw",
                                               [FLESH_CONSTANTS_MATCHED] = "matched",
@@ -100,7 +101,9 @@ typedef struct constants_of_form {
 static constants_of_form formulas(flesh_energy energy, const flesh_material *m)
 {
   const double mu = m->mu, lambda = m->lambda;
-#define LOCAL(FORM, name, ...) const double name = m->name; (void)name;
+#define LOCAL(FORM, name, ...)                                                                                         \
+  const double name = m->name;                                                                                         \
+  (void)name;
   FLESH_FORM_CONSTANT_LIST(LOCAL)
 #undef LOCAL
   switch (energy) {
@@ -119,7 +122,7 @@ static constants_of_form formulas(flesh_energy energy, const flesh_material *m)
 /* The constants beyond mu and lambda, those given or what is usual for the small-strain mu. */
 static int take_constants(flesh_energy energy, const flesh_material_given *given, double mu, flesh_material *m)
 {
-  (void)energy, (void)given, (void)mu, (void)m; /* the list may be empty */
+  (void)mu;
 #define TAKE(FORM, name_, unit, least, usual, doc)                                                                     \
   if (energy == FLESH_ENERGY_##FORM) {                                                                                 \
     m->name_ = isnan(given->name_) ? (usual) : given->name_;                                                           \
@@ -134,19 +137,20 @@ static int take_constants(flesh_energy energy, const flesh_material_given *given
   return FLESH_OK;
 }
 
-/* Raw constants below these have no stable rest state (or no lower bound) to be at rest in. */
-static int check_raw(flesh_energy energy, const flesh_material *m)
+/* Constants of the formula below these have no stable rest state (or no lower bound) to be at rest in. */
+static int check_limit(flesh_energy energy, const flesh_material *m)
 {
   const flesh_form *form = &flesh_forms[energy];
+  const char *kind = constants_names[m->constants];
   double mu = m->mu, lambda = m->lambda, limit = formulas(energy, m).limit;
   if (!form->limit || lambda > limit || (form->at_limit && lambda == limit)) return FLESH_OK;
   const char *reason = form->at_limit ? "for an energy bounded from below" : "for a stable rest state";
   const char *sign = form->at_limit ? ">=" : ">";
   if (limit == 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "raw lambda is %.15g; energy %s needs lambda %s 0 %s",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s lambda is %.15g; energy %s needs lambda %s 0 %s", kind,
                       lambda, form->name, sign, reason);
   return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "raw lambda is %.15g with mu %.15g; energy %s needs lambda %s %s = %.15g %s",
+                    "%s lambda is %.15g with mu %.15g; energy %s needs lambda %s %s = %.15g %s", kind,
                     lambda, mu, form->name, sign, form->limit, limit, reason);
 }
 
@@ -164,7 +168,7 @@ static int make(flesh_energy energy, flesh_constants constants, flesh_material *
                       "mu is %.15g and lambda %.15g after mapping; both must be finite", m->mu,
                       m->lambda);
   m->alpha = formulas(energy, m).alpha;
-  return FLESH_OK;
+  return check_limit(energy, m);
 }
 
 /* From mu and lambda of `given`; kind and pair have been checked. */
@@ -185,13 +189,12 @@ static int from_lame(flesh_energy energy, flesh_constants constants, double mu, 
                       .poisson = NAN};
   int status = take_constants(energy, given, mu, &m);
   if (status) return status;
-  if (constants == FLESH_CONSTANTS_RAW) status = check_raw(energy, &m);
-  else if (!(lambda >= 0))
-    status = flesh_fail(FLESH_ERR_ARGUMENT,
-                        "lambda is %.15g; %s constants need lambda >= 0, that is Poisson's ratio "
-                        "in [0, 0.5)",
-                        lambda, constants_names[constants]);
-  if (!status) status = make(energy, constants, &m);
+  if (constants != FLESH_CONSTANTS_RAW && !(lambda >= 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "lambda is %.15g; %s constants need lambda >= 0, that is Poisson's ratio "
+                      "in [0, 0.5)",
+                      lambda, constants_names[constants]);
+  status = make(energy, constants, &m);
   if (!status) *material = m;
   return status;
 }

@@ -8,7 +8,7 @@
 #include "material/psi_forms.h"
 #include "math/mat3.h"
 
-/* A flesh_psi_function of every built-in form. */
+/* A flesh_psi_function of every form of the invariants. */
 #define BUILTIN(NAME, name, ...)                                                                 \
   static int psi_##name(double I_C, double J, const flesh_material *material, flesh_psi *psi)    \
   {                                                                                              \
@@ -16,10 +16,29 @@
     flesh_psi_form(FLESH_ENERGY_##NAME, material, 1, I_C, J, psi);                               \
     return FLESH_OK;                                                                             \
   }
-FLESH_FORM_LIST(BUILTIN)
+FLESH_NEO_HOOKEAN_FORM_LIST(BUILTIN)
+
+#define STIFFENING(NAME, name, ...)                                                              \
+  static int psi_##name(double I_C, double J, const flesh_material *material, flesh_psi *psi)    \
+  {                                                                                              \
+    flesh_psi_stiffening_form(FLESH_ENERGY_##NAME, material, 1, I_C, J, psi);                    \
+    return FLESH_OK;                                                                             \
+  }
+FLESH_STIFFENING_FORM_LIST(STIFFENING)
+
+/* The forms of the singular values are no psi(I_C, J): what takes them for one is told so. */
+static int psi_of_stretches(double I_C, double J, const flesh_material *material, flesh_psi *psi)
+{
+  (void)I_C, (void)J, (void)material, (void)psi;
+  return FLESH_UNDEFINED;
+}
 
 #define ENTRY(NAME, name, ...) [FLESH_ENERGY_##NAME] = psi_##name,
-const flesh_psi_function flesh_psi_builtins[] = {FLESH_FORM_LIST(ENTRY)};
+#define STRETCH_ENTRY(NAME, ...) [FLESH_ENERGY_##NAME] = psi_of_stretches,
+const flesh_psi_function flesh_psi_builtins[] = {FLESH_INVARIANT_FORM_LIST(ENTRY)
+                                                 FLESH_STRETCH_FORM_LIST(STRETCH_ENTRY)};
+
+const flesh_psi_function flesh_psi_batches[FLESH_ENERGY_COUNT] = {FLESH_NEO_HOOKEAN_FORM_LIST(ENTRY)};
 static_assert(sizeof flesh_psi_builtins / sizeof *flesh_psi_builtins == FLESH_ENERGY_COUNT, "a psi of every form");
 
 int flesh_psi_at(const flesh_material *material, const double F[9], flesh_psi *psi, double *J)

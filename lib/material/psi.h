@@ -8,11 +8,18 @@
 #include "material/form.h"
 
 extern const flesh_psi_function flesh_psi_builtins[FLESH_ENERGY_COUNT];
+/* Of these, those that flesh_psi_form computes; NULL for the other forms. */
+extern const flesh_psi_function flesh_psi_batches[FLESH_ENERGY_COUNT];
 
 /* The function of a built-in energy; NULL for FLESH_ENERGY_USER and anything unknown. */
 static inline flesh_psi_function flesh_psi_builtin(flesh_energy energy)
 {
   return (unsigned)energy < FLESH_ENERGY_COUNT ? flesh_psi_builtins[energy] : NULL;
+}
+
+static inline flesh_psi_function flesh_psi_batched(flesh_energy energy)
+{
+  return (unsigned)energy < FLESH_ENERGY_COUNT ? flesh_psi_batches[energy] : NULL;
 }
 
 /* psi and its derivatives at F, with I_C and J; FLESH_NONFINITE for a non-finite F or where

@@ -7,6 +7,7 @@
 
 #include "flesh/material.h"
 #include "material/form.h"
+#include "math/exponential.h"
 #include "math/logarithm.h"
 
 #if FLESH_LANES == 1
@@ -114,7 +115,7 @@ static inline void flesh_psi_s(const flesh_material *m, int with_value, flesh_re
   psi->JJ = flesh_all(m->lambda);
 }
 
-/* The form `energy` where it is defined; nothing for FLESH_ENERGY_USER. */
+/* The neo-Hookean form `energy` where it is defined; nothing for others. */
 static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, int with_value,
                                   flesh_real I_C, flesh_real J, flesh_psi_real *psi)
 {
@@ -125,11 +126,86 @@ static inline void flesh_psi_form(flesh_energy energy, const flesh_material *m, 
   case FLESH_ENERGY_##NAME:                                                                        \
     flesh_psi_##name(m, with_value, I_C, J, psi);                                                  \
     break;
-    FLESH_FORM_LIST(FLESH_FORM_CASE)
+    FLESH_NEO_HOOKEAN_FORM_LIST(FLESH_FORM_CASE)
 #undef FLESH_FORM_CASE
-  case FLESH_ENERGY_USER:
+  default:
     break;
   }
+}
+
+/* lambda/2 (J-alpha)^2 with lambda (alpha - 1) = pressure, beside the length terms of Fung and Arruda & Boyce. */
+static inline void flesh_psi_volume(const flesh_material *m, int with_value, double pressure, flesh_real J,
+                                    flesh_psi_real *psi)
+{
+  flesh_real dilation = J - 1, offset = dilation - pressure / m->lambda;
+  if (with_value) psi->value += 0.5 * m->lambda * offset * offset;
+  psi->J = m->lambda * dilation - pressure;
+  psi->JJ = flesh_all(m->lambda);
+}
+
+/* Side by side, b (I_C - 3) must be within FLESH_EXPONENTIAL_LARGEST. */
+static inline void flesh_psi_fung(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
+                                  flesh_psi_real *psi)
+{
+  const double b = m->exponent;
+  flesh_real growth = flesh_exp(b * (I_C - 3));
+  if (with_value) psi->value = 0.5 * m->mu / b * (growth - 1);
+  psi->I = 0.5 * m->mu * growth;
+  psi->II = 0.5 * m->mu * b * growth;
+  flesh_psi_volume(m, with_value, m->mu, J, psi);
+}
+
+/* The length term mu f(I_C) of Arruda & Boyce: 2 f'(3) and f''(3). */
+#define FLESH_AB(k) ((const double[]){1. / 2, 1. / 20, 11. / 1050, 19. / 7000, 519. / 673750}[(k) - 1])
+
+static inline double flesh_ab_slope(double links)
+{
+  const double b = 1 / links;
+  return 2 * (FLESH_AB(1) + b * (6 * FLESH_AB(2) + b * (27 * FLESH_AB(3) + b * (108 * FLESH_AB(4) +
+                                                                               b * 405 * FLESH_AB(5)))));
+}
+
+static inline double flesh_ab_curvature(double links)
+{
+  const double b = 1 / links;
+  return b * (2 * FLESH_AB(2) + b * (18 * FLESH_AB(3) + b * (108 * FLESH_AB(4) + b * 540 * FLESH_AB(5))));
+}
+
+static inline void flesh_psi_ab(const flesh_material *m, int with_value, flesh_real I_C, flesh_real J,
+                                flesh_psi_real *psi)
+{
+  const double b = 1 / m->links;
+  flesh_real x = b * I_C, value = flesh_all(0), slope = flesh_all(0), curvature = flesh_all(0);
+  /* Horner for f = sum of c_k b^(k-1) I_C^k, f' and b f''. */
+  for (int k = 5; k >= 1; k--) {
+    value = value * x + FLESH_AB(k);
+    slope = slope * x + k * FLESH_AB(k);
+    if (k > 1) curvature = curvature * x + k * (k - 1) * FLESH_AB(k);
+  }
+  if (with_value) {
+    double rest = 0;
+    for (int k = 5; k >= 1; k--) rest = rest * 3 * b + FLESH_AB(k);
+    psi->value = m->mu * (value * I_C - 3 * rest);
+  }
+  psi->I = m->mu * slope;
+  psi->II = m->mu * b * curvature;
+  flesh_psi_volume(m, with_value, m->mu * flesh_ab_slope(m->links), J, psi);
+}
+
+/* The I_C beyond which the stiffening forms side by side leave their domain. */
+static inline double flesh_psi_largest(const flesh_material *m)
+{
+  return m->energy == FLESH_ENERGY_FUNG ? FLESH_EXPONENTIAL_LARGEST / m->exponent : INFINITY;
+}
+
+/* The stiffening form `energy` where it is defined; nothing for others. */
+static inline void flesh_psi_stiffening_form(flesh_energy energy, const flesh_material *m, int with_value,
+                                             flesh_real I_C, flesh_real J, flesh_psi_real *psi)
+{
+  flesh_real zero = flesh_all(0);
+  *psi = (flesh_psi_real){zero, zero, zero, zero, zero, zero};
+  if (energy == FLESH_ENERGY_FUNG) flesh_psi_fung(m, with_value, I_C, J, psi);
+  else if (energy == FLESH_ENERGY_AB) flesh_psi_ab(m, with_value, I_C, J, psi);
 }
 
 #endif

@@ -6,12 +6,22 @@
 
 #include "base/error.h"
 #include "material/psi.h"
+#include "material/stretch.h"
 
 int flesh_material_small_strain(const flesh_material *material, double *mu, double *lambda,
                                 double *rest_stress)
 {
   FLESH_NEED({material, "material"});
   static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (flesh_form_of_stretches(material->energy)) {
+    flesh_stretch_real stretch;
+    int undefined = flesh_stretch_at(material, identity, &stretch, NULL, NULL);
+    if (undefined) return undefined;
+    if (mu) *mu = 0.5 * stretch.spectrum.flip[0];
+    if (lambda) *lambda = stretch.spectrum.A[1];
+    if (rest_stress) *rest_stress = stretch.p[0];
+    return FLESH_OK;
+  }
   flesh_psi at;
   int status = flesh_psi_at(material, identity, &at, NULL);
   if (status) return status;
@@ -22,10 +32,18 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
 }
 
 /* g(s) = 2 psi_I + psi_J s, the stress at F = s I over s: its sign says whether the body
- * shrinks (> 0) or swells, and the zero at s = 0 that all forms share is divided out. */
+ * shrinks (> 0) or swells, and the zero at s = 0 of all forms of I_C and J is divided out. */
 static int tension(const flesh_material *material, double s, double *g, double *slope)
 {
   double F[9] = {s, 0, 0, 0, s, 0, 0, 0, s};
+  if (flesh_form_of_stretches(material->energy)) {
+    flesh_stretch_real stretch;
+    int undefined = flesh_stretch_at(material, F, &stretch, NULL, NULL);
+    if (undefined) return undefined;
+    *g = stretch.p[0] / s;
+    *slope = (stretch.spectrum.A[0] + 2 * stretch.spectrum.A[1] - *g) / s;
+    return FLESH_OK;
+  }
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status) return status;

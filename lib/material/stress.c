@@ -4,20 +4,36 @@
 
 #include "base/error.h"
 #include "material/psi.h"
+#include "material/stretch.h"
 #include "math/mat3.h"
 
 int flesh_material_energy(const flesh_material *material, const double F[9], double *psi)
 {
   FLESH_NEED({material, "material"}, {F, "F"}, {psi, "psi"});
   flesh_psi at;
-  int status = flesh_psi_at(material, F, &at, NULL);
-  if (status == FLESH_OK) *psi = at.value;
+  flesh_stretch_real stretch;
+  const int of_stretches = flesh_form_of_stretches(material->energy);
+  int status = of_stretches ? flesh_stretch_at(material, F, &stretch, NULL, NULL) : flesh_psi_at(material, F, &at, NULL);
+  if (status == FLESH_OK) *psi = of_stretches ? stretch.value : at.value;
   return status;
+}
+
+/* U diag(p) V^T */
+static int stress_of_stretches(const flesh_material *material, const double F[9], double P[9])
+{
+  flesh_stretch_real at;
+  double U[9], V[9];
+  int status = flesh_stretch_at(material, F, &at, U, V);
+  if (status) return status;
+  for (int k = 0; k < 9; k++) U[k] *= at.p[k % 3];
+  flesh_mat3_multiply_transposed(U, V, P);
+  return FLESH_OK;
 }
 
 int flesh_material_stress(const flesh_material *material, const double F[9], double P[9])
 {
   FLESH_NEED({material, "material"}, {F, "F"}, {P, "P"});
+  if (flesh_form_of_stretches(material->energy)) return stress_of_stretches(material, F, P);
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status) return status;
@@ -34,6 +50,7 @@ int flesh_material_stress(const flesh_material *material, const double F[9], dou
 int flesh_material_hessian(const flesh_material *material, const double F[9], double H[81])
 {
   FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
+  if (flesh_form_of_stretches(material->energy)) return flesh_stretch_hessian(material, F, H);
   flesh_psi at;
   int status = flesh_psi_at(material, F, &at, NULL);
   if (status) return status;

@@ -88,9 +88,13 @@ static void problem_close(problem *p)
   free(p->K);
 }
 
-/* Mild enough for J > 0, or with tets inverted, flat, drawn to a line and to a point. */
+/* Whether the form has a derivative for every F: co-rotational ones have none where the polar rotation is not unique. */
+static int is_smooth(int energy) { return energy != FLESH_ENERGY_CR && energy != FLESH_ENERGY_FCR; }
+
+/* Mild enough for J > 0, or with tets inverted, flat, and where the form is smooth drawn to a line and to a point. */
 static void deform(problem *p, int wild)
 {
+  const int smooth = is_smooth(p->materials[0].energy);
   const double *X = flesh_mesh_positions(p->mesh);
   double R[9];
   random_rotation(R);
@@ -102,9 +106,9 @@ static void deform(problem *p, int wild)
   }
   const int *nodes = flesh_mesh_tets(p->mesh);
   for (int a = 0; a < 4 && wild; a++) {
-    for (int c = 0; c < 3; c++) p->x[3 * nodes[a] + c] = c;            /* to a point */
-    p->x[3 * nodes[4 * 9 + a] + 1] = 0.5;                              /* flat */
-    for (int c = 0; c < 2; c++) p->x[3 * nodes[4 * 30 + a] + c] = 0.1; /* to a line */
+    for (int c = 0; c < 3 && smooth; c++) p->x[3 * nodes[a] + c] = c;            /* to a point */
+    p->x[3 * nodes[4 * 9 + a] + 1] = 0.5;                                        /* flat */
+    for (int c = 0; c < 2 && smooth; c++) p->x[3 * nodes[4 * 30 + a] + c] = 0.1; /* to a line */
   }
   for (int d = 0; d < p->n; d++) {
     const double way = 0.1 * uniform();
@@ -422,17 +426,23 @@ static void slivers(void)
   problem_close(&p);
 }
 
-/* Sizes that the batched logarithm and decomposition leave to the single ones. */
+/* Sizes that the batched logarithm and decomposition leave to the single ones, and large ones for an exponential. */
 static void extreme_sizes(void)
 {
-  static const double sizes[] = {1e-40, 1e-18, 1e18, 1e30};
-  for (int s = 0; s < 4; s++) {
+  static const struct {
+    flesh_energy energy;
+    double size;
+  } rows[] = {{FLESH_ENERGY_S, 1e-40},   {FLESH_ENERGY_S, 1e-18},   {FLESH_ENERGY_S, 1e18},   {FLESH_ENERGY_S, 1e30},
+              {FLESH_ENERGY_CR, 1e-40},  {FLESH_ENERGY_CR, 1e-18},  {FLESH_ENERGY_CR, 1e18},  {FLESH_ENERGY_CR, 1e30},
+              {FLESH_ENERGY_FCR, 1e-40}, {FLESH_ENERGY_FCR, 1e-18}, {FLESH_ENERGY_FCR, 1e18}, {FLESH_ENERGY_FCR, 1e30},
+              {FLESH_ENERGY_STVK, 1e18}, {FLESH_ENERGY_STVK, 1e30}, {FLESH_ENERGY_FUNG, 15},  {FLESH_ENERGY_AB, 1e20}};
+  for (unsigned s = 0; s < sizeof rows / sizeof *rows; s++) {
     problem p;
-    problem_open(FLESH_ENERGY_S, (int[]){2, 1, 1}, &p);
+    problem_open(rows[s].energy, (int[]){2, 1, 1}, &p);
     deform(&p, 0);
-    for (int d = 0; d < p.n; d++) p.x[d] *= sizes[s];
+    for (int d = 0; d < p.n; d++) p.x[d] *= rows[s].size;
     for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
-      if (available(set)) compare(&p, ELASTIC, (flesh_instructions)set, FLESH_ENERGY_S, 0);
+      if (available(set)) compare(&p, ELASTIC, (flesh_instructions)set, rows[s].energy, 0);
     problem_close(&p);
   }
 }

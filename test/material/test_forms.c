@@ -1,6 +1,7 @@
 /* test_forms.c: a form that this file adds, and every built-in one, through the derivatives of an effect, the projection
  * of the Hessian and a static solve. A form is a psi: nothing else is told of the one added here. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "body.h"
 #include "material/form.h"
@@ -150,8 +151,32 @@ static void an_added_form_is_solved_as_a_built_in(void)
   CHECK(sag(&stiff, 5) < 0.99 * expected);
 }
 
+/* An exponential that no number holds is told, and leaves a step to be tried shorter. */
+static void fungs_overflow_is_told(void)
+{
+  const double growth[] = {15, 100};
+  for (int k = 0; k < 2; k++) {
+    flesh_material material;
+    test_body b;
+    double V, size;
+    material_of(FLESH_ENERGY_FUNG, &material);
+    CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 0, &b));
+    CHECK_OK(flesh_system_finalize(b.system));
+    for (int d = 0; d < b.n; d++) b.state.x[d] *= growth[k];
+    double *r = malloc((size_t)b.n * sizeof *r);
+    const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    const flesh_shift shift = {.x = 1};
+    const int expected = k ? FLESH_NONFINITE : FLESH_OK;
+    CHECK(flesh_system_residual(b.system, &point, r) == expected);
+    CHECK(flesh_system_potential(b.system, &point, &shift, &V, &size) == expected);
+    free(r);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(derivatives_are_right), TEST(projection_takes_negative_curvature),
-                   TEST(small_loads_see_the_small_strain_constants), TEST(an_added_form_is_solved_as_a_built_in));
+                   TEST(small_loads_see_the_small_strain_constants), TEST(an_added_form_is_solved_as_a_built_in),
+                   TEST(fungs_overflow_is_told));
 }

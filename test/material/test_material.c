@@ -1,4 +1,4 @@
-/* test_material.c: psi, P and H of the eight energies and of users' own: against long double
+/* test_material.c: psi, P and H of the forms of I_C and J and of users' own: against long double
  * formulas, finite differences, objectivity and isotropy; and what happens where there is no value.
  */
 #include "test_matrix.h"
@@ -10,7 +10,8 @@
 
 static const flesh_energy all[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_ENERGY_B,
                                    FLESH_ENERGY_C,   FLESH_ENERGY_M, FLESH_ENERGY_D,
-                                   FLESH_ENERGY_E,   FLESH_ENERGY_S};
+                                   FLESH_ENERGY_E,   FLESH_ENERGY_S, FLESH_ENERGY_FUNG,
+                                   FLESH_ENERGY_AB};
 enum { ENERGIES = sizeof all / sizeof *all };
 
 static int needs_positive_J(flesh_energy e) { return e <= FLESH_ENERGY_C; }
@@ -26,7 +27,9 @@ static flesh_material raw(flesh_energy energy, double mu, double lambda)
 static long double formula(flesh_energy e, long double I, long double J, long double mu,
                            long double la)
 {
-  long double alpha;
+  static const long double chain[5] = {1.0L / 2, 1.0L / 20, 11.0L / 1050, 19.0L / 7000, 519.0L / 673750};
+  const long double b = e == FLESH_ENERGY_AB ? 1.0L / 25 : 0.25L; /* as usual */
+  long double alpha, sum = 0, slope = 0;
   switch (e) {
   case FLESH_ENERGY_NEO:
     return mu / 2 * (I - 3) - mu * logl(J) + la / 2 * logl(J) * logl(J);
@@ -46,6 +49,16 @@ static long double formula(flesh_energy e, long double I, long double J, long do
   case FLESH_ENERGY_S:
     alpha = 1 + mu / la - mu / (4 * la);
     return mu / 2 * (I - 3) + la / 2 * (J - alpha) * (J - alpha) - mu / 2 * logl(I + 1);
+  case FLESH_ENERGY_FUNG:
+    alpha = 1 + mu / la;
+    return mu / (2 * b) * expm1l(b * (I - 3)) + la / 2 * (J - alpha) * (J - alpha);
+  case FLESH_ENERGY_AB:
+    for (int k = 1; k <= 5; k++) {
+      sum += chain[k - 1] * powl(b, k - 1) * (powl(I, k) - powl(3, k));
+      slope += k * chain[k - 1] * powl(b, k - 1) * powl(3, k - 1);
+    }
+    alpha = 1 + 2 * slope * mu / la;
+    return mu * sum + la / 2 * (J - alpha) * (J - alpha);
   default:
     return NAN;
   }
@@ -151,6 +164,7 @@ static int draw(int kind, flesh_energy energy, double F[9])
   default:
     return 0;
   }
+  if (energy == FLESH_ENERGY_FUNG && (kind == 5 || kind == 10)) return 0; /* e to the thousands */
   if (needs_positive_J(energy) && ((kind >= 1 && kind <= 4) || kind == 11)) return 0;
   compose(s, F);
   for (int k = 0; k < 9; k++) F[k] *= scale;

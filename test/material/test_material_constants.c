@@ -9,7 +9,9 @@
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const flesh_energy matched[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_ENERGY_B,
-                                       FLESH_ENERGY_E, FLESH_ENERGY_S};
+                                       FLESH_ENERGY_E, FLESH_ENERGY_S, FLESH_ENERGY_FUNG, FLESH_ENERGY_AB,
+                                       FLESH_ENERGY_CR, FLESH_ENERGY_FCR, FLESH_ENERGY_STVK};
+enum { MATCHED_COUNT = sizeof matched / sizeof *matched };
 
 /* The stress's slope at F = I in direction X, from stresses alone: sixth order differences. */
 static void stress_slope(const flesh_material *m, const double X[9], double dP[9])
@@ -31,7 +33,7 @@ static void matched_constants_linearise_to_the_given(void)
 {
   static const double ratios[] = {0, 0.1, 0.3, 0.45, 0.49, 0.4999};
   const double young = 2.5e5;
-  for (int n = 0; n < 5; n++)
+  for (int n = 0; n < MATCHED_COUNT; n++)
     for (int r = 0; r < 6; r++) {
       double nu = ratios[r], mu = young / (2 * (1 + nu));
       double lambda = young * nu / ((1 + nu) * (1 - 2 * nu));
@@ -57,6 +59,10 @@ static void matched_constants_linearise_to_the_given(void)
     }
 }
 
+/* 3/g and 8 + 3 - 4 h 3/g, in fractions: g = 2 f'(3) and h = f''(3) of Arruda & Boyce's five terms with N = 25. */
+#define AB_MU     2.9269884323013344
+#define AB_LAMBDA 10.949403605981431
+
 /* The maps themselves, as the design of the family states them. */
 static void maps_of_the_constants(void)
 {
@@ -71,6 +77,15 @@ static void maps_of_the_constants(void)
               {FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, 3, 11, 1 + 3. / 11},
               {FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 4, 10.5, 1 + 3 / 10.5},
               {FLESH_ENERGY_D, FLESH_CONSTANTS_AS_E, 3, 11, 1},
+              {FLESH_ENERGY_FUNG, FLESH_CONSTANTS_MATCHED, 3, 9.5, 1 + 3 / 9.5}, /* b = 1/4 */
+              {FLESH_ENERGY_AB, FLESH_CONSTANTS_MATCHED, AB_MU, AB_LAMBDA, 1 + 3 / AB_LAMBDA}, /* N = 25 */
+              {FLESH_ENERGY_CR, FLESH_CONSTANTS_MATCHED, 3, 8, 1},
+              {FLESH_ENERGY_FCR, FLESH_CONSTANTS_MATCHED, 3, 8, 1},
+              {FLESH_ENERGY_STVK, FLESH_CONSTANTS_MATCHED, 3, 8, 1},
+              {FLESH_ENERGY_FUNG, FLESH_CONSTANTS_RAW, 3, 8, 1.375},
+              {FLESH_ENERGY_CR, FLESH_CONSTANTS_RAW, 3, 8, 1},
+              {FLESH_ENERGY_FCR, FLESH_CONSTANTS_RAW, 3, 8, 1},
+              {FLESH_ENERGY_STVK, FLESH_CONSTANTS_RAW, 3, 8, 1},
               {FLESH_ENERGY_NEO, FLESH_CONSTANTS_RAW, 3, 8, 1},
               {FLESH_ENERGY_A, FLESH_CONSTANTS_RAW, 3, 8, 1},
               {FLESH_ENERGY_B, FLESH_CONSTANTS_RAW, 3, 8, 1},
@@ -98,7 +113,9 @@ static void stress_at_rest(void)
     double mu, lambda; /* rest stress = mu * this + lambda * that */
   } rows[] = {{FLESH_ENERGY_NEO, 0, 0}, {FLESH_ENERGY_A, 0, 0}, {FLESH_ENERGY_B, 0, 0},
               {FLESH_ENERGY_C, 0, 0.5}, {FLESH_ENERGY_M, 1, 0}, {FLESH_ENERGY_D, 1, 0},
-              {FLESH_ENERGY_E, 0, 0},   {FLESH_ENERGY_S, 0, 0}};
+              {FLESH_ENERGY_E, 0, 0},   {FLESH_ENERGY_S, 0, 0}, {FLESH_ENERGY_FUNG, 0, 0},
+              {FLESH_ENERGY_AB, 0, 0},  {FLESH_ENERGY_CR, 0, 0}, {FLESH_ENERGY_FCR, 0, 0},
+              {FLESH_ENERGY_STVK, 0, 0}};
   for (unsigned n = 0; n < sizeof rows / sizeof *rows; n++) {
     flesh_material m;
     double R[9], P[9], stress, expected = rows[n].mu * mu + rows[n].lambda * lambda;
@@ -179,12 +196,10 @@ static void rest_volume_of_d(void)
 
 static void rest_volume_of_the_others(void)
 {
-  static const flesh_energy stable[] = {FLESH_ENERGY_NEO, FLESH_ENERGY_A, FLESH_ENERGY_B,
-                                        FLESH_ENERGY_E, FLESH_ENERGY_S};
-  for (int n = 0; n < 5; n++)
+  for (int n = 0; n < MATCHED_COUNT; n++)
     for (int trial = 0; trial < 50; trial++) {
       double ratio = 7, mu = exp(10 * uniform());
-      CHECK_OK(rest_of(stable[n], mu, mu * exp(5 * uniform() + 4.5), &ratio));
+      CHECK_OK(rest_of(matched[n], mu, mu * exp(5 * uniform() + 4.5), &ratio));
       CHECK(ratio == 1);
     }
   double ratio = 7;
@@ -268,6 +283,51 @@ static int lame(flesh_energy e, flesh_constants c, double mu, double lambda, fle
 static int young(flesh_energy e, flesh_constants c, double E, double nu, flesh_material *m)
 {
   return flesh_material_from_young(e, c, E, nu, m);
+}
+
+/* With both of the constants beyond mu and lambda, where they are not NaN. */
+static int more(flesh_energy e, flesh_constants c, double mu, double lambda, double exponent, double links,
+                flesh_material *m)
+{
+  flesh_material_given given;
+  flesh_material_given_default(&given);
+  given.mu = mu, given.lambda = lambda, given.exponent = exponent, given.links = links;
+  return flesh_material_from_given(e, c, &given, m);
+}
+
+static void constants_of_single_forms(void)
+{
+  const flesh_constants RAW = FLESH_CONSTANTS_RAW, MATCHED = FLESH_CONSTANTS_MATCHED;
+  const flesh_energy FUNG = FLESH_ENERGY_FUNG, AB = FLESH_ENERGY_AB, S = FLESH_ENERGY_S;
+  REFUSED(more(S, RAW, 3, 8, 0.1, NAN, material), "exponent is given with energy S", "of Fung");
+  REFUSED(more(FUNG, RAW, 3, 8, NAN, 9, material), "links is given with energy Fung", "of AB");
+  REFUSED(more(FUNG, RAW, 3, 8, 0, NAN, material), "exponent is 0", "finite and >= 1e-06");
+  REFUSED(more(FUNG, RAW, 3, 8, INFINITY, NAN, material), "exponent is inf", "finite");
+  REFUSED(more(AB, RAW, 3, 8, NAN, 0.9, material), "links is 0.9", ">= 1");
+  REFUSED(more(FUNG, RAW, 3, 0.2, 0.125, NAN, material), "raw lambda is 0.2", "lambda > max(0, (1/3 - 2 b) mu)",
+          "stable rest");
+  REFUSED(more(FUNG, RAW, 3, 0, 2, NAN, material), "raw lambda is 0", "needs lambda > 0");
+  REFUSED(more(AB, RAW, 3, 0.5, NAN, 25, material), "raw lambda is 0.5", "lambda > max(0, 2/3 f'(3)");
+  REFUSED(more(FUNG, MATCHED, 3, 8, 2, NAN, material), "matched lambda is -1", "needs lambda > 0");
+  REFUSED(more(AB, MATCHED, 3, 0, NAN, 1, material), "matched lambda is -", "energy AB needs lambda > ");
+  REFUSED(lame(FLESH_ENERGY_CR, RAW, 3, -2, material), "lambda is -2 ", "lambda > -2/3 mu = -2");
+  REFUSED(lame(FLESH_ENERGY_STVK, FLESH_CONSTANTS_AS_E, 3, 1, material), "as_e", "D only");
+  flesh_material m;
+  flesh_material_given given;
+  flesh_material_given_default(&given);
+  CHECK(flesh_material_from_given(FUNG, RAW, &given, &m) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "none of the pairs");
+  given.mu = given.lambda = given.young = given.poisson = 0.3;
+  CHECK(flesh_material_from_given(FUNG, RAW, &given, &m) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "more than one of the pairs");
+  /* just inside every limit */
+  CHECK_OK(more(FUNG, RAW, 3, 0.25 + 1e-9, 0.125, NAN, &m));
+  CHECK_OK(more(FUNG, RAW, 3, 1e-9, 2, NAN, &m));
+  CHECK_OK(more(FUNG, MATCHED, 3, 8, 1.83, NAN, &m));
+  CHECK(m.exponent == 1.83 && m.links == 0);
+  CHECK_OK(more(AB, RAW, 3, 8, NAN, 1, &m));
+  CHECK(m.links == 1 && m.exponent == 0);
+  CHECK_OK(lame(FLESH_ENERGY_FCR, RAW, 3, -2 + 1e-9, &m));
 }
 
 static void refused_constants(void)
@@ -364,7 +424,7 @@ static void names_go_both_ways(void)
   }
   flesh_energy energy = FLESH_ENERGY_S;
   flesh_constants constants = FLESH_CONSTANTS_AS_E;
-  static const char *const wrong[] = {"neo", "", "AB", "user", "S "};
+  static const char *const wrong[] = {"neo", "", "BA", "user", "S "};
   for (int k = 0; k < 5; k++) {
     CHECK(flesh_energy_from_name(wrong[k], &energy) == FLESH_ERR_ARGUMENT);
     CHECK_TEXT(flesh_error_text(), wrong[k]);
@@ -384,5 +444,6 @@ int main(int argc, char **argv)
                    TEST(maps_of_the_constants), TEST(stress_at_rest), TEST(rest_volume_of_d),
                    TEST(rest_volume_of_the_others), TEST(rest_volume_of_a_users_psi),
                    TEST(indifferent_to_volume_rests_as_it_is),
-                   TEST(refused_constants), TEST(given_constants_are_one_pair), TEST(names_go_both_ways));
+                   TEST(refused_constants), TEST(given_constants_are_one_pair),
+                   TEST(constants_of_single_forms), TEST(names_go_both_ways));
 }

@@ -1,5 +1,6 @@
-/* test_lanes.c: what lanes.h and logarithm.h add to the compiler's vectors, against the C library. */
+/* test_lanes.c: what lanes.h and logarithm.h and exponential.h add to the compiler's vectors, against the C library. */
 #define FLESH_LANES 2
+#include "math/exponential.h"
 #include "math/logarithm.h"
 #include "test.h"
 
@@ -33,6 +34,21 @@ static void logarithms(void)
   CHECK_BELOW(worst_at_one, 3);
   flesh_real exact = flesh_log((flesh_real){1, 0x1p512});
   CHECK(exact[0] == 0 && ulps(exact[1], 512 * logl(2)) <= 1);
+}
+
+static void exponentials(void)
+{
+  double worst = 0, worst_at_zero = 0;
+  for (int trial = 0; trial < 200000; trial++) {
+    flesh_real x = {FLESH_EXPONENTIAL_LARGEST * (2 * test_uniform(&seed) - 1), number(-16, -1)}, y = flesh_exp(x);
+    worst = fmax(worst, ulps(y[0], expl(x[0])));
+    worst_at_zero = fmax(worst_at_zero, fmax(ulps(y[1], expl(x[1])), ulps(flesh_exp(-x)[1], expl(-x[1]))));
+  }
+  printf("# %.2f units in the last place, %.2f near 0\n", worst, worst_at_zero);
+  CHECK_BELOW(worst, 3);
+  CHECK_BELOW(worst_at_zero, 3);
+  flesh_real exact = flesh_exp((flesh_real){0, 1});
+  CHECK(exact[0] == 1 && ulps(exact[1], expl(1)) <= 1);
 }
 
 static void cube_roots(void)
@@ -90,6 +106,6 @@ static void additions_of_four(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(logarithms), TEST(cube_roots), TEST(selections),
+  return RUN_TESTS(argc, argv, TEST(logarithms), TEST(exponentials), TEST(cube_roots), TEST(selections),
                    TEST(transposition), TEST(differences_of_four), TEST(additions_of_four));
 }

@@ -1,4 +1,4 @@
-/* spectrum.c: the nine eigenpairs of the Hessian in closed form, and its nearest positive
+/* eigen.c: the nine eigenpairs of the Hessian in closed form, and its nearest positive
  * semi-definite matrix, from spectrum.h. */
 #include "material/spectrum.h"
 
@@ -6,22 +6,18 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "material/psi.h"
+#include "material/stretch.h"
 #include "math/eig3.h"
 #include "math/mat3.h"
-#include "math/svd3.h"
 
 int flesh_material_eigen(const flesh_material *material, const double F[9], double values[9],
                          double vectors[81])
 {
   FLESH_NEED({material, "material"}, {F, "F"}, {values, "values"}, {vectors, "vectors"});
-  flesh_psi psi;
   flesh_spectrum s;
-  double U[9], sigma[3], V[9], w[3], Q[9];
-  int status = flesh_psi_at(material, F, &psi, NULL);
+  double U[9], V[9], w[3], Q[9];
+  int status = flesh_spectrum_at(material, F, &s, U, V);
   if (status) return status;
-  flesh_svd3(F, U, sigma, V);
-  if (!flesh_spectrum_make(&psi, sigma, &s)) return FLESH_NONFINITE;
   flesh_eigh3(s.A, w, Q);
   for (int m = 0; m < 3; m++) {
     /* Scaling: U diag(q) V^T. */
@@ -44,21 +40,34 @@ int flesh_material_eigen(const flesh_material *material, const double F[9], doub
   return FLESH_OK;
 }
 
-int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
-                                     double H[81])
+/* The matrix with these eigenpairs, without those of values below `least`. */
+static void compose(const double values[9], const double vectors[81], double least, double H[81])
 {
-  FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
-  double values[9], vectors[81];
-  int status = flesh_material_eigen(material, F, values, vectors);
-  if (status) return status;
   memset(H, 0, 81 * sizeof *H);
   for (int m = 0; m < 9; m++) {
-    if (!(values[m] > 0)) continue;
+    if (!(values[m] > least)) continue;
     const double *q = vectors + 9 * m;
     for (int p = 0; p < 9; p++)
       for (int r = p; r < 9; r++) H[9 * p + r] += values[m] * q[p] * q[r];
   }
   for (int p = 0; p < 9; p++)
     for (int r = 0; r < p; r++) H[9 * p + r] = H[9 * r + p];
-  return FLESH_OK;
+}
+
+int flesh_material_hessian_projected(const flesh_material *material, const double F[9],
+                                     double H[81])
+{
+  FLESH_NEED({material, "material"}, {F, "F"}, {H, "H"});
+  double values[9], vectors[81];
+  int status = flesh_material_eigen(material, F, values, vectors);
+  if (!status) compose(values, vectors, 0, H);
+  return status;
+}
+
+int flesh_stretch_hessian(const flesh_material *material, const double F[9], double H[81])
+{
+  double values[9], vectors[81];
+  int status = flesh_material_eigen(material, F, values, vectors);
+  if (!status) compose(values, vectors, -INFINITY, H);
+  return status;
 }
