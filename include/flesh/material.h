@@ -64,7 +64,7 @@ extern "C" {
       -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
   ROW(A, a, "A", "ogden-neo-hookean", 1, RAW_OR_MATCHED, "#56B4E9",                                \
       "mu/2 (I_C-3) - mu log J + lambda/2 (J-1)^2", "Ogden 1984",                                  \
-      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+      0, "0", 1, mu, lambda, 1)                                                    \
   ROW(B, b, "B", "bower-neo-hookean", 1, RAW_OR_MATCHED, "#D55E00",                                \
       "mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)^2", "Bower 2009",                                    \
       0, "0", 0, mu, lambda + 2 * mu / 3, 1)                                                       \
@@ -171,14 +171,15 @@ typedef struct flesh_material {
 /* From the small-strain constants (mu_L, lambda_L) [Pa], finite, mu_L > 0; raw puts them straight
  * into the formula. Matched: S mu = 4/3 mu_L, lambda = lambda_L + 5/6 mu_L; E lambda = lambda_L +
  * mu_L; B lambda = lambda_L + 2/3 mu_L; Neo and A as they are; M, C and D have no matched
- * constants. Limits: raw E needs lambda > mu/3, S lambda > mu/8, B lambda > 0, Neo and A lambda >
- * -2/3 mu for a stable rest state, C and D lambda >= 0 to be bounded from below; matched and as_e
- * need lambda_L >= 0 (0 <= poisson < 0.5). FLESH_ERR_ARGUMENT with the reason otherwise. */
+ * constants. Limits: raw E needs lambda > mu/3, S lambda > mu/8, B lambda > 0, Neo lambda > -2/3 mu
+ * for a stable rest state, A, C and D lambda >= 0 to be bounded from below; matched and as_e need
+ * lambda_L > -2/3 mu_L (-1 < poisson < 0.5), and of A lambda_L >= 0. FLESH_ERR_ARGUMENT with the
+ * reason otherwise. */
 FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants constants, double mu,
                                        double lambda, flesh_material *material);
 
 /* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
- * lambda_L = E nu/((1+nu)(1-2nu)); nu in [0, 0.5), raw also (-1, 0). Errors: FLESH_ERR_ARGUMENT. */
+ * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.5). Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 

@@ -154,6 +154,16 @@ static int check_limit(flesh_energy energy, const flesh_material *m)
                     lambda, mu, form->name, sign, form->limit, limit, reason);
 }
 
+/* Small-strain constants must have a positive bulk modulus. */
+static int check_bulk(flesh_constants constants, double mu, double lambda)
+{
+  if (lambda > -2 * mu / 3) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "lambda is %.15g with mu %.15g; %s constants need lambda > -2/3 mu = %.15g, that is Poisson's ratio "
+                    "in (-1, 0.5)",
+                    lambda, mu, constants_names[constants], -2 * mu / 3);
+}
+
 /* Maps checked small-strain constants to those of the form. */
 static int make(flesh_energy energy, flesh_constants constants, flesh_material *m)
 {
@@ -189,12 +199,8 @@ static int from_lame(flesh_energy energy, flesh_constants constants, double mu, 
                       .poisson = NAN};
   int status = take_constants(energy, given, mu, &m);
   if (status) return status;
-  if (constants != FLESH_CONSTANTS_RAW && !(lambda >= 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "lambda is %.15g; %s constants need lambda >= 0, that is Poisson's ratio "
-                      "in [0, 0.5)",
-                      lambda, constants_names[constants]);
-  status = make(energy, constants, &m);
+  if (constants != FLESH_CONSTANTS_RAW) status = check_bulk(constants, mu, lambda);
+  if (!status) status = make(energy, constants, &m);
   if (!status) *material = m;
   return status;
 }
@@ -205,10 +211,8 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
   double young = given->young, poisson = given->poisson;
   if (!(young > 0) || !isfinite(young))
     return flesh_fail(FLESH_ERR_ARGUMENT, "young is %.15g; it must be finite and > 0", young);
-  int raw = constants == FLESH_CONSTANTS_RAW;
-  if (!(poisson < 0.5) || !(raw ? poisson > -1 : poisson >= 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is %.15g; it must be in %s with %s constants",
-                      poisson, raw ? "(-1, 0.5)" : "[0, 0.5)", constants_names[constants]);
+  if (!(poisson > -1 && poisson < 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is %.15g; it must be in (-1, 0.5)", poisson);
   double mu = young / (2 * (1 + poisson));
   double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   flesh_material m;

@@ -99,7 +99,7 @@ END
 }
 
 bad_lists_are_refused() {
-  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*\[0, 0.5)" &&
+  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*(-1, 0.5)" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X &&
       has stderr.txt "--energies: energy is 'X'" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,S,B &&

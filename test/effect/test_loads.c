@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "material/form.h"
 #include "scene/selection.h"
 #include "test.h"
 
@@ -118,6 +119,55 @@ static void traction_pulls_a_bar_as_the_closed_form(void)
     free(triangles);
     test_body_destroy(&b);
   }
+}
+
+/* Poisson's ratio -1/2: a bar of every form that allows it is at rest undeformed, and widens where it is pulled. */
+static void auxetic_bars_widen_as_the_closed_form(void)
+{
+  int forms = 0;
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++) {
+    if (!flesh_form_takes((flesh_energy)e, FLESH_CONSTANTS_MATCHED)) continue;
+    flesh_material material;
+    if (flesh_material_from_young((flesh_energy)e, FLESH_CONSTANTS_MATCHED, 1e5, -0.5, &material)) {
+      printf("# %s\n", flesh_error_text());
+      continue;
+    }
+    test_body b;
+    flesh_effect *effect = NULL;
+    flesh_derivative_report report;
+    int *triangles;
+    CHECK_OK(test_body_create(test_box(3, 2, 2, 1.5, 1, 1), material, 1000,
+                              FLESH_MASS_LUMPED, 0, &b));
+    for (int c = 0; c < 3; c++) CHECK_OK(test_body_hold(&b, c, 0, 1u << c, NULL, -INFINITY, INFINITY));
+    CHECK_OK(flesh_effect_elasticity(&b.body, &effect));
+    test_jitter(b.n, 0.05, 7, b.state.x);
+    CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 3, &report));
+    CHECK(flesh_derivative_report_passes(&report, 1e-7));
+    flesh_effect_destroy(&effect);
+    memcpy(b.state.x, flesh_mesh_positions(b.mesh), (size_t)b.n * sizeof *b.state.x);
+    const double traction = 5e3;
+    int count = triangles_in(b.mesh, (double[]){1.5, -1, -1, 2, 2, 2}, &triangles);
+    CHECK_OK(flesh_effect_traction(&b.body, count, triangles, (double[]){traction, 0, 0}, NULL, &effect));
+    add(&b, effect);
+    CHECK_OK(flesh_system_finalize(b.system));
+    settle(&b, 1);
+    /* The last node is the corner (1.5, 1, 1): the whole bar is stretched as it says, with the load's stress along it
+     * and none across. */
+    const double along = b.state.x[b.n - 3] / 1.5, across = b.state.x[b.n - 2];
+    double worst = 0, off = fabs(stress_along(&b.material, along, across, across) - traction);
+    off = fmax(off, fabs(stress_along(&b.material, across, along, across)));
+    for (int d = 0; d < b.n; d++)
+      worst = fmax(worst, fabs(b.state.x[d] - flesh_mesh_positions(b.mesh)[d] * (d % 3 ? across : along)));
+    printf("# %s: stretch %.6g, across %.6g, off by %.2g m, %.2g Pa\n", flesh_energy_name((flesh_energy)e), along, across,
+           worst, off);
+    CHECK_BELOW(worst, 1e-8);
+    CHECK_BELOW(off, 1e-3);
+    CHECK(along > 1.03 && across > 1.015);
+    forms++;
+    free(triangles);
+    test_body_destroy(&b);
+  }
+  CHECK(forms >= 4);
 }
 
 static void forces_are_what_holds_against_them(void)
@@ -392,7 +442,7 @@ static void triangles_are_chosen_by_region(void)
 int main(int argc, char **argv)
 {
   gsl_set_error_handler_off();
-  return RUN_TESTS(argc, argv, TEST(traction_pulls_a_bar_as_the_closed_form),
+  return RUN_TESTS(argc, argv, TEST(traction_pulls_a_bar_as_the_closed_form), TEST(auxetic_bars_widen_as_the_closed_form),
                    TEST(forces_are_what_holds_against_them), TEST(pressure_follows_the_faces),
                    TEST(statics_follow_an_open_pressure), TEST(pressure_inflates_a_thick_sphere),
                    TEST(triangles_are_chosen_by_region));
