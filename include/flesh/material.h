@@ -108,7 +108,7 @@ extern "C" {
       -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
   ROW(FCR, fcr, "FCR", "fixed-co-rotational", 0, RAW_OR_MATCHED, "#7A0019",                        \
       "mu sum (s_i-1)^2 + lambda/2 (J-1)^2", "Stomakhin et al. 2012",                              \
-      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+      0, "0", 1, mu, lambda, 1)                                                                \
   ROW(STVK, stvk, "StVK", "st-venant-kirchhoff", 0, RAW_OR_MATCHED, "#8C564B",                     \
       "mu sum E_i^2 + lambda/2 (sum E_i)^2, E_i = (s_i^2-1)/2",                                    \
       "Saint-Venant 1844, Kirchhoff 1852",                                                         \

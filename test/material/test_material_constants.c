@@ -38,7 +38,13 @@ static void matched_constants_linearise_to_the_given(void)
       double nu = ratios[r], mu = young / (2 * (1 + nu));
       double lambda = young * nu / ((1 + nu) * (1 - 2 * nu));
       flesh_material m;
-      if (matched[n] == FLESH_ENERGY_A && nu < 0) continue; /* not bounded from below */
+      /* A and FCR are not bounded from below there, Fung's is stable only where its own lambda is positive. */
+      const int limited = matched[n] == FLESH_ENERGY_A || matched[n] == FLESH_ENERGY_FCR ||
+                          (matched[n] == FLESH_ENERGY_FUNG && nu < -0.4);
+      if (limited && nu < 0) {
+        CHECK(flesh_material_from_young(matched[n], FLESH_CONSTANTS_MATCHED, young, nu, &m) == FLESH_ERR_ARGUMENT);
+        continue;
+      }
       CHECK_OK(flesh_material_from_young(matched[n], FLESH_CONSTANTS_MATCHED, young, nu, &m));
       CHECK(m.young == young && m.poisson == nu && m.constants == FLESH_CONSTANTS_MATCHED);
       for (int trial = 0; trial < 10; trial++) {
