@@ -2,7 +2,7 @@
 # lasted twice as long, and every ten minutes at least; short steps and quiet runs say nothing. Each reading of the
 # clock is so many seconds after the last. FLESH names the program, SLOW_CLOCK what is preloaded.
 set -u
-. "$(dirname -- "$0")/command.sh"
+. "$(dirname -- "$0")/../shared/command.sh"
 shim=${SLOW_CLOCK:?SLOW_CLOCK must name the library that slows the clock}
 
 "$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
