@@ -78,6 +78,9 @@ typedef struct flesh_costs {
   flesh_effect_cost *effects; /* of the system's effects, in their order */
 } flesh_costs;
 
+/* How far a run's body is from what it may meet. */
+struct flesh_clearance;
+
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
  *
@@ -98,6 +101,8 @@ typedef struct flesh_point {
   const double *x_frozen, *v_frozen;
   flesh_threads *threads;
   flesh_costs *costs;
+  /* Whose far effects the flesh_system_ functions need not ask (borrowed); NULL: all are asked. */
+  const struct flesh_clearance *clearance;
 } flesh_point;
 
 /* How the unknown u moves the point, and what becomes of negative eigenvalues of its cells'
@@ -210,6 +215,15 @@ typedef struct flesh_effect_operations {
                    const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
   int (*check)(const flesh_effect *effect, double t, const double *x);
+  /* For effects that nothing is felt of from afar, neither now nor from the lagged state, and that
+   * bar no way there: how much farther than that the whole body, at x [3*n], is at time t, at least,
+   * m; <= 0: no farther, or not known. The effect is not asked while less than that is left. NULL:
+   * it always is. */
+  double (*clearance)(const flesh_effect *effect, double t, const double *x);
+  /* How far what it stands for is carried between two times, as seen from any place within the box
+   * from `low` to `high`, at most, m. Beside `clearance` only; NULL: it stands still. */
+  double (*approach)(const flesh_effect *effect, double t_from, double t_to, const double low[3],
+                     const double high[3]);
   /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
   const char *const *report_names;
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);

@@ -55,13 +55,12 @@ typedef enum flesh_technique {
 
 typedef struct flesh_solver_options {
   /* Converged when ||r||_2 over the free dofs <= newton_tolerance * max(||applied load||,
-   * first), or r is at rounding. `first` is ||r||_2 at the first iterate. In statics, and
-   * where an obstacle, a prescribed place or the place that a spring pulls to may have gone
-   * on at once, the load is that of the current iterate, and `first` is at most the largest
-   * ||r_e||_2 there: of the load (over the free dofs) and of each other effect e (over the
-   * free dofs; over all of them where it couples nodes, so that reactions count). Where no
-   * load acts and that is less than ten times ||r||_2, so that nothing balances, `first` is
-   * at most the larger of it and the force that strains an edge by its own length. */
+   * first), or r is at rounding. The load is that of the current iterate; `first` is ||r||_2 at
+   * the first iterate, but at most the largest ||r_e||_2 at the current one: of the load (over
+   * the free dofs) and of each other effect e, inertia included (over the free dofs; over all of
+   * them where it couples nodes, so that reactions count). Where no load acts and that is less
+   * than ten times ||r||_2, so that nothing balances, `first` is at most the larger of it and
+   * the force that strains an edge by its own length. */
   double newton_tolerance;
   double linear_tolerance; /* residual reduction of each linear solve */
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of

@@ -87,6 +87,37 @@ double flesh_largest(flesh_threads *threads, int n, const double *x)
   return largest;
 }
 
+static double eighth_power(double d)
+{
+  const double square = d * d, fourth = square * square;
+  return fourth * fourth;
+}
+
+static void apart_of_part(void *data, int k, int begin, int end)
+{
+  pair *p = data;
+  double s[8] = {0};
+  int i = begin;
+  if (p->y)
+    for (; i + 8 <= end; i += 8)
+      for (int l = 0; l < 8; l++) s[l] += eighth_power(p->x[i + l] - p->y[i + l]);
+  else
+    for (; i + 8 <= end; i += 8)
+      for (int l = 0; l < 8; l++) s[l] += eighth_power(p->x[i + l]);
+  for (; i < end; i++) s[0] += eighth_power(p->y ? p->x[i] - p->y[i] : p->x[i]);
+  p->results[k] = ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+}
+
+double flesh_bound_apart(flesh_threads *threads, int n, const double *x, const double *y)
+{
+  pair p = {.x = x, .y = y};
+  const int parts = flesh_parallel_parts(threads, n, apart_of_part, &p);
+  double sum = 0;
+  for (int k = 0; k < parts; k++) sum += p.results[k];
+  /* What is too small for an eighth power is below 1e-38. */
+  return isnan(sum) ? INFINITY : sqrt(sqrt(sqrt(sum))) + 1e-38;
+}
+
 static void copy_part(void *data, int k, int begin, int end)
 {
   (void)k;

@@ -16,6 +16,9 @@ double flesh_dot(flesh_threads *threads, int n, const double *x, const double *y
 double flesh_norm(flesh_threads *threads, int n, const double *x);
 /* The largest |x|, of what is a number. */
 double flesh_largest(flesh_threads *threads, int n, const double *x);
+/* No |x - y|, or |x| where y is NULL, is larger than this, their 8-norm, which is n^(1/8) times the largest at most and
+ * quicker to find; INFINITY where one is no number. */
+double flesh_bound_apart(flesh_threads *threads, int n, const double *x, const double *y);
 void flesh_copy(flesh_threads *threads, int n, const double *from, double *to);
 /* Whether x and y have the same bits. */
 int flesh_same(flesh_threads *threads, int n, const double *x, const double *y);

@@ -16,6 +16,9 @@ typedef struct flesh_contact {
 
 extern const flesh_effect_operations flesh_contact_operations;
 
+double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x);
+double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],
+                              const double high[3]);
 size_t flesh_contact_memory(const flesh_effect *effect);
 void flesh_contact_destroy(void *data);
 

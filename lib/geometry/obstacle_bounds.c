@@ -97,6 +97,31 @@ static double above_plane(const flesh_obstacle *o, const flesh_bounds *b)
   return least - slack * size;
 }
 
+/* Of the capsule's axis from the box, at least. */
+static double from_axis(const flesh_obstacle *o, const flesh_bounds *bounds)
+{
+  double centre[3], radius, weights[2], square = 0;
+  sphere_around(bounds, centre, &radius);
+  flesh_nearest_on_segment(o->a, o->b, centre, weights);
+  for (int c = 0; c < 3; c++) {
+    const double d = centre[c] - weights[0] * o->a[c] - weights[1] * o->b[c];
+    square += d * d;
+  }
+  return sqrt(square) - radius;
+}
+
+double flesh_obstacle_clearance(const flesh_obstacle *o, const flesh_bounds *bounds)
+{
+  double least = 0;
+  switch (o->shape) {
+  case FLESH_OBSTACLE_PLANE: least = above_plane(o, bounds); break;
+  case FLESH_OBSTACLE_SPHERE: least = distance_of(bounds, o->a) - o->radius; break;
+  case FLESH_OBSTACLE_MESH: least = flesh_obstacle_tree_clearance(o->tree, bounds->low, bounds->high); break;
+  case FLESH_OBSTACLE_CAPSULE: least = from_axis(o, bounds) - o->radius; break;
+  }
+  return least > 0 ? least * (1 - slack) : 0; /* NaN is not far */
+}
+
 int flesh_obstacle_is_far(const flesh_obstacle *o, const flesh_bounds *bounds, double reach)
 {
   double centre[3], radius, weights[2], square = 0;

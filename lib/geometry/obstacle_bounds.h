@@ -22,4 +22,8 @@ int flesh_bounds_are_far(const flesh_bounds *bounds, const double p[3], double r
  * where that takes more to tell. */
 int flesh_obstacle_is_far(const flesh_obstacle *obstacle, const flesh_bounds *bounds, double reach);
 
+/* How far the obstacle is from all that is in the bounds, which are in its frame, at least; 0: it is not, or that takes
+ * more to tell. */
+double flesh_obstacle_clearance(const flesh_obstacle *obstacle, const flesh_bounds *bounds);
+
 #endif

@@ -305,6 +305,29 @@ int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *self, const double low
   return 1;
 }
 
+double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *self, const double low[3], const double high[3])
+{
+  int stack[DEPTH], height = 0;
+  double least = INFINITY;
+  for (stack[height++] = 0; height > 0;) {
+    const branch *b = &self->tree[stack[--height]];
+    double square = 0;
+    for (int c = 0; c < 3; c++) {
+      const double d = flesh_max(b->bounds.low[c] - high[c], low[c] - b->bounds.high[c]);
+      square += d > 0 ? d * d : 0 * d;
+    }
+    if (isnan(square)) return NAN;
+    if (square >= least) continue;
+    if (b->count) {
+      least = square;
+      continue;
+    }
+    stack[height++] = b->first + 1;
+    stack[height++] = b->first;
+  }
+  return sqrt(least);
+}
+
 /* Whether the triangle's plane is at least w away from y. */
 static int plane_is_far(const flesh_obstacle_tree *self, int t, const double y[3], double w)
 {

@@ -1,6 +1,7 @@
-/* balance.c: the forces that balance each other at an iterate, which say how small a residual is: what the first
- * iterate was off by says nothing of it where an obstacle has just stepped into the barrier or a prescribed motion has
- * jumped. */
+/* balance.c: the forces that balance each other at an iterate, inertia among them, which say how small a residual is:
+ * what the first iterate was off by says nothing of it where an obstacle has just stepped into the barrier, a prescribed
+ * motion has jumped, or a short step begins with a jolt (momenta over the step are then far larger than any force it
+ * ends with). */
 #include "newton/balance.h"
 
 #include <math.h>
@@ -22,17 +23,6 @@ static int loads_are_dead(const flesh_equations *self)
     if (can->external && can->jacobian) return 0;
   }
   return 1;
-}
-
-/* Whether the first iterate may be off by far more than what acts where the solve ends: it is where the last state was
- * while an obstacle, a prescribed place or a spring's end has gone on at once, or it is any state at all, as in
- * statics. What else it is off by is what inertia and elements have to balance within the step. */
-static int first_may_mislead(const flesh_equations *self)
-{
-  if (self->stage.shift.a == 0 || flesh_system_limits_step(self->system) || !loads_are_dead(self)) return 1;
-  for (int k = 0; k < self->constrained_count; k++)
-    if (self->u_constrained[self->constrained_dofs[k]] != 0) return 1;
-  return 0;
 }
 
 /* 2-norm of what one effect does at `point`: over the free dofs and, where it couples nodes, the constrained ones, as
@@ -114,7 +104,6 @@ int flesh_balance_sharpen(flesh_balance *balance, const double *u, double norm, 
   const double tolerance = balance->tolerance, enough = norm / tolerance;
   double size;
   int status = FLESH_OK;
-  if (!first_may_mislead(self)) return FLESH_OK;
   if (!loads_are_dead(self)) status = flesh_equations_load_norm(self, u, &load);
   if (status || load >= enough) return status;
   if (first < enough) { /* the load was larger */

@@ -50,6 +50,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                      (freezes && !self->frozen);
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
+  if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
   if (!status) self->constraint_stiffness = typical_stiffness(self);
   else flesh_equations_clear(self);
   return status;
@@ -62,6 +63,7 @@ void flesh_equations_clear(flesh_equations *self)
   flesh_free(self->constrained_rows);
   flesh_free(self->frozen);
   flesh_free(self->scratch); /* and all other vectors with it */
+  flesh_clearance_clear(&self->clearance);
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
 }
@@ -69,7 +71,8 @@ void flesh_equations_clear(flesh_equations *self)
 size_t flesh_equations_memory(const flesh_equations *self)
 {
   return (size_t)self->n * ((self->frozen ? 16 : 14) * sizeof(double) + sizeof(int) + 1) +
-         (size_t)self->n / 3 * sizeof(int) + (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
+         flesh_clearance_memory(&self->clearance) + (size_t)self->n / 3 * sizeof(int) +
+         (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
 int flesh_equations_find_constrained(flesh_equations *self, double t)
@@ -96,9 +99,13 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
   flesh_system_prescribe(self->system, stage->t, self->u_constrained);
-  for (int k = 0; k < count; k++)
-    self->u_constrained[dofs[k]] =
-        stage->prescribed_fraction * (self->u_constrained[dofs[k]] - stage->x0[dofs[k]]) / stage->shift.x;
+  self->constrained_way = 0;
+  for (int k = 0; k < count; k++) {
+    double *u = &self->u_constrained[dofs[k]];
+    *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
+    self->constrained_way = fmax(self->constrained_way, fabs(*u));
+  }
+  flesh_clearance_begin(&self->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
   return changed;
 }
 
@@ -134,6 +141,13 @@ static void move_part(void *data, int part)
   move(begin, end, s->a0, s->shift.a, from->u, self->a);
 }
 
+/* How far a node at u is from where the stage begins, at most, m. */
+static double way_to(const flesh_equations *self, const double *u)
+{
+  return fmax(flesh_clearance_moved(&self->clearance, self->stage.shift.x, u),
+              2 * fabs(self->stage.shift.x) * self->constrained_way);
+}
+
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
@@ -145,7 +159,13 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
     self->v[d] = (s->v0 ? s->v0[d] : 0) + s->shift.v * value;
     self->a[d] = (s->a0 ? s->a0[d] : 0) + s->shift.a * value;
   }
+  const int looks = self->clearance.free && self->clearance.least_left > 0;
+  if (looks) {
+    self->clearance.moved = way_to(self, u);
+    self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
+  }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
+                       .clearance = looks ? &self->clearance : NULL,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
                        .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
@@ -163,10 +183,16 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
   return 1;
 }
 
+int flesh_equations_is_clear(const flesh_equations *self, const double *u)
+{
+  if (!flesh_system_limits_step(self->system)) return 1;
+  return self->clearance.free && self->clearance.least_left > 0 && way_to(self, u) < self->clearance.least_left;
+}
+
 int flesh_equations_can_reach(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  if (!flesh_system_limits_step(self->system)) return 1;
+  if (flesh_equations_is_clear(self, u)) return 1;
   flesh_equations_point(self, u);
   return flesh_system_max_feasible_step(self->system, s->t_lag, s->x_lag, s->t, self->x) == 1;
 }
@@ -183,7 +209,7 @@ int flesh_equations_push_out(flesh_equations *self, double *u)
 
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)
 {
-  if (!flesh_system_limits_step(self->system)) return 1;
+  if (self->clearance.moved_most < self->clearance.least_left && flesh_equations_is_clear(self, to)) return 1;
   flesh_equations_point(self, from);
   memcpy(self->scratch, self->x, (size_t)self->n * sizeof *self->x);
   flesh_equations_point(self, to);

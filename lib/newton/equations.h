@@ -7,6 +7,7 @@
 
 #include "base/parallel_vector.h"
 #include "flesh/solver.h"
+#include "system/clearance.h"
 #include "system/position_potential.h"
 
 typedef struct flesh_equations {
@@ -48,6 +49,8 @@ typedef struct flesh_equations {
     flesh_position_potential there;
     double *x; /* [n] */
   } reached;
+  flesh_clearance clearance;
+  double constrained_way; /* the largest |u_constrained| */
   double *zeros; /* [n] the lagged velocities where the stage has none */
 } flesh_equations;
 
@@ -91,11 +94,13 @@ void flesh_equations_constrain_matrix(flesh_equations *equations);
 
 /* Remembers what is known of the potential at u, where the stage ends. */
 void flesh_equations_reach(flesh_equations *equations, const double *u);
+/* Whether all that could limit steps is so far from the lagged state and from u that it limits none and is not felt. */
+int flesh_equations_is_clear(const flesh_equations *equations, const double *u);
 /* Whether no effect limits the straight step from the lagged state to u. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
 int flesh_equations_push_out(flesh_equations *equations, double *u);
-/* The share of the step from one u to another that is feasible. Overwrites `scratch`. */
+/* The share of the step from one u, which has been evaluated in this stage, to another that is feasible. Overwrites `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);
 
 /* 2-norm of the applied load over the free dofs at u. Overwrites `scratch`. */

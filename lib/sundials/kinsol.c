@@ -281,6 +281,11 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *self, double t, const
   return status;
 }
 
+int flesh_nonlinear_is_clear(const flesh_nonlinear *self)
+{
+  return flesh_equations_is_clear(&self->problem->newton.equations, N_VGetArrayPointer(self->u));
+}
+
 flesh_point flesh_nonlinear_point(flesh_nonlinear *self)
 {
   return flesh_equations_point(&self->problem->newton.equations, N_VGetArrayPointer(self->u));

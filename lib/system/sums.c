@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "effect/effect.h"
+#include "system/clearance.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
@@ -57,7 +58,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = processor_time(full.costs);
-    int status = effect->operations->residual(effect, &full, r);
+    int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return status;
   }
@@ -111,7 +112,9 @@ static int add_jacobian(const flesh_system *system, int k, int anew, const flesh
   const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
   const double start = processor_time(full->costs);
-  int status = (anew ? can->jacobian_assign : can->jacobian)(e->effect, full, shift, K, e->slots);
+  int status = FLESH_OK;
+  if (anew) status = can->jacobian_assign(e->effect, full, shift, K, e->slots);
+  else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, e->slots);
   count(full->costs, k, CALL_JACOBIAN, start);
   return status;
 }
@@ -150,7 +153,9 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     if (!effect->operations->potential || (effect->operations->depends_on_position_only && by_position->known)) continue;
     flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
     const double start = processor_time(full.costs);
-    int status = effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
+    int status = flesh_clearance_holds(full.clearance, k)
+                     ? FLESH_OK
+                     : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
     if (status) return status;
   }
@@ -189,7 +194,9 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     if (!calls) continue;
     flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
     const double start = processor_time(full.costs);
-    int status = evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
+    int status = flesh_clearance_holds(full.clearance, k)
+                     ? FLESH_OK
+                     : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
     count(full.costs, k, calls, start);
     if (status) return status;
   }

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "system/clearance.h"
 #include "system/position_potential.h"
 
 static flesh_work_kind kind_of(const flesh_effect_operations *can)
@@ -39,7 +40,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
     const flesh_effect_operations *can = effect->operations;
     const double *along = u ? u : full.v;
     double share = u ? 1 : h, sum = 0;
-    if (kind_of(can) != FLESH_WORK_OF_FORCES) continue;
+    if (kind_of(can) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(full.clearance, k)) continue;
     if (can->carry) {
       memset(carried, 0, n * sizeof *carried);
       if (!can->carry(effect, &full, begin, end, carried)) continue;

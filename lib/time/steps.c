@@ -47,7 +47,7 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
 static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {
-  if (stage->shift.x == 1 && !flesh_system_limits_step(self->system)) return FLESH_OK;
+  if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   const int second = flesh_method_order(self->method) > 1;
   for (int d = 0; d < self->n; d++)

@@ -1,0 +1,43 @@
+/* clearance.h: how far a run's body is from what it may meet, kept from step to step: what is farther than the body and
+ * it have come since is not asked. Belongs to a run; the effects are const. */
+#ifndef FLESH_SYSTEM_CLEARANCE_H
+#define FLESH_SYSTEM_CLEARANCE_H
+
+#include <stddef.h>
+
+#include "flesh/system.h"
+
+/* With the largest norm of dofs a node's way is sqrt(3) times that at most. */
+struct flesh_clearance {
+  const flesh_system *system; /* borrowed */
+  flesh_threads *threads;     /* borrowed, may be NULL */
+  int n, effects;
+  int known;
+  /* The last look: when, where, and how much farther than its reach each effect was, m; 0: not, or unknown. */
+  double t, *x /* [n] */, low[3], high[3], *free /* [effects] */;
+  /* What of that is left where the stage begins, for nodes to come nearer by, m. */
+  double *left, least_left; /* [effects]; the least, of effects that bar ways */
+  /* How far a node is from where the stage begins, at most, m: at the point at hand, and at any point of the stage. */
+  double moved, moved_most;
+};
+typedef struct flesh_clearance flesh_clearance;
+
+/* Nothing is allocated where no effect of the finished system has a clearance: then nothing is ever clear.
+ * FLESH_ERR_MEMORY. */
+int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, flesh_clearance *clearance);
+void flesh_clearance_clear(flesh_clearance *clearance);
+size_t flesh_clearance_memory(const flesh_clearance *clearance);
+
+/* A stage at t begins at x0 [n], its lagged state is x_lag [n] at t_lag. Looks again, at the lagged state, where half
+ * of an effect's clearance is used up. */
+void flesh_clearance_begin(flesh_clearance *clearance, double t, const double *x0, double t_lag, const double *x_lag);
+
+/* How far dofs that change by u [n] times `shift` take a node at most, m; INFINITY where a number is none. */
+double flesh_clearance_moved(const flesh_clearance *clearance, double shift, const double *u);
+/* Whether effect k cannot be felt at the point at hand. */
+static inline int flesh_clearance_holds(const flesh_clearance *clearance, int k)
+{
+  return clearance && clearance->free && clearance->moved < clearance->left[k];
+}
+
+#endif
