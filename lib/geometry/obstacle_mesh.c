@@ -421,8 +421,7 @@ static double way_to_triangle(const double *const X[3], const double y0[3], cons
   return through ? s : 1;
 }
 
-double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[3],
-                               const double y1[3])
+double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[3], const double y1[3])
 {
   double share = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
   const double inverse[3] = {1 / e[0], 1 / e[1], 1 / e[2]};
@@ -445,8 +444,7 @@ double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[
 size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)
 {
   return sizeof *self + 3 * (size_t)self->nodes * sizeof *self->positions +
-         3 * (size_t)self->triangles *
-             (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
+         3 * (size_t)self->triangles * (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
          4 * (size_t)self->triangles * sizeof *self->planes +
          2 * (size_t)self->triangles * sizeof *self->tree;
 }
