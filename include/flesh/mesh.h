@@ -1,7 +1,11 @@
 /* mesh.h: tetrahedral meshes: reading, writing, making, inspecting.
  *
  * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are
- * numbered from 0 in the file's order; every tet is stored with positive volume. */
+ * numbered from 0 in the file's order; every tet is stored with positive volume.
+ *
+ * The tets of a mesh of order 1 have four nodes, those of order 2 ten: corners and one node on each
+ * edge, through which the edge bends. Edges are in VTK's order: 01, 12, 02, 03, 13, 23. What reads
+ * the corners alone reads the tets with straight edges. */
 #ifndef FLESH_MESH_H
 #define FLESH_MESH_H
 
@@ -38,6 +42,19 @@ typedef struct flesh_mesh_info {
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
+/* The same at order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. Where
+ * the last two corners are swapped, the edges go with them. FLESH_ERR_FILE also where tets of one
+ * edge have different nodes on it, two edges have one node, or a corner is on an edge. Returns
+ * new. */
+FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
+                                          const int *tet_nodes, const int *regions,
+                                          flesh_mesh **mesh);
+
+/* The mesh of order 2 that has a node in the middle of each edge of `mesh`, which has order 1
+ * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
+ * the edge's lower node, then by its higher, rising. Returns new. */
+FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
+
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
  * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for
@@ -68,13 +85,21 @@ FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */
 /* [3*nodes] rest positions, m. */
 FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
-/* [4*tets] node indices. */
+/* 1 or 2. */
+FLESH_API int flesh_mesh_order(const flesh_mesh *mesh);
+/* [4*tets] node indices: the corners. */
 FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
+/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet; NULL at order 1. */
+FLESH_API const int *flesh_mesh_tet_edges(const flesh_mesh *mesh);
+/* [tets] 1 where an edge's node is off its middle by more than 1e-12 of the edge and rounding. */
+FLESH_API const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh);
 /* [tets] region tags. */
 FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
 /* [tets] rest volumes, m^3, all positive. */
 FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
-/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. */
+/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. At order 2 a
+ * face is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then
+ * (p,q,r), with p, q, r on the edges ab, bc, ca. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
 /* The tet behind each boundary triangle [count]. */
 FLESH_API const int *flesh_mesh_surface_tets(const flesh_mesh *mesh);

@@ -71,7 +71,7 @@ int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
   return flesh_mesh_build(draft->nodes, draft->positions, draft->tets, draft->tet_nodes,
-                          draft->regions, &origin, mesh);
+                          NULL, draft->regions, &origin, mesh);
 }
 
 void flesh_draft_clear(flesh_draft *draft)
