@@ -435,11 +435,85 @@ static void inversion_inside_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* HRZ: 1/36 and 4/27 of a straight tet's mass, the same in all as the mass; the consistent mass is exact
+ * for products of two quadratic fields. */
+static void masses_match_closed_forms(void)
+{
+  flesh_mesh *mesh = raised_box(2, 0), *random = raised_box(2, 0.15);
+  int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
+  double *density = malloc((size_t)tets * sizeof *density), *mass = malloc((size_t)nodes * sizeof *mass);
+  double *expected = calloc((size_t)nodes, sizeof *expected);
+  double *x = malloc(3 * (size_t)nodes * sizeof *x), *y = malloc(3 * (size_t)nodes * sizeof *y);
+  for (int t = 0; t < tets; t++) density[t] = 900 + 10 * (t % 7);
+  for (int t = 0; t < tets; t++) {
+    int n[10];
+    ten_nodes(random, t, n);
+    for (int a = 0; a < 10; a++)
+      expected[n[a]] += density[t] * flesh_mesh_tet_volumes(random)[t] * (a < 4 ? 1. / 36 : 4. / 27);
+  }
+  flesh_mesh_lumped_mass(random, density, mass);
+  for (int n = 0; n < nodes; n++) CHECK_NEAR(mass[n], expected[n], 1e-12);
+  /* x(M y) of 1, X, X^2 over the box from -0.3 to 0.7 along x, 1.5 m^2 across. */
+  const double *X = flesh_mesh_positions(mesh);
+  for (int t = 0; t < tets; t++) density[t] = 7;
+  for (int i = 0; i < 3 * nodes; i++) x[i] = (double[]){1, X[i / 3 * 3], X[i / 3 * 3] * X[i / 3 * 3]}[i % 3];
+  flesh_mesh_consistent_mass_times(mesh, density, x, y);
+  for (int p = 0; p < 3; p++)
+    for (int q = 0; q < 3; q++) {
+      double sum = 0, power = p + q + 1;
+      for (int n = 0; n < nodes; n++) sum += x[3 * n + p] * y[3 * n + q];
+      CHECK_NEAR(sum, 7 * 1.5 * (pow(0.7, power) - pow(-0.3, power)) / power, 1e-13);
+    }
+  free(density), free(mass), free(expected), free(x), free(y);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&random);
+}
+
+/* A curved rest shape: integrals over it, drawn back to the straight one, against a product rule of
+ * Gauss and Legendre's points in the collapsed cube, which is exact for these degrees. */
+static void curved_masses_are_exact(void)
+{
+  static const double point[8] = {0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
+                                  0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681};
+  static const double weight[8] = {0.0506142681451881, 0.1111905172266872, 0.1568533229389436, 0.1813418916891810,
+                                   0.1813418916891810, 0.1568533229389436, 0.1111905172266872, 0.0506142681451881};
+  unsigned long long seed = 21;
+  double X[30] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, M[10][10] = {{0}}, diagonal = 0, volume = 0, mass[10];
+  const int n[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+  for (int k = 0; k < 6; k++)
+    for (int d = 0; d < 3; d++)
+      X[3 * (4 + k) + d] = (X[3 * ends[k][0] + d] + X[3 * ends[k][1] + d]) / 2 + 0.08 * (test_uniform(&seed) - 0.5);
+  for (int i = 0; i < 512; i++) {
+    double r = point[i % 8], s = point[i / 8 % 8], t = point[i / 64], N[10];
+    double L[4] = {0, r, (1 - r) * s, (1 - r) * (1 - s) * t};
+    L[0] = 1 - L[1] - L[2] - L[3];
+    double w = weight[i % 8] * weight[i / 8 % 8] * weight[i / 64] * (1 - r) * (1 - r) * (1 - s) * shape_jacobian(X, L);
+    for (int a = 0; a < 10; a++) N[a] = a < 4 ? L[a] * (2 * L[a] - 1) : 4 * L[ends[a - 4][0]] * L[ends[a - 4][1]];
+    for (int a = 0; a < 10; a++)
+      for (int b = 0; b < 10; b++) M[a][b] += w * N[a] * N[b];
+    volume += w;
+  }
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_create_quadratic(10, X, 1, n, NULL, &mesh));
+  const double density = 3;
+  double x[30], y[30];
+  CHECK_NEAR(flesh_mesh_tet_volumes(mesh)[0], volume, 1e-15);
+  for (int b = 0; b < 10; b++) {
+    for (int i = 0; i < 30; i++) x[i] = i == 3 * b + 1;
+    flesh_mesh_consistent_mass_times(mesh, &density, x, y);
+    for (int a = 0; a < 10; a++) CHECK_NEAR(y[3 * a + 1], density * M[a][b], 1e-15);
+    diagonal += M[b][b];
+  }
+  flesh_mesh_lumped_mass(mesh, &density, mass);
+  for (int a = 0; a < 10; a++) CHECK_NEAR(mass[a], density * volume * M[a][a] / diagonal, 1e-14);
+  flesh_mesh_destroy(&mesh);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(raised_meshes_have_middles), TEST(the_order_of_tets_does_not_matter),
                    TEST(flips_take_the_edges_with_them), TEST(edges_that_do_not_fit_are_refused),
                    TEST(faces_are_four_triangles), TEST(volume_and_jacobians_follow_a_quadratic_map),
                    TEST(curved_rest_shapes_are_measured), TEST(rest_shapes_turned_inside_out_are_refused),
-                   TEST(inversion_inside_is_found));
+                   TEST(inversion_inside_is_found), TEST(masses_match_closed_forms), TEST(curved_masses_are_exact));
 }

@@ -126,10 +126,13 @@ FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, d
  * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
 FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
 
-/* Lumped mass rho V/4 per node and tet [nodes], kg; density [tets], kg/m^3. */
+/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; at order 2 in proportion
+ * to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges where they are
+ * straight (Hinton, Rock & Zienkiewicz 1976). */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
-/* y = M x with the consistent mass rho V/20 (1 + delta_ij), x and y [3*nodes]. */
+/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), at order 2 the exact
+ * integrals of rho N_a N_b, over curved tets too. */
 FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                                 const double *x, double *y);
 

@@ -62,6 +62,18 @@ double flesh_cubic_integral(const double c[FLESH_CUBIC])
   return sum / (6 * FLESH_CUBIC); /* the reference tet has the volume 1/6 */
 }
 
+double flesh_cubic_at(const double c[FLESH_CUBIC], const double L[4])
+{
+  double sum = 0;
+  for (int a = 0; a < FLESH_CUBIC; a++) {
+    double power = a < 4 ? 1 : a < 16 ? 3 : 6;
+    for (int i = 0; i < 4; i++)
+      for (int k = 0; k < exponent[a][i]; k++) power *= L[i];
+    sum += c[a] * power;
+  }
+  return sum;
+}
+
 /* A part of the tet: both cubics over it. */
 typedef struct piece {
   double c[FLESH_CUBIC], C[FLESH_CUBIC];

@@ -54,6 +54,9 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 /* Fills mesh->curved. */
 void flesh_mesh_find_curved(flesh_mesh *mesh);
 
+/* The integrals of N_a N_b over tet `tet` of order 2, m^3, nodes in VTK's order. */
+void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10]);
+
 /* Fails about tet `tet`: puts its place before the sentence. */
 int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
