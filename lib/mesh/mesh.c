@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/bernstein.h"
 
 /* A tet is flat when its volume cannot be told from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
@@ -114,8 +115,9 @@ static int allocate(flesh_mesh *mesh, int order)
   mesh->node_used = calloc(nodes, sizeof *mesh->node_used);
   mesh->curved = calloc(tets, sizeof *mesh->curved);
   if (order > 1) mesh->edge_nodes = malloc(6 * tets * sizeof *mesh->edge_nodes);
+  if (order > 1) mesh->jacobians = malloc(FLESH_CUBIC * tets * sizeof *mesh->jacobians);
   return mesh->positions && mesh->tet_nodes && mesh->regions && mesh->volumes && mesh->node_used &&
-         mesh->curved && (order == 1 || mesh->edge_nodes);
+         mesh->curved && (order == 1 || (mesh->edge_nodes && mesh->jacobians));
 }
 
 /* Checks the copied arrays, and finds from them what else a mesh has. */
@@ -128,6 +130,7 @@ static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
     if (status) return status;
     for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) mesh->node_used[mesh->edge_nodes[k]] = 1;
     flesh_mesh_find_curved(mesh);
+    status = flesh_mesh_find_jacobians(mesh, origin);
   }
   for (int n = 0; n < mesh->nodes && !status; n++) mesh->unused_nodes += !mesh->node_used[n];
   return status ? status : flesh_mesh_find_surface(mesh, origin);
@@ -185,6 +188,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   free((*mesh)->regions);
   free((*mesh)->volumes);
   free((*mesh)->edge_nodes);
+  free((*mesh)->jacobians);
   free((*mesh)->curved);
   free((*mesh)->surface);
   free((*mesh)->surface_tets);

@@ -13,6 +13,7 @@ struct flesh_mesh {
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
   int *edge_nodes;    /* [6*tets] at order 2, in VTK's order; NULL at order 1 */
+  double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form (bernstein.h) */
   uint8_t *curved;    /* [tets] */
   int *surface;       /* [3*triangles] */
   int *surface_tets;  /* [triangles] */
@@ -46,8 +47,15 @@ int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin 
 /* What a swap of a tet's last two corners does to its edges. */
 void flesh_mesh_flip_edge_nodes(int edge_nodes[6]);
 
+/* Fills mesh->jacobians, and mesh->volumes with the volumes of the curved tets. FLESH_ERR_FILE where
+ * the Jacobian is not positive all over a tet. */
+int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin);
+
 /* Fills mesh->curved. */
 void flesh_mesh_find_curved(flesh_mesh *mesh);
+
+/* The integrals of N_a N_b over tet `tet` of order 2, m^3, nodes in VTK's order. */
+void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10]);
 
 /* Fails about tet `tet`: puts its place before the sentence. */
 int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)

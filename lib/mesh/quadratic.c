@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/bernstein.h"
 #include "mesh/edges.h"
 
 static void swap(int *a, int *b)
@@ -84,6 +85,28 @@ int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin 
   free(node_edge);
   flesh_mesh_edges_clear(&edges);
   return status;
+}
+
+int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
+{
+  double one[FLESH_CUBIC];
+  for (int t = 0; t < mesh->tets; t++) {
+    const int *n = mesh->tet_nodes + 4 * (size_t)t;
+    double *C = mesh->jacobians + FLESH_CUBIC * (size_t)t, volume;
+    flesh_tet10_jacobian(mesh->positions, n, mesh->edge_nodes + 6 * (size_t)t, C);
+    mesh->volumes[t] = volume = flesh_cubic_integral(C);
+    for (int a = 0; a < FLESH_CUBIC; a++) one[a] = 6 * fabs(volume);
+    flesh_least least = flesh_cubic_least(C, one, 0.5);
+    if (!(least.low > 0))
+      return flesh_mesh_fail_at(origin, t,
+                                "tet %lld (corners %lld %lld %lld %lld) is turned inside out by the "
+                                "nodes on its edges: its Jacobian falls to %.3g of its mean, and must "
+                                "be positive in all of it",
+                                flesh_mesh_tet_label(origin, t), flesh_mesh_node_label(origin, n[0]),
+                                flesh_mesh_node_label(origin, n[1]), flesh_mesh_node_label(origin, n[2]),
+                                flesh_mesh_node_label(origin, n[3]), fmin(least.high, 0));
+  }
+  return FLESH_OK;
 }
 
 void flesh_mesh_find_curved(flesh_mesh *mesh)

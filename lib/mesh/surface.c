@@ -1,5 +1,6 @@
 /* surface.c: the boundary triangles of a mesh, found by pairing the faces of its tets. */
 #include "mesh/mesh.h"
+#include "mesh/edges.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -41,12 +42,10 @@ static void face_nodes(const flesh_mesh *mesh, int64_t face, int f[3])
 /* The four triangles of a face at order 2: at its three corners, then between its edges' nodes. */
 static void face_triangles(const flesh_mesh *mesh, int64_t face, int triangles[12])
 {
-  /* The edge between two corners, by their numbers in the tet. */
-  static const int edge[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
   const int *n = mesh->tet_nodes + (face & ~(int64_t)3), *c = outward[face & 3];
   const int *on_edges = mesh->edge_nodes + 6 * (face / 4);
   int m[3];
-  for (int i = 0; i < 3; i++) m[i] = on_edges[edge[c[i]][c[(i + 1) % 3]]];
+  for (int i = 0; i < 3; i++) m[i] = on_edges[flesh_edge_between[c[i]][c[(i + 1) % 3]]];
   const int all[12] = {n[c[0]], m[0], m[2], m[0], n[c[1]], m[1], m[2], m[1], n[c[2]], m[0], m[1], m[2]};
   memcpy(triangles, all, sizeof all);
 }
