@@ -8,6 +8,7 @@
 #include "material/form.h"
 #include "material/psi.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
 
 const char *flesh_element_name(flesh_element element)
 {
@@ -44,6 +45,20 @@ void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10])
     nodes[a] = corner[order[a]];
     for (int b = a + 1; b < 4; b++) nodes[next++] = edge[edge_of[order[a]][order[b]]];
   }
+}
+
+void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double masses[55])
+{
+  const int *corner = flesh_mesh_tets(mesh) + 4 * (size_t)tet, *edge = flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet;
+  double M[10][10];
+  int nodes[10], place[10] = {0}; /* of a node in the mesh's order */
+  flesh_tet10_mass(mesh, tet, M);
+  flesh_tet10_nodes(mesh, tet, nodes);
+  for (int a = 0; a < 10; a++)
+    for (int b = 0; b < 10; b++)
+      if ((b < 4 ? corner[b] : edge[b - 4]) == nodes[a]) place[a] = b;
+  for (int a = 0; a < 10; a++)
+    for (int b = a; b < 10; b++) *masses++ = density * M[place[a]][place[b]];
 }
 
 int flesh_element_shapes(const flesh_mesh *mesh)

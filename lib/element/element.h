@@ -11,6 +11,9 @@ int flesh_body_find_element(const flesh_body *body, flesh_element *element);
 /* The nodes of a tet of ten: corners, ascending, then those on the edges 01 02 03 12 13 23 of these. */
 void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10]);
 
+/* The integrals of density N_a N_b over a tet of ten nodes in this order, a <= b, kg. */
+void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double masses[55]);
+
 /* How many shapes the kernels need of a tet: 1, or, where tets are curved, one of each point. */
 int flesh_element_shapes(const flesh_mesh *mesh);
 

@@ -99,24 +99,33 @@ static const signed char ten_by_ten[10][10] = {
     {-4, -6, -6, -4, 16, 16, 32, 8, 16, 16},    {-6, -4, -4, -6, 16, 16, 8, 32, 16, 16},
     {-6, -4, -6, -4, 16, 8, 16, 16, 32, 16},    {-6, -6, -4, -4, 8, 16, 16, 16, 16, 32}};
 
+/* The mass matrix of a tet of ten nodes. */
+static void masses_of(const flesh_batches *batches, int tet, double scale, double M[10][10])
+{
+  const double *masses = batches->masses + (size_t)batches->masses_per_tet * (size_t)tet;
+  for (int a = 0; a < 10; a++)
+    for (int b = a; b < 10; b++)
+      M[a][b] = M[b][a] = scale * (batches->masses_per_tet == 1 ? *masses * ten_by_ten[a][b] : *masses++);
+}
+
 static int residual_of_ten(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
 {
   const int *batch = batches->tiles.batch + tile;
   for (int e = batches->first[batch[0]]; e < batches->first[batch[1]]; e++) {
     const int *node = batches->nodes + 10 * (size_t)e;
-    const double m = at->scale * batches->masses[e];
-    double value = 0;
+    double value = 0, M[10][10];
+    masses_of(batches, e, at->scale, M);
     for (int c = 0; c < 3; c++) {
       double x[10];
       for (int a = 0; a < 10; a++) x[a] = at->v[3 * (size_t)node[a] + c];
       for (int a = 0; a < 10; a++) {
         double sum = 0;
-        for (int b = 0; b < 10; b++) sum += ten_by_ten[a][b] * x[b];
+        for (int b = 0; b < 10; b++) sum += M[a][b] * x[b];
         value += sum * x[a];
-        if (r) r[3 * (size_t)node[a] + c] += m * sum;
+        if (r) r[3 * (size_t)node[a] + c] += sum;
       }
     }
-    for (int k = 0; k < 2 && sums; k++) sums[k] += 0.5 * m * value;
+    for (int k = 0; k < 2 && sums; k++) sums[k] += 0.5 * value;
   }
   return FLESH_OK;
 }
@@ -158,10 +167,12 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
     const uint16_t *pair = tiles->pairs + m * (m - 1) / 2 * lanes * (size_t)k;
     const uint16_t *node = tiles->nodes + m * lanes * (size_t)k;
     for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
-      const double mass = at->scale * batches->masses[e];
+      double M[10][10];
+      const double mass = m == 4 ? at->scale * batches->masses[e] : 0;
+      if (m == 10) masses_of(batches, e, at->scale, M);
       for (size_t a = 0; a < m; a++) {
-        with_itself[*node++ / 4] += (m == 4 ? 2 : ten_by_ten[a][a]) * mass;
-        for (size_t b = a + 1; b < m; b++) own[*pair++ / 8] += (m == 4 ? 1 : ten_by_ten[a][b]) * mass;
+        with_itself[*node++ / 4] += m == 4 ? 2 * mass : M[a][a];
+        for (size_t b = a + 1; b < m; b++) own[*pair++ / 8] += m == 4 ? mass : M[a][b];
       }
     }
   }

@@ -252,11 +252,13 @@ static int take_masses(flesh_tets *self, const flesh_body *body, const int *tet)
 {
   const double *volumes = flesh_mesh_tet_volumes(body->mesh);
   const double parts = self->batches.nodes_per_tet == 4 ? 20 : 420;
-  if (flesh_element_shapes(body->mesh) > 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "a consistent mass of curved tets is not supported; a lumped one is");
-  double *masses = malloc(((size_t)self->cells.count + 1) * sizeof *masses);
+  const size_t each = self->batches.masses_per_tet = flesh_element_shapes(body->mesh) > 1 ? 55 : 1;
+  double *masses = malloc(((size_t)self->cells.count * each + 1) * sizeof *masses);
   if (!masses) return no_memory(self->cells.count);
   self->batches.masses = masses;
+  for (int k = 0; k < self->cells.count && each > 1; k++)
+    flesh_tet10_masses(body->mesh, tet[k], body->density[tet[k]], masses + each * (size_t)k);
+  if (each > 1) return FLESH_OK;
   for (int k = 0; k < self->cells.count; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / parts;
   return FLESH_OK;
 }
@@ -326,6 +328,6 @@ size_t flesh_tets_memory(const flesh_tets *self)
          (self->batches.volume_shares ? (size_t)self->materials * sizeof *self->batches.volume_shares : 0) +
          flesh_tiles_memory(&self->batches) +
          (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * (size_t)self->kernels->lanes : 0) +
-         (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
+         (self->batches.masses ? tets * (size_t)self->batches.masses_per_tet * sizeof *self->batches.masses : 0) +
          (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
 }
