@@ -27,10 +27,16 @@ typedef struct flesh_mesh_info {
   int regions;                /* distinct region tags */
   double volume;
   double low[3], high[3]; /* bounding box of the nodes that tets use */
-  double edge_min, edge_mean, edge_max;
-  double radius_ratio_min; /* 3 * inradius / circumradius, 1 for a regular tet */
+  double edge_min, edge_mean, edge_max; /* between corners */
+  double radius_ratio_min; /* 3 * inradius / circumradius of the corners, 1 for a regular tet */
   double radius_ratio_mean;
   int worst_tet; /* index of the tet with radius_ratio_min */
+  int order;     /* 1 or 2 */
+  int curved;    /* tets with a curved edge */
+  /* Least scaled Jacobian: the smallest over the largest Jacobian of the map from the straight
+   * reference tet, 1 where all edges are straight; and its tet, the first of them. */
+  double scaled_jacobian_min;
+  int most_bent_tet;
 } flesh_mesh_info;
 
 /* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
@@ -55,6 +61,10 @@ FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, in
  * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
  * the edge's lower node, then by its higher, rising. Returns new. */
 FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
+
+/* The mesh of order 1 that has the corners of `mesh`, which has order 2 (FLESH_ERR_ARGUMENT
+ * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. */
+FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
@@ -111,8 +121,7 @@ FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 /* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
 
-/* Sum of the signed volumes of all tets, curved ones at order 2, with nodes at `x` [3*nodes], m^3.
- * */
+/* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
 /* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
