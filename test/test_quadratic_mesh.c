@@ -68,6 +68,36 @@ static void raised_meshes_have_middles(void)
   flesh_mesh_destroy(&mesh);
 }
 
+static void lowered_meshes_have_the_corners(void)
+{
+  flesh_mesh *mesh = raised_box(2, 0.1), *lowered, *again, *none;
+  CHECK_OK(flesh_mesh_lower_order(mesh, &lowered));
+  CHECK(flesh_mesh_order(lowered) == 1 && flesh_mesh_node_count(lowered) == 3 * 4 * 3);
+  CHECK(!memcmp(flesh_mesh_tets(lowered), flesh_mesh_tets(mesh), 4 * 72 * sizeof(int)));
+  CHECK(!memcmp(flesh_mesh_positions(lowered), flesh_mesh_positions(mesh), 3 * 36 * sizeof(double)));
+  CHECK(flesh_mesh_lower_order(lowered, &none) == FLESH_ERR_ARGUMENT && !none);
+  flesh_mesh_destroy(&lowered);
+  /* Corners, nodes on edges and an unused node in any order. */
+  int nodes = flesh_mesh_node_count(mesh), ten[10 * 72];
+  double *x = malloc(3 * ((size_t)nodes + 1) * sizeof *x);
+  for (int n = 0; n < nodes; n++) memcpy(x + 3 * (nodes - n), flesh_mesh_positions(mesh) + 3 * n, 3 * sizeof *x);
+  x[0] = x[1] = x[2] = 77;
+  for (int t = 0; t < 72; t++) {
+    ten_nodes(mesh, t, ten + 10 * t);
+    for (int k = 0; k < 10; k++) ten[10 * t + k] = nodes - ten[10 * t + k];
+  }
+  CHECK_OK(flesh_mesh_create_quadratic(nodes + 1, x, 72, ten, NULL, &again));
+  CHECK_OK(flesh_mesh_lower_order(again, &lowered));
+  CHECK(flesh_mesh_node_count(lowered) == 37 && flesh_mesh_positions(lowered)[0] == 77);
+  for (int n = 0; n < 36; n++)
+    CHECK(!memcmp(flesh_mesh_positions(lowered) + 3 * (36 - n), flesh_mesh_positions(mesh) + 3 * n, 3 * sizeof *x));
+  for (int k = 0; k < 4 * 72; k++) CHECK(flesh_mesh_tets(lowered)[k] == 36 - flesh_mesh_tets(mesh)[k]);
+  free(x);
+  flesh_mesh_destroy(&mesh);
+  flesh_mesh_destroy(&again);
+  flesh_mesh_destroy(&lowered);
+}
+
 /* The edges' nodes do not depend on how the tets are ordered and wound. */
 static void the_order_of_tets_does_not_matter(void)
 {
@@ -377,6 +407,13 @@ static void rest_shapes_turned_inside_out_are_refused(void)
     x[12] = 0.5 + s;
     int status = flesh_mesh_create_quadratic(10, x, 1, n, NULL, &mesh);
     CHECK(status == (fabs(s) < 0.25 ? FLESH_OK : FLESH_ERR_FILE));
+    if (!status) {
+      /* J is linear here: its smallest over its largest value. */
+      flesh_mesh_info info;
+      flesh_mesh_inspect(mesh, &info);
+      CHECK(info.order == 2 && info.curved == 1 && info.most_bent_tet == 0);
+      CHECK_NEAR(info.scaled_jacobian_min, (1 - 4 * fabs(s)) / (1 + 4 * fabs(s)), 1e-12);
+    }
     if (status) CHECK_TEXT(flesh_error_text(), "tet 0 (corners 0 1 2 3) is turned inside out");
     flesh_mesh_destroy(&mesh);
   }
@@ -511,7 +548,8 @@ static void curved_masses_are_exact(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(raised_meshes_have_middles), TEST(the_order_of_tets_does_not_matter),
+  return RUN_TESTS(argc, argv, TEST(raised_meshes_have_middles), TEST(lowered_meshes_have_the_corners),
+                    TEST(the_order_of_tets_does_not_matter),
                    TEST(flips_take_the_edges_with_them), TEST(edges_that_do_not_fit_are_refused),
                    TEST(faces_are_four_triangles), TEST(volume_and_jacobians_follow_a_quadratic_map),
                    TEST(curved_rest_shapes_are_measured), TEST(rest_shapes_turned_inside_out_are_refused),

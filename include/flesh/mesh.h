@@ -27,10 +27,16 @@ typedef struct flesh_mesh_info {
   int regions;                /* distinct region tags */
   double volume;
   double low[3], high[3]; /* bounding box of the nodes that tets use */
-  double edge_min, edge_mean, edge_max;
-  double radius_ratio_min; /* 3 * inradius / circumradius, 1 for a regular tet */
+  double edge_min, edge_mean, edge_max; /* between corners */
+  double radius_ratio_min; /* 3 * inradius / circumradius of the corners, 1 for a regular tet */
   double radius_ratio_mean;
   int worst_tet; /* index of the tet with radius_ratio_min */
+  int order;     /* 1 or 2 */
+  int curved;    /* tets with a curved edge */
+  /* Least scaled Jacobian: the smallest over the largest Jacobian of the map from the straight
+   * reference tet, 1 where all edges are straight; and its tet, the first of them. */
+  double scaled_jacobian_min;
+  int most_bent_tet;
 } flesh_mesh_info;
 
 /* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
@@ -44,9 +50,9 @@ FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, co
 
 /* The same at order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. Where
  * the last two corners are swapped, the edges go with them. FLESH_ERR_FILE also where tets of one
- * edge have different nodes on it, two edges have one node, or a corner is on an edge, and where the
- * Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen, Remacle &
- * Geuzaine 2013). Returns new. */
+ * edge have different nodes on it, two edges have one node, or a corner is on an edge, and where
+ * the Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen,
+ * Remacle & Geuzaine 2013). Returns new. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
                                           const int *tet_nodes, const int *regions,
                                           flesh_mesh **mesh);
@@ -55,6 +61,10 @@ FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, in
  * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
  * the edge's lower node, then by its higher, rising. Returns new. */
 FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
+
+/* The mesh of order 1 that has the corners of `mesh`, which has order 2 (FLESH_ERR_ARGUMENT
+ * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. */
+FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
@@ -65,8 +75,9 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
 
 /* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
  * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
- * `tets T`, rows `a b c d` from 0), told apart by content; only TetGen's two files also by their
- * names. Other elements than tets of 4 nodes are left out; tets of higher order are refused.
+ * `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), told apart by content; only
+ * TetGen's two files also by their names. Tets have 4 nodes, or all 10: Gmsh's type 11, TetGen's
+ * -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
  * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
  * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
  * Independent of the locale. Returns new. */
@@ -110,15 +121,15 @@ FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 /* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
 
-/* Sum of the signed volumes of all tets, curved ones at order 2, with nodes at `x` [3*nodes], m^3. */
+/* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
 /* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
  * smallest (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL)
- * the number without J > 0. At the rest positions J is 1 to the last bit. At order 2 J = det F varies
- * in a tet, and its smallest value there counts: what is given is below that by at most a hundredth of
- * the tet's largest |J|, on the same side of 0, and not positive where 400 cuts of the tet leave the
- * sign open (Bernstein bounds; Johnen, Remacle & Geuzaine 2013). */
+ * the number without J > 0. At the rest positions J is 1 to the last bit. At order 2 J = det F
+ * varies in a tet, and its smallest value there counts: what is given is below that by at most a
+ * hundredth of the tet's largest |J|, on the same side of 0, and not positive where 400 cuts of the
+ * tet leave the sign open (Bernstein bounds; Johnen, Remacle & Geuzaine 2013). */
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J,
                                       int *worst, int *inverted);
 
@@ -126,13 +137,13 @@ FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, d
  * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
 FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
 
-/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; at order 2 in proportion
- * to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges where they are
- * straight (Hinton, Rock & Zienkiewicz 1976). */
+/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; at order 2 in
+ * proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges
+ * where they are straight (Hinton, Rock & Zienkiewicz 1976). */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
-/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), at order 2 the exact
- * integrals of rho N_a N_b, over curved tets too. */
+/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), at order 2 the
+ * exact integrals of rho N_a N_b, over curved tets too. */
 FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                                 const double *x, double *y);
 

@@ -5,19 +5,13 @@
 #include <string.h>
 
 #include "mesh/bernstein.h"
-#include "mesh/edges.h"
-
-static void shape_functions(const double L[4], double N[10])
-{
-  for (int i = 0; i < 4; i++) N[i] = L[i] * (2 * L[i] - 1);
-  for (int k = 0; k < 6; k++) N[4 + k] = 4 * L[flesh_edge_corners[k][0]] * L[flesh_edge_corners[k][1]];
-}
+#include "mesh/shape.h"
 
 /* Adds weight * J N_a N_b at the point L. */
 static void add_point(const double c[FLESH_CUBIC], const double L[4], double weight, double M[10][10])
 {
   double N[10];
-  shape_functions(L, N);
+  flesh_tet10_shape(L, N);
   weight *= flesh_cubic_at(c, L);
   for (int a = 0; a < 10; a++)
     for (int b = 0; b <= a; b++) M[a][b] += weight * N[a] * N[b];

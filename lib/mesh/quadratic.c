@@ -195,3 +195,34 @@ done:
   flesh_mesh_edges_clear(&edges);
   return status;
 }
+
+int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered)
+{
+  FLESH_NEED({lowered, "lowered"});
+  *lowered = NULL;
+  FLESH_NEED({mesh, "mesh"});
+  if (!mesh->edge_nodes)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has order 1 already; only order 2 can be lowered");
+  const size_t nodes = (size_t)mesh->nodes, tets = (size_t)mesh->tets;
+  int *number = calloc(nodes, sizeof *number), *corners = malloc(4 * tets * sizeof *corners);
+  double *x = malloc(3 * nodes * sizeof *x);
+  int kept = 0, status;
+  if (!number || !corners || !x) {
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d tets", mesh->tets);
+    goto done;
+  }
+  for (size_t k = 0; k < 6 * tets; k++) number[mesh->edge_nodes[k]] = -1;
+  for (size_t n = 0; n < nodes; n++) {
+    if (number[n] < 0) continue;
+    memcpy(x + 3 * (size_t)kept, mesh->positions + 3 * n, 3 * sizeof *x);
+    number[n] = kept++;
+  }
+  for (size_t k = 0; k < 4 * tets; k++) corners[k] = number[mesh->tet_nodes[k]];
+  status = flesh_mesh_create(kept, x, mesh->tets, corners, mesh->regions, lowered);
+  if (!status) (*lowered)->flipped = mesh->flipped;
+done:
+  free(number);
+  free(corners);
+  free(x);
+  return status;
+}
