@@ -8,11 +8,13 @@
 #include "effect/effect.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
+#include "mesh/shape.h"
+#include "skin/locator.h"
 
 typedef struct drag {
-  int count;         /* 4 nodes of a tet, or 3 of a surface triangle */
-  int nodes[4];      /* ascending */
-  double weights[4]; /* sum 1: p(x) = sum weights x */
+  int count;          /* 4 or 10 nodes of a tet, or 3 of a surface triangle */
+  int nodes[10];      /* ascending */
+  double weights[10]; /* sum 1: p(x) = sum weights x */
   flesh_cells cells;
   double stiffness, from, until;
   flesh_motion target;
@@ -138,13 +140,30 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
+/* Attaches to the ten-node tet that holds p, if one does. */
+static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  flesh_locator *locator = NULL;
+  flesh_place place;
+  int status = flesh_locator_create(mesh, &locator);
+  if (status) return status;
+  flesh_locator_find(locator, p, -1, &place);
+  flesh_locator_destroy(&locator);
+  if (place.tet < 0 || place.distance > 0) return FLESH_OK;
+  self->count = 10;
+  memcpy(self->nodes, flesh_mesh_tets(mesh) + 4 * (size_t)place.tet, 4 * sizeof *self->nodes);
+  memcpy(self->nodes + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)place.tet, 6 * sizeof *self->nodes);
+  flesh_tet10_weights(place.weights, self->weights);
+  return FLESH_OK;
+}
+
 /* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
  * surface. */
-static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
+static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
   const int *tets = flesh_mesh_tets(mesh);
-  for (int e = 0; e < flesh_mesh_tet_count(mesh) && !self->count; e++) {
+  for (int e = 0; e < flesh_mesh_tet_count(mesh) && !self->count && flesh_mesh_order(mesh) == 1; e++) {
     double w[4];
     for (int a = 0; a < 4; a++) corner[a] = X + 3 * tets[4 * e + a];
     barycentric(corner, p, w);
@@ -152,6 +171,10 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
     self->count = 4;
     memcpy(self->nodes, tets + 4 * e, 4 * sizeof *tets);
     memcpy(self->weights, w, sizeof w);
+  }
+  if (flesh_mesh_order(mesh) == 2) {
+    int status = attach_quadratic(mesh, p, self);
+    if (status) return status;
   }
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles);
@@ -173,6 +196,7 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
       self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
       self->nodes[j - 1] = node, self->weights[j - 1] = weight;
     }
+  return FLESH_OK;
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
@@ -192,11 +216,11 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
   drag *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
   int status = flesh_motion_copy(target, &self->target);
+  if (!status) status = attach(body->mesh, point, self);
   if (status) {
-    free(self);
+    drag_destroy(self);
     return status;
   }
-  attach(body->mesh, point, self);
   self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
   self->stiffness = stiffness;
   self->from = from;

@@ -30,7 +30,7 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
 typedef struct join {
   double *X;
   int *tets, *regions;
-  int nodes, tet_count;
+  int nodes, tet_count, nodes_per_tet;
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
@@ -38,7 +38,8 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   double *X = realloc(j->X, 3 * ((size_t)j->nodes + (size_t)nodes) * sizeof *X);
   if (X) j->X = X;
-  int *numbers = realloc(j->tets, 4 * ((size_t)j->tet_count + (size_t)tets) * sizeof *numbers);
+  const size_t m = (size_t)(j->nodes_per_tet = flesh_mesh_order(mesh) == 2 ? 10 : 4);
+  int *numbers = realloc(j->tets, m * ((size_t)j->tet_count + (size_t)tets) * sizeof *numbers);
   if (numbers) j->tets = numbers;
   int *regions = realloc(j->regions, ((size_t)j->tet_count + (size_t)tets) * sizeof *regions);
   if (regions) j->regions = regions;
@@ -52,8 +53,10 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   for (int i = 0; i < nodes; i++)
     flesh_motion_apply(&motion, 0, flesh_mesh_positions(mesh) + 3 * (size_t)i,
                        X + 3 * ((size_t)j->nodes + (size_t)i));
-  for (size_t k = 0; k < 4 * (size_t)tets; k++)
-    numbers[4 * (size_t)j->tet_count + k] = flesh_mesh_tets(mesh)[k] + j->nodes;
+  for (size_t k = 0; k < (size_t)tets; k++)
+    for (size_t a = 0; a < m; a++)
+      numbers[m * ((size_t)j->tet_count + k) + a] =
+          (a < 4 ? flesh_mesh_tets(mesh)[4 * k + a] : flesh_mesh_tet_edges(mesh)[6 * k + a - 4]) + j->nodes;
   memcpy(regions + j->tet_count, flesh_mesh_regions(mesh), (size_t)tets * sizeof *regions);
   j->nodes += nodes;
   j->tet_count += tets;
@@ -71,8 +74,16 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              "%s[%d].name is '%s'; another body has that name already", list_key()->name, k,
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
+  if (!status) status = flesh_scene_fit_mesh(scene, &mesh);
+  if (!status && flesh_mesh_order(mesh) != flesh_mesh_order(scene->mesh))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has order %d, that of the first body %d; they must be the same "
+                        "(body.element tet10 and tet10-mean put nodes on the edges of all)",
+                        flesh_mesh_order(mesh), flesh_mesh_order(scene->mesh));
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
-  if (status) return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  if (status) {
+    flesh_mesh_destroy(&mesh);
+    return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
   status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
   scene->part_nodes[k + 2] = j->nodes;
@@ -95,7 +106,9 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   scene->part_nodes[0] = 0;
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
-  if (!status) status = flesh_mesh_create(j.nodes, j.X, j.tet_count, j.tets, j.regions, &joined);
+  if (!status)
+    status = (j.nodes_per_tet == 10 ? flesh_mesh_create_quadratic : flesh_mesh_create)(j.nodes, j.X, j.tet_count,
+                                                                                       j.tets, j.regions, &joined);
   free(j.X);
   free(j.tets);
   free(j.regions);

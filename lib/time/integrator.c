@@ -104,7 +104,9 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
-  if (!status && (options->techniques & FLESH_TECHNIQUE_UNTANGLE)) status = flesh_untangler_create(system, &self->untangler);
+  /* Untangling moves corners only. */
+  if (!status && (options->techniques & FLESH_TECHNIQUE_UNTANGLE) && flesh_mesh_order(flesh_system_mesh(system)) == 1)
+    status = flesh_untangler_create(system, &self->untangler);
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
   if (status) {
