@@ -1,6 +1,6 @@
 /* test_tet10.c: the batched kernels of ten-node tets (elasticity's, damping's, viscosity's, mass's), with every set of
- * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in any
- * order; tiles and threads; what is refused. */
+ * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in
+ * any order; tiles and threads; what is refused. */
 #include "tet10_reference.h"
 
 /* A system of what acts on this body, alone. */
@@ -132,7 +132,8 @@ static int available(int instructions)
 static void compare_all(problem *p, const char *what)
 {
   for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
-    for (int kind = 0; kind < KINDS && available(set); kind++) compare(p, (enum kind)kind, (flesh_instructions)set, what);
+    for (int kind = 0; kind < KINDS && available(set); kind++)
+      compare(p, (enum kind)kind, (flesh_instructions)set, what);
 }
 
 static void check_forms(double bend)
@@ -251,7 +252,8 @@ static void bad_states_are_told_apart(void)
         else moved[1] = bad == 1 ? NAN : 1e200;
         const flesh_point point = point_of(&p, ELASTIC);
         const flesh_shift shift = shift_of(ELASTIC, 0), projected = shift_of(ELASTIC, 1);
-        const int expected = bad ? FLESH_NONFINITE : flesh_psi_needs_volume((flesh_energy)energy) ? FLESH_UNDEFINED : FLESH_OK;
+        const int needs_volume = flesh_psi_needs_volume((flesh_energy)energy);
+        const int expected = bad ? FLESH_NONFINITE : needs_volume ? FLESH_UNDEFINED : FLESH_OK;
         CHECK(flesh_system_residual(system, &point, p.r) == expected);
         CHECK(flesh_system_jacobian(system, &point, &shift, A) == expected);
         CHECK(flesh_system_jacobian(system, &point, &projected, A) == expected);

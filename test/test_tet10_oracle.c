@@ -1,5 +1,5 @@
-/* test_tet10_oracle.c: ten-node tets against an independent code (reference/oracle/README.md): equilibria of a bar and of
- * a drawn block, backward Euler with the consistent mass. */
+/* test_tet10_oracle.c: ten-node tets against an independent code (reference/oracle/README.md): equilibria of a bar and
+ * of a drawn block, backward Euler with the consistent mass. */
 #include <stdlib.h>
 
 #include "body.h"

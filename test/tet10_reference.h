@@ -291,7 +291,8 @@ static void add_mean(problem *p, kind kind, const int node[10], const place at[4
     }
   }
   volume_term(s->logarithmic, s->mean, &U, &first, &second);
-  if (second < 0 && (kind != ELASTIC || project)) second = kind == ELASTIC && project == FLESH_FILTER_ABSOLUTE ? -second : 0;
+  if (second < 0 && (kind != ELASTIC || project))
+    second = kind == ELASTIC && project == FLESH_FILTER_ABSOLUTE ? -second : 0;
   second *= volume * s->share * (kind == ELASTIC ? 1 : stiffness);
   for (int a = 0; a < 10; a++) rate += flesh_vec3_dot(b[a], p->v + 3 * node[a]);
   p->energy += kind == ELASTIC ? volume * s->share * U : second * rate * rate / 2;

@@ -101,8 +101,9 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
   flesh_psi_function psi;
-  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them; lambda
-                        says then that psi contains lambda/2 (J-1)^2 (FLESH_ELEMENT_TET10_MEAN) */
+  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them;
+                        lambda says then that psi contains lambda/2 (J-1)^2, of which
+                        FLESH_ELEMENT_TET10_MEAN takes a mean */
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
   flesh_energy energy;
   flesh_constants constants;

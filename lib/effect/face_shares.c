@@ -58,7 +58,8 @@ static void add_quarter(const double *X, const int node[6], int quarter, double 
     shapes(L, N, by_L);
     for (int a = 0; a < 6; a++)
       for (int k = 0; k < 2; k++)
-        for (int i = 0; i < 3; i++) along[k][i] += (by_L[a][k + 1] - by_L[a][0]) * (X[3 * node[a] + i] - X[3 * node[0] + i]);
+        for (int i = 0; i < 3; i++)
+          along[k][i] += (by_L[a][k + 1] - by_L[a][0]) * (X[3 * node[a] + i] - X[3 * node[0] + i]);
     flesh_vec3_cross(along[0], along[1], normal);
     const double area = rule[q][3] * sqrt(flesh_vec3_dot(normal, normal)) / 8;
     for (int a = 0; a < 6; a++) shares[node[a]] += area * N[a];
@@ -97,8 +98,9 @@ static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles
     const int *n = triangles + 3 * (size_t)k;
     const entry wanted = entry_of(n, 0), *found = bsearch(&wanted, entries, (size_t)all, sizeof *entries, by_nodes);
     if (!found) {
-      status = flesh_fail(FLESH_ERR_ARGUMENT, "the triangle (%d, %d, %d) is not one of the mesh's surface, which a load "
-                          "on a mesh of order 2 must be on", n[0], n[1], n[2]);
+      status = flesh_fail(FLESH_ERR_ARGUMENT,
+                          "the triangle (%d, %d, %d) is not one of the mesh's surface, on which a load on a mesh of "
+                          "order 2 must be", n[0], n[1], n[2]);
       continue;
     }
     /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */

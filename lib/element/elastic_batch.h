@@ -1,5 +1,5 @@
-/* elastic_batch.h: what kernels of elasticity do with a batch of tets at a point: psi, the blocks of the exact and of the
- * filtered Hessian, and the stress of a rate; written for four-node tets, of virtual corners where an element has more
+/* elastic_batch.h: what kernels of elasticity do with a batch of tets at a point: psi, the blocks of the exact and of
+ * the filtered Hessian, and the stress of a rate; written for four-node tets, of virtual corners where an element has more
  * nodes (tet10_lanes.h).
  *
  * The pair (a,b) has the block K_ab = volume * (dP g_a) in direction e_j g_b^T. */

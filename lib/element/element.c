@@ -103,8 +103,9 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
   flesh_psi at;
   *share = (flesh_volume_share){0, user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term};
   if (user && !(fabs(material->lambda) < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; "
-                                          "set material.lambda, or take the element tet10");
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
+                      "material.lambda, or take the element tet10");
   if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
   int status = flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
   if (status) return status;

@@ -323,11 +323,12 @@ size_t flesh_tets_memory(const flesh_tets *self)
 {
   if (!self->batches.tiles.node_first) return 0; /* none were made */
   const size_t batches = (size_t)self->batches.count, tets = (size_t)self->cells.count;
+  const size_t lanes = (size_t)self->kernels->lanes;
   const size_t lists = self->batches.nodes == self->cells.nodes ? 1 : 2, m = (size_t)self->batches.nodes_per_tet;
   return lists * tets * m * sizeof(int) + batches * 2 * sizeof(int) +
          (self->batches.volume_shares ? (size_t)self->materials * sizeof *self->batches.volume_shares : 0) +
          flesh_tiles_memory(&self->batches) +
-         (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * (size_t)self->kernels->lanes : 0) +
+         (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * lanes : 0) +
          (self->batches.masses ? tets * (size_t)self->batches.masses_per_tet * sizeof *self->batches.masses : 0) +
          (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
 }

@@ -45,13 +45,13 @@ typedef struct flesh_batches {
   flesh_tiles tiles;
   const int *first;     /* [count+1] first tet of each */
   const int *material;  /* [count] index into materials */
-  const double *shapes; /* [count][shapes_per_tet][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the
-                           nodes wind the other way; lanes that are not used repeat the last tet with no volume;
-                           NULL: masses. Of ten nodes: those of the corners of the straight tet, or of the virtual
-                           corners (tet10_lanes.h) at the point */
-  int masses_per_tet;   /* 1; 55 where tets are curved */
-  const double *masses; /* [tets] rho V/20, of ten nodes rho V/420, kg; or [tets][55] the integrals of rho N_a N_b, a <= b;
-                           NULL: shapes */
+  /* [count][shapes_per_tet][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the nodes
+   * wind the other way; lanes that are not used repeat the last tet with no volume; NULL: masses. Of ten nodes: those of
+   * the corners of the straight tet, or of the virtual corners (tet10_lanes.h) at the point */
+  const double *shapes;
+  int masses_per_tet; /* 1; 55 where tets are curved */
+  /* [tets] rho V/20, of ten nodes rho V/420, kg; or [tets][55] the integrals of rho N_a N_b, a <= b; NULL: shapes */
+  const double *masses;
   const int *nodes;     /* [tets][nodes_per_tet]: corners, ascending, and those on the edges 01 02 03 12 13 23 */
   const flesh_material *materials;
   const flesh_volume_share *volume_shares; /* of the materials; NULL where no mean is taken */

@@ -82,8 +82,9 @@ int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh)
   const int order = flesh_mesh_order(*mesh);
   flesh_mesh *raised = NULL;
   if (element == FLESH_ELEMENT_TET4 && order == 2)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the tets have ten nodes, which body.element tet4 has not; it must be tet10 or "
-                                          "tet10-mean, or the mesh one of four-node tets (flesh mesh --order 1)");
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the tets have ten nodes, which body.element tet4 has not; it must be tet10 or tet10-mean, or the "
+                      "mesh one of four-node tets (flesh mesh --order 1)");
   if (element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4 || order == 2) return FLESH_OK;
   int status = flesh_mesh_raise_order(*mesh, &raised);
   if (status) return status;
