@@ -179,7 +179,9 @@ static const ten_support support_of[10] = {
  * more at points k and l,   w_a w_b sum_ij + w_a o K_ij at l + w_b o K_ij at k + [k = l] o^2 K_ij at k. */
 INLINE void block_of_nodes(const virtual_blocks *of, const ten_support *a, const ten_support *b, flesh_real K[9])
 {
+#pragma GCC unroll 2
   for (int m = 0; m < a->count; m++)
+#pragma GCC unroll 2
     for (int n = 0; n < b->count; n++) {
       const int i = a->corner[m], k = a->partner[m], j = b->corner[n], l = b->partner[n];
       const int block = block_of[i][j], transposed = i > j;
@@ -195,7 +197,9 @@ INLINE void block_of_nodes(const virtual_blocks *of, const ten_support *a, const
  * node where `a` is not NULL. */
 INLINE void add_blocks(const tets *t, const virtual_blocks *of, flesh_real scale, flesh_real (*a)[3], tile_blocks *to)
 {
+#pragma GCC unroll 10
   for (int m = 0, pair = 0; m < 10; m++)
+#pragma GCC unroll 10
     for (int n = m + 1; n < 10; n++, pair++) {
       flesh_real K[9];
       for (int c = 0; c < 9; c++) K[c] = a ? scale * a[m][c / 3] * a[n][c % 3] : flesh_all(0);
