@@ -38,7 +38,7 @@ static int vertex_at(const flesh_mesh *mesh, int f, const int n[6], const int at
   return at[from] > at[to] ? quarter(mesh, n[from], middle, n[to]) : quarter(mesh, n[to], middle, n[from]);
 }
 
-/* Appends the triangle of three lattice points; a side is an edge of the mesh where both ends are on one of the face's. */
+/* Appends the triangle of three lattice points; a side is an edge of the mesh where both its ends are on one. */
 static void add_triangle(const flesh_mesh *mesh, int f, const int n[6], int points[3][3], flesh_curved_surface *s)
 {
   const int t = s->triangles++;
