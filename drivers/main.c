@@ -8,13 +8,13 @@
 #include "check/command.h"
 #include "drift/command.h"
 #include "film/command.h"
+#include "hardcases/command.h"
 #include "material/command.h"
 #include "mesh/command.h"
 #include "run/command.h"
 #include "schema/command.h"
 #include "skin/command.h"
 #include "snap/command.h"
-#include "hardcases/command.h"
 #include "sweep/command.h"
 #include "shared/json_memory.h"
 #include "shared/options.h"
@@ -31,7 +31,7 @@ static const command commands[] = {
     {"run", flesh_command_run, "simulate a scene and write its history, frames and result"},
     {"accuracy", flesh_command_accuracy, "show what accuracy costs in time, method by method"},
     {"drift", flesh_command_drift, "compare how well the energies keep the volume"},
-    {"stress", flesh_command_stress, "put solver settings through a battery of hard cases"},
+    {"hardcases", flesh_command_hardcases, "put solver settings through a battery of hard cases"},
     {"bench", flesh_command_bench, "measure flesh against the limits of this machine"},
     {"sweep", flesh_command_sweep, "run many cases from one spec into one database"},
     {"material", flesh_command_material, "compare the energies along simple deformations"},
@@ -44,6 +44,11 @@ static const command commands[] = {
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
+/* The names of earlier versions. */
+static const struct {
+  const char *old, *name;
+} renamed[] = {{"stress", "hardcases"}};
+
 static void print_help(void)
 {
   printf("Usage: flesh COMMAND [ARGUMENT]...\n"
@@ -51,7 +56,7 @@ static void print_help(void)
   for (int c = 0; c < COMMAND_COUNT; c++)
     printf("  %-10s %s\n", commands[c].name, commands[c].summary);
   printf(
-      "\n`flesh COMMAND --help` tells more about a command, `flesh --version` the version.\n\n%s",
+      "\n`flesh COMMAND --help` describes a command, `flesh --version` prints the version.\n\n%s",
       flesh_exit_codes_text);
 }
 
@@ -77,6 +82,9 @@ int main(int argc, char **argv)
     const command *found = NULL;
     for (int c = 0; c < COMMAND_COUNT; c++)
       if (!strcmp(name, commands[c].name)) found = &commands[c];
+    for (size_t r = 0; r < sizeof renamed / sizeof renamed[0]; r++)
+      if (!strcmp(name, renamed[r].old))
+        return flesh_command_refuse("", "the command %s has been renamed; write flesh %s", name, renamed[r].name);
     if (!found) {
       char known[256];
       size_t used = 0;

@@ -31,7 +31,7 @@ typedef struct flesh_accuracy_method {
   ROW("adaptive", "adaptive", 1, 2, "#0072b2", 5, " (IDA, orders 1 and 2)")                                            \
   ROW("adaptive5", "adaptive", 1, 5, "#aa3399", 4, " (orders 1 to 5)")                                                 \
   ROW("euler-then-adaptive", "euler-then-adaptive", 1, 2, "#000000", 3,                                                \
-      " (backward Euler at the scene's step until the motion is calm)")
+      " (backward Euler at the scene's step until its local error is small)")
 
 #define FLESH_ACCURACY_METHOD_ONE(...) +1
 enum { FLESH_ACCURACY_METHODS = FLESH_ACCURACY_METHOD_LIST(FLESH_ACCURACY_METHOD_ONE) };

@@ -41,9 +41,9 @@ static const char details[] =
     "Writes into DIR: accuracy.csv, a row per run:\n"
     "  method, setting\n"
     "  steps                    taken (the adaptive methods' own)\n"
-    "  rejected                 steps tried in vain\n"
+    "  rejected                 rejected steps\n"
     "  residual_evaluations, hessian_assemblies, newton, linear_iterations\n"
-    "  cpu_s                    processor time of the integration, the least of the repeats\n"
+    "  cpu_s                    CPU time of the integration, the least of the repeats\n"
     "  wall_s_median, wall_s_min\n"
     "  error_position_rms       [m] mass-weighted rms distance of the nodes from the reference, "
     "worst over time\n"
@@ -139,16 +139,33 @@ static int read_methods(const char *text, flesh_accuracy_plan *plan)
              : flesh_fail(FLESH_ERR_ARGUMENT, "--methods is empty; the methods are %s", known);
 }
 
-/* The scene's step, doubled once and halved again and again. */
-static void default_steps(double step, flesh_accuracy_plan *plan)
+/* The scene's step (half of a run that is shorter), doubled once and halved again and again. */
+static void default_steps(double step, double duration, flesh_accuracy_plan *plan)
 {
   plan->step_count = plan->quick ? 5 : 8;
-  for (int k = 0; k < plan->step_count; k++) value_text(ldexp(step, 1 - k), &plan->steps[k]);
+  for (int k = 0; k < plan->step_count; k++)
+    value_text(ldexp(fmin(step, duration / 2), 1 - k), &plan->steps[k]);
+}
+
+/* A step that is longer than the run is none of its steps, and one that is too short never ends. */
+static int check_steps(const flesh_accuracy_plan *plan, double duration)
+{
+  const double most = 1e9;
+  for (int k = 0; k < plan->step_count; k++) {
+    const flesh_accuracy_value *step = &plan->steps[k];
+    if (step->value > duration * (1 + 1e-9))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has %s; a step must not be longer than the run, which takes %g s",
+                        step->text, duration);
+    if (!(duration / step->value <= most))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "--steps has %s; a step must not be shorter than %g s, of which the run "
+                        "takes %g", step->text, duration / most, most);
+  }
+  return FLESH_OK;
 }
 
 /* The other prices are those of the scene's own method at its own step, where it has fixed steps.
  */
-static void choose_representative(const flesh_scene_time *time, flesh_accuracy_plan *plan)
+static void choose_representative(const flesh_scene_time *time, double duration, flesh_accuracy_plan *plan)
 {
   plan->representative = -1;
   for (int m = plan->method_count - 1; m >= 0; m--)
@@ -157,7 +174,7 @@ static void choose_representative(const flesh_scene_time *time, flesh_accuracy_p
   for (int m = 0; m < plan->method_count; m++)
     if (own && !strcmp(flesh_accuracy_methods[plan->methods[m]].name, own))
       plan->representative = plan->methods[m];
-  value_text(time->step, &plan->representative_step);
+  value_text(fmin(time->step, duration), &plan->representative_step);
 }
 
 /* The command's own files must not take the place of what it reads. */
@@ -171,6 +188,22 @@ static int spare_inputs(const flesh_accuracy_plan *plan, const char *path, const
   int status = flesh_inputs_spare_in(&inputs, plan->out, names, subfolders);
   flesh_inputs_close(&inputs);
   return status;
+}
+
+/* The steps, the scene's own among them, and the times at which states are compared. */
+static int plan_times(flesh_accuracy_plan *plan, const flesh_scene_time *time, double start)
+{
+  const double duration = time->end - start;
+  if (!(duration > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s", plan->scene, start,
+                      time->end);
+  if (!plan->step_count) default_steps(time->step, duration, plan);
+  const int status = check_steps(plan, duration);
+  if (status) return status;
+  choose_representative(time, duration, plan);
+  flesh_accuracy_grid_make(start, time->end, plan->steps[0].value, flesh_accuracy_room(3 * plan->measure.nodes),
+                           &plan->grid);
+  return FLESH_OK;
 }
 
 static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tolerances)
@@ -189,23 +222,17 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   if (!status)
     status = read_values("tolerances", tolerances, plan->tolerances, &plan->tolerance_count);
   if (!status && steps) status = read_values("steps", steps, plan->steps, &plan->step_count);
-  else if (!status) default_steps(time->step, plan);
   if (!status) status = flesh_accuracy_measure_open(scene, &plan->measure);
   if (!status) {
     flesh_state start = {0, malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes),
                          malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes)};
     if (start.x && start.v) flesh_scene_start(scene, &start);
+    else status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     free(start.x);
     free(start.v);
-    choose_representative(time, plan);
+    if (!status) status = plan_times(plan, time, start.t);
     plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
                                                                     : "body.mass=consistent";
-    if (!(time->end > start.t))
-      status =
-          flesh_fail(FLESH_ERR_ARGUMENT, "%s: the start at t = %g s is not before time.end = %g s",
-                     plan->scene, start.t, time->end);
-    else flesh_accuracy_grid_make(start.t, time->end, plan->steps[0].value,
-                                  flesh_accuracy_room(3 * plan->measure.nodes), &plan->grid);
     flesh_mesh_info info;
     flesh_mesh_inspect(mesh, &info);
     for (int c = 0; c < 3; c++)

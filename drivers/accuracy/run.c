@@ -133,7 +133,7 @@ static void work_tight(const void *data, void *result)
 }
 
 /* Seconds a row will take, from those that ran: of its method, by its step or tolerance. */
-static double foresee(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
+static double predicted_time(const flesh_accuracy_plan *plan, const flesh_accuracy_row *row)
 {
   double guess = NAN, sum = 0;
   int count = 0;
@@ -159,7 +159,7 @@ static void show_progress(const flesh_accuracy_plan *plan, const flesh_accuracy_
   for (int k = 0; k < plan->row_count; k++) {
     done += plan->rows[k].done;
     if (plan->rows[k].done) continue;
-    double once = foresee(plan, &plan->rows[k]);
+    double once = predicted_time(plan, &plan->rows[k]);
     int times = plan->repeat ? plan->repeat : plan->quick || once > 10 ? 1 : once > 5 ? 2 : 3;
     left += times * once;
   }

@@ -139,7 +139,7 @@ int flesh_accuracy_track_evaluate(const flesh_system *system, flesh_accuracy_tra
   return status;
 }
 
-/* As many events as a run is likely to have; those beyond are kinks that the doubt of a reference tells. */
+/* As many events as a run is likely to have; more of them are kinks that the uncertainty of a reference covers. */
 static int find_breaks(const flesh_system *system, double start, double end, flesh_accuracy_measure *measure)
 {
   enum { MOST = 10000 };

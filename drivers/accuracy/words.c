@@ -25,9 +25,9 @@ static int reaches(const flesh_accuracy_row *row, double error)
   return judged(row) && (row->figures.below || row->figures.errors.position_rms <= error);
 }
 
-/* The cheapest measured run of the method (-1: of any) that is good enough: of those that took the least time, or no
- * more than times scatter, the one with the least counts. NULL: none. */
-static const flesh_accuracy_row *cheapest(const flesh_accuracy_plan *plan, int method, double error)
+/* The measured run of least CPU time of the method (-1: of any) that is good enough: of those that took the least time,
+ * or no more than times scatter, the one with the least counts. NULL: none. */
+static const flesh_accuracy_row *least_expensive(const flesh_accuracy_plan *plan, int method, double error)
 {
   const flesh_accuracy_row *quickest = NULL, *best = NULL;
   for (int pass = 0; pass < 2; pass++)
@@ -97,13 +97,13 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
     SAY("  the reference is not known that well.\n");
     return;
   }
-  const flesh_accuracy_row *best = cheapest(plan, -1, error);
+  const flesh_accuracy_row *best = least_expensive(plan, -1, error);
   for (int m = 0; m < plan->method_count; m++) {
-    const flesh_accuracy_row *row = cheapest(plan, plan->methods[m], error);
+    const flesh_accuracy_row *row = least_expensive(plan, plan->methods[m], error);
     SAY("  %-18s ", flesh_accuracy_methods[plan->methods[m]].name);
     if (row) {
       say_run(plan, row, stream);
-      if (row == best) SAY("  <- cheapest");
+      if (row == best) SAY("  <- least CPU time");
       else if (flesh_accuracy_same_run(row, best)) SAY("; a tie: the same steps and errors");
       else if (!flesh_accuracy_compare_times(row, best)) SAY("; as much, as well as times tell");
       else SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
@@ -118,7 +118,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
     return;
   }
   int euler = flesh_accuracy_method_find("backward-euler");
-  const flesh_accuracy_row *slow = cheapest(plan, euler, error);
+  const flesh_accuracy_row *slow = least_expensive(plan, euler, error);
   double curve = between(plan, euler, error) / between(plan, best->method, error);
   if (slow && best->method != euler) {
     SAY("  Backward Euler costs %.3g times as much in time and %.3g times the steps",

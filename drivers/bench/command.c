@@ -48,14 +48,27 @@ static int room(int count)
              : flesh_fail(FLESH_ERR_ARGUMENT, "more than %d values", FLESH_BENCH_LIST);
 }
 
+/* Whether the item is "AxBxC", of whole numbers; those beyond 1e9 are given as that. */
+static int parse_cells(const char *item, int cells[3])
+{
+  for (int d = 0; d < 3; d++) {
+    char *end;
+    const long number = strtol(item, &end, 10);
+    if (end == item || *end != (d < 2 ? 'x' : 0)) return 0;
+    cells[d] = (int)(number < 0 ? 0 : number > 1000000000 ? 1000000000 : number);
+    item = end + 1;
+  }
+  return 1;
+}
+
 /* 48x13x13, or a number of tets: the bar of the same proportions with the nearest number. */
 static int take_size(flesh_bench_plan *plan, const char *item)
 {
   int status = room(plan->size_count);
   if (status) return status;
-  int *cells = plan->sizes[plan->size_count], used = 0;
+  int *cells = plan->sizes[plan->size_count];
   double tets;
-  if (sscanf(item, "%dx%dx%d%n", &cells[0], &cells[1], &cells[2], &used) == 3 && !item[used]) {
+  if (parse_cells(item, cells)) {
     if (cells[0] < 1 || cells[1] < 1 || cells[2] < 1 ||
         6.0 * cells[0] * cells[1] * cells[2] > 2e8)
       return flesh_fail(FLESH_ERR_ARGUMENT,

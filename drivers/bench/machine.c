@@ -78,14 +78,14 @@ typedef struct stream {
   int count;
   double *a, *b, *c;
   size_t n; /* of one thread's part */
-  long rounds;
+  long repeats;
   double sums[FLESH_THREADS_MAX];
 } stream;
 
 static void read_part(void *data, int task)
 {
   stream *s = data;
-  for (long r = 0; r < s->rounds; r++)
+  for (long r = 0; r < s->repeats; r++)
     s->sums[task] += s->peak->read(s->a + (size_t)task * s->n, s->n);
 }
 
@@ -93,13 +93,13 @@ static void triad_part(void *data, int task)
 {
   stream *s = data;
   size_t at = (size_t)task * s->n;
-  for (long r = 0; r < s->rounds; r++) s->peak->triad(s->a + at, s->b + at, s->c + at, 0.5, s->n);
+  for (long r = 0; r < s->repeats; r++) s->peak->triad(s->a + at, s->b + at, s->c + at, 0.5, s->n);
 }
 
 static void multiply_part(void *data, int task)
 {
   stream *s = data;
-  s->sums[task] += s->peak->multiply_add(s->rounds, 0.999);
+  s->sums[task] += s->peak->multiply_add(s->repeats, 0.999);
 }
 
 static int read_all(void *data)
@@ -134,13 +134,13 @@ static int find_bandwidth(stream *s, size_t bytes, int repeats, double *read, do
 {
   flesh_bench_time time;
   s->n = bytes / sizeof(double) / 64 * 64;
-  s->rounds = bytes < 1 << 20 ? 20 : 1;
+  s->repeats = bytes < 1 << 20 ? 20 : 1;
   int status = flesh_bench_measure(NULL, read_all, s, repeats, &time);
   if (status) return status;
-  *read = 8.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
+  *read = 8.0 * (double)s->n * s->count * (double)s->repeats / best_of(s, &time);
   s->n = s->n / 3 / 64 * 64;
   status = flesh_bench_measure(NULL, triad_all, s, repeats, &time);
-  *triad = 24.0 * (double)s->n * s->count * (double)s->rounds / best_of(s, &time);
+  *triad = 24.0 * (double)s->n * s->count * (double)s->repeats / best_of(s, &time);
   return status;
 }
 
@@ -157,9 +157,9 @@ static int find_for_threads(flesh_bench_plan *plan, flesh_bench_ceilings *c, str
   for (int k = FLESH_INSTRUCTIONS_PORTABLE; k <= (int)best && !status; k++) {
     flesh_bench_time time;
     s->peak = peak_of((flesh_instructions)k);
-    s->rounds = 200000;
+    s->repeats = 200000;
     status = flesh_bench_measure(NULL, multiply_all, s, plan->repeats, &time);
-    c->multiply_add[k] = s->peak->operations * (double)s->rounds * s->count / best_of(s, &time);
+    c->multiply_add[k] = s->peak->operations * (double)s->repeats * s->count / best_of(s, &time);
   }
   return status;
 }

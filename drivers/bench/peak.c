@@ -25,11 +25,11 @@ static void triad(double *a, const double *b, const double *c, double s, size_t 
         *(const flesh_real_at *)(b + i) + s * *(const flesh_real_at *)(c + i);
 }
 
-static double multiply_add(long rounds, double x)
+static double multiply_add(long repeats, double x)
 {
   flesh_real sum[CHAINS], factor = flesh_all(x), total = flesh_all(0);
   for (int k = 0; k < CHAINS; k++) sum[k] = flesh_all(k);
-  for (long r = 0; r < rounds; r++)
+  for (long r = 0; r < repeats; r++)
     for (int k = 0; k < CHAINS; k++) sum[k] = sum[k] * factor + factor;
   for (int k = 0; k < CHAINS; k++) total += sum[k];
   double all = 0;

@@ -10,8 +10,8 @@ typedef struct flesh_bench_peak {
   double (*read)(const double *a, size_t n);
   /* a = b + s c. */
   void (*triad)(double *a, const double *b, const double *c, double s, size_t n);
-  /* `rounds` times flesh_bench_peak.operations operations in registers. */
-  double (*multiply_add)(long rounds, double x);
+  /* `repeats` times flesh_bench_peak.operations operations in registers. */
+  double (*multiply_add)(long repeats, double x);
   double operations; /* of a round */
 } flesh_bench_peak;
 

@@ -24,7 +24,7 @@ static const char details[] =
     "Runs every scene with every energy and Poisson's ratio, keeping the scene's Young's modulus (of the small\n"
     "strain, so that both mean the same for all: matched constants). Forms without a match run with raw ones,\n"
     "D also with those of E (as_e). Each runs twice: guarded, with the scene's own solver, and plain, with ten\n"
-    "full Newton steps at most (clamped Hessian) and no guard, as in programs that take what comes.\n\n"
+    "full Newton steps at most (clamped Hessian) and no line search, as in programs that accept every step.\n\n"
     "Writes into DIR: drift.csv (a row per run; runs that fail are rows too), verdict.txt, volume_*.png (volume\n"
     "against time), worst_*.png (the frame of largest change of volume of each energy, coloured by J), shapes_*.png\n"
     "(all energies side by side: before the scene's last event, such as a release, and at the end), and runs/\n"

@@ -217,32 +217,18 @@ int flesh_command_film(int argc, char **argv)
       .details = "RUN is the folder that `flesh run` has filled; the times are those of the run with\n"
                  "most frames, of the others the frames nearest in time. The pictures are made in\n"
                  "FILE_frames, numbered through from frame_000000.png, and joined by ffmpeg; without\n"
-                 "ffmpeg they stay there. Colours span all but a hundredth of the values at either end;\n"
-                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
-                 "and speed. Obstacles are transparent where they are seen from behind.\n",
+                 "ffmpeg they stay there.\n" FLESH_SNAPSHOT_DETAILS,
       .positional_min = 1,
       .positional_max = INT_MAX,
       .options = options};
   int runs, code = flesh_options_read(&usage, argc, argv, &runs);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  if (!f.out || !*f.out || strlen(f.out) > PATH_SIZE - 64) {
-    fprintf(stderr, "flesh film: --out is %s; it must be a video named .mp4, .mkv, .webm or .gif, or a "
-                    "folder\n",
-            f.out && *f.out ? "too long" : "missing");
-    return 2;
-  }
-  int video = choose_folder(&f);
-  if (video < 0) {
-    fprintf(stderr, "flesh film: --out is '%s'; it must be a video named .mp4, .mkv, .webm or .gif, or a folder\n",
-            f.out);
-    return 2;
-  }
+  const int usable = f.out && *f.out && strlen(f.out) <= PATH_SIZE - 64, video = usable ? choose_folder(&f) : -1;
+  if (video < 0)
+    return flesh_option_refuse(usage.command, "out", f.out && *f.out ? f.out : NULL,
+                               "a video named .mp4, .mkv, .webm or .gif, or a folder, and not longer than a path");
   flesh_interrupt_watch();
-  flesh_inputs inputs = {0};
-  for (int r = 0; r < runs; r++) flesh_inputs_add(&inputs, argv[1 + r]);
-  if (f.snapshot.surface) flesh_inputs_add(&inputs, f.snapshot.surface);
-  int status = video ? flesh_output_prepare(f.out, &inputs) : FLESH_OK;
-  flesh_inputs_close(&inputs);
+  int status = video ? flesh_output_prepare_from(f.out, runs, argv + 1, f.snapshot.surface) : FLESH_OK;
   if (!status) status = make(&f, runs, argv + 1);
   int pictures = status ? 0 : picture_count(&f);
   double fps = status ? 0 : rate(&f);

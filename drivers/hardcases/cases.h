@@ -6,52 +6,52 @@
 #include "flesh/mesh.h"
 
 /* All bodies but single tets fill [0, 0.2] x [0, 0.1] x [0, 0.1] m, or a cube of 0.1 m, or near. */
-typedef enum flesh_stress_mesh {
-  FLESH_STRESS_BLOCK,      /* a regular block */
-  FLESH_STRESS_FINE,       /* the block with enough layers along x to twist it by 5 turns */
-  FLESH_STRESS_CHECKER,    /* the block, its cells in two regions like a chess board */
-  FLESH_STRESS_HALVES,     /* the block, its halves in two regions */
-  FLESH_STRESS_SLIVERS,    /* the block with slivers of radius ratio 1e-4 */
-  FLESH_STRESS_GRADED,     /* a cube, refined towards a corner: edges from 1 to 1e-4 */
-  FLESH_STRESS_FAN,        /* a cube of tets that all share the node in its middle */
-  FLESH_STRESS_SINGLE,     /* one tet */
-  FLESH_STRESS_TWO_BODIES, /* two blocks that share no node */
-  FLESH_STRESS_BAR,        /* the benchmark bar's proportions */
-  FLESH_STRESS_LARGE       /* the block, finer: 15 000 to 50 000 tets but for --quick */
-} flesh_stress_mesh;
+typedef enum flesh_hardcases_mesh {
+  FLESH_HARDCASES_BLOCK,      /* a regular block */
+  FLESH_HARDCASES_FINE,       /* the block with enough layers along x to twist it by 5 turns */
+  FLESH_HARDCASES_CHECKER,    /* the block, its cells in two regions like a chess board */
+  FLESH_HARDCASES_HALVES,     /* the block, its halves in two regions */
+  FLESH_HARDCASES_SLIVERS,    /* the block with slivers of radius ratio 1e-4 */
+  FLESH_HARDCASES_GRADED,     /* a cube, refined towards a corner: edges from 1 to 1e-4 */
+  FLESH_HARDCASES_FAN,        /* a cube of tets that all share the node in its middle */
+  FLESH_HARDCASES_SINGLE,     /* one tet */
+  FLESH_HARDCASES_TWO_BODIES, /* two blocks that share no node */
+  FLESH_HARDCASES_BAR,        /* the benchmark bar's proportions */
+  FLESH_HARDCASES_LARGE       /* the block, finer: 15 000 to 50 000 tets but for --quick */
+} flesh_hardcases_mesh;
 
-typedef enum flesh_stress_start {
-  FLESH_STRESS_REST,
-  FLESH_STRESS_SCRAMBLE,     /* every node anywhere in the bounding box */
-  FLESH_STRESS_SCRAMBLE_ONE, /* those of x > 0.1 m only */
-  FLESH_STRESS_JITTER,       /* each coordinate by up to `amount` of the node's mean edge */
-  FLESH_STRESS_PLANE,        /* onto the middle plane z; `amount`: noise over the length */
-  FLESH_STRESS_LINE,
-  FLESH_STRESS_POINT,
-  FLESH_STRESS_MIRROR,        /* x -> -x */
-  FLESH_STRESS_INVERT_ONE,    /* a node through the opposite face of one of its tets, the only one
-                                 inverted */
-  FLESH_STRESS_SCALE_X,       /* x times `amount` */
-  FLESH_STRESS_SCALE_ALL,     /* everything times `amount` */
-  FLESH_STRESS_TWIST,         /* `amount` turns about the long axis */
-  FLESH_STRESS_SHEAR,         /* z += `amount` x */
-  FLESH_STRESS_STRETCH_TWIST, /* x times `amount`, half a turn */
-  FLESH_STRESS_SPIN,          /* at rest shape, turning about z by `amount` turns per step */
-  FLESH_STRESS_FLY            /* along x at 100 m/s, `amount` m before its place */
-} flesh_stress_start;
+typedef enum flesh_hardcases_start {
+  FLESH_HARDCASES_REST,
+  FLESH_HARDCASES_SCRAMBLE,     /* every node anywhere in the bounding box */
+  FLESH_HARDCASES_SCRAMBLE_ONE, /* those of x > 0.1 m only */
+  FLESH_HARDCASES_JITTER,       /* each coordinate by up to `amount` of the node's mean edge */
+  FLESH_HARDCASES_PLANE,        /* onto the middle plane z; `amount`: noise over the length */
+  FLESH_HARDCASES_LINE,
+  FLESH_HARDCASES_POINT,
+  FLESH_HARDCASES_MIRROR,        /* x -> -x */
+  FLESH_HARDCASES_INVERT_ONE,    /* a node through the opposite face of one of its tets, the only one
+                                    inverted */
+  FLESH_HARDCASES_SCALE_X,       /* x times `amount` */
+  FLESH_HARDCASES_SCALE_ALL,     /* everything times `amount` */
+  FLESH_HARDCASES_TWIST,         /* `amount` turns about the long axis */
+  FLESH_HARDCASES_SHEAR,         /* z += `amount` x */
+  FLESH_HARDCASES_STRETCH_TWIST, /* x times `amount`, half a turn */
+  FLESH_HARDCASES_SPIN,          /* at rest shape, turning about z by `amount` turns per step */
+  FLESH_HARDCASES_FLY            /* along x at 100 m/s, `amount` m before its place */
+} flesh_hardcases_start;
 
 enum {
-  FLESH_STRESS_PINNED = 1,           /* the face x = 0 is held at rest for all time */
-  FLESH_STRESS_RANDOM = 2,           /* run once per seed */
-  FLESH_STRESS_KEPT_EQUILIBRIUM = 4, /* judged as the equilibrium it is instead of on coming back */
-  FLESH_STRESS_STATIC = 8,
-  FLESH_STRESS_HARDEST = 16 /* scramble and point: nothing is promised above nu = 0.49 */
+  FLESH_HARDCASES_PINNED = 1,           /* the face x = 0 is held at rest for all time */
+  FLESH_HARDCASES_RANDOM = 2,           /* run once per seed */
+  FLESH_HARDCASES_KEPT_EQUILIBRIUM = 4, /* accepted as the equilibrium it is, need not recover */
+  FLESH_HARDCASES_STATIC = 8,
+  FLESH_HARDCASES_HARDEST = 16 /* scramble and point: nothing is guaranteed above nu = 0.49 */
 };
 
-typedef struct flesh_stress_case {
+typedef struct flesh_hardcases_case {
   const char *name, *group;
-  flesh_stress_mesh mesh;
-  flesh_stress_start start;
+  flesh_hardcases_mesh mesh;
+  flesh_hardcases_start start;
   double amount;
   int flags;
   double seconds; /* of the hard phase: at least 20 steps; of statics no matter */
@@ -65,16 +65,16 @@ typedef struct flesh_stress_case {
   const char
       *effects; /* items of the scene's list, beside inertia and the pinned face; NULL: none */
   const char *doc;
-} flesh_stress_case;
+} flesh_hardcases_case;
 
 /* The table; ends with a NULL name. */
-extern const flesh_stress_case flesh_stress_case_table[];
+extern const flesh_hardcases_case flesh_hardcases_case_table[];
 
 /* Makes the case's mesh. Returns new. */
-int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh **mesh);
+int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);
 
 /* Fills state->x, v [3*nodes] and t = 0; `step` is the length of the steps to come. */
-int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed,
-                            double step, flesh_state *state);
+int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh *mesh, int seed,
+                               double step, flesh_state *state);
 
 #endif

@@ -1,4 +1,4 @@
-/* command.c: `flesh stress`: the battery of hard cases. */
+/* command.c: `flesh hardcases`: the battery of hard cases. */
 #include "hardcases/command.h"
 
 #include <fnmatch.h>
@@ -29,14 +29,14 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
                               "potential never rose from a step's start to its end, no number was "
                               "non-finite, and at the end the body is within\n"
                               "1e-3 of its length and of its volume from its rest shape with no "
-                              "element inverted; put back when calm tangles had\n"
-                              "to be placed anew on the way (solver.techniques: untangle), which no force did. "
+                              "element inverted; untangled when nodes of tangles in\n"
+                              "equilibrium were repositioned (solver.techniques: untangle), which no force did. "
                               "Where it ends otherwise a\n"
-                              "static solve and the eigenvalues of the Hessian tell whether that "
+                              "static solve and the eigenvalues of the Hessian show whether that "
                               "is a true local minimum; it counts as not\n"
                               "recovered all the same. Free bodies on an exact line or point are "
-                              "judged as the equilibria they are.\n\n"
-                              "Writes into DIR: stress.csv (a row per run), verdict.txt, "
+                              "accepted as the equilibria they are.\n\n"
+                              "Writes into DIR: hardcases.csv (a row per run), verdict.txt, "
                               "matrix.png (cases x settings), frames_*.png, cases/.\n";
 
 enum { LIMIT = 64, SETTING_LIMIT = 1024 };
@@ -65,7 +65,7 @@ typedef struct lists {
   flesh_energy energy[LIMIT + 1];
   flesh_constants constants[LIMIT + 1];
   double poisson[LIMIT + 1], step[LIMIT + 1];
-  flesh_stress_solver solver[LIMIT + 1];
+  flesh_hardcases_solver solver[LIMIT + 1];
 } lists;
 
 /* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
@@ -111,9 +111,9 @@ static int take_step(void *data, const char *item)
 static int take_solver(void *data, const char *item)
 {
   lists *l = data;
-  for (int s = 0; s < FLESH_STRESS_SOLVERS; s++)
-    if (!strcmp(item, flesh_stress_solver_name((flesh_stress_solver)s)) || !strcmp(item, "all")) {
-      l->solver[l->solvers++] = (flesh_stress_solver)s;
+  for (int s = 0; s < FLESH_HARDCASES_SOLVERS; s++)
+    if (!strcmp(item, flesh_hardcases_solver_name((flesh_hardcases_solver)s)) || !strcmp(item, "all")) {
+      l->solver[l->solvers++] = (flesh_hardcases_solver)s;
       if (strcmp(item, "all")) return FLESH_OK;
     }
   return !strcmp(item, "all")
@@ -127,7 +127,7 @@ static int take_solver(void *data, const char *item)
 
 typedef struct choice {
   int count;
-  const flesh_stress_case *cases[256];
+  const flesh_hardcases_case *cases[256];
 } choice;
 
 /* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
@@ -137,7 +137,7 @@ static int take_case(void *data, const char *item)
   const int leave = *item == '!';
   int found = 0;
   if (leave && c->count == 0) take_case(data, "*");
-  for (const flesh_stress_case *row = flesh_stress_case_table; row->name; row++) {
+  for (const flesh_hardcases_case *row = flesh_hardcases_case_table; row->name; row++) {
     if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
     found = 1;
     int place = 0;
@@ -150,33 +150,33 @@ static int take_case(void *data, const char *item)
                : flesh_fail(
                      FLESH_ERR_ARGUMENT,
                      "--cases has '%s'; it must be a case, a group or a pattern such as 'twist*' or '!twist*': "
-                     "`flesh stress --list` shows them",
+                     "`flesh hardcases --list` shows them",
                      item);
 }
 
 static int list_cases(void)
 {
-  for (const flesh_stress_case *row = flesh_stress_case_table; row->name; row++)
+  for (const flesh_hardcases_case *row = flesh_hardcases_case_table; row->name; row++)
     printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
   return 0;
 }
 
-static int add_setting(flesh_stress_setting *settings, int *count, const lists *l, int e, int p,
+static int add_setting(flesh_hardcases_setting *settings, int *count, const lists *l, int e, int p,
                        int h, int s)
 {
   if (*count == SETTING_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
-  settings[(*count)++] = (flesh_stress_setting){.energy = l->energy[e],
-                                                .constants = l->constants[e],
-                                                .poisson = l->poisson[p],
-                                                .step = l->step[h],
-                                                .first_poisson = p == 0,
-                                                .first_step = h == 0,
-                                                .solver = l->solver[s]};
+  settings[(*count)++] = (flesh_hardcases_setting){.energy = l->energy[e],
+                                                   .constants = l->constants[e],
+                                                   .poisson = l->poisson[p],
+                                                   .step = l->step[h],
+                                                   .first_poisson = p == 0,
+                                                   .first_step = h == 0,
+                                                   .solver = l->solver[s]};
   return FLESH_OK;
 }
 
-static int make_settings(const lists *l, flesh_stress_setting *settings, int *count)
+static int make_settings(const lists *l, flesh_hardcases_setting *settings, int *count)
 {
   int status = FLESH_OK;
   for (int s = 0; s < l->solvers; s++)
@@ -187,13 +187,13 @@ static int make_settings(const lists *l, flesh_stress_setting *settings, int *co
   return status;
 }
 
-static int is_run(const flesh_stress_case *row, const flesh_stress_setting *setting)
+static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting *setting)
 {
   return (!(row->poisson > 0) || setting->first_poisson) &&
          (!(row->step > 0) || setting->first_step);
 }
 
-static int make_runs(flesh_stress_plan *plan)
+static int make_runs(flesh_hardcases_plan *plan)
 {
   plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds,
                       sizeof *plan->runs);
@@ -201,30 +201,30 @@ static int make_runs(flesh_stress_plan *plan)
   for (int s = 0; s < plan->setting_count; s++)
     for (int c = 0; c < plan->case_count; c++)
       for (int seed = 1; seed <= plan->seeds; seed++) {
-        const flesh_stress_case *row = plan->cases[c];
-        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_STRESS_RANDOM)))
+        const flesh_hardcases_case *row = plan->cases[c];
+        if (!is_run(row, &plan->settings[s]) || (seed > 1 && !(row->flags & FLESH_HARDCASES_RANDOM)))
           continue;
         plan->runs[plan->run_count++] =
-            (flesh_stress_run){.row = row,
-                               .setting = &plan->settings[s],
-                               .seed = seed,
-                               .outcome = FLESH_STRESS_NOT_RUN,
-                               .figures = {.status = FLESH_ERR_INTERRUPTED,
-                                           .exit_code = 130,
-                                           .rank = -1,
-                                           .distance = NAN,
-                                           .volume_error = NAN,
-                                           .recovered_at = NAN,
-                                           .newton_ratio = NAN,
-                                           .time_ratio = NAN,
-                                           .gradient = NAN,
-                                           .smallest_eigenvalue = NAN}};
+            (flesh_hardcases_run){.row = row,
+                                  .setting = &plan->settings[s],
+                                  .seed = seed,
+                                  .outcome = FLESH_HARDCASES_NOT_RUN,
+                                  .figures = {.status = FLESH_ERR_INTERRUPTED,
+                                              .exit_code = 130,
+                                              .rank = -1,
+                                              .distance = NAN,
+                                              .volume_error = NAN,
+                                              .recovered_at = NAN,
+                                              .newton_ratio = NAN,
+                                              .time_ratio = NAN,
+                                              .gradient = NAN,
+                                              .smallest_eigenvalue = NAN}};
       }
   return FLESH_OK;
 }
 
 /* A run that could not write its files says nothing of its solver. */
-static int check_written(const flesh_stress_plan *plan)
+static int check_written(const flesh_hardcases_plan *plan)
 {
   int count = 0, first = -1;
   for (int k = 0; k < plan->run_count; k++) {
@@ -236,32 +236,32 @@ static int check_written(const flesh_stress_plan *plan)
                : FLESH_OK;
 }
 
-static int run_and_draw(flesh_stress_plan *plan)
+static int run_and_draw(flesh_hardcases_plan *plan)
 {
   plan->jobs = flesh_process_fit(plan->jobs, plan->run_count);
   printf("%d runs: %d cases, %d settings; %d at a time\n", plan->run_count, plan->case_count,
          plan->setting_count, plan->jobs);
   fflush(stdout);
-  int ran = flesh_stress_run_all(plan);
+  int ran = flesh_hardcases_run_all(plan);
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());
-  int status = flesh_stress_write_csv(plan);
+  int status = flesh_hardcases_write_csv(plan);
   if (!status && !ran) status = check_written(plan);
-  if (!status) status = flesh_stress_write_verdict(plan);
+  if (!status) status = flesh_hardcases_write_verdict(plan);
   if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : flesh_stress_draw(plan);
-  if (!status) status = flesh_plot_accept("stress", undrawn);
+  const int undrawn = status ? status : flesh_hardcases_draw(plan);
+  if (!status) status = flesh_plot_accept("hardcases", undrawn);
   if (status) return status;
-  printf("\nresults: %s/stress.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
+  printf("\nresults: %s/hardcases.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
          undrawn ? "what could be drawn of the pictures" : "pictures", plan->out);
   return FLESH_OK;
 }
 
-static int batter(flesh_stress_plan *plan)
+static int batter(flesh_hardcases_plan *plan)
 {
   flesh_folder_claim claim = {.descriptor = -1};
   int status = make_runs(plan);
-  if (!status) status = flesh_output_claim(plan->out, "stress", &claim);
+  if (!status) status = flesh_output_claim(plan->out, "hardcases", &claim);
   if (!status) status = run_and_draw(plan);
   flesh_folder_claim_release(&claim);
   return status;
@@ -277,7 +277,7 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-int flesh_command_stress(int argc, char **argv)
+int flesh_command_hardcases(int argc, char **argv)
 {
   char every[256];
   const char *energies = NULL, *poissons = NULL, *steps = "1/60", *solvers = "default",
@@ -285,15 +285,15 @@ int flesh_command_stress(int argc, char **argv)
   int list = 0;
   lists *l = calloc(1, sizeof *l);
   choice *chosen = calloc(1, sizeof *chosen);
-  flesh_stress_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
+  flesh_hardcases_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
   flesh_overrides overrides;
   long processors = sysconf(_SC_NPROCESSORS_ONLN);
-  flesh_stress_plan plan = {
-      .out = "out/stress", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
+  flesh_hardcases_plan plan = {
+      .out = "out/hardcases", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
   int status = flesh_overrides_open(&overrides, argc);
   if (!status && (!l || !chosen || !settings))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (status) return flesh_command_fail("stress", status);
+  if (status) return flesh_command_fail("hardcases", status);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &energies,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
@@ -314,11 +314,11 @@ int flesh_command_stress(int argc, char **argv)
        "budget of each phase of a run (default 30; 15 with --quick)"},
       {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
        "a value of all scenes, as in --set solver.max_newton=50"},
-      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/stress)"},
+      {"out", "DIR", FLESH_OPTION_TEXT, &plan.out, "folder of the results (default out/hardcases)"},
       {"jobs", "N", FLESH_OPTION_COUNT, &plan.jobs, "runs at a time (default: the processors)"},
       {"list", NULL, FLESH_OPTION_SWITCH, &list, "print the cases and end"},
       {0}};
-  const flesh_usage usage = {"stress", "", "Runs the battery of hard cases.", details, 0, 0, rows};
+  const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases();
   if (code != FLESH_OPTIONS_GO_ON) goto done;
@@ -332,14 +332,14 @@ int flesh_command_stress(int argc, char **argv)
   if (!status) status = split("--solvers", solvers, take_solver, l);
   if (!status) status = split("--cases", cases, take_case, chosen);
   if (!status && chosen->count == 0)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh stress --list` shows them", cases);
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them", cases);
   if (!status) status = make_settings(l, settings, &plan.setting_count);
   plan.settings = settings;
   plan.cases = chosen->cases;
   plan.case_count = chosen->count;
   flesh_interrupt_watch();
   if (!status) status = batter(&plan);
-  code = status ? flesh_command_fail("stress", status) : 0;
+  code = status ? flesh_command_fail("hardcases", status) : 0;
   if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
 done:
   free(plan.runs);

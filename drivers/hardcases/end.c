@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "flesh/system.h"
+#include "mesh/mesh.h"
 
 /* Dense eigenvalues take seconds beyond. */
 enum { DENSE_LIMIT = 1200 };
@@ -51,7 +52,7 @@ static int count_fixed(const flesh_system *system, double t, uint8_t *fixed)
   return flesh_system_fixed(system, t, fixed);
 }
 
-void flesh_stress_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest)
+void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh **rest)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   const flesh_body *body = flesh_scene_body(scene);
@@ -72,12 +73,13 @@ void flesh_stress_rest_shape(const flesh_scene *scene, double t, flesh_mesh **re
     }
   }
   if (!status)
-    flesh_mesh_create(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), NULL, rest);
+    flesh_mesh_build(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), flesh_mesh_tet_edges(mesh), NULL, NULL,
+                     rest);
   free(x);
   free(fixed);
 }
 
-int flesh_stress_rank(const flesh_mesh *mesh, const double *x)
+int flesh_hardcases_rank(const flesh_mesh *mesh, const double *x)
 {
   int nodes = flesh_mesh_node_count(mesh), rank = 0;
   flesh_mesh_info info;
@@ -157,7 +159,7 @@ static double force_scale(const flesh_scene *scene)
 
 /* Fills end, gradient and eigenvalues for the equilibrium x. */
 static void judge_equilibrium(const flesh_scene *scene, double t, const double *x,
-                              flesh_stress_figures *f)
+                              flesh_hardcases_figures *f)
 {
   const flesh_system *system = flesh_scene_system(scene);
   int unknowns = flesh_system_unknowns(system);
@@ -172,7 +174,7 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
     for (int d = 0; d < unknowns; d++) sum += fixed[d] ? 0 : r[d] * r[d];
     f->gradient = sqrt(sum) / force_scale(scene);
     if (!(f->gradient < 1e-6)) {
-      f->end = FLESH_STRESS_END_MOVING;
+      f->end = FLESH_HARDCASES_END_MOVING;
     } else if (!status && free_count <= DENSE_LIMIT && free_count > 6 &&
                !spectrum(system, &point, fixed, free_count, &values)) {
       double zero_below = 1e-9 * fabs(values[free_count - 1]);
@@ -184,16 +186,16 @@ static void judge_equilibrium(const flesh_scene *scene, double t, const double *
       /* A free body's rigid motions are no weakness (in a point or line, some of them do not
        * exist). */
       f->smallest_eigenvalue = values[f->negative_eigenvalues ? 0 : zeros < rigid ? zeros : rigid];
-      f->end = f->negative_eigenvalues ? FLESH_STRESS_END_SADDLE
-               : zeros > rigid         ? FLESH_STRESS_END_DEGENERATE
-                                       : FLESH_STRESS_END_MINIMUM;
+      f->end = f->negative_eigenvalues ? FLESH_HARDCASES_END_SADDLE
+               : zeros > rigid         ? FLESH_HARDCASES_END_DEGENERATE
+                                       : FLESH_HARDCASES_END_MINIMUM;
     }
   }
   free(zero), free(r), free(values), free(fixed);
 }
 
-void flesh_stress_judge_end(const flesh_scene *scene, double t, const double *x,
-                            const flesh_mesh *rest, flesh_stress_figures *f)
+void flesh_hardcases_judge_end(const flesh_scene *scene, double t, const double *x,
+                               const flesh_mesh *rest, flesh_hardcases_figures *f)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   int nodes = flesh_mesh_node_count(mesh);
@@ -203,8 +205,8 @@ void flesh_stress_judge_end(const flesh_scene *scene, double t, const double *x,
   if (3 * nodes <= 2 * DENSE_LIMIT) {
     /* What is at rest to rounding fails to fall further: its gradient tells. */
     settle(scene, t, settled, 1e-9);
-    if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_STRESS_TOLERANCE)
-      f->end = FLESH_STRESS_END_UNTANGLES;
+    if (rest && flesh_mesh_distance_from_rest(rest, settled) < FLESH_HARDCASES_TOLERANCE)
+      f->end = FLESH_HARDCASES_END_UNTANGLES;
     else judge_equilibrium(scene, t, settled, f);
   }
   free(settled);

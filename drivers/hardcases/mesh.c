@@ -182,7 +182,7 @@ static int open_single(parts *p, double edge)
   return FLESH_OK;
 }
 
-int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh **mesh)
+int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh)
 {
   static const int block[2][3] = {{8, 4, 4}, {6, 3, 3}}, even[2][3] = {{8, 4, 4}, {6, 4, 4}},
                    bar[2][3] = {{24, 6, 6}, {12, 4, 4}}, fine[2][3] = {{24, 3, 3}, {20, 3, 3}},
@@ -194,33 +194,33 @@ int flesh_stress_make_mesh(const flesh_stress_case *row, int quick, flesh_mesh *
   *mesh = NULL;
   quick = quick != 0;
   switch (row->mesh) {
-  case FLESH_STRESS_BLOCK:
+  case FLESH_HARDCASES_BLOCK:
     return flesh_mesh_box(block[quick], size, (double[3]){0}, mesh);
-  case FLESH_STRESS_FINE:
+  case FLESH_HARDCASES_FINE:
     return flesh_mesh_box(fine[quick], size, (double[3]){0}, mesh);
-  case FLESH_STRESS_BAR:
+  case FLESH_HARDCASES_BAR:
     return flesh_mesh_box(bar[quick], long_size, (double[3]){0}, mesh);
-  case FLESH_STRESS_LARGE:
+  case FLESH_HARDCASES_LARGE:
     return flesh_mesh_box(large[quick], size, (double[3]){0}, mesh);
-  case FLESH_STRESS_CHECKER:
-  case FLESH_STRESS_HALVES:
+  case FLESH_HARDCASES_CHECKER:
+  case FLESH_HARDCASES_HALVES:
     status = open_blocks(&p, block[quick], size, 1);
-    if (!status) colour_cells(&p, block[quick], row->mesh == FLESH_STRESS_CHECKER);
+    if (!status) colour_cells(&p, block[quick], row->mesh == FLESH_HARDCASES_CHECKER);
     break;
-  case FLESH_STRESS_SLIVERS:
+  case FLESH_HARDCASES_SLIVERS:
     status = open_blocks(&p, even[quick], size, 1);
     if (!status) flatten(&p, even[quick], 0.005);
     break;
-  case FLESH_STRESS_GRADED:
+  case FLESH_HARDCASES_GRADED:
     status = open_graded(&p, 0.1, 1e-4);
     break;
-  case FLESH_STRESS_FAN:
+  case FLESH_HARDCASES_FAN:
     status = open_fan(&p, 0.1, quick ? 5 : 8);
     break;
-  case FLESH_STRESS_SINGLE:
+  case FLESH_HARDCASES_SINGLE:
     status = open_single(&p, 0.1);
     break;
-  case FLESH_STRESS_TWO_BODIES:
+  case FLESH_HARDCASES_TWO_BODIES:
     status = open_blocks(&p, quick ? (const int[3]){3, 3, 3} : (const int[3]){4, 4, 4}, cube, 2);
     break;
   }

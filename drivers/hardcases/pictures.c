@@ -13,77 +13,78 @@
 #include "shared/plot_text.h"
 #include "hardcases/hardcases.h"
 
-/* Told apart by eyes of all kinds; from good to bad also from light to dark. */
+/* Distinguishable with any colour vision; from good to bad also from light to dark. */
 static const char *const colours[] = {
-    [FLESH_STRESS_RECOVERED] = "#8fd0a8",   [FLESH_STRESS_PUT_BACK] = "#c5dc7a",
-    [FLESH_STRESS_EQUILIBRIUM] = "#d3ecdb", [FLESH_STRESS_AT_REST] = "#f7e3a1", [FLESH_STRESS_NOT_RECOVERED] = "#f2cf63",
-    [FLESH_STRESS_UNCONVERGED] = "#e08a2e", [FLESH_STRESS_STOPPED] = "#8fb3d9",
-    [FLESH_STRESS_BUDGET] = "#8c6bb1",      [FLESH_STRESS_NONFINITE] = "#c2185b",
-    [FLESH_STRESS_CRASHED] = "#7a0c0c",     [FLESH_STRESS_NOT_RUN] = "#f4f4f4"};
-static_assert(sizeof colours / sizeof *colours == FLESH_STRESS_OUTCOMES, "a colour of every outcome");
+    [FLESH_HARDCASES_RECOVERED] = "#8fd0a8",   [FLESH_HARDCASES_UNTANGLED] = "#c5dc7a",
+    [FLESH_HARDCASES_EQUILIBRIUM] = "#d3ecdb", [FLESH_HARDCASES_AT_REST] = "#f7e3a1",
+    [FLESH_HARDCASES_NOT_RECOVERED] = "#f2cf63",
+    [FLESH_HARDCASES_UNCONVERGED] = "#e08a2e", [FLESH_HARDCASES_STOPPED] = "#8fb3d9",
+    [FLESH_HARDCASES_BUDGET] = "#8c6bb1",      [FLESH_HARDCASES_NONFINITE] = "#c2185b",
+    [FLESH_HARDCASES_CRASHED] = "#7a0c0c",     [FLESH_HARDCASES_NOT_RUN] = "#f4f4f4"};
+static_assert(sizeof colours / sizeof *colours == FLESH_HARDCASES_OUTCOMES, "a colour of every outcome");
 
 /* Pixels. */
 enum { CELL_WIDTH = 62, CELL_HEIGHT = 18, LEFT = 190, TOP = 230, BOTTOM = 70, RIGHT = 110 };
 
 /* What stands in a cell beside its colour. */
-static void cell_text(const flesh_stress_run *r, char text[32])
+static void cell_text(const flesh_hardcases_run *r, char text[32])
 {
-  const flesh_stress_figures *f = &r->figures;
-  const char *mark = f->end == FLESH_STRESS_END_MINIMUM     ? " min"
-                     : f->end == FLESH_STRESS_END_SADDLE    ? " saddle"
-                     : f->end == FLESH_STRESS_END_UNTANGLES ? " untan."
+  const flesh_hardcases_figures *f = &r->figures;
+  const char *mark = f->end == FLESH_HARDCASES_END_MINIMUM     ? " min"
+                     : f->end == FLESH_HARDCASES_END_SADDLE    ? " saddle"
+                     : f->end == FLESH_HARDCASES_END_UNTANGLES ? " untan."
                                                             : "";
   static const char *const ranks[] = {"point", "line", "plane", "body"};
   *text = 0;
-  if (r->outcome == FLESH_STRESS_EQUILIBRIUM && f->rank >= 0)
+  if (r->outcome == FLESH_HARDCASES_EQUILIBRIUM && f->rank >= 0)
     snprintf(text, 32, "%s%s", ranks[f->rank], mark);
-  if (r->outcome <= FLESH_STRESS_PUT_BACK && r->row->flags & FLESH_STRESS_STATIC)
+  if (r->outcome <= FLESH_HARDCASES_UNTANGLED && r->row->flags & FLESH_HARDCASES_STATIC)
     snprintf(text, 32, "%ld it.", f->newton);
-  else if (r->outcome <= FLESH_STRESS_PUT_BACK && isfinite(f->recovered_at))
+  else if (r->outcome <= FLESH_HARDCASES_UNTANGLED && isfinite(f->recovered_at))
     snprintf(text, 32, "%.2g s", f->recovered_at);
-  const int not_back = r->outcome == FLESH_STRESS_NOT_RECOVERED || r->outcome == FLESH_STRESS_AT_REST;
-  if (r->outcome == FLESH_STRESS_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
+  const int not_back = r->outcome == FLESH_HARDCASES_NOT_RECOVERED || r->outcome == FLESH_HARDCASES_AT_REST;
+  if (r->outcome == FLESH_HARDCASES_NOT_RECOVERED && isnan(f->distance)) snprintf(text, 32, "no rest");
   else if (not_back && f->inverted_end)
     snprintf(text, 32, "%d inv%s", f->inverted_end, mark);
   else if (not_back)
     snprintf(text, 32, "%.2g%s", f->distance, mark);
-  if (r->outcome == FLESH_STRESS_UNCONVERGED)
+  if (r->outcome == FLESH_HARDCASES_UNCONVERGED)
     snprintf(text, 32, "%ld%s", f->rises ? f->rises : f->unconverged,
              f->rises ? " rises" : " unconv.");
-  if (r->outcome == FLESH_STRESS_STOPPED) snprintf(text, 32, "exit %d", f->exit_code);
+  if (r->outcome == FLESH_HARDCASES_STOPPED) snprintf(text, 32, "exit %d", f->exit_code);
 }
 
 /* The worst of the cell's seeds, which stand side by side; *good of them came back. NULL: not run.
  */
-static const flesh_stress_run *find(const flesh_stress_plan *plan, int c, int s, int *good,
-                                    int *count)
+static const flesh_hardcases_run *find(const flesh_hardcases_plan *plan, int c, int s, int *good,
+                                       int *count)
 {
-  const flesh_stress_run *worst = NULL;
+  const flesh_hardcases_run *worst = NULL;
   *good = *count = 0;
   for (int k = 0; k < plan->run_count; k++) {
-    const flesh_stress_run *r = &plan->runs[k];
+    const flesh_hardcases_run *r = &plan->runs[k];
     if (r->row != plan->cases[c] || r->setting != &plan->settings[s]) continue;
     ++*count;
-    *good += r->outcome <= FLESH_STRESS_EQUILIBRIUM;
+    *good += r->outcome <= FLESH_HARDCASES_EQUILIBRIUM;
     if (!worst || r->outcome > worst->outcome) worst = r;
   }
   return worst;
 }
 
-static void draw_cell(FILE *stream, const flesh_stress_plan *plan, int c, int s)
+static void draw_cell(FILE *stream, const flesh_hardcases_plan *plan, int c, int s)
 {
   char text[32] = "";
   int good, count;
-  const flesh_stress_run *r = find(plan, c, s, &good, &count);
-  flesh_stress_outcome outcome = r ? r->outcome : FLESH_STRESS_NOT_RUN;
+  const flesh_hardcases_run *r = find(plan, c, s, &good, &count);
+  flesh_hardcases_outcome outcome = r ? r->outcome : FLESH_HARDCASES_NOT_RUN;
   fprintf(stream,
           "set object rectangle from %d,%d to %d,%d fc rgb '%s' fs solid border lc rgb '#ffffff'\n",
           s, c, s + 1, c + 1, colours[outcome]);
   if (!r) return;
   if (count > 1) snprintf(text, sizeof text, "%d of %d", good, count);
   else cell_text(r, text);
-  int dark = outcome == FLESH_STRESS_BUDGET || outcome == FLESH_STRESS_NONFINITE ||
-             outcome == FLESH_STRESS_CRASHED;
+  int dark = outcome == FLESH_HARDCASES_BUDGET || outcome == FLESH_HARDCASES_NONFINITE ||
+             outcome == FLESH_HARDCASES_CRASHED;
   fprintf(stream, "set label ");
   flesh_plot_quote(stream, text);
   fprintf(stream, " at %g,%g center noenhanced font ',7' textcolor rgb '%s' front\n", s + 0.5,
@@ -93,8 +94,8 @@ static void draw_cell(FILE *stream, const flesh_stress_plan *plan, int c, int s)
 static void draw_legend(FILE *stream, double width, double height)
 {
   double x = LEFT;
-  for (int o = 0; o <= FLESH_STRESS_NOT_RUN; o++) {
-    const char *name = flesh_stress_outcome_name((flesh_stress_outcome)o);
+  for (int o = 0; o <= FLESH_HARDCASES_NOT_RUN; o++) {
+    const char *name = flesh_hardcases_outcome_name((flesh_hardcases_outcome)o);
     fprintf(
         stream,
         "set object rectangle from screen %.5f,%.5f to screen %.5f,%.5f fc rgb '%s' fs solid "
@@ -108,7 +109,7 @@ static void draw_legend(FILE *stream, double width, double height)
   }
 }
 
-static int draw_matrix(const flesh_stress_plan *plan)
+static int draw_matrix(const flesh_hardcases_plan *plan)
 {
   flesh_file file;
   int status = flesh_plot_open(plan->out, "matrix", ".gp", &file);
@@ -143,7 +144,7 @@ static int draw_matrix(const flesh_stress_plan *plan)
   }
   for (int s = 0; s < plan->setting_count; s++) {
     char title[80];
-    flesh_stress_setting_title(&plan->settings[s], title);
+    flesh_hardcases_setting_title(&plan->settings[s], title);
     fputs("set label ", stream);
     flesh_plot_quote(stream, title);
     fprintf(stream, " at first %g, screen %.6f left rotate by 55 noenhanced font ',9' textcolor rgb '#303030'\n",
@@ -154,8 +155,8 @@ static int draw_matrix(const flesh_stress_plan *plan)
           10 / width, 1 - 20 / height);
   fprintf(stream,
           "set label \"Recovered: simulated time until at rest for good (statics: Newton "
-          "iterations); put back: after "
-          "calm tangles were placed anew.\\nNot recovered: "
+          "iterations); untangled: after "
+          "nodes of tangles in equilibrium were repositioned.\\nNot recovered: "
           "distance from rest in body lengths, or inverted tets;\\nmin: the end is a true local "
           "minimum. Several seeds: "
           "how many recovered.\\nColumns: energy, Poisson's ratio, solver.\" at screen %.6f,%.6f left noenhanced "
@@ -180,14 +181,14 @@ typedef struct strip {
 
 /* Into a box about the origin whose side is the body's length; a free body stays in its middle.
  * What is far larger than the picture is shown smaller: returns by how much, 1 or less. */
-static double centre(const flesh_stress_case *row, const flesh_mesh *mesh, double *x)
+static double centre(const flesh_hardcases_case *row, const flesh_mesh *mesh, double *x)
 {
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
   double middle[3];
   for (int c = 0; c < 3; c++) {
     double low = info.low[c], high = info.high[c];
-    if (!(row->flags & FLESH_STRESS_PINNED)) {
+    if (!(row->flags & FLESH_HARDCASES_PINNED)) {
       low = INFINITY, high = -INFINITY;
       for (int i = 0; i < info.nodes; i++)
         low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
@@ -206,18 +207,18 @@ static double centre(const flesh_stress_case *row, const flesh_mesh *mesh, doubl
   return REACH / largest;
 }
 
-static int read_strip(const flesh_stress_plan *plan, const flesh_stress_run *run, strip *s)
+static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, strip *s)
 {
   static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
   static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
                                             "out/state.txt"};
   char folder[256], path[1700];
-  int status = flesh_stress_make_mesh(run->row, plan->quick, &s->mesh);
+  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &s->mesh);
   if (status) return status;
   int nodes = flesh_mesh_node_count(s->mesh);
   double *v = malloc(sizeof *v * 3 * (size_t)nodes);
-  flesh_stress_run_folder(run, folder);
-  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_stress_outcome_name(run->outcome));
+  flesh_hardcases_run_folder(run, folder);
+  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
   for (int k = 0; k < FRAMES && v; k++) {
     s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
     s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
@@ -253,11 +254,11 @@ static void free_strips(int count, strip *strips)
 
 /* The setting that the frames show: the first energy and solver at the largest Poisson's ratio up
  * to 0.49. */
-static const flesh_stress_setting *shown(const flesh_stress_plan *plan)
+static const flesh_hardcases_setting *shown(const flesh_hardcases_plan *plan)
 {
-  const flesh_stress_setting *best = &plan->settings[0];
+  const flesh_hardcases_setting *best = &plan->settings[0];
   for (int s = 1; s < plan->setting_count; s++) {
-    const flesh_stress_setting *other = &plan->settings[s];
+    const flesh_hardcases_setting *other = &plan->settings[s];
     int same = other->energy == best->energy && other->constants == best->constants &&
                other->solver == best->solver && other->step == best->step;
     if (same && other->poisson <= 0.49 && other->poisson > best->poisson) best = other;
@@ -266,15 +267,15 @@ static const flesh_stress_setting *shown(const flesh_stress_plan *plan)
 }
 
 /* A picture per group: start, first step, a tenth of the time, end. */
-static int draw_frames(const flesh_stress_plan *plan, const char *group)
+static int draw_frames(const flesh_hardcases_plan *plan, const char *group)
 {
-  const flesh_stress_setting *setting = shown(plan);
+  const flesh_hardcases_setting *setting = shown(plan);
   strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
   flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
   int count = 0,
       status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int k = 0; k < plan->run_count && !status; k++) {
-    const flesh_stress_run *r = &plan->runs[k];
+    const flesh_hardcases_run *r = &plan->runs[k];
     int first = r->setting->first_poisson && r->row->poisson > 0 &&
                 r->setting->energy == setting->energy && r->setting->solver == setting->solver;
     if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
@@ -309,7 +310,7 @@ static int draw_frames(const flesh_stress_plan *plan, const char *group)
   return status;
 }
 
-int flesh_stress_draw(const flesh_stress_plan *plan)
+int flesh_hardcases_draw(const flesh_hardcases_plan *plan)
 {
   flesh_plot_outcome outcome = {0};
   flesh_plot_note(&outcome, draw_matrix(plan));

@@ -18,11 +18,11 @@
 #include "hardcases/end.h"
 #include "hardcases/watch.h"
 
-void flesh_stress_run_folder(const flesh_stress_run *run, char folder[256])
+void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256])
 {
-  const flesh_stress_setting *s = run->setting;
+  const flesh_hardcases_setting *s = run->setting;
   char seed[24] = "", constants[16] = "", step[24] = "";
-  if (run->row->flags & FLESH_STRESS_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
+  if (run->row->flags & FLESH_HARDCASES_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
   if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
@@ -30,7 +30,7 @@ void flesh_stress_run_folder(const flesh_stress_run *run, char folder[256])
   snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed,
            flesh_energy_name(s->energy), constants,
            run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
-           flesh_stress_solver_name(s->solver));
+           flesh_hardcases_solver_name(s->solver));
 }
 
 static double wall_seconds(void)
@@ -42,7 +42,7 @@ static double wall_seconds(void)
 
 /* Reads a phase's scene with the command line's overrides, which become part of its file, so that
  * the file alone gives the same run. */
-static int read_phase(const flesh_stress_plan *plan, const char *path, flesh_scene **scene)
+static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_scene **scene)
 {
   int count = plan->overrides->count;
   int status = flesh_scene_read(path, count, plan->overrides->values, scene);
@@ -50,16 +50,16 @@ static int read_phase(const flesh_stress_plan *plan, const char *path, flesh_sce
 }
 
 /* Runs a phase into folder/out; returns its status. */
-static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, const char *folder,
-                     const char *name, flesh_stress_watch *watch)
+static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene, const char *folder,
+                     const char *name, flesh_hardcases_watch *watch)
 {
   char out[1400], path[1500];
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  flesh_stress_figures *f = watch->figures;
+  flesh_hardcases_figures *f = watch->figures;
   snprintf(out, sizeof out, "%s/%s", folder, name);
   snprintf(path, sizeof path, "%s/scene.yaml", folder);
-  const flesh_observer watching = {flesh_stress_watch_observe, watch};
+  const flesh_observer watching = {flesh_hardcases_watch_observe, watch};
   const flesh_runner_options options = {.out = out,
                                         .scene_path = path,
                                         .max_seconds = plan->max_seconds,
@@ -79,7 +79,7 @@ static int run_phase(const flesh_stress_plan *plan, const flesh_scene *scene, co
 }
 
 /* The shape to come back to: by the phase that is to do so, from rest. NULL: none. */
-static int find_rest(const flesh_stress_plan *plan, const char *folder, flesh_mesh **rest)
+static int find_rest(const flesh_hardcases_plan *plan, const char *folder, flesh_mesh **rest)
 {
   char file[1400];
   flesh_scene *last = NULL;
@@ -90,19 +90,19 @@ static int find_rest(const flesh_stress_plan *plan, const char *folder, flesh_me
   snprintf(file, sizeof file, "%s/release.yaml", folder);
   if (access(file, F_OK)) snprintf(file, sizeof file, "%s/scene.yaml", folder);
   int status = flesh_scene_read(file, plan->overrides->count + 1, values, &last);
-  if (!status) flesh_stress_rest_shape(last, flesh_scene_times(last)->end, rest);
+  if (!status) flesh_hardcases_rest_shape(last, flesh_scene_times(last)->end, rest);
   flesh_scene_destroy(&last);
   free(values);
   return status;
 }
 
-static int is_back(const flesh_stress_figures *f)
+static int is_back(const flesh_hardcases_figures *f)
 {
-  return f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE &&
+  return f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE &&
          !f->inverted_end;
 }
 
-static int refuse(flesh_stress_figures *f, int status)
+static int refuse(flesh_hardcases_figures *f, int status)
 {
   f->status = status;
   f->exit_code = flesh_exit_code(status);
@@ -110,20 +110,20 @@ static int refuse(flesh_stress_figures *f, int status)
   return status;
 }
 
-void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run *run,
-                          flesh_stress_figures *f)
+void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
+                             flesh_hardcases_figures *f)
 {
   char folder[256], path[1300], file[1400];
   flesh_scene *scene = NULL, *release = NULL;
   flesh_mesh *rest = NULL;
-  flesh_stress_run_folder(run, folder);
+  flesh_hardcases_run_folder(run, folder);
   snprintf(path, sizeof path, "%s/%s", plan->out, folder);
-  int status = flesh_stress_write_scene(plan, run, path);
+  int status = flesh_hardcases_write_scene(plan, run, path);
   snprintf(file, sizeof file, "%s/scene.yaml", path);
   if (!status) status = read_phase(plan, file, &scene);
   if (!status) status = find_rest(plan, path, &rest);
-  flesh_stress_watch watch = {.folder = path, .figures = f};
-  if (!status) status = flesh_stress_watch_open(&watch, flesh_scene_mesh(scene));
+  flesh_hardcases_watch watch = {.folder = path, .figures = f};
+  if (!status) status = flesh_hardcases_watch_open(&watch, flesh_scene_mesh(scene));
   if (status) {
     refuse(f, status);
     goto done;
@@ -142,61 +142,61 @@ void flesh_stress_run_one(const flesh_stress_plan *plan, const flesh_stress_run 
       goto done;
     }
     end = flesh_scene_times(release)->end;
-    flesh_stress_watch_release(&watch);
+    flesh_hardcases_watch_release(&watch);
     status = run_phase(plan, release, path, "release", &watch);
   }
-  flesh_stress_watch_finish(&watch);
+  flesh_hardcases_watch_finish(&watch);
   if (status) goto done;
-  f->rank = flesh_stress_rank(flesh_scene_mesh(scene), watch.last.x);
+  f->rank = flesh_hardcases_rank(flesh_scene_mesh(scene), watch.last.x);
   if (!is_back(f) && f->finite)
-    flesh_stress_judge_end(release ? release : scene, end, watch.last.x, rest, f);
+    flesh_hardcases_judge_end(release ? release : scene, end, watch.last.x, rest, f);
 done:
-  flesh_stress_watch_close(&watch);
+  flesh_hardcases_watch_close(&watch);
   flesh_mesh_destroy(&rest);
   flesh_scene_destroy(&release);
   flesh_scene_destroy(&scene);
 }
 
-static flesh_stress_outcome judge(const flesh_stress_run *run)
+static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
 {
-  const flesh_stress_figures *f = &run->figures;
-  if (f->crashed_by) return FLESH_STRESS_CRASHED;
+  const flesh_hardcases_figures *f = &run->figures;
+  if (f->crashed_by) return FLESH_HARDCASES_CRASHED;
   switch (f->status) {
   case FLESH_OK:
     break;
   case FLESH_ERR_BUDGET:
-    return FLESH_STRESS_BUDGET;
+    return FLESH_HARDCASES_BUDGET;
   case FLESH_NONFINITE:
   case FLESH_ERR_NONFINITE:
-    return FLESH_STRESS_NONFINITE;
+    return FLESH_HARDCASES_NONFINITE;
   case FLESH_ERR_INTERRUPTED:
-    return FLESH_STRESS_NOT_RUN;
+    return FLESH_HARDCASES_NOT_RUN;
   default:
-    return FLESH_STRESS_STOPPED;
+    return FLESH_HARDCASES_STOPPED;
   }
-  if (!f->finite) return FLESH_STRESS_NONFINITE;
-  if (f->unconverged || f->rises) return FLESH_STRESS_UNCONVERGED;
-  int kept = run->row->flags & FLESH_STRESS_KEPT_EQUILIBRIUM;
-  if (kept && f->rank < 2 && f->end != FLESH_STRESS_END_MOVING) return FLESH_STRESS_EQUILIBRIUM;
-  if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_STRESS_AT_REST : FLESH_STRESS_NOT_RECOVERED;
-  return f->untanglings ? FLESH_STRESS_PUT_BACK : FLESH_STRESS_RECOVERED;
+  if (!f->finite) return FLESH_HARDCASES_NONFINITE;
+  if (f->unconverged || f->rises) return FLESH_HARDCASES_UNCONVERGED;
+  int kept = run->row->flags & FLESH_HARDCASES_KEPT_EQUILIBRIUM;
+  if (kept && f->rank < 2 && f->end != FLESH_HARDCASES_END_MOVING) return FLESH_HARDCASES_EQUILIBRIUM;
+  if (!is_back(f)) return f->stressed_rest > 0 ? FLESH_HARDCASES_AT_REST : FLESH_HARDCASES_NOT_RECOVERED;
+  return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
 }
 
 /* What a new process is told. */
 typedef struct task {
-  const flesh_stress_plan *plan;
-  const flesh_stress_run *run;
+  const flesh_hardcases_plan *plan;
+  const flesh_hardcases_run *run;
 } task;
 
 static void work(const void *data, void *result)
 {
   const task *given = data;
-  flesh_stress_run_one(given->plan, given->run, result);
+  flesh_hardcases_run_one(given->plan, given->run, result);
 }
 
 typedef struct job {
   flesh_process process;
-  flesh_stress_run *run;
+  flesh_hardcases_run *run;
   double deadline; /* after which it hangs; 0: none */
 } job;
 
@@ -207,7 +207,7 @@ static void collect(job *j)
   int crashed = flesh_process_collect(&j->process, ended, &j->run->figures, sizeof j->run->figures);
   if (crashed && flesh_interrupt_signal()) return; /* ended with the battery: not run */
   if (crashed) {
-    flesh_stress_figures *f = &j->run->figures;
+    flesh_hardcases_figures *f = &j->run->figures;
     f->status = FLESH_ERR_SOLVE;
     f->exit_code = 1;
     f->crashed_by = crashed;
@@ -221,13 +221,13 @@ static void collect(job *j)
   j->run->outcome = judge(j->run);
 }
 
-static void show_progress(const flesh_stress_plan *plan, int done, const flesh_stress_run *run)
+static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
 {
   char title[80];
   if (!isatty(STDERR_FILENO)) return;
-  flesh_stress_setting_title(run->setting, title);
+  flesh_hardcases_setting_title(run->setting, title);
   fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", done, plan->run_count, run->row->name, title,
-          flesh_stress_outcome_name(run->outcome));
+          flesh_hardcases_outcome_name(run->outcome));
   if (done == plan->run_count) fputs("\r\033[K", stderr);
   fflush(stderr);
 }
@@ -250,7 +250,7 @@ static int wait_for_any(int count, job *jobs, struct pollfd *ends)
   return status;
 }
 
-int flesh_stress_run_all(flesh_stress_plan *plan)
+int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
 {
   const int room = plan->jobs;
   job *jobs = calloc((size_t)room, sizeof *jobs);

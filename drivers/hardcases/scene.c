@@ -11,22 +11,22 @@
 
 static const double young = 1e5; /* Pa: jelly to rubber */
 
-static double step_of(const flesh_stress_run *run)
+static double step_of(const flesh_hardcases_run *run)
 {
   return run->row->step > 0 ? run->row->step : run->setting->step;
 }
 
-/* Steps shorter than this would need thousands to calm down: the release does it. */
-static int has_long_release(const flesh_stress_run *run)
+/* Steps shorter than this would need thousands to come to rest: the release does it. */
+static int has_long_release(const flesh_hardcases_run *run)
 {
-  return !(run->row->flags & FLESH_STRESS_STATIC) && !(run->row->release > 0) &&
+  return !(run->row->flags & FLESH_HARDCASES_STATIC) && !(run->row->release > 0) &&
          step_of(run) < 0.99 / 60;
 }
 
-static double hard_seconds(const flesh_stress_run *run)
+static double hard_seconds(const flesh_hardcases_run *run)
 {
   double step = step_of(run);
-  if (run->row->flags & FLESH_STRESS_STATIC) return step;
+  if (run->row->flags & FLESH_HARDCASES_STATIC) return step;
   return has_long_release(run) ? 100 * step : step * fmax(20, round(run->row->seconds / step));
 }
 
@@ -36,40 +36,40 @@ static void print_seconds(FILE *stream, double value)
   else flesh_number_print(stream, value);
 }
 
-static void write_material(FILE *stream, const flesh_stress_run *run, double factor)
+static void write_material(FILE *stream, const flesh_hardcases_run *run, double factor)
 {
-  const flesh_stress_setting *s = run->setting;
+  const flesh_hardcases_setting *s = run->setting;
   fprintf(stream, "{energy: %s, constants: %s, young: %g, poisson: ", flesh_energy_name(s->energy),
           flesh_constants_name(s->constants), young * factor);
   flesh_number_print(stream, run->row->poisson > 0 ? run->row->poisson : s->poisson);
   putc('}', stream);
 }
 
-static void write_solver(FILE *stream, const flesh_stress_run *run)
+static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 {
-  static const char *const keys[FLESH_STRESS_SOLVERS] = {
-      [FLESH_STRESS_KINSOL] = "line_search: residual",
-      [FLESH_STRESS_PLAIN] = "line_search: none, project: always, max_newton: 10, "
+  static const char *const keys[FLESH_HARDCASES_SOLVERS] = {
+      [FLESH_HARDCASES_KINSOL] = "line_search: residual",
+      [FLESH_HARDCASES_PLAIN] = "line_search: none, project: always, max_newton: 10, "
                              "max_cutbacks: 0, accept_unconverged: true",
-      [FLESH_STRESS_ALWAYS_PROJECTED] = "project: always",
-      [FLESH_STRESS_NEVER_PROJECTED] = "project: never",
-      [FLESH_STRESS_CLAMPED] = "eigenvalue_filter: clamp",
-      [FLESH_STRESS_ABSOLUTE] = "eigenvalue_filter: absolute",
-      [FLESH_STRESS_TRUST_REGION] = "eigenvalue_filter: trust-region",
-      [FLESH_STRESS_NO_UNTANGLING] = "techniques: [negative_curvature, nonlinear_elimination, watchdog]"};
+      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "project: always",
+      [FLESH_HARDCASES_NEVER_PROJECTED] = "project: never",
+      [FLESH_HARDCASES_CLAMPED] = "eigenvalue_filter: clamp",
+      [FLESH_HARDCASES_ABSOLUTE] = "eigenvalue_filter: absolute",
+      [FLESH_HARDCASES_TRUST_REGION] = "eigenvalue_filter: trust-region",
+      [FLESH_HARDCASES_NO_UNTANGLING] = "techniques: [negative_curvature, nonlinear_elimination, watchdog]"};
   /* Statics end at a share of the residual that they begin with, which is huge far from rest. */
-  const char *tolerance = run->row->flags & FLESH_STRESS_STATIC ? "newton_tolerance: 1e-8" : NULL;
+  const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : NULL;
   const char *key = keys[run->setting->solver];
   if (key || tolerance)
     fprintf(stream, "solver: {%s%s%s}\n", key ? key : "", key && tolerance ? ", " : "",
             tolerance ? tolerance : "");
 }
 
-static void write_body(FILE *stream, const flesh_stress_run *run)
+static void write_body(FILE *stream, const flesh_hardcases_run *run)
 {
-  const flesh_stress_case *row = run->row;
+  const flesh_hardcases_case *row = run->row;
   char title[80];
-  flesh_stress_setting_title(run->setting, title);
+  flesh_hardcases_setting_title(run->setting, title);
   fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
   fprintf(stream, "body:\n  mesh: body.mesh\n  density: %g\n  material: ",
           row->density > 0 ? row->density : 1000);
@@ -79,24 +79,24 @@ static void write_body(FILE *stream, const flesh_stress_run *run)
     write_material(stream, run, row->young_ratio);
   }
   fputs("\neffects:\n  - elasticity: {}\n", stream);
-  if (!(row->flags & FLESH_STRESS_STATIC)) fputs("  - inertia: {}\n", stream);
-  if (row->flags & FLESH_STRESS_PINNED)
+  if (!(row->flags & FLESH_HARDCASES_STATIC)) fputs("  - inertia: {}\n", stream);
+  if (row->flags & FLESH_HARDCASES_PINNED)
     fputs("  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}\n", stream);
 }
 
-static int write_text(const flesh_stress_run *run, const char *path, int release)
+static int write_text(const flesh_hardcases_run *run, const char *path, int release)
 {
-  const flesh_stress_case *row = run->row;
+  const flesh_hardcases_case *row = run->row;
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
   double hard = hard_seconds(run);
   /* Steps that are taken as they come are seen to their end. */
-  const char *limit = run->setting->solver == FLESH_STRESS_PLAIN ? ", max_energy_gain: 1e300}\n" : "}\n";
+  const char *limit = run->setting->solver == FLESH_HARDCASES_PLAIN ? ", max_energy_gain: 1e300}\n" : "}\n";
   write_body(stream, run);
   if (row->effects && !(release && row->release > 0)) fputs(row->effects, stream);
-  if (row->flags & FLESH_STRESS_STATIC) {
+  if (row->flags & FLESH_HARDCASES_STATIC) {
     fputs("time: {method: static}\n", stream);
   } else if (release) {
     fputs("time: {step: ", stream);
@@ -116,12 +116,12 @@ static int write_text(const flesh_stress_run *run, const char *path, int release
   return flesh_file_commit(&file);
 }
 
-static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *run,
+static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                        const char *folder)
 {
   char path[1500];
   flesh_mesh *mesh = NULL;
-  int status = flesh_stress_make_mesh(run->row, plan->quick, &mesh);
+  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &mesh);
   if (status) return status;
   snprintf(path, sizeof path, "%s/body.mesh", folder);
   status = flesh_mesh_write(mesh, path);
@@ -129,7 +129,7 @@ static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *ru
   flesh_state state = {0, malloc(sizeof(double) * 3 * (size_t)nodes),
                        malloc(sizeof(double) * 3 * (size_t)nodes)};
   if (!status && (!state.x || !state.v)) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  if (!status) status = flesh_stress_make_start(run->row, mesh, run->seed, step_of(run), &state);
+  if (!status) status = flesh_hardcases_make_start(run->row, mesh, run->seed, step_of(run), &state);
   snprintf(path, sizeof path, "%s/start.txt", folder);
   if (!status) status = flesh_state_write(path, nodes, &state);
   free(state.x);
@@ -138,8 +138,8 @@ static int write_start(const flesh_stress_plan *plan, const flesh_stress_run *ru
   return status;
 }
 
-int flesh_stress_write_scene(const flesh_stress_plan *plan, const flesh_stress_run *run,
-                             const char *folder)
+int flesh_hardcases_write_scene(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
+                                const char *folder)
 {
   char path[1500];
   int status = flesh_folder_make(folder);

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "hardcases/cases.h"
+#include "mesh/pieces.h"
 
 static double uniform(uint64_t *state) /* splitmix64 (Steele, Lea & Flood 2014); [-1, 1) */
 {
@@ -23,8 +24,9 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   int *count = calloc((size_t)nodes, sizeof *count);
   if (!count) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int i = 0; i < nodes; i++) edge[i] = 0;
-  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
-    const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)t;
+  for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
+    int tet[4];
+    flesh_mesh_piece(mesh, t, tet);
     for (int a = 0; a < 4; a++)
       for (int b = 0; b < 4; b++) {
         const double *p = X + 3 * tet[a], *q = X + 3 * tet[b];
@@ -43,17 +45,17 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
 static void invert_one(const flesh_mesh *mesh, double *x)
 {
   static const double factors[] = {2, 1.5, 1.2, 1.05};
-  const int *tets = flesh_mesh_tets(mesh);
   for (int f = 0; f < 4; f++)
-    for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
+    for (int t = 0; t < flesh_mesh_piece_count(mesh); t++)
       for (int corner = 0; corner < 4; corner++) {
-        double kept[3], *moved = x + 3 * tets[4 * t + corner];
-        int inverted;
+        int tet[4], inverted;
+        flesh_mesh_piece(mesh, t, tet);
+        double kept[3], *moved = x + 3 * tet[corner];
         memcpy(kept, moved, sizeof kept);
         for (int c = 0; c < 3; c++) {
           double centre = 0;
           for (int a = 0; a < 4; a++)
-            if (a != corner) centre += x[3 * tets[4 * t + a] + c] / 3;
+            if (a != corner) centre += x[3 * tet[a] + c] / 3;
           moved[c] += factors[f] * (centre - moved[c]);
         }
         flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
@@ -70,8 +72,8 @@ static void turn(double *x, const double middle[3], double angle)
   x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
 }
 
-int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh, int seed,
-                            double step, flesh_state *state)
+int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh *mesh, int seed,
+                               double step, flesh_state *state)
 {
   const double pi = acos(-1);
   int nodes = flesh_mesh_node_count(mesh);
@@ -91,59 +93,59 @@ int flesh_stress_make_start(const flesh_stress_case *row, const flesh_mesh *mesh
     double *x = state->x + 3 * i, *v = state->v + 3 * i, u[3];
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
     switch (row->start) {
-    case FLESH_STRESS_REST:
-    case FLESH_STRESS_INVERT_ONE:
+    case FLESH_HARDCASES_REST:
+    case FLESH_HARDCASES_INVERT_ONE:
       break;
-    case FLESH_STRESS_SCRAMBLE_ONE:
+    case FLESH_HARDCASES_SCRAMBLE_ONE:
       for (int c = 0; c < 3 && X[3 * i] > 0.1; c++)
         x[c] = c ? middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]) : 0.15 + 0.05 * u[c];
       break;
-    case FLESH_STRESS_SCRAMBLE:
+    case FLESH_HARDCASES_SCRAMBLE:
       for (int c = 0; c < 3; c++) x[c] = middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]);
       break;
-    case FLESH_STRESS_JITTER:
+    case FLESH_HARDCASES_JITTER:
       for (int c = 0; c < 3; c++) x[c] += amount * edge[i] * u[c];
       break;
-    case FLESH_STRESS_PLANE:
+    case FLESH_HARDCASES_PLANE:
       x[2] = middle[2] + amount * length * u[2];
       break;
-    case FLESH_STRESS_LINE:
+    case FLESH_HARDCASES_LINE:
       for (int c = 1; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
       break;
-    case FLESH_STRESS_POINT:
+    case FLESH_HARDCASES_POINT:
       for (int c = 0; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
       break;
-    case FLESH_STRESS_MIRROR:
+    case FLESH_HARDCASES_MIRROR:
       x[0] = 2 * middle[0] - x[0];
       break;
-    case FLESH_STRESS_SCALE_X:
+    case FLESH_HARDCASES_SCALE_X:
       x[0] *= amount;
       break;
-    case FLESH_STRESS_SCALE_ALL:
+    case FLESH_HARDCASES_SCALE_ALL:
       for (int c = 0; c < 3; c++)
         x[c] = middle[c] * (c > 0) + amount * (x[c] - middle[c] * (c > 0));
       break;
-    case FLESH_STRESS_TWIST:
+    case FLESH_HARDCASES_TWIST:
       turn(x, middle, 2 * pi * amount * x[0] / length);
       break;
-    case FLESH_STRESS_SHEAR:
+    case FLESH_HARDCASES_SHEAR:
       x[2] += amount * x[0];
       break;
-    case FLESH_STRESS_STRETCH_TWIST:
+    case FLESH_HARDCASES_STRETCH_TWIST:
       turn(x, middle, pi * x[0] / length);
       x[0] *= amount;
       break;
-    case FLESH_STRESS_SPIN:
+    case FLESH_HARDCASES_SPIN:
       v[0] = -2 * pi * amount / step * (x[1] - middle[1]);
       v[1] = 2 * pi * amount / step * (x[0] - middle[0]);
       break;
-    case FLESH_STRESS_FLY:
+    case FLESH_HARDCASES_FLY:
       x[0] -= amount;
       v[0] = 100;
       break;
     }
   }
-  if (!status && row->start == FLESH_STRESS_INVERT_ONE) invert_one(mesh, state->x);
+  if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
   free(edge);
   return status;
 }

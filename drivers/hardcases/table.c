@@ -1,4 +1,4 @@
-/* table.c: the battery's result as stress.csv and in words. */
+/* table.c: the battery's result as hardcases.csv and in words. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
@@ -9,56 +9,56 @@
 #include "base/file.h"
 #include "hardcases/hardcases.h"
 
-const char *flesh_stress_solver_name(flesh_stress_solver solver)
+const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
 {
   static const char *const names[] = {
-      [FLESH_STRESS_DEFAULT] = "default",
-      [FLESH_STRESS_KINSOL] = "kinsol-line-search",
-      [FLESH_STRESS_PLAIN] = "plain",
-      [FLESH_STRESS_ALWAYS_PROJECTED] = "always-projected",
-      [FLESH_STRESS_NEVER_PROJECTED] = "never-projected",
-      [FLESH_STRESS_CLAMPED] = "clamped",
-      [FLESH_STRESS_ABSOLUTE] = "absolute",
-      [FLESH_STRESS_TRUST_REGION] = "trust-region",
-      [FLESH_STRESS_NO_UNTANGLING] = "no-untangling"};
-  static_assert(sizeof names / sizeof *names == FLESH_STRESS_SOLVERS, "a name of every solver");
+      [FLESH_HARDCASES_DEFAULT] = "default",
+      [FLESH_HARDCASES_KINSOL] = "kinsol-line-search",
+      [FLESH_HARDCASES_PLAIN] = "plain",
+      [FLESH_HARDCASES_ALWAYS_PROJECTED] = "always-projected",
+      [FLESH_HARDCASES_NEVER_PROJECTED] = "never-projected",
+      [FLESH_HARDCASES_CLAMPED] = "clamped",
+      [FLESH_HARDCASES_ABSOLUTE] = "absolute",
+      [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
+      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling"};
+  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_SOLVERS, "a name of every solver");
   return names[solver];
 }
 
-const char *flesh_stress_outcome_name(flesh_stress_outcome outcome)
+const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome)
 {
   static const char *const names[] = {
-      [FLESH_STRESS_RECOVERED] = "recovered",     [FLESH_STRESS_PUT_BACK] = "put back",
-      [FLESH_STRESS_EQUILIBRIUM] = "equilibrium", [FLESH_STRESS_AT_REST] = "at rest, stressed",
-      [FLESH_STRESS_NOT_RECOVERED] = "not recovered",
-      [FLESH_STRESS_UNCONVERGED] = "unconverged", [FLESH_STRESS_STOPPED] = "stopped",
-      [FLESH_STRESS_BUDGET] = "out of budget",    [FLESH_STRESS_NONFINITE] = "non-finite",
-      [FLESH_STRESS_CRASHED] = "crashed or hung", [FLESH_STRESS_NOT_RUN] = "not run"};
-  static_assert(sizeof names / sizeof *names == FLESH_STRESS_OUTCOMES, "a name of every outcome");
+      [FLESH_HARDCASES_RECOVERED] = "recovered",     [FLESH_HARDCASES_UNTANGLED] = "untangled",
+      [FLESH_HARDCASES_EQUILIBRIUM] = "equilibrium", [FLESH_HARDCASES_AT_REST] = "stressed at rest",
+      [FLESH_HARDCASES_NOT_RECOVERED] = "not recovered",
+      [FLESH_HARDCASES_UNCONVERGED] = "unconverged", [FLESH_HARDCASES_STOPPED] = "stopped",
+      [FLESH_HARDCASES_BUDGET] = "out of budget",    [FLESH_HARDCASES_NONFINITE] = "non-finite",
+      [FLESH_HARDCASES_CRASHED] = "crashed or hung", [FLESH_HARDCASES_NOT_RUN] = "not run"};
+  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_OUTCOMES, "a name of every outcome");
   return names[outcome];
 }
 
-const char *flesh_stress_end_name(flesh_stress_end end)
+const char *flesh_hardcases_end_name(flesh_hardcases_end end)
 {
-  static const char *const names[] = {[FLESH_STRESS_END_UNKNOWN] = "",
-                                                       [FLESH_STRESS_END_MINIMUM] = "minimum",
-                                                       [FLESH_STRESS_END_DEGENERATE] = "degenerate",
-                                                       [FLESH_STRESS_END_SADDLE] = "saddle",
-                                                       [FLESH_STRESS_END_UNTANGLES] = "untangles",
-                                                       [FLESH_STRESS_END_MOVING] =
+  static const char *const names[] = {[FLESH_HARDCASES_END_UNKNOWN] = "",
+                                                       [FLESH_HARDCASES_END_MINIMUM] = "minimum",
+                                                       [FLESH_HARDCASES_END_DEGENERATE] = "degenerate",
+                                                       [FLESH_HARDCASES_END_SADDLE] = "saddle",
+                                                       [FLESH_HARDCASES_END_UNTANGLES] = "untangles",
+                                                       [FLESH_HARDCASES_END_MOVING] =
                                                            "no equilibrium found"};
-  static_assert(sizeof names / sizeof *names == FLESH_STRESS_ENDS, "a name of every end");
+  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_ENDS, "a name of every end");
   return names[end];
 }
 
-void flesh_stress_setting_title(const flesh_stress_setting *s, char title[80])
+void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[80])
 {
   char constants[16] = "", step[32] = "";
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, " %s", flesh_constants_name(s->constants));
   if (fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, " h=%g", s->step);
   snprintf(title, 80, "%s%s %g%s %s", flesh_energy_name(s->energy), constants, s->poisson, step,
-           flesh_stress_solver_name(s->solver));
+           flesh_hardcases_solver_name(s->solver));
 }
 
 /* A CSV field: empty for NaN. */
@@ -78,12 +78,12 @@ static void quoted(FILE *stream, const char *text)
   putc('"', stream);
 }
 
-int flesh_stress_write_csv(const flesh_stress_plan *plan)
+int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
 {
   static const char *const ranks[] = {"point", "line", "plane", "body"};
   char path[1400], folder[256];
   flesh_file file;
-  snprintf(path, sizeof path, "%s/stress.csv", plan->out);
+  snprintf(path, sizeof path, "%s/hardcases.csv", plan->out);
   int status = flesh_file_open(path, &file);
   if (status) return status;
   FILE *stream = file.stream;
@@ -96,18 +96,18 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
         "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
-    const flesh_stress_run *r = &plan->runs[k];
-    const flesh_stress_figures *f = &r->figures;
-    const flesh_stress_setting *s = r->setting;
-    flesh_stress_run_folder(r, folder);
+    const flesh_hardcases_run *r = &plan->runs[k];
+    const flesh_hardcases_figures *f = &r->figures;
+    const flesh_hardcases_setting *s = r->setting;
+    flesh_hardcases_run_folder(r, folder);
     fprintf(stream, "%s,%s,%d,%s,%s,%g", r->row->name, r->row->group, r->seed,
             flesh_energy_name(s->energy), flesh_constants_name(s->constants),
             r->row->poisson > 0 ? r->row->poisson : s->poisson);
-    field(stream, r->row->flags & FLESH_STRESS_STATIC ? NAN
+    field(stream, r->row->flags & FLESH_HARDCASES_STATIC ? NAN
                   : r->row->step > 0                  ? r->row->step
                                                       : s->step);
     fprintf(stream, ",%s,%d,%s,%s,%d,%d,%ld,%ld,%ld,%ld,%ld,%ld,%ld,%ld",
-            flesh_stress_solver_name(s->solver), f->tets, flesh_stress_outcome_name(r->outcome),
+            flesh_hardcases_solver_name(s->solver), f->tets, flesh_hardcases_outcome_name(r->outcome),
             flesh_status_name(f->status), f->exit_code, f->steps, f->solves, f->retried,
             f->unconverged, f->at_rounding, f->untanglings, f->untangled_nodes, f->rises,
             f->rises_checked);
@@ -116,7 +116,7 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
     field(stream, f->distance);
     field(stream, f->volume_error);
     field(stream, f->recovered_at);
-    fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_stress_end_name(f->end));
+    fprintf(stream, ",%s,%s", f->rank >= 0 ? ranks[f->rank] : "", flesh_hardcases_end_name(f->end));
     field(stream, f->gradient);
     field(stream, f->smallest_eigenvalue);
     fprintf(stream, ",%d,%ld,%ld,%ld,%ld,%ld", f->negative_eigenvalues, f->newton, f->linear,
@@ -141,31 +141,31 @@ int flesh_stress_write_csv(const flesh_stress_plan *plan)
     fprintf(stream, __VA_ARGS__);                                                                  \
   } while (0)
 
-/* Whether S and E promise that this run comes back (see `flesh stress --help`). */
-static int is_promised(const flesh_stress_run *r)
+/* Whether S and E promise that this run comes back (see `flesh hardcases --help`). */
+static int is_promised(const flesh_hardcases_run *r)
 {
-  const flesh_stress_setting *s = r->setting;
+  const flesh_hardcases_setting *s = r->setting;
   double poisson = r->row->poisson > 0 ? r->row->poisson : s->poisson;
   if (s->energy != FLESH_ENERGY_S && s->energy != FLESH_ENERGY_E) return 0;
-  if (s->solver != FLESH_STRESS_DEFAULT) return 0;
-  return poisson < 0.4951 || !(r->row->flags & FLESH_STRESS_HARDEST);
+  if (s->solver != FLESH_HARDCASES_DEFAULT) return 0;
+  return poisson < 0.4951 || !(r->row->flags & FLESH_HARDCASES_HARDEST);
 }
 
-static int is_good(const flesh_stress_run *r) { return r->outcome <= FLESH_STRESS_EQUILIBRIUM; }
+static int is_good(const flesh_hardcases_run *r) { return r->outcome <= FLESH_HARDCASES_EQUILIBRIUM; }
 
-static int is_failed(const flesh_stress_run *r)
+static int is_failed(const flesh_hardcases_run *r)
 {
-  return !is_good(r) && r->outcome != FLESH_STRESS_NOT_RUN;
+  return !is_good(r) && r->outcome != FLESH_HARDCASES_NOT_RUN;
 }
 
-static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream)
+static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *stream)
 {
-  int counts[FLESH_STRESS_OUTCOMES] = {0}, total = 0;
+  int counts[FLESH_HARDCASES_OUTCOMES] = {0}, total = 0;
   long newton = 0, retried = 0, rises = 0;
   double seconds = 0;
   char title[80];
   for (int k = 0; k < plan->run_count; k++) {
-    const flesh_stress_run *r = &plan->runs[k];
+    const flesh_hardcases_run *r = &plan->runs[k];
     if (r->setting != &plan->settings[setting]) continue;
     counts[r->outcome]++;
     total++;
@@ -174,45 +174,45 @@ static void say_setting(const flesh_stress_plan *plan, int setting, FILE *stream
     rises += r->figures.rises;
     seconds += isnan(r->figures.wall_s) ? 0 : r->figures.cpu_s;
   }
-  flesh_stress_setting_title(&plan->settings[setting], title);
+  flesh_hardcases_setting_title(&plan->settings[setting], title);
   SAY("  %-28s %3d of %d", title,
-      counts[FLESH_STRESS_RECOVERED] + counts[FLESH_STRESS_PUT_BACK] +
-          counts[FLESH_STRESS_EQUILIBRIUM],
+      counts[FLESH_HARDCASES_RECOVERED] + counts[FLESH_HARDCASES_UNTANGLED] +
+          counts[FLESH_HARDCASES_EQUILIBRIUM],
       total);
-  if (counts[FLESH_STRESS_PUT_BACK]) SAY(" (%d of them put back)", counts[FLESH_STRESS_PUT_BACK]);
-  for (int o = FLESH_STRESS_AT_REST; o < FLESH_STRESS_OUTCOMES; o++)
-    if (counts[o]) SAY(", %d %s", counts[o], flesh_stress_outcome_name((flesh_stress_outcome)o));
+  if (counts[FLESH_HARDCASES_UNTANGLED]) SAY(" (%d of them untangled)", counts[FLESH_HARDCASES_UNTANGLED]);
+  for (int o = FLESH_HARDCASES_AT_REST; o < FLESH_HARDCASES_OUTCOMES; o++)
+    if (counts[o]) SAY(", %d %s", counts[o], flesh_hardcases_outcome_name((flesh_hardcases_outcome)o));
   SAY("; %ld Newton iterations, %ld solves retried, %.1f s of CPU", newton, retried, seconds);
   if (rises) SAY("; the incremental potential rose %ld times", rises);
   SAY("\n");
 }
 
-static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FILE *stream)
+static void say_run(const flesh_hardcases_plan *plan, const flesh_hardcases_run *r, FILE *stream)
 {
-  const flesh_stress_figures *f = &r->figures;
+  const flesh_hardcases_figures *f = &r->figures;
   char folder[256], title[80];
-  flesh_stress_run_folder(r, folder);
-  flesh_stress_setting_title(r->setting, title);
+  flesh_hardcases_run_folder(r, folder);
+  flesh_hardcases_setting_title(r->setting, title);
   SAY("  %s, %s", r->row->name, title);
-  if (r->row->flags & FLESH_STRESS_RANDOM) SAY(", seed %d", r->seed);
-  SAY(": %s", flesh_stress_outcome_name(r->outcome));
-  if (r->outcome == FLESH_STRESS_UNCONVERGED)
+  if (r->row->flags & FLESH_HARDCASES_RANDOM) SAY(", seed %d", r->seed);
+  SAY(": %s", flesh_hardcases_outcome_name(r->outcome));
+  if (r->outcome == FLESH_HARDCASES_UNCONVERGED)
     SAY(" (%ld solves; the potential rose %ld times, by %.2g of its size)", f->unconverged,
         f->rises, f->worst_rise);
   if (f->stressed_rest > 0) SAY(", %.4g J of strain energy that no load holds", f->stressed_rest);
-  if (r->outcome == FLESH_STRESS_AT_REST || r->outcome == FLESH_STRESS_NOT_RECOVERED ||
-      r->outcome == FLESH_STRESS_UNCONVERGED) {
+  if (r->outcome == FLESH_HARDCASES_AT_REST || r->outcome == FLESH_HARDCASES_NOT_RECOVERED ||
+      r->outcome == FLESH_HARDCASES_UNCONVERGED) {
     if (isnan(f->distance)) SAY(", this form has no rest shape");
     else
       SAY(", %.2g of the length from rest, volume off by %.2g, %d tets inverted", f->distance,
           f->volume_error, f->inverted_end);
-    if (f->end == FLESH_STRESS_END_MINIMUM)
+    if (f->end == FLESH_HARDCASES_END_MINIMUM)
       SAY("; a true local minimum (smallest eigenvalue %.2g N/m)", f->smallest_eigenvalue);
-    else if (f->end == FLESH_STRESS_END_SADDLE)
+    else if (f->end == FLESH_HARDCASES_END_SADDLE)
       SAY("; a saddle (%d negative eigenvalues)", f->negative_eigenvalues);
-    else if (f->end == FLESH_STRESS_END_UNTANGLES)
+    else if (f->end == FLESH_HARDCASES_END_UNTANGLES)
       SAY("; a static solve from there leads back to rest");
-    else if (f->end) SAY("; %s", flesh_stress_end_name(f->end));
+    else if (f->end) SAY("; %s", flesh_hardcases_end_name(f->end));
   }
   if (*f->message) SAY(": %s", f->message);
   SAY("\n      flesh run %s/%s/scene.yaml\n", plan->out, folder);
@@ -220,24 +220,24 @@ static void say_run(const flesh_stress_plan *plan, const flesh_stress_run *r, FI
 
 static int compare_cost(const void *a, const void *b)
 {
-  double p = (*(const flesh_stress_run *const *)a)->figures.cpu_s;
-  double q = (*(const flesh_stress_run *const *)b)->figures.cpu_s;
+  double p = (*(const flesh_hardcases_run *const *)a)->figures.cpu_s;
+  double q = (*(const flesh_hardcases_run *const *)b)->figures.cpu_s;
   return (p < q) - (p > q);
 }
 
 /* The runs that took longest, and the worst single steps. */
-static void say_slowest(const flesh_stress_plan *plan, FILE *stream)
+static void say_slowest(const flesh_hardcases_plan *plan, FILE *stream)
 {
-  const flesh_stress_run **order = malloc(sizeof *order * (size_t)(plan->run_count + 1));
+  const flesh_hardcases_run **order = malloc(sizeof *order * (size_t)(plan->run_count + 1));
   int count = 0;
   if (!order) return;
   for (int k = 0; k < plan->run_count; k++) order[count++] = &plan->runs[k];
   qsort(order, (size_t)count, sizeof *order, compare_cost);
   SAY("\nThe slowest runs (CPU)\n");
   for (int k = 0; k < count && k < 10; k++) {
-    const flesh_stress_figures *f = &order[k]->figures;
+    const flesh_hardcases_figures *f = &order[k]->figures;
     char title[80];
-    flesh_stress_setting_title(order[k]->setting, title);
+    flesh_hardcases_setting_title(order[k]->setting, title);
     SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
     if (isfinite(f->newton_ratio)) SAY(", worst step %.3g times the median", f->newton_ratio);
     SAY("\n");
@@ -245,7 +245,7 @@ static void say_slowest(const flesh_stress_plan *plan, FILE *stream)
   free(order);
 }
 
-int flesh_stress_write_verdict(const flesh_stress_plan *plan)
+int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
 {
   char path[1400];
   flesh_file file;
@@ -257,7 +257,7 @@ int flesh_stress_write_verdict(const flesh_stress_plan *plan)
   for (int s = 0; s < plan->setting_count; s++) say_setting(plan, s, stream);
   int promised = 0, broken = 0;
   for (int k = 0; k < plan->run_count; k++) {
-    promised += is_promised(&plan->runs[k]) && plan->runs[k].outcome != FLESH_STRESS_NOT_RUN;
+    promised += is_promised(&plan->runs[k]) && plan->runs[k].outcome != FLESH_HARDCASES_NOT_RUN;
     broken += is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
   }
   SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "

@@ -17,7 +17,7 @@ static double cpu_seconds(void)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-int flesh_stress_watch_open(flesh_stress_watch *w, const flesh_mesh *mesh)
+int flesh_hardcases_watch_open(flesh_hardcases_watch *w, const flesh_mesh *mesh)
 {
   w->unknowns = 3 * flesh_mesh_node_count(mesh);
   size_t n = (size_t)w->unknowns;
@@ -31,12 +31,12 @@ int flesh_stress_watch_open(flesh_stress_watch *w, const flesh_mesh *mesh)
              : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
-void flesh_stress_watch_close(flesh_stress_watch *w)
+void flesh_hardcases_watch_close(flesh_hardcases_watch *w)
 {
   free(w->last.x), free(w->last.v), free(w->point), free(w->zero), free(w->cost);
 }
 
-void flesh_stress_watch_release(flesh_stress_watch *w)
+void flesh_hardcases_watch_release(flesh_hardcases_watch *w)
 {
   w->phase++;
   w->timed = w->count;
@@ -44,7 +44,7 @@ void flesh_stress_watch_release(flesh_stress_watch *w)
 
 /* The potential of the unknown that leads from the last state to x within h, and the sum of its
  * terms' sizes. Backward Euler: v = u/h, a = (v - v_n)/h; h = 0: statics. */
-static int potential(flesh_stress_watch *w, const flesh_step_record *record, double h,
+static int potential(flesh_hardcases_watch *w, const flesh_step_record *record, double h,
                      const double *x, double *phi, double *magnitude)
 {
   double *v = w->point + w->unknowns, *a = v + w->unknowns;
@@ -60,9 +60,9 @@ static int potential(flesh_stress_watch *w, const flesh_step_record *record, dou
 }
 
 /* Whether the step's end lies higher than its start with the constrained nodes put in place. Steps
- * that were halved have several potentials, and where a tangle was put back the end is not where
+ * that were halved have several potentials, and where a body was untangled the end is not where
  * the solve led: left out. */
-static void check_potential(flesh_stress_watch *w, const flesh_step_record *record)
+static void check_potential(flesh_hardcases_watch *w, const flesh_step_record *record)
 {
   double first, last, size, other;
   if (record->stats->solves != 1 || record->stats->untanglings) return;
@@ -79,7 +79,7 @@ static void check_potential(flesh_stress_watch *w, const flesh_step_record *reco
   w->figures->worst_rise = fmax(w->figures->worst_rise, rise);
 }
 
-static int keep_cost(flesh_stress_watch *w, int newton, double seconds)
+static int keep_cost(flesh_hardcases_watch *w, int newton, double seconds)
 {
   if (w->count == w->room) {
     int room = w->room ? 2 * w->room : 256;
@@ -93,7 +93,7 @@ static int keep_cost(flesh_stress_watch *w, int newton, double seconds)
   return FLESH_OK;
 }
 
-static void keep_frame(const flesh_stress_watch *w, const flesh_step_record *record,
+static void keep_frame(const flesh_hardcases_watch *w, const flesh_step_record *record,
                        const char *name)
 {
   char path[1500];
@@ -101,10 +101,10 @@ static void keep_frame(const flesh_stress_watch *w, const flesh_step_record *rec
   flesh_state_write(path, w->unknowns / 3, record->state); /* a picture less is no failure */
 }
 
-int flesh_stress_watch_observe(void *data, const flesh_step_record *record)
+int flesh_hardcases_watch_observe(void *data, const flesh_step_record *record)
 {
-  flesh_stress_watch *w = data;
-  flesh_stress_figures *f = w->figures;
+  flesh_hardcases_watch *w = data;
+  flesh_hardcases_figures *f = w->figures;
   const flesh_solve_stats *stats = record->stats;
   double now = cpu_seconds();
   if (record->step > 0) {
@@ -141,7 +141,7 @@ int flesh_stress_watch_observe(void *data, const flesh_step_record *record)
     f->distance = flesh_mesh_distance_from_rest(w->rest, record->state->x);
     double volume = flesh_mesh_volume(w->rest, flesh_mesh_positions(w->rest));
     f->volume_error = fabs(flesh_mesh_volume(w->rest, record->state->x) / volume - 1);
-    int back = f->distance < FLESH_STRESS_TOLERANCE && f->volume_error < FLESH_STRESS_TOLERANCE &&
+    int back = f->distance < FLESH_HARDCASES_TOLERANCE && f->volume_error < FLESH_HARDCASES_TOLERANCE &&
                !record->inverted;
     if (!back) f->recovered_at = NAN;
     else if (isnan(f->recovered_at)) f->recovered_at = record->state->t;
@@ -167,7 +167,7 @@ static double worst_over_median(int count, double *values)
   return median > 0 ? values[count - 1] / median : NAN;
 }
 
-void flesh_stress_watch_finish(flesh_stress_watch *w)
+void flesh_hardcases_watch_finish(flesh_hardcases_watch *w)
 {
   int count = w->phase ? w->timed : w->count;
   double *values = malloc(sizeof *values * (size_t)(count + 1));

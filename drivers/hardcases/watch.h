@@ -5,11 +5,11 @@
 #include "flesh/observer.h"
 #include "hardcases/hardcases.h"
 
-typedef struct flesh_stress_watch {
+typedef struct flesh_hardcases_watch {
   const flesh_mesh *rest; /* the shape to come back to, borrowed; NULL: none */
   const char *folder;     /* frames for pictures go here */
   double early;           /* t of the second of them */
-  flesh_stress_figures *figures;
+  flesh_hardcases_figures *figures;
   /* Own. */
   int unknowns, phase, kept_first, kept_early;
   double clock, now;
@@ -20,15 +20,15 @@ typedef struct flesh_stress_watch {
     int newton;
     double seconds;
   } * cost;
-} flesh_stress_watch;
+} flesh_hardcases_watch;
 
-int flesh_stress_watch_open(flesh_stress_watch *watch, const flesh_mesh *mesh);
-void flesh_stress_watch_close(flesh_stress_watch *watch);
+int flesh_hardcases_watch_open(flesh_hardcases_watch *watch, const flesh_mesh *mesh);
+void flesh_hardcases_watch_close(flesh_hardcases_watch *watch);
 /* From now on the steps are of the next phase. */
-void flesh_stress_watch_release(flesh_stress_watch *watch);
+void flesh_hardcases_watch_release(flesh_hardcases_watch *watch);
 /* The medians and the end, into the figures. */
-void flesh_stress_watch_finish(flesh_stress_watch *watch);
+void flesh_hardcases_watch_finish(flesh_hardcases_watch *watch);
 
-int flesh_stress_watch_observe(void *watch, const flesh_step_record *record);
+int flesh_hardcases_watch_observe(void *watch, const flesh_step_record *record);
 
 #endif

@@ -12,11 +12,7 @@
 #include "mesh/inspect.h"
 #include "shared/options.h"
 #include "shared/output.h"
-
-static const char formats[] =
-    "Read, told apart by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
-    "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
-    ".msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four nodes, or ten, and then edges may be curved.\n";
+#include "shared/subcommands.h"
 
 static const flesh_option no_options[] = {{.name = NULL}};
 
@@ -135,16 +131,6 @@ static int command_info(int argc, char **argv)
   return 0;
 }
 
-/* A file that is written must not be the one that is read, nor its other half. */
-static int spare_input(const char *in, const char *out)
-{
-  flesh_inputs inputs = {0};
-  flesh_inputs_add(&inputs, in);
-  int status = flesh_output_prepare(out, &inputs);
-  flesh_inputs_close(&inputs);
-  return status;
-}
-
 static int write_and_say(const char *command, const flesh_mesh *mesh, const char *path)
 {
   flesh_mesh_info info;
@@ -202,7 +188,7 @@ static int command_convert(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) return code;
   if (order > 2) return refuse_order(usage.command, order);
   flesh_mesh *mesh = NULL;
-  int status = spare_input(argv[1], argv[2]);
+  int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
   if (!status) status = set_order(&mesh, order);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, argv[2]);
@@ -225,7 +211,7 @@ static int command_surface(int argc, char **argv)
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_mesh *mesh = NULL;
   flesh_surface *surface = NULL;
-  int status = spare_input(argv[1], argv[2]);
+  int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
   if (!status) status = flesh_surface_of_mesh(mesh, &surface);
   if (!status) status = flesh_surface_write(surface, NULL, argv[2]);
@@ -250,12 +236,6 @@ static int parse_three(const char *text, double values[3])
     text += length + 1;
   }
   return 1;
-}
-
-static int refuse_box(const char *option, const char *value, const char *valid)
-{
-  if (!value) return flesh_command_refuse("mesh box", "--%s is missing; it must be %s", option, valid);
-  return flesh_command_refuse("mesh box", "--%s is '%.100s'; it must be %s", option, value, valid);
 }
 
 static int command_box(int argc, char **argv)
@@ -286,16 +266,16 @@ static int command_box(int argc, char **argv)
     whole = count[d] == floor(count[d]) && count[d] >= 1 && count[d] <= 1e9;
     if (whole) cells[d] = (int)count[d];
   }
-  if (!whole) return refuse_box("cells", cells_text, "three whole numbers from 1, such as 16,4,4");
+  if (!whole)
+    return flesh_option_refuse(usage.command, "cells", cells_text, "three whole numbers from 1, such as 16,4,4");
   if (!size_text || !parse_three(size_text, size))
-    return refuse_box("size", size_text, "three positive numbers, such as 4,1,1");
+    return flesh_option_refuse(usage.command, "size", size_text, "three positive numbers, such as 4,1,1");
   if (!parse_three(origin_text, origin))
-    return refuse_box("origin", origin_text, "three numbers, such as 0,0,0");
-  if (!out) return refuse_box("out", out, "a file named .node, .ele, .msh or .mesh");
+    return flesh_option_refuse(usage.command, "origin", origin_text, "three numbers, such as 0,0,0");
+  if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh");
   if (order > 2) return refuse_order(usage.command, order);
   flesh_mesh *mesh = NULL;
-  const flesh_inputs nothing = {0};
-  int status = flesh_output_prepare(out, &nothing);
+  int status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
   if (!status) status = set_order(&mesh, order);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, out);
@@ -305,28 +285,17 @@ static int command_box(int argc, char **argv)
 
 int flesh_command_mesh(int argc, char **argv)
 {
-  static const struct {
-    const char *name, *summary;
-    int (*run)(int argc, char **argv);
-  } commands[] = {{"info", "show counts, sizes and quality of tetrahedral meshes", command_info},
-                  {"convert", "write a mesh in another format", command_convert},
-                  {"surface", "write the boundary triangles of a mesh", command_surface},
-                  {"box", "make a regular grid of boxes, six tets each", command_box}};
-  enum { COMMANDS = sizeof commands / sizeof *commands };
-  const char *name = argc > 1 ? argv[1] : NULL;
-  for (int c = 0; c < COMMANDS && name; c++)
-    if (!strcmp(name, commands[c].name)) return commands[c].run(argc - 1, argv + 1);
-  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
-    printf("Usage: flesh mesh COMMAND [ARGUMENT]...\nInspect, convert and make meshes.\n\n%s\n"
-           "Commands:\n",
-           formats);
-    for (int c = 0; c < COMMANDS; c++)
-      printf("  %-10s %s\n", commands[c].name, commands[c].summary);
-    printf("\n`flesh mesh COMMAND --help` tells more about a command.\n\n%s",
-           flesh_exit_codes_text);
-    return 0;
-  }
-  static const char known[] = "the commands are info, convert, surface and box";
-  if (!name) return flesh_command_refuse("mesh", "no command given; %s", known);
-  return flesh_command_refuse("mesh", "unknown command '%.100s'; %s", name, known);
+  static const flesh_subcommand commands[] = {
+      {"info", "show counts, sizes and quality of tetrahedral meshes", command_info},
+      {"convert", "write a mesh in another format", command_convert},
+      {"surface", "write the boundary triangles of a mesh", command_surface},
+      {"box", "make a regular grid of boxes, six tets each", command_box},
+      {0}};
+  static const char about[] =
+      "Inspect, convert and make meshes.\n\n"
+      "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
+      "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
+      ".msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four nodes, or ten, and then their\n"
+      "edges may be curved.\n";
+  return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);
 }

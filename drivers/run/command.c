@@ -54,6 +54,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->impact_steps)
+    printf("%ld of %ld internal steps would have ended inside an obstacle; backward Euler took them, which damps\n",
+           figures->impact_steps, figures->internal_steps);
   if (figures->at_rounding)
     printf("%ld of %ld solves ended at rounding, above solver.newton_tolerance\n",
            figures->at_rounding, figures->solves);
@@ -61,8 +64,8 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("%ld of %ld solves were accepted without convergence\n", figures->unconverged,
            figures->solves);
   if (figures->untanglings)
-    printf("put back a calm tangle %ld times, %ld nodes in all (solver.techniques: untangle)\n", figures->untanglings,
-           figures->untangled_nodes);
+    printf("untangled %ld times near equilibrium, %ld nodes in all (solver.techniques: untangle)\n",
+           figures->untanglings, figures->untangled_nodes);
   printf("results: %s\n", out);
 }
 
@@ -117,7 +120,7 @@ int flesh_command_run(int argc, char **argv)
        "stop in order once S seconds are spent; a step in flight is given up"},
       {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
       {"profile", NULL, FLESH_OPTION_SWITCH, &options.profile,
-       "tell each effect's processor time, beside its calls and memory"},
+       "print each effect's CPU time, beside its calls and memory"},
       {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
       {0}};
   const flesh_usage usage = {

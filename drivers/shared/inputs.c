@@ -1,6 +1,7 @@
 /* inputs.c: knows the files that a command reads by what they are on the disk, not by their names. */
 #include "shared/inputs.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +17,9 @@ struct flesh_input {
 static void add_one(flesh_inputs *inputs, const char *path)
 {
   struct stat file, folder;
+  errno = 0;
   char *whole = realpath(path, NULL), *slash = whole ? strrchr(whole, '/') : NULL;
+  inputs->failed |= !whole && errno == ENOMEM;
   if (!slash || stat(whole, &file) || !S_ISREG(file.st_mode)) {
     free(whole);
     return;

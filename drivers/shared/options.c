@@ -119,6 +119,12 @@ int flesh_command_refuse(const char *command, const char *format, ...)
   return 2;
 }
 
+int flesh_option_refuse(const char *command, const char *option, const char *value, const char *valid)
+{
+  if (!value) return flesh_command_refuse(command, "--%s is missing; it must be %s", option, valid);
+  return flesh_command_refuse(command, "--%s is '%.100s'; it must be %s", option, value, valid);
+}
+
 static int complain(const flesh_usage *usage, const char *what, const char *which, const char *more)
 {
   return flesh_command_refuse(usage->command, "%s%.100s%s; `flesh %s --help` lists what is valid", what, which, more,

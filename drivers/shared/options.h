@@ -53,6 +53,9 @@ extern const char flesh_exit_codes_text[];
  * Command "": of the program itself. */
 int flesh_command_refuse(const char *command, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* The same for an option whose value (NULL: missing) is not what it must be: "--out is missing; it must be a folder". */
+int flesh_option_refuse(const char *command, const char *option, const char *value, const char *valid);
+
 /* Prints "flesh COMMAND: <last error>" to stderr and returns the exit code of `status`. */
 int flesh_command_fail(const char *command, int status);
 

@@ -24,7 +24,8 @@ int flesh_output_claim(const char *folder, const char *command, flesh_folder_cla
   char host[80] = "", who[256];
   gethostname(host, sizeof host - 1);
   snprintf(who, sizeof who, "flesh %.60s, process %ld on %s", command, (long)getpid(), host);
-  return flesh_folder_claim_take(folder, who, claim);
+  const double patience = 0.3; /* s: what was killed a moment ago holds its folder until it has ended */
+  return flesh_folder_claim_take(folder, who, patience, claim);
 }
 
 int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
@@ -37,6 +38,16 @@ int flesh_output_prepare(const char *path, const flesh_inputs *inputs)
   status = flesh_inputs_spare(inputs, other);
   if (!status) flesh_file_clear(other);
   free(other);
+  return status;
+}
+
+int flesh_output_prepare_from(const char *path, int count, char *const *read, const char *further)
+{
+  flesh_inputs inputs = {0};
+  for (int k = 0; k < count; k++) flesh_inputs_add(&inputs, read[k]);
+  if (further) flesh_inputs_add(&inputs, further);
+  int status = flesh_output_prepare(path, &inputs);
+  flesh_inputs_close(&inputs);
   return status;
 }
 
@@ -57,7 +68,7 @@ static int check_begin(const char *path, const char *begin)
                     path);
 }
 
-/* Whether both name the same place, there or not. */
+/* Whether both name the same place, there or not; where memory is wanting, -1. */
 static int same_place(const char *a, const char *b)
 {
   const char *paths[2] = {a, b}, *bases[2];
@@ -65,7 +76,8 @@ static int same_place(const char *a, const char *b)
   for (int k = 0; k < 2; k++) {
     const char *slash = strrchr(paths[k], '/');
     char *folder = slash ? strndup(paths[k], (size_t)(slash + 1 - paths[k])) : strdup(".");
-    int found = folder && !stat(folder, &folders[k]);
+    if (!folder) return -1;
+    int found = !stat(folder, &folders[k]);
     free(folder);
     if (!found) return 0;
     bases[k] = slash ? slash + 1 : paths[k];
@@ -85,8 +97,9 @@ static int check_files(const char *out, const char *save_state, const flesh_inpu
   for (int k = 0; k < WRITTEN && !status; k++) {
     sprintf(path, "%s/%s", out, written[k].name);
     status = check_begin(path, written[k].begin);
-    if (!status && save_state && strcmp(written[k].name, "state.txt") &&
-        same_place(path, save_state))
+    const int same = !status && save_state && strcmp(written[k].name, "state.txt") ? same_place(path, save_state) : 0;
+    if (same < 0) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+    else if (same)
       status = flesh_fail(FLESH_ERR_ARGUMENT, "--save-state is %s, which the run writes itself; give another name",
                           save_state);
   }

@@ -11,11 +11,14 @@
 int flesh_run_output_claim(const flesh_scene *scene, const char *scene_path, const char *save_state, const char *out,
                            flesh_folder_claim *claim);
 
-/* Claims a folder for a command, whose lock file then says `flesh COMMAND`, its process and its host. */
+/* Claims a folder for a command, whose lock file then says `flesh COMMAND`, its process and its host. Waits a moment
+ * for a process that was killed just now. */
 int flesh_output_claim(const char *folder, const char *command, flesh_folder_claim *claim);
 
 /* A single file (of TetGen's meshes both halves) that is to be written: FLESH_ERR_ARGUMENT when it is one of the
  * inputs; clears temporary files of it that killed processes left. */
 int flesh_output_prepare(const char *path, const flesh_inputs *inputs);
+/* The same, where the inputs are `count` files or folders and one more (may be NULL). */
+int flesh_output_prepare_from(const char *path, int count, char *const *inputs, const char *further);
 
 #endif

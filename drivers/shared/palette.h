@@ -1,4 +1,4 @@
-/* palette.h: one colour per energy, the same in every plot. Told apart by eyes of all kinds
+/* palette.h: one colour per energy, the same in every plot. Distinguishable with any colour vision
  * (after Okabe & Ito 2008, with S in black and M in grey). */
 #ifndef FLESH_SHARED_PALETTE_H
 #define FLESH_SHARED_PALETTE_H

@@ -64,8 +64,8 @@ static int fit(flesh_shadow *shadow, const flesh_shadow_window *seen, const fles
     if (!(extent[k] >= 0)) return 0;
   }
   larger = fmax(extent[0], extent[1]);
-  if (!(larger > 0)) return 0;
   const double texel = larger / (size - 2 * EDGE);
+  if (!(texel > 0)) return 0;
   view->width_px = (int)fmax(LEAST, ceil(extent[0] / texel) + 2 * EDGE);
   view->height_px = (int)fmax(LEAST, ceil(extent[1] / texel) + 2 * EDGE);
   view->height = view->height_px * texel;

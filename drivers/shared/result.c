@@ -53,6 +53,7 @@ static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
   figures->internal_steps += stats->steps;
   figures->rejected += stats->rejected;
   figures->convergence_failures += stats->convergence_failures;
+  figures->impact_steps += stats->impact_steps;
   figures->residuals += stats->residuals;
   figures->untanglings += stats->untanglings;
   figures->untangled_nodes += stats->untangled_nodes;
@@ -135,7 +136,7 @@ static const char *energy_advice(const flesh_scene *scene, const flesh_figures *
     return "the steps do not resolve the motion (contact, stiff parts): try a shorter time.step, time.alpha=-0.3, or "
            "time.method=bdf2 or backward-euler, which damp more";
   case FLESH_METHOD_ADAPTIVE:
-  case FLESH_METHOD_CALM_ADAPTIVE:
+  case FLESH_METHOD_EULER_THEN_ADAPTIVE:
     return "try a smaller time.tolerance or time.max_order=2, or time.method=backward-euler, which damps";
   default:
     return "the steps do not resolve the motion: try a shorter time.step";
@@ -167,7 +168,7 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
            "shorter time.step";
   if (failure->status == FLESH_UNDEFINED && failure->worst_node >= 0 &&
       flesh_method_order(flesh_scene_times(scene)->method) == 2)
-    return "the step ends within an obstacle, or where an energy has no value, although it balances before: try a "
+    return "the step passes an obstacle, or ends where an energy has no value, although it balances before: try a "
            "shorter time.step, a larger solver.max_cutbacks, or time.method=bdf2 or backward-euler, which balance "
            "where "
            "the step ends";
@@ -312,6 +313,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "internal_steps", figures->internal_steps);
   set_integer(object, "rejected_steps", figures->rejected);
   set_integer(object, "convergence_failures", figures->convergence_failures);
+  set_integer(object, "impact_steps", figures->impact_steps);
   set_integer(object, "residuals", figures->residuals);
   const flesh_energy_balance *balance = &figures->balance;
   set(object, "work_put_in", balance->begun ? balance->supplied : NAN);

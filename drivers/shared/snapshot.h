@@ -61,6 +61,12 @@ typedef struct flesh_snapshot {
   {"no-shadow", NULL, FLESH_OPTION_SWITCH, &(s).no_shadow, "light, but no shadows"},               \
   {"bare", NULL, FLESH_OPTION_SWITCH, &(s).bare, "without titles and times"}
 
+/* What the help of a command says of its pictures. */
+#define FLESH_SNAPSHOT_DETAILS                                                                     \
+  "Colours span all but a hundredth of the values at either end; the scale shows the extremes\n"   \
+  "too. Tets with J <= 0 are black in the colours of J, stress and speed. Obstacles are\n"         \
+  "transparent where they are seen from behind.\n"
+
 /* Defaults, before the command line is read. */
 void flesh_snapshot_default(flesh_snapshot *s);
 /* Opens `paths` [count]: folders of runs, or scenes. FLESH_ERR_ARGUMENT for options. */

@@ -1,4 +1,4 @@
-/* stressed_rest.c: a tangle, or another stable shape than that at rest, that a calm body keeps without any load. */
+/* stressed_rest.c: a tangle, or another stable shape than that at rest, that a body at rest keeps without any load. */
 #include "shared/stressed_rest.h"
 
 #include <math.h>

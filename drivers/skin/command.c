@@ -12,6 +12,7 @@
 #include "shared/result.h"
 #include "shared/run_folder.h"
 #include "shared/output.h"
+#include "shared/subcommands.h"
 
 static int command_bind(int argc, char **argv)
 {
@@ -31,18 +32,11 @@ static int command_bind(int argc, char **argv)
       .options = options};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  if (!out) {
-    fprintf(stderr, "flesh skin bind: --out is missing; it must be a file for the binding\n");
-    return 2;
-  }
+  if (!out) return flesh_option_refuse(usage.command, "out", NULL, "a file for the binding");
   flesh_mesh *mesh = NULL;
   flesh_surface *surface = NULL;
   flesh_skin *skin = NULL;
-  flesh_inputs inputs = {0};
-  flesh_inputs_add(&inputs, argv[1]);
-  flesh_inputs_add(&inputs, argv[2]);
-  int status = flesh_output_prepare(out, &inputs);
-  flesh_inputs_close(&inputs);
+  int status = flesh_output_prepare_from(out, 2, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
   if (!status) status = flesh_surface_read(argv[2], &surface);
   if (!status) status = flesh_skin_bind(mesh, surface, &skin);
@@ -132,13 +126,9 @@ static int command_apply(int argc, char **argv)
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   unsigned formats = parse_formats(formats_text);
-  if (!out || !formats) {
-    if (!out) fprintf(stderr, "flesh skin apply: --out is missing; it must be a folder\n");
-    else
-      flesh_command_refuse("skin apply", "--formats is '%.100s'; it must be some of obj, pc2 and vtu, such as obj,vtu",
-                           formats_text);
-    return 2;
-  }
+  if (!out) return flesh_option_refuse(usage.command, "out", NULL, "a folder");
+  if (!formats)
+    return flesh_option_refuse(usage.command, "formats", formats_text, "some of obj, pc2 and vtu, such as obj,vtu");
   struct stat info;
   flesh_run_folder run = {0};
   flesh_mesh *own = NULL;
@@ -172,20 +162,10 @@ static int command_apply(int argc, char **argv)
 
 int flesh_command_skin(int argc, char **argv)
 {
-  const char *name = argc > 1 ? argv[1] : NULL;
-  if (name && !strcmp(name, "bind")) return command_bind(argc - 1, argv + 1);
-  if (name && !strcmp(name, "apply")) return command_apply(argc - 1, argv + 1);
-  if (name && (!strcmp(name, "--help") || !strcmp(name, "-h"))) {
-    printf("Usage: flesh skin COMMAND [ARGUMENT]...\n"
-           "A fine surface that follows the tets of a body.\n\nCommands:\n"
-           "  bind       bind a surface's vertices to the tets of a mesh\n"
-           "  apply      write the surface as it moves with a run\n\n"
-           "`flesh skin COMMAND --help` tells more about a command. A scene with `output: {skin:\n"
-           "{surface: FILE}}` does both while it runs.\n\n%s",
-           flesh_exit_codes_text);
-    return 0;
-  }
-  static const char known[] = "the commands are bind and apply";
-  if (!name) return flesh_command_refuse("skin", "no command given; %s", known);
-  return flesh_command_refuse("skin", "unknown command '%.100s'; %s", name, known);
+  static const flesh_subcommand commands[] = {{"bind", "bind a surface's vertices to the tets of a mesh", command_bind},
+                                              {"apply", "write the surface as it moves with a run", command_apply},
+                                              {0}};
+  return flesh_subcommand_run("skin", "A fine surface that follows the tets of a body.\n",
+                              "A scene with\n`output: {skin: {surface: FILE}}` does both while it runs.", commands, argc,
+                              argv);
 }

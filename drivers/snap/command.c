@@ -113,24 +113,16 @@ int flesh_command_snap(int argc, char **argv)
       .details = "RUN is the folder that `flesh run` has filled, or a scene, whose start is then\n"
                  "drawn. Without --time or --frame it is the last frame; several make a strip.\n"
                  "Frames are numbered as in the names of the run's files (frames/frame_000060.vtu is 60,\n"
-                 "written after step 60). Colours span all but a hundredth of the values at either end;\n"
-                 "the scale tells the extremes too. Tets with J <= 0 are black in the colours of J, stress\n"
-                 "and speed. Obstacles are transparent where they are seen from behind.\n",
+                 "written after step 60).\n" FLESH_SNAPSHOT_DETAILS,
       .positional_min = 1,
       .positional_max = INT_MAX,
       .options = options};
   int runs, code = flesh_options_read(&usage, argc, argv, &runs);
   if (code != FLESH_OPTIONS_GO_ON) return code;
-  if (!out || strlen(out) < 5 || strcmp(out + strlen(out) - 4, ".png")) {
-    return out ? flesh_command_refuse("snap", "--out is '%.200s'; it must be a file whose name ends in .png", out)
-               : flesh_command_refuse("snap", "--out is missing; it must be a file whose name ends in .png");
-  }
+  if (!out || strlen(out) < 5 || strcmp(out + strlen(out) - 4, ".png"))
+    return flesh_option_refuse(usage.command, "out", out, "a file whose name ends in .png");
   int status = choose(times, frames, &wanted);
-  flesh_inputs inputs = {0};
-  for (int r = 0; r < runs; r++) flesh_inputs_add(&inputs, argv[1 + r]);
-  if (snapshot.surface) flesh_inputs_add(&inputs, snapshot.surface);
-  if (!status) status = flesh_output_prepare(out, &inputs);
-  flesh_inputs_close(&inputs);
+  if (!status) status = flesh_output_prepare_from(out, runs, argv + 1, snapshot.surface);
   if (!status) status = flesh_snapshot_open(&snapshot, runs, argv + 1);
   if (!status) status = draw(&snapshot, &wanted, out);
   flesh_snapshot_close(&snapshot);

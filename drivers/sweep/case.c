@@ -17,12 +17,24 @@
 #include "scene/words.h"
 #include "sweep/sweep.h"
 
-int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made)
+/* Takes the text, "KEY=VALUE". */
+static int add_override(flesh_sweep_case *made, char *text)
 {
-  *made = (flesh_sweep_case){.id = id, .scene = sweep->scene};
-  made->overrides = calloc((size_t)(sweep->set_count + sweep->column_count + 1), sizeof *made->overrides);
-  if (!made->overrides) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  long left = id - 1;
+  if (!text) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  made->overrides[made->count++] = text;
+  return FLESH_OK;
+}
+
+static char *override_of(const char *key, const char *value)
+{
+  char *text = malloc(strlen(key) + strlen(value) + 2);
+  if (text) sprintf(text, "%s=%s", key, value);
+  return text;
+}
+
+static void choose_values(const flesh_sweep *sweep, flesh_sweep_case *made)
+{
+  long left = made->id - 1;
   made->repeat = (int)(left % sweep->repeats) + 1;
   left /= sweep->repeats;
   for (int g = sweep->group_count - 1; g >= 0; g--) {
@@ -33,27 +45,27 @@ int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *ma
     }
     left /= group->count;
   }
-  for (int s = 0; s < sweep->set_count; s++) {
-    made->overrides[made->count] = strdup(sweep->set[s]);
-    if (made->overrides[made->count]) made->count++;
+}
+
+int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made)
+{
+  *made = (flesh_sweep_case){.id = id, .scene = sweep->scene};
+  made->overrides = calloc((size_t)(sweep->set_count + sweep->column_count + 1), sizeof *made->overrides);
+  int status = made->overrides ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) choose_values(sweep, made);
+  for (int s = 0; s < sweep->set_count && !status; s++) status = add_override(made, strdup(sweep->set[s]));
+  for (int c = 0; c < sweep->column_count && !status; c++) {
+    const char *key = sweep->columns[c].key;
+    if (!strcmp(key, "scene")) made->scene = made->values[c];
+    else status = add_override(made, override_of(key, made->values[c]));
   }
-  for (int c = 0; c <= sweep->column_count; c++) {
-    char *text = NULL;
-    if (c < sweep->column_count) {
-      const flesh_sweep_column *column = &sweep->columns[c];
-      if (!strcmp(column->key, "scene")) {
-        made->scene = made->values[c];
-        continue;
-      }
-      text = malloc(strlen(column->key) + strlen(made->values[c]) + 2);
-      if (text) sprintf(text, "%s=%s", column->key, made->values[c]);
-    } else if (sweep->seed >= 0) {
-      text = malloc(32);
-      if (text) sprintf(text, "output.seed=%d", sweep->seed + made->repeat - 1);
-    } else break;
-    if (text) made->overrides[made->count++] = text;
+  if (!status && sweep->seed >= 0) {
+    char seed[16];
+    snprintf(seed, sizeof seed, "%d", sweep->seed + made->repeat - 1);
+    status = add_override(made, override_of("output.seed", seed));
   }
-  return FLESH_OK;
+  if (status) flesh_sweep_case_free(made);
+  return status;
 }
 
 void flesh_sweep_case_free(flesh_sweep_case *made)
@@ -63,7 +75,7 @@ void flesh_sweep_case_free(flesh_sweep_case *made)
   *made = (flesh_sweep_case){0};
 }
 
-/* The scene as the case will read it; stress has scenes of its own. */
+/* The scene as the case will read it; hardcases has scenes of its own. */
 static int build(const flesh_sweep *sweep, int id)
 {
   flesh_sweep_case c;
@@ -144,7 +156,7 @@ static char *next_field(char **at)
   return start;
 }
 
-/* Rows of a table of drift, accuracy or stress as objects; NULL when it cannot be read. */
+/* Rows of a table of drift, accuracy or hardcases as objects; NULL when it cannot be read. */
 static json_t *read_table(const char *path)
 {
   enum { FIELDS = 128 };
@@ -176,11 +188,11 @@ static json_t *read_table(const char *path)
   return rows;
 }
 
-/* drift, accuracy and stress write tables; their rows go to the database. */
+/* drift, accuracy and hardcases write tables; their rows go to the database. */
 static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, const char *folder)
 {
   static int (*const commands[])(int, char **) = {NULL, flesh_command_drift, flesh_command_accuracy,
-                                                  flesh_command_stress};
+                                                  flesh_command_hardcases};
   const char *name = flesh_sweep_commands[sweep->command];
   char **words = calloc((size_t)(2 * c->count + sweep->argument_count + 8), sizeof *words);
   char *path = malloc(strlen(folder) + 32);
@@ -191,7 +203,7 @@ static json_t *run_command(const flesh_sweep *sweep, const flesh_sweep_case *c, 
   }
   int count = 0;
   words[count++] = (char *)name;
-  if (sweep->command != FLESH_SWEEP_STRESS) words[count++] = (char *)c->scene;
+  if (sweep->command != FLESH_SWEEP_HARDCASES) words[count++] = (char *)c->scene;
   words[count++] = (char *)"--out";
   words[count++] = (char *)folder;
   for (int k = 0; k < c->count; k++) {

@@ -14,7 +14,7 @@
 #include "sweep/sweep.h"
 
 static const char details[] =
-    "Runs a scene again and again as SPEC, in YAML, tells, each case in a process of its own, and writes a row for\n"
+    "Runs a scene repeatedly as SPEC, in YAML, says, each case in a process of its own, and writes a row for\n"
     "each into DIR/sweep.db (SQLite, WAL). A case that fails, crashes or hangs is a row that says so. Killed at any\n"
     "moment, the same command with --resume goes on: what is finished stays, what was in flight begins again. Several\n"
     "processes may share one database on one machine; of several machines each makes a shard, to be joined by "

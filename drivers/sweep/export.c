@@ -96,7 +96,7 @@ int flesh_sweep_export(int argc, char **argv)
   const flesh_option rows[] = {
       {"format", "csv|jsonl", FLESH_OPTION_TEXT, &format, "CSV with a header (default) or JSON Lines"},
       {"table", "results|rows", FLESH_OPTION_TEXT, &table,
-       "a row per case (default), or per row of the tables of drift, accuracy and stress"},
+       "a row per case (default), or per row of the tables of drift, accuracy and hardcases"},
       {"columns", "LIST", FLESH_OPTION_TEXT, &columns, "columns or SQLite's expressions of them (default *: all)"},
       {"where", "CONDITION", FLESH_OPTION_TEXT, &where, "which rows, as in --where \"status = 'complete'\""},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "write this file (default: standard output)"},
@@ -112,10 +112,7 @@ int flesh_sweep_export(int argc, char **argv)
   if (!status && strcmp(table, "results") && strcmp(table, "rows"))
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--table is '%s'; it must be results or rows", table);
   if (!status) status = flesh_sweep_store_read(argv[1], &store);
-  flesh_inputs inputs = {0};
-  flesh_inputs_add(&inputs, argv[1]);
-  if (!status && out) status = flesh_output_prepare(out, &inputs);
-  flesh_inputs_close(&inputs);
+  if (!status && out) status = flesh_output_prepare_from(out, 1, argv + 1, NULL);
   if (!status && out) status = flesh_file_open(out, &file);
   if (!status) status = print_table(&store, columns, table, where, json, out ? file.stream : stdout);
   if (!status && out) status = flesh_file_commit(&file);

@@ -15,11 +15,14 @@
 #include "shared/interrupt.h"
 #include "shared/json_memory.h"
 #include "base/file.h"
+#include "base/folder.h"
 #include "shared/process.h"
 #include "sweep/sweep.h"
 
 /* What stops by itself does so between two steps; what does not within this time is ended. */
 static const double GRACE = 2;
+/* How long a case waits for the end of another process in its folder, s. */
+static const double PATIENCE = 5;
 
 typedef struct job {
   pid_t process; /* 0: none */
@@ -48,12 +51,29 @@ static double now(void)
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+static int has_folder(const crew *w) { return w->sweep->keep || w->sweep->command != FLESH_SWEEP_RUN; }
+
 static char *case_folder(const crew *w, int id)
 {
-  if (!w->sweep->keep && w->sweep->command == FLESH_SWEEP_RUN) return NULL;
   char *folder = malloc(strlen(w->options->out) + 40);
   if (folder) sprintf(folder, "%s/cases/%06d", w->options->out, id);
   return folder;
+}
+
+/* Waits until nobody else fills the case's folder: a case whose sweep was killed ends a moment after its claim in the
+ * database has. Who still holds it then is no part of a sweep; the case says so. */
+static void wait_for(const char *folder)
+{
+  flesh_folder_claim claim;
+  if (!flesh_folder_claim_take(folder, "flesh sweep", PATIENCE, &claim)) flesh_folder_claim_release(&claim);
+}
+
+/* Clears away what the process of a case left that was killed, and is gone. */
+static void tidy(const crew *w, int id)
+{
+  char *folder = has_folder(w) ? case_folder(w, id) : NULL;
+  if (folder && !access(folder, F_OK)) wait_for(folder);
+  free(folder);
 }
 
 /* The life of a case's process; it ends with its parent. */
@@ -61,8 +81,10 @@ static void work(const crew *w, int id, int pipe, pid_t parent)
 {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);
-  char *folder = case_folder(w, id);
+  char *folder = has_folder(w) ? case_folder(w, id) : NULL;
   int nowhere = open("/dev/null", O_RDWR), log = nowhere;
+  if (has_folder(w) && !folder) _exit(1);
+  if (folder) wait_for(folder);
   if (folder && !flesh_folder_make(folder)) {
     char *path = malloc(strlen(folder) + 16);
     if (path) sprintf(path, "%s/log.txt", folder);
@@ -173,6 +195,7 @@ static int collect(crew *w, job *j)
   int ended = 0, next = 0, status;
   double seconds = now() - j->started;
   while (waitpid(j->process, &ended, 0) < 0 && errno == EINTR) continue;
+  if (WIFSIGNALED(ended)) tidy(w, j->id);
   close(j->pipe);
   json_t *record = j->answer.data && !j->answer.failed ? json_loadb(j->answer.data, j->answer.size, 0, NULL) : NULL;
   int told = record != NULL;
@@ -271,6 +294,7 @@ int flesh_sweep_run(const flesh_sweep *sweep, flesh_sweep_store *store, const fl
   for (int j = 0; j < w.room; j++)
     if (w.jobs[j].process) {
       waitpid(w.jobs[j].process, NULL, 0);
+      tidy(&w, w.jobs[j].id);
       close(w.jobs[j].pipe);
       free(w.jobs[j].answer.data);
     }

@@ -13,7 +13,7 @@
 #include "scene/words.h"
 #include "sweep/sweep.h"
 
-const char *const flesh_sweep_commands[] = {"run", "drift", "accuracy", "stress", NULL};
+const char *const flesh_sweep_commands[] = {"run", "drift", "accuracy", "hardcases", NULL};
 static const char *const spacings[] = {"linear", "logarithmic", NULL};
 
 enum { LINEAR, LOGARITHMIC, CASE_LIMIT = 10000000 };
@@ -94,7 +94,7 @@ static const flesh_key spec_table[] = {
     {.name = "command", .type = FLESH_KEY_CHOICE, .offset = offsetof(spec, command), .choices = flesh_sweep_commands,
      .default_value = "run", .doc = "what is done with the scene in each case"},
     {.name = "scene", .type = FLESH_KEY_PATH, .offset = offsetof(spec, scene), .default_value = "",
-     .doc = "relative to the spec; of every command but stress, which has scenes of its own"},
+     .doc = "relative to the spec; of every command but hardcases, which has scenes of its own"},
     {.name = "set", .type = FLESH_KEY_TREE, .offset = offsetof(spec, set), .default_value = "",
      .doc = "a mapping of values that all cases have: {time.end: 1, output.frame_interval: 0}"},
     {.name = "axes", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, axes), .default_value = "[]",
@@ -110,7 +110,7 @@ static const flesh_key spec_table[] = {
     {.name = "keep", .type = FLESH_KEY_BOOLEAN, .offset = offsetof(spec, keep), .default_value = "false",
      .doc = "true: each case leaves its history, state and log in DIR/cases/ID"},
     {.name = "arguments", .type = FLESH_KEY_TREE, .offset = offsetof(spec, arguments), .default_value = "",
-     .doc = "a list of further words of the command line of drift, accuracy or stress: [--quick]"},
+     .doc = "a list of further words of the command line of drift, accuracy or hardcases: [--quick]"},
     {.name = "columns", .type = FLESH_KEY_OBJECTS, .offset = offsetof(spec, columns), .default_value = "[]",
      .children = column_table, .child_size = sizeof(derived), .doc = "derived columns of the results"},
     {.name = NULL},
@@ -372,7 +372,7 @@ static int read_arguments(flesh_sweep *sweep, const flesh_node *list)
   if (list->kind != FLESH_NODE_LIST)
     return flesh_node_fail(list, "arguments is %s; it must be a list of words", flesh_node_show(list, shown));
   if (sweep->command == FLESH_SWEEP_RUN && list->count)
-    return flesh_node_fail(list, "arguments are of drift, accuracy and stress; run takes what stands in set");
+    return flesh_node_fail(list, "arguments are of drift, accuracy and hardcases; run takes what stands in set");
   sweep->arguments = flesh_arena_take(&sweep->arena, sizeof(char *) * (size_t)list->count);
   if (!sweep->arguments) return no_memory();
   for (const flesh_node *child = list->first; child; child = child->next) {
@@ -447,7 +447,7 @@ static int check(const flesh_node *node, const char *scene, int count, const cha
  * for its case to say. */
 static int check_values(flesh_sweep *sweep)
 {
-  if (sweep->command == FLESH_SWEEP_STRESS) return FLESH_OK; /* its cases' scenes are made when they are run */
+  if (sweep->command == FLESH_SWEEP_HARDCASES) return FLESH_OK; /* its cases' scenes are made when they are run */
   const char **overrides = calloc((size_t)sweep->set_count + 1, sizeof *overrides);
   int status = overrides ? FLESH_OK : no_memory();
   for (int s = 0; !status && s <= sweep->set_count; s++) {
@@ -524,13 +524,13 @@ static int read_derived(flesh_sweep *sweep, const spec *s, const flesh_node *roo
 
 static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
 {
-  static const char no_scene[] = "flesh stress has scenes of its own; --cases among the arguments chooses some";
+  static const char no_scene[] = "flesh hardcases has scenes of its own; --cases among the arguments chooses some";
   sweep->command = s->command;
   sweep->scene = s->scene && *s->scene ? s->scene : NULL;
   sweep->scene_node = flesh_node_find(root, "scene");
-  if (!sweep->scene && s->command != FLESH_SWEEP_STRESS)
+  if (!sweep->scene && s->command != FLESH_SWEEP_HARDCASES)
     return flesh_node_fail(root, "scene is missing; it must be the path of a file");
-  if (sweep->scene && s->command == FLESH_SWEEP_STRESS)
+  if (sweep->scene && s->command == FLESH_SWEEP_HARDCASES)
     return flesh_node_fail(sweep->scene_node, "%s", no_scene);
   sweep->repeats = s->repeats;
   sweep->seed = s->seed == INT_MIN ? -1 : s->seed;
@@ -543,14 +543,18 @@ static int make(flesh_sweep *sweep, const spec *s, const flesh_node *root)
   int status = read_arguments(sweep, s->arguments);
   if (!status) status = read_set(sweep, s->set);
   for (int a = 0; !status && a < s->axes.count; a++, place = place->next) status = read_axis(sweep, &axes[a], place);
-  for (int c = 0; !status && c < sweep->column_count && s->command == FLESH_SWEEP_STRESS; c++)
+  for (int c = 0; !status && c < sweep->column_count && s->command == FLESH_SWEEP_HARDCASES; c++)
     if (!strcmp(sweep->columns[c].key, "scene")) status = flesh_node_fail(sweep->columns[c].place, "%s", no_scene);
   if (!status) status = name_columns(sweep);
   if (!status) status = read_derived(sweep, s, root);
   if (!status && (double)sweep->case_count * sweep->repeats > CASE_LIMIT)
     status = flesh_node_fail(flesh_node_find(root, "repeats"), "there are more than %d cases", CASE_LIMIT);
+  if (!status && sweep->seed > INT_MAX - sweep->repeats)
+    status = flesh_node_fail(flesh_node_find(root, "seed"), "the seed is %d; with %d repeats it must be at most %d",
+                             sweep->seed, sweep->repeats, INT_MAX - sweep->repeats);
+  if (status) return status;
   sweep->case_count *= sweep->repeats;
-  if (!status) status = check_values(sweep);
+  status = check_values(sweep);
   return status ? status : make_fingerprint(sweep);
 }
 

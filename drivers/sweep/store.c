@@ -28,7 +28,7 @@ const char flesh_sweep_schema_text[] =
     "              interrupted), exit_code, message,\n"
     "              seconds (of the whole case), started (UTC), worker, scene, overrides (as for --set, JSON),\n"
     "              result (JSON as in result.json: status, failure, figures, materials, inputs with their sha256)\n"
-    "  table_rows  of drift, accuracy and stress: case_id, number, data (a row of the command's CSV as JSON)\n"
+    "  table_rows  of drift, accuracy and hardcases: case_id, number, data (a row of the command's CSV as JSON)\n"
     "  parameters  number, name, key: the axes;  derived: number, name, expression;  meta: key, value (spec, ...)\n"
     "  workers     name, host, pid, lock, started, program (JSON: version, commit, compiler, libraries, machine)\n"
     "  results     view: the cases with every figure as a column (energies as energy_NAME), reason and failed_at of\n"
@@ -74,16 +74,20 @@ static int open_database(const char *path, int flags, flesh_sweep_store *store)
   return FLESH_OK;
 }
 
-static char *text_of(flesh_sweep_store *store, const char *key)
+/* What `meta` has for the key, as a new text; NULL where it has nothing, as a file that is no sweep. */
+static int text_of(flesh_sweep_store *store, const char *key, char **value)
 {
   sqlite3_stmt *query;
-  char *value = NULL;
-  if (sqlite3_prepare_v2(store->database, "SELECT value FROM meta WHERE key = ?", -1, &query, NULL)) return NULL;
-  sqlite3_bind_text(query, 1, key, -1, SQLITE_STATIC);
-  if (sqlite3_step(query) == SQLITE_ROW && sqlite3_column_text(query, 0))
-    value = strdup((const char *)sqlite3_column_text(query, 0));
-  sqlite3_finalize(query);
-  return value;
+  *value = NULL;
+  int code = sqlite3_prepare_v2(store->database, "SELECT value FROM meta WHERE key = ?", -1, &query, NULL);
+  if (!code) {
+    sqlite3_bind_text(query, 1, key, -1, SQLITE_STATIC);
+    code = sqlite3_step(query);
+    const unsigned char *text = code == SQLITE_ROW ? sqlite3_column_text(query, 0) : NULL;
+    if (text && !(*value = strdup((const char *)text))) code = SQLITE_NOMEM;
+    sqlite3_finalize(query);
+  }
+  return code == SQLITE_NOMEM ? flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", store->path) : FLESH_OK;
 }
 
 static int set_meta(flesh_sweep_store *store, const char *key, const char *value)
@@ -205,11 +209,13 @@ static int create(flesh_sweep_store *store, const flesh_sweep *sweep)
 /* Whether the database is of this sweep and shard. */
 static int compare(flesh_sweep_store *store, const flesh_sweep *sweep)
 {
-  char *fingerprint = text_of(store, "fingerprint"), *shard = text_of(store, "shard");
+  char *fingerprint, *shard = NULL;
   char wanted[40];
-  int status = FLESH_OK;
+  int status = text_of(store, "fingerprint", &fingerprint);
+  if (!status) status = text_of(store, "shard", &shard);
   snprintf(wanted, sizeof wanted, "%d/%d", store->shard, store->shards);
-  if (!fingerprint || !shard) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", store->path);
+  if (status) { /* out of memory */
+  } else if (!fingerprint || !shard) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", store->path);
   else if (strcmp(fingerprint, sweep->fingerprint))
     status = flesh_fail(FLESH_ERR_ARGUMENT,
                         "%s: is of another sweep: %s or the scene it names has changed since; undo that, or give "
@@ -304,7 +310,8 @@ int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard
   store->shard = shard;
   store->shards = shards;
   if (!status && there && !resume) {
-    char *format = text_of(store, "format");
+    char *format;
+    status = text_of(store, "format", &format);
     if (format)
       status = flesh_fail(FLESH_ERR_ARGUMENT,
                           "%s: is there already; --resume goes on with it, another --out begins a new one", path);
@@ -313,10 +320,11 @@ int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard
   if (!status) status = prepare_journal(store);
   if (!status) status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
   if (status) return status;
-  char *format = text_of(store, "format");
+  char *format;
+  status = text_of(store, "format", &format);
   int found = format != NULL;
   free(format);
-  status = found ? compare(store, sweep) : create(store, sweep);
+  if (!status) status = found ? compare(store, sweep) : create(store, sweep);
   if (!status && found) status = insert_cases(store, sweep);
   if (!status) status = enrol(store, argc, argv);
   int bad = -1;
@@ -330,7 +338,8 @@ int flesh_sweep_store_read(const char *path, flesh_sweep_store *store)
   *store = (flesh_sweep_store){.lock = -1};
   int status = flesh_regular_check(path);
   if (!status) status = open_database(path, SQLITE_OPEN_READWRITE, store);
-  char *format = status ? NULL : text_of(store, "format");
+  char *format = NULL;
+  if (!status) status = text_of(store, "format", &format);
   if (!status && !format) status = flesh_fail(FLESH_ERR_FILE, "%s: is no database of a sweep", path);
   free(format);
   return status;

@@ -13,7 +13,7 @@ typedef enum flesh_sweep_command {
   FLESH_SWEEP_RUN,
   FLESH_SWEEP_DRIFT,
   FLESH_SWEEP_ACCURACY,
-  FLESH_SWEEP_STRESS
+  FLESH_SWEEP_HARDCASES
 } flesh_sweep_command;
 extern const char *const flesh_sweep_commands[]; /* their names; NULL ends the list */
 
@@ -49,7 +49,7 @@ typedef struct flesh_sweep {
   int set_count;            /* constants of all cases, "key=value" */
   const char **set;
   const flesh_node **set_nodes;
-  int argument_count; /* further words of the command line of drift, accuracy and stress */
+  int argument_count; /* further words of the command line of drift, accuracy and hardcases */
   const char **arguments;
   int column_count, group_count;
   flesh_sweep_column columns[FLESH_SWEEP_COLUMNS];
@@ -90,6 +90,7 @@ typedef struct flesh_sweep_case {
   const flesh_node *nodes[FLESH_SWEEP_COLUMNS]; /* of the values in the spec; NULL where computed */
   int repeat;                                /* from 1 */
 } flesh_sweep_case;
+/* FLESH_ERR_MEMORY, and nothing made. */
 int flesh_sweep_case_make(const flesh_sweep *sweep, int id, flesh_sweep_case *made);
 void flesh_sweep_case_free(flesh_sweep_case *made);
 

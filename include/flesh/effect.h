@@ -66,7 +66,7 @@
 extern "C" {
 #endif
 
-/* What an effect was asked for, and the processor time that took. A call of `evaluate` counts as
+/* What an effect was asked for, and the CPU time that took. A call of `evaluate` counts as
  * one residual and one potential, so that figures do not depend on which effects have it. */
 typedef struct flesh_effect_cost {
   long residuals, jacobians, potentials, energies; /* calls */
@@ -197,8 +197,8 @@ typedef struct flesh_effect_operations {
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
-  /* For effects that bar the way. The share of the straight way from x_from [3*n] at t_from to x_to
-   * at t_to that all nodes can go before one of them is stopped; 1: all. NULL: no way is barred. */
+  /* For effects that limit steps. The share of the straight step from x_from [3*n] at t_from to
+   * x_to at t_to that is feasible for all nodes; 1: all. NULL: it limits no step. */
   double (*max_feasible_step)(const flesh_effect *effect, double t_from, const double *x_from,
                               double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. Beside

@@ -15,7 +15,7 @@ extern "C" {
 /* ROW(NAME, name, text, order, doc): the one list from which the enum, the names in a scene and
  * their docs are made. */
 #define FLESH_METHOD_LIST(ROW)                                                                     \
-  ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, hard to upset")            \
+  ROW(BACKWARD_EULER, backward_euler, "backward-euler", 1, "damps much, robust")                   \
   ROW(STATIC, static, "static", 0, "solves for equilibrium")                                       \
   ROW(BDF2, bdf2, "bdf2", 2, "damps fast oscillations")                                            \
   ROW(MIDPOINT, midpoint, "midpoint", 2,                                                           \
@@ -25,8 +25,8 @@ extern "C" {
       "the trapezoidal rule unless beta and gamma say otherwise; damps nothing, like midpoint")    \
   ROW(HHT, hht, "hht", 2, "Newmark's with a damping of fast oscillations that alpha sets")         \
   ROW(ADAPTIVE, adaptive, "adaptive", 0, "IDA's variable steps and orders up to max_order")        \
-  ROW(CALM_ADAPTIVE, calm_adaptive, "euler-then-adaptive", 0,                                      \
-      "backward Euler until the motion is calm, then adaptive: for violent starts")
+  ROW(EULER_THEN_ADAPTIVE, euler_then_adaptive, "euler-then-adaptive", 0,                          \
+      "backward Euler until its local error is small, then adaptive: for violent starts")
 
 typedef enum flesh_method {
 #define FLESH_METHOD_ENUM(NAME, name, text, order, doc) FLESH_METHOD_##NAME,
@@ -80,15 +80,15 @@ typedef struct flesh_adaptive_options {
   int max_order;
   double max_step; /* s; INFINITY: no limit */
   int max_steps;   /* internal ones in one flesh_integrator_step */
-  /* FLESH_METHOD_CALM_ADAPTIVE: the motion is calm where h^2/2 |y''|, the local error of a
-   * backward-Euler step of h, is at most this in units of L and V. */
-  double calm;
+  /* FLESH_METHOD_EULER_THEN_ADAPTIVE: backward Euler's steps end where h^2/2 |y''|, the
+   * local error of such a step, is at most this in units of L and V. */
+  double switch_threshold;
   /* Told of every internal step; may be NULL. A negative status ends flesh_integrator_step with
    * it. */
   int (*observe)(void *data, const flesh_internal_step *step);
   void *observe_data;
 } flesh_adaptive_options;
-/* 1e-4, order 2, no limit of a step, 100 000 steps, calm at 0.01. */
+/* 1e-4, order 2, no limit of a step, 100 000 steps, switch at 0.01. */
 FLESH_API void flesh_adaptive_options_default(flesh_adaptive_options *options);
 
 typedef struct flesh_integrator flesh_integrator;
@@ -107,9 +107,11 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
  * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
  * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
  * they do when the caller hands another state than it was given back. Their constrained dofs follow
- * the prescribed motion with its own velocity. Backward Euler begins the solves of a calm motion
- * where the velocities of its last steps lead; another integrator that goes on from a state agrees
- * to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
+ * the prescribed motion with its own velocity. Where a method balances before the end of the step
+ * (midpoint, HHT, the first step of BDF2) and an obstacle bars the way to that end, backward Euler
+ * takes the step in its stead (flesh_solve_stats: impact_steps). Backward Euler begins the solves
+ * of a slow motion where the velocities of its last steps lead; another integrator that goes on
+ * from a state agrees to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
@@ -119,7 +121,7 @@ FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *s
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* What every effect was asked for since creation; set `timed` to have processor times as well.
+/* What every effect was asked for since creation; set `timed` to have CPU times as well.
  * Owned by the integrator. */
 FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 

@@ -122,7 +122,7 @@ typedef struct flesh_solve_stats {
    * differ. */
   int potential_rises;
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
-  int untanglings, untangled_nodes; /* how often a calm tangle was put back, and nodes moved */
+  int untanglings, untangled_nodes; /* how often tangles were removed, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   int linear_single; /* those of `linear` in single precision */
   int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */
@@ -131,6 +131,9 @@ typedef struct flesh_solve_stats {
   /* Of the integrator: internal steps, those thrown away because they erred too much, and those
    * because Newton's iterations did not converge; order and length [s] of the last one. */
   int steps, rejected, convergence_failures, order;
+  /* Of `steps` those that a method of order 2 would have ended inside an obstacle, although its
+   * stage is out of it: taken by backward Euler, whose end is its stage. */
+  int impact_steps;
   double h_last;
 } flesh_solve_stats;
 

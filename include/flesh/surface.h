@@ -20,7 +20,7 @@ typedef struct flesh_surface flesh_surface;
 FLESH_API int flesh_surface_create(int vertices, const double *positions, int faces,
                                    const int *starts, const int *corners, flesh_surface **surface);
 
-/* Reads Wavefront .obj or Stanford .ply (1.0: ASCII, or binary in either byte order), told apart by
+/* Reads Wavefront .obj or Stanford .ply (1.0: ASCII, or binary in either byte order), recognised by
  * content. OBJ: v, f with polygons, v/vt/vn forms and indices that count back (negative); texture
  * coordinates are kept for flesh_surface_write; normals, groups, materials, lines and free-form
  * curves are left out. PLY: x, y, z of `vertex` and the list `vertex_indices` or `vertex_index` of

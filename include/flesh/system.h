@@ -28,7 +28,7 @@ FLESH_API void flesh_system_destroy(flesh_system **system);
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
 /* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until; of several pins
- * and handles that hold a component at a time, the one added last counts. Copies.
+ * and prescribed motions of a component at a time, the one added last counts. Copies.
  * FLESH_ERR_ARGUMENT for no node, no axis, a node out of range, or an end that is not after the
  * begin. */
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
@@ -85,17 +85,17 @@ FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_poin
                                     double *energies);
 
 /* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can
- * be gone before an effect (contact) bars it; 1: all. */
+ * be taken before an effect (contact) limits it; 1: all. */
 FLESH_API double flesh_system_max_feasible_step(const flesh_system *system, double t_from,
                                                 const double *x_from, double t_to,
                                                 const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 FLESH_API void flesh_system_push_out(const flesh_system *system, double t_from,
                                      const double *x_from, double t_to, double *x_to);
-/* Whether a step from x_from to x_to must have gone through something that bars the way. */
+/* Whether a step from x_from to x_to must have tunnelled through an obstacle. */
 FLESH_API int flesh_system_tunnelled(const flesh_system *system, double t_from,
                                      const double *x_from, double t_to, const double *x_to);
-/* Whether any effect bars ways. */
+/* Whether any effect limits steps. */
 FLESH_API int flesh_system_limits_step(const flesh_system *system);
 /* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
 FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);

@@ -1,8 +1,8 @@
 /* version.h: the version of the library.
  *
  * Of MAJOR.MINOR.PATCH the first changes where programs must be compiled anew, and with it the name
- * that they load, libflesh.so.MAJOR; while it is 0, MINOR does so too. test/abi.txt lists what a
- * version exports. */
+ * that they load, libflesh.so.MAJOR; while it is 0, MINOR does so too. test/tree/abi.txt lists what
+ * a version exports. */
 #ifndef FLESH_VERSION_H
 #define FLESH_VERSION_H
 

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/error.h"
@@ -64,17 +65,21 @@ static int is_named(const char *path, int descriptor)
          named.st_ino == held.st_ino;
 }
 
-static int take_lock(const char *folder, const char *who, flesh_folder_claim *claim)
+static int take_lock(const char *folder, const char *who, double patience, flesh_folder_claim *claim)
 {
-  for (;;) {
+  const double pause = 0.01;
+  for (double waited = 0;;) {
     /* No link is followed, and no pipe waited for. */
     int descriptor = open(claim->path, O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
     if (descriptor < 0)
       return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", claim->path, strerror(errno));
     if (flock(descriptor, LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) {
-      int status = refuse(folder, descriptor);
+      int status = waited < patience ? FLESH_OK : refuse(folder, descriptor);
       close(descriptor);
-      return status;
+      if (status) return status;
+      nanosleep(&(struct timespec){.tv_nsec = (long)(1e9 * pause)}, NULL); /* a signal only shortens it */
+      waited += pause;
+      continue;
     }
     if (!is_named(claim->path, descriptor)) {
       close(descriptor);
@@ -87,7 +92,7 @@ static int take_lock(const char *folder, const char *who, flesh_folder_claim *cl
   }
 }
 
-int flesh_folder_claim_take(const char *path, const char *who, flesh_folder_claim *claim)
+int flesh_folder_claim_take(const char *path, const char *who, double patience, flesh_folder_claim *claim)
 {
   *claim = (flesh_folder_claim){.descriptor = -1};
   int status = flesh_folder_make(path);
@@ -96,7 +101,7 @@ int flesh_folder_claim_take(const char *path, const char *who, flesh_folder_clai
   claim->path = malloc(length);
   if (!claim->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   strcpy(stpcpy(stpcpy(claim->path, path), "/"), lock_name);
-  status = take_lock(path, who, claim);
+  status = take_lock(path, who, patience, claim);
   if (status) {
     free(claim->path);
     claim->path = NULL;

@@ -13,9 +13,10 @@ typedef struct flesh_folder_claim {
 } flesh_folder_claim;
 
 /* Makes the folder, locks the file .flesh.lock in it, which holds `who` for others to read, and clears the folder
- * (flesh_folder_clear). FLESH_ERR_FILE when another process has it, with its words. A lock file that a killed process
- * left holds nobody up. Where a file system knows no locks, the folder is not guarded. */
-int flesh_folder_claim_take(const char *path, const char *who, flesh_folder_claim *claim);
+ * (flesh_folder_clear). Waits up to `patience` seconds for another process that has it: a killed one holds its lock
+ * until it has ended, and so do its children. FLESH_ERR_FILE when that is not enough, with the other's words. A lock
+ * file without a lock holds nobody up. Where a file system knows no locks, the folder is not guarded. */
+int flesh_folder_claim_take(const char *path, const char *who, double patience, flesh_folder_claim *claim);
 /* Removes the lock file; harmless without a claim. */
 void flesh_folder_claim_release(flesh_folder_claim *claim);
 

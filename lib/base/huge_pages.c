@@ -1,4 +1,4 @@
-/* huge_pages.c: large arrays begin at a large page, and the system is told that it may use such pages. */
+/* huge_pages.c: large arrays begin at a large page, and the system is advised to use such pages. */
 #define _DEFAULT_SOURCE /* madvise */
 #include "base/huge_pages.h"
 

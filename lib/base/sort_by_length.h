@@ -1,4 +1,4 @@
-/* sort_by_length.h: the order of things by their lengths, for loops over them whose ends processors are to foresee. */
+/* sort_by_length.h: the order of things by their lengths, for loops over them whose ends processors are to predict. */
 #ifndef FLESH_BASE_SORT_BY_LENGTH_H
 #define FLESH_BASE_SORT_BY_LENGTH_H
 

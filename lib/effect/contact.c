@@ -120,7 +120,7 @@ static int is_unfelt(const job *j, int k, int end)
          (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->x_lag, self->thickness));
 }
 
-/* Whether none of nodes k ... end-1 can meet it on straight ways in its frame. */
+/* Whether none of nodes k ... end-1 can meet it on straight paths in its frame. */
 static int has_no_way_to(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
                          const flesh_frame *to, const double *x_to)
 {
@@ -355,7 +355,7 @@ static double contact_way(const flesh_effect *effect, double t_from, const doubl
 
 /* Faces through the core; or nodes that touch neither before nor after: those that do slide around
  * corners, which a straight way cuts. */
-static int contact_passed(const flesh_effect *effect, double t_from, const double *x_from,
+static int contact_tunnelled(const flesh_effect *effect, double t_from, const double *x_from,
                           double t_to, const double *x_to)
 {
   const contact *self = effect->data;
@@ -465,7 +465,7 @@ const flesh_effect_operations flesh_contact_operations = {
     .carry = contact_carry,
     .next_event = contact_next_event,
     .max_feasible_step = contact_way,
-    .tunnelled = contact_passed,
+    .tunnelled = contact_tunnelled,
     .push_out = contact_clear,
     .check = contact_check,
     .report_names = contact_report_names,

@@ -1,6 +1,6 @@
 /* damping.c: Rayleigh damping, r = a M v + b K v with K the stiffness at rest or at the lagged state.
  *
- * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that nothing is ever fed. At rest, where
+ * K is the elasticity's Hessian with its negative eigenvalues set to zero, so that it never adds energy. At rest, where
  * the Hessian of psi(I_C, J) is isotropic, that is a viscosity of the rest shape.
  * Lord Rayleigh, The Theory of Sound, 1877, section 102. */
 #include <math.h>

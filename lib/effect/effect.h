@@ -4,7 +4,7 @@
 
 #include "flesh/effects.h"
 
-/* Of a way that something bars, the share that is gone: never all of it, so that it stays apart. */
+/* The share of a feasible step that is taken: less than all, so that the body stays apart from obstacles. */
 static const double flesh_feasible_step_kept = 0.9;
 
 /* Parts of an interval [from, until) as the next event after t. */

@@ -2,7 +2,7 @@
  * while from <= t < until.
  *
  * w goes from 0 to 1 (3 s^2 - 2 s^3) as the root of the mean square speed of the lagged state, weighed by mass, goes
- * from half of `speed` to `speed`: what is calm is let be, and r stays linear in v with the potential v.Cv/(2 shift.v).
+ * from half of `speed` to `speed`: a slow motion is left alone, and r stays linear in v with the potential v.Cv/(2 shift.v).
  */
 #include <math.h>
 #include <stdlib.h>
@@ -11,18 +11,18 @@
 #include "effect/effect.h"
 #include "element/mass.h"
 
-typedef struct calm {
+typedef struct settling_damping {
   double rate, speed, from, until, total; /* 1/s, m/s, s, s, kg */
   flesh_mass_matrix M;
-} calm;
+} settling_damping;
 
 static const flesh_cells *settling_cells(const flesh_effect *effect)
 {
-  const calm *self = effect->data;
+  const settling_damping *self = effect->data;
   return flesh_mass_matrix_cells(&self->M);
 }
 
-static double rate_at(const calm *self, const flesh_point *point)
+static double rate_at(const settling_damping *self, const flesh_point *point)
 {
   if (!(self->from <= point->t && point->t < self->until)) return 0;
   if (self->speed == 0) return self->rate;
@@ -35,7 +35,7 @@ static double rate_at(const calm *self, const flesh_point *point)
 static int settling_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
                          double *phi, double *magnitude)
 {
-  const calm *self = effect->data;
+  const settling_damping *self = effect->data;
   double rate = r || shift->v != 0 ? rate_at(self, point) : 0;
   if (rate > 0)
     flesh_mass_matrix_evaluate(&self->M, rate, point->threads, point->v, shift->v, r, phi, magnitude);
@@ -50,7 +50,7 @@ static int settling_residual(const flesh_effect *effect, const flesh_point *poin
 static int settling_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                          flesh_block_matrix *K, const int *slots)
 {
-  const calm *self = effect->data;
+  const settling_damping *self = effect->data;
   double rate = shift->v != 0 ? rate_at(self, point) : 0;
   if (rate > 0) flesh_mass_matrix_add(&self->M, shift->v * rate, point->threads, K, slots);
   return FLESH_OK;
@@ -64,24 +64,24 @@ static int settling_potential(const flesh_effect *effect, const flesh_point *poi
 
 static flesh_instructions settling_instructions(const flesh_effect *effect)
 {
-  return ((const calm *)effect->data)->M.tets.instructions;
+  return ((const settling_damping *)effect->data)->M.tets.instructions;
 }
 
 static double settling_next_event(const flesh_effect *effect, double t)
 {
-  const calm *self = effect->data;
+  const settling_damping *self = effect->data;
   return flesh_interval_next_event(self->from, self->until, t);
 }
 
 static size_t settling_memory(const flesh_effect *effect)
 {
-  const calm *self = effect->data;
+  const settling_damping *self = effect->data;
   return sizeof *self + flesh_mass_matrix_memory(&self->M);
 }
 
 static void settling_destroy(void *data)
 {
-  calm *self = data;
+  settling_damping *self = data;
   if (self) flesh_mass_matrix_clear(&self->M);
   free(self);
 }
@@ -113,8 +113,8 @@ int flesh_effect_settling_damping(const flesh_body *body, double rate, double sp
     return flesh_fail(FLESH_ERR_ARGUMENT, "speed is %g m/s; it must not be negative", speed);
   if (!(until > from))
     return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
-  calm *self = calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a calm effect");
+  settling_damping *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a settling damping effect");
   self->rate = rate;
   self->speed = speed;
   self->from = from;

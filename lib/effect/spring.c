@@ -8,6 +8,7 @@
 #include "effect/effect.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
+#include "mesh/pieces.h"
 #include "mesh/shape.h"
 #include "skin/locator.h"
 
@@ -140,30 +141,12 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-/* Attaches to the ten-node tet that holds p, if one does. */
-static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *self)
-{
-  flesh_locator *locator = NULL;
-  flesh_place place;
-  int status = flesh_locator_create(mesh, &locator);
-  if (status) return status;
-  flesh_locator_find(locator, p, -1, &place);
-  flesh_locator_destroy(&locator);
-  if (place.tet < 0 || place.distance > 0) return FLESH_OK;
-  self->count = 10;
-  memcpy(self->nodes, flesh_mesh_tets(mesh) + 4 * (size_t)place.tet, 4 * sizeof *self->nodes);
-  memcpy(self->nodes + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)place.tet, 6 * sizeof *self->nodes);
-  flesh_tet10_weights(place.weights, self->weights);
-  return FLESH_OK;
-}
-
-/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
- * surface. */
-static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
+/* The tet that holds p, of four nodes; none where p lies outside. */
+static void attach_inside(const flesh_mesh *mesh, const double p[3], drag *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
   const int *tets = flesh_mesh_tets(mesh);
-  for (int e = 0; e < flesh_mesh_tet_count(mesh) && !self->count && flesh_mesh_order(mesh) == 1; e++) {
+  for (int e = 0; e < flesh_mesh_tet_count(mesh) && !self->count; e++) {
     double w[4];
     for (int a = 0; a < 4; a++) corner[a] = X + 3 * tets[4 * e + a];
     barycentric(corner, p, w);
@@ -172,14 +155,16 @@ static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
     memcpy(self->nodes, tets + 4 * e, 4 * sizeof *tets);
     memcpy(self->weights, w, sizeof w);
   }
-  if (flesh_mesh_order(mesh) == 2) {
-    int status = attach_quadratic(mesh, p, self);
-    if (status) return status;
-  }
+}
+
+/* The point of the surface that is nearest to p, and the triangle it is on. */
+static void attach_surface(const flesh_mesh *mesh, const double p[3], drag *self, double nearest[3])
+{
+  const double *X = flesh_mesh_positions(mesh), *corner[3];
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles);
   double best = INFINITY;
-  for (int k = 0; k < triangles && self->count < 4; k++) {
+  for (int k = 0; k < triangles; k++) {
     double w[3];
     for (int a = 0; a < 3; a++) corner[a] = X + 3 * surface[3 * k + a];
     double distance = flesh_nearest_on_triangle(corner, p, w);
@@ -188,7 +173,40 @@ static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
     self->count = 3;
     memcpy(self->nodes, surface + 3 * k, 3 * sizeof *surface);
     memcpy(self->weights, w, sizeof w);
+    for (int c = 0; c < 3; c++) nearest[c] = w[0] * corner[0][c] + w[1] * corner[1][c] + w[2] * corner[2][c];
   }
+}
+
+/* The same for tets of ten nodes: the point goes with their quadratic map. */
+static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  flesh_locator *locator;
+  flesh_place place;
+  double nearest[3];
+  int status = flesh_locator_create(mesh, &locator);
+  if (status) return status;
+  flesh_locator_find(locator, p, -1, &place);
+  if (!(place.distance == 0)) {
+    attach_surface(mesh, p, self, nearest);
+    flesh_locator_find(locator, nearest, -1, &place);
+  }
+  if (place.tet >= 0) {
+    self->count = flesh_mesh_tet_nodes(mesh, place.tet, self->nodes);
+    flesh_tet10_weights(place.weights, self->weights);
+  }
+  flesh_locator_destroy(&locator);
+  return FLESH_OK;
+}
+
+/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
+ * surface. */
+static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  double nearest[3];
+  int status = FLESH_OK;
+  if (flesh_mesh_order(mesh) == 2) status = attach_quadratic(mesh, p, self);
+  else attach_inside(mesh, p, self);
+  if (!status && !self->count) attach_surface(mesh, p, self, nearest);
   for (int i = 1; i < self->count; i++)
     for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
       int node = self->nodes[j];
@@ -196,7 +214,7 @@ static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
       self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
       self->nodes[j - 1] = node, self->weights[j - 1] = weight;
     }
-  return FLESH_OK;
+  return status;
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
@@ -216,7 +234,11 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
   drag *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
   int status = flesh_motion_copy(target, &self->target);
-  if (!status) status = attach(body->mesh, point, self);
+  if (status) {
+    free(self);
+    return status;
+  }
+  status = attach(body->mesh, point, self);
   if (status) {
     drag_destroy(self);
     return status;

@@ -4,7 +4,7 @@
  * second Piola-Kirchhoff stress S = 2 shear dev E' + bulk tr(E') I beside the elastic one. A rigid motion has E' = 0
  * and feels nothing, and forces F S with a symmetric S at the point's own F have no torque.
  *
- * With F and E' both of the point, r is no gradient. (None that vanishes in every rigid step, never feeds energy and
+ * With F and E' both of the point, r is no gradient. (None that vanishes in every rigid step, never adds energy and
  * has no torque can be one under the midpoint rule: its S would have to be 0 wherever E_{n+1} = E_n, and then change
  * its sign against E_{n+1} - E_n nearby.) So E' is made of the frozen state (viscous_kernel.c), which gives r the
  * potential D/shift.v. Repeated until frozen at the point it is sym(F^T F') there, under the midpoint rule exactly

@@ -1,4 +1,4 @@
-/* motion.c: keyframed motions of handles and drag targets. */
+/* motion.c: keyframed motions: prescribed ones, and those of springs' targets and obstacles. */
 #include "geometry/motion.h"
 
 #include <math.h>

@@ -1,6 +1,7 @@
 /* obstacle.c: planes, spheres and capsules, and the motion of every obstacle. */
 #include "geometry/obstacle.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,8 +23,6 @@ static int new_obstacle(flesh_obstacle_shape shape, const double a[3], const dou
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "a point or direction of the obstacle is not finite: (%g, %g, %g) or (%g, %g, %g)",
                       a[0], a[1], a[2], b[0], b[1], b[2]);
-  if (!(radius >= 0 && radius < INFINITY))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "radius is %g m; it must be positive", radius);
   *obstacle = calloc(1, sizeof **obstacle);
   if (!*obstacle) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle");
   (*obstacle)->shape = shape;
@@ -46,12 +45,21 @@ int flesh_obstacle_plane(const double point[3], const double normal[3], flesh_ob
   return new_obstacle(FLESH_OBSTACLE_PLANE, point, unit, 0, obstacle);
 }
 
+/* Half of the radius is that of the core. */
+static int check_radius(double radius)
+{
+  return radius >= DBL_MIN && radius < INFINITY
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_ARGUMENT, "radius is %g m; it must be positive", radius);
+}
+
 int flesh_obstacle_sphere(const double centre[3], double radius, flesh_obstacle **obstacle)
 {
   FLESH_NEED({obstacle, "obstacle"});
   *obstacle = NULL;
   FLESH_NEED({centre, "centre"});
-  return new_obstacle(FLESH_OBSTACLE_SPHERE, centre, centre, radius > 0 ? radius : -1, obstacle);
+  const int status = check_radius(radius);
+  return status ? status : new_obstacle(FLESH_OBSTACLE_SPHERE, centre, centre, radius, obstacle);
 }
 
 int flesh_obstacle_capsule(const double a[3], const double b[3], double radius,
@@ -61,13 +69,14 @@ int flesh_obstacle_capsule(const double a[3], const double b[3], double radius,
   *obstacle = NULL;
   FLESH_NEED({a, "a"}, {b, "b"});
   enum { LONGEST = 100000 }; /* radii: each takes two balls of the core */
+  const int status = check_radius(radius);
+  if (status) return status;
   int same = a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
   const double axis[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, length = sqrt(flesh_vec3_dot(axis, axis));
-  if (radius > 0 && length < INFINITY && length > LONGEST * radius)
+  if (is_finite(a) && is_finite(b) && !(length <= LONGEST * radius))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the capsule is %g m long, with a radius of %g m; it must not be longer than "
                                           "%d radii", length, radius, LONGEST);
-  return new_obstacle(same ? FLESH_OBSTACLE_SPHERE : FLESH_OBSTACLE_CAPSULE, a, b,
-                      radius > 0 ? radius : -1, obstacle);
+  return new_obstacle(same ? FLESH_OBSTACLE_SPHERE : FLESH_OBSTACLE_CAPSULE, a, b, radius, obstacle);
 }
 
 int flesh_obstacle_mesh(int nodes, const double *positions, int triangles,

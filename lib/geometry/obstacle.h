@@ -1,4 +1,4 @@
-/* obstacle.h: distances to obstacles and ways past them, in the obstacle's own frame. */
+/* obstacle.h: distances to obstacles and feasible steps past them, in the obstacle's own frame. */
 #ifndef FLESH_GEOMETRY_OBSTACLE_H
 #define FLESH_GEOMETRY_OBSTACLE_H
 

@@ -8,7 +8,7 @@
  * of Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that
  * stiffens; where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
  *
- * Rows follow the order of halves.h, each half by a task of its own. What the second adds to the rows between goes
+ * Rows follow the order of bisection.h, each half by a task of its own. What the second adds to the rows between goes
  * to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in columns a
  * row between has blocks of both halves side by side (triangle.h). */
 #include "linear/cholesky.h"

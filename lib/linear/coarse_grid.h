@@ -6,7 +6,7 @@
 #include "flesh/block_matrix.h"
 #include "linear/lanes.h"
 
-/* Nodes go by where vectors store them (halves.h). Parts of a body that a vertex would move without their being
+/* Nodes go by where vectors store them (bisection.h). Parts of a body that a vertex would move without their being
  * connected near it, two bodies or the fingers of a hand, have a vertex each there, unless they are far too many. */
 typedef struct flesh_coarse_grid {
   int vertices, cells, patches;

@@ -28,7 +28,7 @@ int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_precond
               const double *weights, double tolerance, int max_iterations, const double *b, double *x,
               flesh_pcg_result *result);
 
-/* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model foretells where x
+/* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model predicts where x
  * leads. Before the first solve || r ||_2. */
 double flesh_pcg_departure(const flesh_pcg_space *space, const double *r);
 

@@ -36,7 +36,7 @@ static size_t rounded_at(const flesh_product *product, int slice)
   return FLESH_SLICE * 9 * (size_t)product->column[slice];
 }
 
-/* Its diagonal blocks are behind all the others: processors foresee what is read with one stride. */
+/* Its diagonal blocks are behind all the others: processors prefetch what is read with one stride. */
 static size_t diagonal_at(const flesh_product *product, int slice)
 {
   return rounded_at(product, product->slices[3]) + FLESH_SLICE * DIAGONAL * (size_t)slice;

@@ -1,10 +1,9 @@
 /* mass.c: lumped and consistent mass of linear and quadratic tets. */
-#include "mesh/mesh.h"
-
 #include <math.h>
 #include <string.h>
 
 #include "mesh/bernstein.h"
+#include "mesh/pieces.h"
 #include "mesh/shape.h"
 
 /* Adds weight * J N_a N_b at the point L. */
@@ -62,12 +61,6 @@ void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10])
     for (int b = 0; b < a; b++) M[b][a] = M[a][b];
 }
 
-static void ten_nodes(const flesh_mesh *mesh, int tet, int n[10])
-{
-  memcpy(n, mesh->tet_nodes + 4 * (size_t)tet, 4 * sizeof *n);
-  memcpy(n + 4, mesh->edge_nodes + 6 * (size_t)tet, 6 * sizeof *n);
-}
-
 /* Hinton, Rock & Zienkiewicz 1976: the diagonal, scaled to the tet's mass; row sums would be negative
  * at the corners. */
 static void lump_quadratic(const flesh_mesh *mesh, const double *density, double *mass)
@@ -76,7 +69,7 @@ static void lump_quadratic(const flesh_mesh *mesh, const double *density, double
     double M[10][10], trace = 0;
     int n[10];
     flesh_tet10_mass(mesh, t, M);
-    ten_nodes(mesh, t, n);
+    flesh_mesh_tet_nodes(mesh, t, n);
     for (int a = 0; a < 10; a++) trace += M[a][a];
     for (int a = 0; a < 10; a++) mass[n[a]] += density[t] * mesh->volumes[t] * (M[a][a] / trace);
   }
@@ -100,7 +93,7 @@ static void quadratic_mass_times(const flesh_mesh *mesh, const double *density, 
     double M[10][10];
     int n[10];
     flesh_tet10_mass(mesh, t, M);
-    ten_nodes(mesh, t, n);
+    flesh_mesh_tet_nodes(mesh, t, n);
     for (int a = 0; a < 10; a++)
       for (int b = 0; b < 10; b++)
         for (int d = 0; d < 3; d++) y[3 * (size_t)n[a] + d] += density[t] * M[a][b] * x[3 * (size_t)n[b] + d];

@@ -13,7 +13,7 @@ struct flesh_mesh {
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
   int *edge_nodes;    /* [6*tets] at order 2, in VTK's order; NULL at order 1 */
-  double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form (bernstein.h) */
+  double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form */
   uint8_t *curved;    /* [tets] */
   int *surface;       /* [3*triangles] */
   int *surface_tets;  /* [triangles] */
@@ -64,6 +64,9 @@ int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *for
 /* The numbers of a tet and of a node in their file, for sentences. */
 long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet);
 long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node);
+
+/* J of tet `tet` at x as flesh_mesh_jacobians has it. */
+double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int tet);
 
 /* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers,
  * so that a body at rest has J = 1 to the last bit. */

@@ -41,7 +41,7 @@ double flesh_mesh_volume(const flesh_mesh *mesh, const double *x)
 }
 
 /* At order 2 the least value in the tet, to a hundredth of its largest, from below. */
-static double least_jacobian(const flesh_mesh *mesh, const double *x, int t)
+double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int t)
 {
   double c[FLESH_CUBIC];
   const int *nodes = mesh->tet_nodes + 4 * (size_t)t;
@@ -56,7 +56,7 @@ double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, 
   double smallest = INFINITY;
   int at = 0, count = 0;
   for (int t = 0; t < mesh->tets; t++) {
-    double ratio = least_jacobian(mesh, x, t);
+    double ratio = flesh_mesh_tet_jacobian(mesh, x, t);
     if (J) J[t] = ratio;
     count += !(ratio > 0);
     /* The first NaN is the smallest and stays it. */

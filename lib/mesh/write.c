@@ -9,6 +9,7 @@
 #include "mesh/formats.h"
 #include "mesh/gmsh.h"
 #include "mesh/inspect.h"
+#include "mesh/pieces.h"
 
 static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
 {
@@ -20,10 +21,7 @@ static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
  * their number, 4 or 10. */
 static int nodes_in_order(const flesh_mesh *mesh, int tet, const int order[10], int nodes[10])
 {
-  const int size = mesh->edge_nodes ? 10 : 4;
-  int vtk[10];
-  memcpy(vtk, mesh->tet_nodes + 4 * (size_t)tet, 4 * sizeof *vtk);
-  if (size > 4) memcpy(vtk + 4, mesh->edge_nodes + 6 * (size_t)tet, 6 * sizeof *vtk);
+  int vtk[10], size = flesh_mesh_tet_nodes(mesh, tet, vtk);
   for (int i = 0; i < size; i++) nodes[i] = vtk[order[i]];
   return size;
 }

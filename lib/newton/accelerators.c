@@ -58,6 +58,6 @@ void flesh_accelerators_run(flesh_accelerators *self, flesh_accepted_step step, 
       flesh_copy(self->equations->threads, self->equations->n, self->proposal, p);
       step.cut = 1;
     }
-    if (table[k]->told) table[k]->told(self, taken);
+    if (table[k]->notify) table[k]->notify(self, taken);
   }
 }

@@ -12,7 +12,7 @@ typedef struct flesh_accelerator_services {
    * where it must be, and unscaled. It counts as a Newton iteration. Another matrix is then K. */
   int (*newton_step)(void *data, const double *u, const double *b, double norm, double *q);
   /* Minimises the stage's potential over the few nodes that carry the residual r at u, all others held: w [n], so that
-   * u + w has less of it as far as a model tells. FLESH_NOT_CONVERGED where they are no small part of the body. */
+   * u + w has less of it as far as a model shows. FLESH_NOT_CONVERGED where they are no small part of the body. */
   int (*solve_subdomain)(void *data, const double *u, const double *r, double *w);
 } flesh_accelerator_services;
 
@@ -46,7 +46,7 @@ typedef struct flesh_accelerator {
   /* Writes a step from step->u to accelerators->proposal. Whether there is one. */
   int (*propose)(flesh_accelerators *accelerators, const flesh_accepted_step *step);
   /* Whether it was taken. NULL: it does not learn from that. */
-  void (*told)(flesh_accelerators *accelerators, int taken);
+  void (*notify)(flesh_accelerators *accelerators, int taken);
 } flesh_accelerator;
 
 extern const flesh_accelerator flesh_nonlinear_elimination, flesh_watchdog;

@@ -1,5 +1,6 @@
 /* balance.c: the forces that balance each other at an iterate, which say how small a residual is: what the first
- * iterate was off by says nothing of it where an obstacle has just stepped into the barrier or a handle has jumped. */
+ * iterate was off by says nothing of it where an obstacle has just stepped into the barrier or a prescribed motion has
+ * jumped. */
 #include "newton/balance.h"
 
 #include <math.h>

@@ -74,9 +74,9 @@ int flesh_direction_factor(flesh_direction *self, int single)
 static void learn(flesh_direction *self, const flesh_pcg_result *result)
 {
   const double decades = fmax(log10(result->first / result->residual), 0.1);
-  double *pace = &self->iterations_per_decade[decades > DEEP];
-  if (*pace == 0) *pace = result->iterations / decades;
-  self->excess_iterations = fmax(0, self->excess_iterations + result->iterations - *pace * decades);
+  double *usual = &self->iterations_per_decade[decades > DEEP];
+  if (*usual == 0) *usual = result->iterations / decades;
+  self->excess_iterations = fmax(0, self->excess_iterations + result->iterations - *usual * decades);
 }
 
 int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *request, const double *b, double *p,

@@ -55,7 +55,8 @@ void flesh_direction_begin_stage(flesh_direction *direction);
 
 /* Assembles K at u [n] with the filter. */
 int flesh_direction_assemble(flesh_direction *direction, const double *u, flesh_eigenvalue_filter filter);
-/* Factors K, or makes its preconditioner; `single`: PCG may round K. FLESH_NOT_POSITIVE where a direct solver tells. */
+/* Factors K, or makes its preconditioner; `single`: PCG may round K. FLESH_NOT_POSITIVE where a direct solver finds it
+ * indefinite. */
 int flesh_direction_factor(flesh_direction *direction, int single);
 
 /* K p = b [n] with what was factored; b is not touched. FLESH_OK with the direction's kind; FLESH_NOT_CONVERGED, p
@@ -63,7 +64,7 @@ int flesh_direction_factor(flesh_direction *direction, int single);
 int flesh_direction_solve(flesh_direction *direction, const flesh_direction_request *request, const double *b,
                           double *p, flesh_direction_kind *kind);
 /* The same by a direct factorisation, where PCG cannot: meshes and materials so uneven that the preconditioner has lost
- * all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent in vain. */
+ * all accuracy. FLESH_NOT_CONVERGED where that takes more arithmetic than PCG has spent without success. */
 int flesh_direction_solve_directly(flesh_direction *direction, const double *b, double *p);
 
 /* z = P^-1 z [n] with what was factored. Overwrites the equations' scratch. */

@@ -1,4 +1,4 @@
-/* equations.c: evaluates the equations of a stage, and remembers what was evaluated last. */
+/* equations.c: evaluates the equations of a stage, and keeps what was evaluated last. */
 #include "newton/equations.h"
 
 #include <math.h>
@@ -259,10 +259,10 @@ int flesh_equations_potential(flesh_equations *self, const double *u, double *ph
     flesh_point point = flesh_equations_point(self, u);
     self->potential.known = 0;
     self->stats->potentials++;
-    flesh_position_potential *placed = &self->potential.placed;
-    *placed = self->reached.there;
-    if (self->stage.shift.x != 1 || !same(self, self->x, self->reached.x)) placed->known = 0;
-    int status = flesh_system_potential_by_position(self->system, &point, &self->stage.shift, placed,
+    flesh_position_potential *by_position = &self->potential.by_position;
+    *by_position = self->reached.there;
+    if (self->stage.shift.x != 1 || !same(self, self->x, self->reached.x)) by_position->known = 0;
+    int status = flesh_system_potential_by_position(self->system, &point, &self->stage.shift, by_position,
                                                     &self->potential.value, &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
@@ -280,7 +280,8 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
     self->residual.known = self->potential.known = 0;
     self->stats->residuals++;
     self->stats->potentials++;
-    int status = flesh_system_evaluate_by_position(self->system, &point, &self->stage.shift, &self->potential.placed,
+    flesh_position_potential *by_position = &self->potential.by_position;
+    int status = flesh_system_evaluate_by_position(self->system, &point, &self->stage.shift, by_position,
                                               self->residual.r, &self->potential.value, &self->potential.magnitude);
     if (status) return status;
     finish_potential(self, u);
@@ -297,7 +298,7 @@ void flesh_equations_reach(flesh_equations *self, const double *u)
   if (self->stage.shift.x != 1 || !knows_potential(self, u)) return; /* else no step ends where the stage does */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, self->x, self->reached.x);
-  self->reached.there = self->potential.placed;
+  self->reached.there = self->potential.by_position;
 }
 
 void flesh_equations_constrain_matrix(flesh_equations *self)

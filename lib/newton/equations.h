@@ -41,7 +41,7 @@ typedef struct flesh_equations {
     int with_residual; /* at the residual's u, not at this one */
     double *u;         /* [n] */
     double value, magnitude;
-    flesh_position_potential placed; /* its part of positions alone */
+    flesh_position_potential by_position; /* its part of positions alone */
   } potential;
   /* That part where a stage with shift.x = 1 has ended, and mostly the next one starts. */
   struct {
@@ -91,11 +91,11 @@ void flesh_equations_constrain_matrix(flesh_equations *equations);
 
 /* Remembers what is known of the potential at u, where the stage ends. */
 void flesh_equations_reach(flesh_equations *equations, const double *u);
-/* Whether nothing bars the straight way from the lagged state to u. */
+/* Whether no effect limits the straight step from the lagged state to u. */
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
 int flesh_equations_push_out(flesh_equations *equations, double *u);
-/* The share of the way from one u to another that nothing bars. Overwrites `scratch`. */
+/* The share of the step from one u to another that is feasible. Overwrites `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);
 
 /* 2-norm of the applied load over the free dofs at u. Overwrites `scratch`. */

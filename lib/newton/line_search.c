@@ -101,7 +101,7 @@ static double curvature(flesh_search *self, const double *u, const double *r, co
   return (dot(self, self->work, p) - dot(self, r, p)) / epsilon;
 }
 
-/* The longest first try: of the direction, what bars ways lets pass; 1: all. */
+/* The longest first try: the feasible share of the direction; 1: all. */
 static double longest_feasible(flesh_search *self, const line *line)
 {
   if (!flesh_system_limits_step(self->equations->system)) return 1;
@@ -117,10 +117,10 @@ static void lengthen(flesh_search *self, line *line, double too_long)
   const int bounded = too_long < INFINITY;
   for (int tries = 0; tries < 20; tries++) {
     /* The minimum of the parabola through what is known; the first try goes as far as 2 at least, because a potential
-     * that bends less than the matrix says (x^4) goes on falling beyond it. */
+     * that bends less than the matrix says (x^4) goes on falling after it. */
     const double length = line->length;
-    double bend = (line->value - line->start) / (length * length) - line->slope / length, further, ignored;
-    double longer = bend > 0 ? fmin(-line->slope / (2 * bend), 4 * length) : 4 * length;
+    double curvature_estimate = (line->value - line->start) / (length * length) - line->slope / length, further, ignored;
+    double longer = curvature_estimate > 0 ? fmin(-line->slope / (2 * curvature_estimate), 4 * length) : 4 * length;
     if (tries == 0 && !bounded) longer = fmax(longer, 2 * length);
     if (longer >= too_long) longer = sqrt(length * too_long);
     if (longer < 1.4 * length) return;
@@ -143,7 +143,7 @@ static verdict judge(flesh_search *self, line *line)
 {
   const double slope = line->length * line->slope, rise = line->value - line->start;
   if (line->value <= line->start + decrease * line->length * line->slope) return ACCEPTED;
-  /* Where round-off dominates the expected decrease, the slope at the end tells what the values cannot (the approximate
+  /* Where round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
    * Wolfe condition of Hager & Zhang 2005). Below their last digit they tell nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
@@ -161,7 +161,7 @@ static verdict judge(flesh_search *self, line *line)
   return AGAIN;
 }
 
-/* Takes p to the accepted length, or a longer one, and tells what that says of the quadratic model. */
+/* Takes p to the accepted length, or a longer one, and compares it with the quadratic model. */
 static void accept(flesh_search *self, line *line, flesh_direction_kind kind, int measure_model, double *p,
                    flesh_search_result *result)
 {

@@ -1,5 +1,5 @@
 /* line_search.h: scales a direction so that the incremental potential falls. The only rule there is by which a step is
- * accepted, and what the accepted one tells of the quadratic model. */
+ * accepted, and how well the quadratic model predicted the accepted one. */
 #ifndef FLESH_NEWTON_LINE_SEARCH_H
 #define FLESH_NEWTON_LINE_SEARCH_H
 

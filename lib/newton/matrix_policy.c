@@ -8,8 +8,8 @@
 
 #include "base/error.h"
 
-/* What a new preconditioner costs, in iterations: as many may be lost to an old one before it is made. And how many
- * iterations of one solve are given to an old one. */
+/* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. And
+ * how many iterations of one solve are given to an old one. */
 enum { NEW_ONE = 6, PATIENCE = 150 };
 
 /* Inertia at rest, dof by dof; 0 where it has no value, so that nothing is rounded. */
@@ -42,7 +42,7 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *self)
 }
 
 /* The preconditioner of a stage that goes on from the one before serves as long as step and constraints are the same: a
- * body does not change much from step to step. So may the matrix of a calm one, as long as it predicts residuals. */
+ * body does not change much from step to step. So may the matrix of a slow motion, as long as it predicts residuals. */
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_changed, const flesh_solve_stats *last)
 {
   const flesh_shift *now = &self->equations->stage.shift, *before = &self->prepared_for;
@@ -57,7 +57,7 @@ void flesh_matrix_policy_begin_stage(flesh_matrix_policy *self, int constraints_
   } else if (self->age >= 0) {
     self->age++;
   }
-  /* What is calmer by now is to be found out. */
+  /* The model may have become better since; it is tried again slowly. */
   self->safety_factor = fmax(1, 0.95 * self->safety_factor);
   if (!self->kept) self->drift *= 0.97;
   self->stage_continues = 0;
@@ -159,16 +159,17 @@ int flesh_matrix_policy_refresh(flesh_matrix_policy *self)
 int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
 {
   const flesh_direction *direction = self->direction;
-  const double *paces = direction->iterations_per_decade;
+  const double *per_decade = direction->iterations_per_decade;
   if (direction->direct && self->kept) return FLESH_OK;
-  if (direction->preconditioner && paces[0] + paces[1] > 0 && direction->excess_iterations < NEW_ONE) return FLESH_OK;
+  if (direction->preconditioner && per_decade[0] + per_decade[1] > 0 && direction->excess_iterations < NEW_ONE)
+    return FLESH_OK;
   return flesh_matrix_policy_refresh(self);
 }
 
 int flesh_matrix_policy_patience(const flesh_matrix_policy *self)
 {
-  const double *paces = self->direction->iterations_per_decade, pace = fmax(paces[0], paces[1]);
-  const double patience = pace > 0 ? fmax(PATIENCE, 4 * pace) : INFINITY;
+  const double *per_decade = self->direction->iterations_per_decade, slower = fmax(per_decade[0], per_decade[1]);
+  const double patience = slower > 0 ? fmax(PATIENCE, 4 * slower) : INFINITY;
   return patience < self->options->max_linear ? (int)patience : self->options->max_linear;
 }
 
@@ -183,11 +184,12 @@ static double first_forcing(const flesh_matrix_policy *self, double norm, double
   return enough < tolerance && enough > error ? enough : tolerance;
 }
 
-/* A solve with a matrix that serves again goes to this share of what it will not predict: deeper would be in vain. */
+/* A solve with a matrix that serves again goes to this share of what it will not predict: a smaller tolerance gains
+ * nothing. */
 static const double DEPARTED = 0.8;
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
- * the last step is not spoiled by it. It is never less than half the target, which would be in vain, and just that
+ * the last step is not spoiled by it. It is never less than half the target, as less gains nothing, and just that
  * where the target is near. What only comes back from a larger residual does not converge. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, double tolerance)
 {

@@ -48,8 +48,8 @@ void flesh_matrix_policy_overwritten(flesh_matrix_policy *policy);
 
 /* Factors K, or makes its preconditioner. */
 int flesh_matrix_policy_refresh(flesh_matrix_policy *policy);
-/* The same where the older one does not serve: one made for an earlier iterate serves until the iterations lost to its
- * age would have paid for a new one. */
+/* The same where the older one does not serve: one made for an earlier iterate serves until the excess iterations due
+ * to its age would have paid for a new one. */
 int flesh_matrix_policy_prepare(flesh_matrix_policy *policy);
 /* How many iterations of a linear solve are given to the preconditioner before it is made anew. */
 int flesh_matrix_policy_patience(const flesh_matrix_policy *policy);

@@ -32,7 +32,7 @@ static double go_back(flesh_accelerators *self, double enough, double *to)
   return value;
 }
 
-static void told(flesh_accelerators *self, int taken)
+static void notify(flesh_accelerators *self, int taken)
 {
   self->stats->watchdog_steps += taken;
   if (taken) {
@@ -68,8 +68,8 @@ static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
   self->watchdog.length = s * length * fmin(fmax(pow(falls / (order * excess), 1 / (order - 1)), 0.1), 4);
   for (int d = 0; d < n; d++) self->proposal[d] = to[d] - u[d];
   const int lower = value < step->value;
-  if (!lower) told(self, 0);
+  if (!lower) notify(self, 0);
   return lower;
 }
 
-const flesh_accelerator flesh_watchdog = {"watchdog", propose, told};
+const flesh_accelerator flesh_watchdog = {"watchdog", propose, notify};

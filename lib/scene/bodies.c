@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/motion.h"
+#include "mesh/mesh.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
 
@@ -29,8 +30,8 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
 /* A mesh being joined of several. */
 typedef struct join {
   double *X;
-  int *tets, *regions;
-  int nodes, tet_count, nodes_per_tet;
+  int *tets, *edges, *regions; /* edges: [6*tet_count] at order 2 */
+  int nodes, tet_count, order;
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
@@ -38,12 +39,18 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   double *X = realloc(j->X, 3 * ((size_t)j->nodes + (size_t)nodes) * sizeof *X);
   if (X) j->X = X;
-  const size_t m = (size_t)(j->nodes_per_tet = flesh_mesh_order(mesh) == 2 ? 10 : 4);
-  int *numbers = realloc(j->tets, m * ((size_t)j->tet_count + (size_t)tets) * sizeof *numbers);
+  int *numbers = realloc(j->tets, 4 * ((size_t)j->tet_count + (size_t)tets) * sizeof *numbers);
   if (numbers) j->tets = numbers;
   int *regions = realloc(j->regions, ((size_t)j->tet_count + (size_t)tets) * sizeof *regions);
   if (regions) j->regions = regions;
   if (!X || !numbers || !regions) return 1;
+  if (j->order == 2) {
+    int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
+    if (!edges) return 1;
+    j->edges = edges;
+    for (size_t k = 0; k < 6 * (size_t)tets; k++)
+      edges[6 * (size_t)j->tet_count + k] = flesh_mesh_tet_edges(mesh)[k] + j->nodes;
+  }
   flesh_keyframe place = {0};
   for (int c = 0; other && c < 3; c++) {
     place.translation[c] = other->translation[c];
@@ -53,10 +60,8 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   for (int i = 0; i < nodes; i++)
     flesh_motion_apply(&motion, 0, flesh_mesh_positions(mesh) + 3 * (size_t)i,
                        X + 3 * ((size_t)j->nodes + (size_t)i));
-  for (size_t k = 0; k < (size_t)tets; k++)
-    for (size_t a = 0; a < m; a++)
-      numbers[m * ((size_t)j->tet_count + k) + a] =
-          (a < 4 ? flesh_mesh_tets(mesh)[4 * k + a] : flesh_mesh_tet_edges(mesh)[6 * k + a - 4]) + j->nodes;
+  for (size_t k = 0; k < 4 * (size_t)tets; k++)
+    numbers[4 * (size_t)j->tet_count + k] = flesh_mesh_tets(mesh)[k] + j->nodes;
   memcpy(regions + j->tet_count, flesh_mesh_regions(mesh), (size_t)tets * sizeof *regions);
   j->nodes += nodes;
   j->tet_count += tets;
@@ -75,14 +80,17 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
   if (!status) status = flesh_scene_fit_mesh(scene, &mesh);
-  if (!status && flesh_mesh_order(mesh) != flesh_mesh_order(scene->mesh))
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has order %d, that of the first body %d; they must be the same "
-                        "(body.element tet10 and tet10-mean put nodes on the edges of all)",
-                        flesh_mesh_order(mesh), flesh_mesh_order(scene->mesh));
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
   if (status) {
     flesh_mesh_destroy(&mesh);
     return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  }
+  if (flesh_mesh_order(mesh) != j->order) {
+    flesh_mesh_destroy(&mesh);
+    return flesh_node_fail(place,
+                           "%s[%d].mesh has tets of %d nodes, and the first body's mesh tets of %d; all must have "
+                           "the same (flesh mesh convert --order)",
+                           list_key()->name, k, j->order == 1 ? 10 : 4, j->order == 1 ? 4 : 10);
   }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
   status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
@@ -95,7 +103,7 @@ int flesh_scene_join_bodies(flesh_scene *scene)
 {
   const int count = scene->keys.bodies.count;
   if (!count) return FLESH_OK;
-  join j = {0};
+  join j = {.order = flesh_mesh_order(scene->mesh)};
   flesh_mesh *joined = NULL;
   scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
   scene->part_nodes = flesh_arena_take(&scene->arena, ((size_t)count + 2) * sizeof *scene->part_nodes);
@@ -107,10 +115,10 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
   if (!status)
-    status = (j.nodes_per_tet == 10 ? flesh_mesh_create_quadratic : flesh_mesh_create)(j.nodes, j.X, j.tet_count,
-                                                                                       j.tets, j.regions, &joined);
+    status = flesh_mesh_build(j.nodes, j.X, j.tet_count, j.tets, j.edges, j.regions, NULL, &joined);
   free(j.X);
   free(j.tets);
+  free(j.edges);
   free(j.regions);
   if (status) return status;
   flesh_mesh_destroy(&scene->mesh);

@@ -29,6 +29,7 @@ static const struct {
     {"line_search", "energy", "potential"},
     {"line_search", "kinsol", "residual"},
     {"method", "calm-then-adaptive", "euler-then-adaptive"},
+    {"command", "stress", "hardcases"}, /* of a sweep */
 };
 
 static const struct {

@@ -202,7 +202,7 @@ static const flesh_key time_table[] = {
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.5",
      .doc = "the run ends with exit code 8 where energy that nothing has put in exceeds this share of the energy that "
-            "the motion has had; from 0.05 on it is told; 1e300: never ended"},
+            "the motion has had; from 0.05 on there is a warning; 1e300: never ended"},
     {.name = "alpha",
      .type = FLESH_KEY_NUMBER,
      AT(time.options.alpha),
@@ -249,7 +249,7 @@ static const flesh_key time_table[] = {
      .doc = "adaptive: internal steps between two outputs before the run gives up"},
     {.name = "switch_threshold",
      .type = FLESH_KEY_NUMBER,
-     AT(time.adaptive.calm),
+     AT(time.adaptive.switch_threshold),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "0.01",
      .doc = "euler-then-adaptive: backward Euler steps until the local error of such a step, h^2/2 of the "
@@ -343,7 +343,7 @@ static const flesh_key solver_table[] = {
      .choices = eigenvalue_filters,
      .default_value = "auto",
      .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
-            "trust-region: zero after a filtered step whose decrease was foretold to 1 %, else "
+            "trust-region: zero after a filtered step whose decrease was predicted to 1 %, else "
             "absolute; auto: the same in dynamics, absolute in statics; none: they stay, as with project: never"},
     {.name = "line_search",
      .type = FLESH_KEY_CHOICE,
@@ -365,10 +365,10 @@ static const flesh_key solver_table[] = {
             "true Hessian is followed downhill along negative curvature. nonlinear_elimination: where a step went "
             "otherwise than predicted and left few nodes that carry the residual, these and their neighbours are "
             "solved for alone before the next (line_search: potential). watchdog: where steps are cut by what is "
-            "stiff, which a straight step cannot turn, some go beyond, and Newton steps back from there; taken if "
-            "that ends lower (line_search: potential). untangle: once calm, nodes of tets that stay inverted, "
-            "collapsed or wound once more around an edge, and are held so by no load, are placed anew by their "
-            "neighbours and the rest shape (counted in the results)"},
+            "stiff, which a straight step cannot turn, a longer one is tried, with Newton steps from there; taken if "
+            "the potential ends lower (line_search: potential). untangle: near equilibrium, nodes of tets that stay "
+            "inverted, collapsed or wound once more around an edge, and are held so by no load, are repositioned by "
+            "their neighbours and the rest shape (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),

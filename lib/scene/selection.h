@@ -33,7 +33,7 @@ extern const flesh_key flesh_sphere_keys[];
    .doc = "only what is of the body of this name; by itself the whole of it"}
 /* clang-format on */
 
-/* The selected nodes, ascending (those of all given ways together). Returns new *nodes [*count],
+/* The selected nodes, ascending (by all given criteria together). Returns new *nodes [*count],
  * freed by the caller. FLESH_ERR_ARGUMENT when nothing is given, a number is out of range, or no
  * node is selected. */
 int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *body, int *count,

@@ -312,13 +312,40 @@ static void discard(struct fy_diag *diag, void *user, const char *text, size_t s
   (void)diag, (void)user, (void)text, (void)size;
 }
 
-/* The first error that libfyaml collected, in its words. */
+/* The line of the first directive of a version that libfyaml does not read, and the version; 0 without one. */
+static int unread_version(const builder *b, char version[16])
+{
+  static const char directive[] = "%YAML";
+  static const char *const read[] = {"1.1", "1.2", "1.3"};
+  const char *end = b->text + b->size;
+  int line = 1;
+  for (const char *at = b->text, *next; at < end; at = next, line++) {
+    next = memchr(at, '\n', (size_t)(end - at));
+    next = next ? next + 1 : end;
+    if ((size_t)(next - at) < sizeof directive || memcmp(at, directive, sizeof directive - 1)) continue;
+    for (at += sizeof directive - 1; at < next && (*at == ' ' || *at == '\t');) at++;
+    size_t length = 0;
+    while (at + length < next && strchr("0123456789.", at[length]) && at[length] && length < 15) length++;
+    snprintf(version, 16, "%.*s", (int)length, at);
+    int known = 0;
+    for (int k = 0; k < 3; k++) known |= !strcmp(version, read[k]);
+    if (!known) return line;
+  }
+  return 0;
+}
+
+/* The first error that libfyaml collected, in its words. It has none for want of memory, nor for versions of YAML. */
 static int syntax_error(const builder *b, struct fy_diag *diag)
 {
   void *at = NULL;
   const struct fy_diag_error *error = fy_diag_errors_iterate(diag, &at);
-  if (!error || !error->msg) return no_memory(b); /* libfyaml has words for all else */
-  char sentence[400];
+  char sentence[400], version[16];
+  if (!error || !error->msg) {
+    int line = unread_version(b, version);
+    if (!line) return no_memory(b);
+    snprintf(sentence, sizeof sentence, "%%YAML %s: versions 1.1 to 1.3 of YAML are read", version);
+    return fail_at(b, line, 1, sentence);
+  }
   snprintf(sentence, sizeof sentence, "not valid YAML or JSON: %s", error->msg);
   return fail_at(b, error->line > 0 ? error->line : 1, error->column > 0 ? error->column : 1, sentence);
 }

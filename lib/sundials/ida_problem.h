@@ -49,7 +49,7 @@ struct flesh_ida_problem {
   double *right;  /* [n] */
   double *change; /* [n] */
   double *reactions; /* [n] of the residual evaluated last, read where fixed: what the constraints do, N */
-  double *x_accepted, t_accepted; /* [n] from where ways are tested, where `accepted`; else NULL */
+  double *x_accepted, t_accepted; /* [n] from where steps are tested for feasibility, where `accepted`; else NULL */
   int accepted;
   int refused;    /* status of the last residual that had no value; 0: it had one */
   flesh_solve_stats stats;
@@ -64,7 +64,7 @@ int flesh_ida_evaluate(flesh_ida_problem *problem, double t, const double *y, co
 /* K and D at (t, y, y'): condensed for cj, or apart (`content`). */
 int flesh_ida_assemble(flesh_ida_problem *problem, double t, double cj, const double *y,
                        const double *yp, flesh_ida_content content);
-/* From now on a residual is refused where something bars the straight way from x [n] at t: the state
+/* From now on a residual is refused where an effect limits the straight step from x [n] at t: the state
  * accepted last. */
 void flesh_ida_accept(flesh_ida_problem *problem, double t, const double *x);
 /* Takes a condensed K apart again (nothing assembled: zeros), so that J can be added to others. */

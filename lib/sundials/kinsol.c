@@ -47,7 +47,7 @@ static int kinsol_options(flesh_nonlinear *self)
   if (failed) return flesh_fail(FLESH_ERR_SUNDIALS, "KINSOL could not begin");
   failed |= KINSetNumMaxIters(kinsol, options->max_newton < BATCH ? options->max_newton : BATCH);
   failed |= KINSetMaxSetupCalls(kinsol, 1);      /* the Jacobian's callback knows when the last one serves */
-  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the guard limits steps, not |u|, which starts at 0 */
+  failed |= KINSetMaxNewtonStep(kinsol, 1e300);  /* the line search limits steps, not |u|, which starts at 0 */
   failed |= KINSetScaledStepTol(kinsol, 1e-300); /* only a zero step ends a solve by itself */
   failed |= KINSetEtaForm(kinsol, KIN_ETACONSTANT);
   failed |= KINSetEtaConstValue(kinsol, options->linear_tolerance);
@@ -278,9 +278,6 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   if (x != equations->x) memcpy(equations->x, x, (size_t)equations->n * sizeof *x);
   memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
   stats->potentials++;
-  const flesh_stage *stage = &equations->stage;
-  if (flesh_system_max_feasible_step(equations->system, stage->t_lag, stage->x_lag, t, equations->x) < 1)
-    return FLESH_UNDEFINED;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
                              .threads = equations->threads, .costs = equations->costs};
   int status = flesh_system_energies(equations->system, &point, energies);

@@ -21,7 +21,7 @@ typedef struct flesh_system_entry {
 
 struct flesh_system {
   const flesh_mesh *mesh;
-  int nodes, finished, bars; /* bars: some effect has a `way` */
+  int nodes, finished, limits_step; /* limits_step: some effect has a max_feasible_step */
   int entry_count, constraint_count;
   flesh_system_entry *entries;
   flesh_constraint *constraints;

@@ -4,22 +4,22 @@
 
 #include "flesh/system.h"
 
-/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.placed), and of the
- * sizes of their terms. */
+/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.depends_on_position_only),
+ * and of the sizes of their terms. */
 typedef struct flesh_position_potential {
   int known;
   double phi, magnitude;
 } flesh_position_potential;
 
-/* flesh_system_potential where `placed`, if known, is that at the same positions and shift.x: its effects are not asked
- * again. Known afterwards. */
+/* flesh_system_potential where `by_position`, if known, is that at the same positions and shift.x: its effects are not
+ * asked again. Known afterwards. */
 int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                  flesh_position_potential *placed, double *phi, double *magnitude);
-/* flesh_system_energies, where `placed` is known without the energy of the one effect that it is of. */
-int flesh_system_energies_placed(const flesh_system *system, const flesh_point *point,
-                                 const flesh_position_potential *placed, double *energies);
-/* flesh_system_evaluate, which tells `placed`. */
+                                  flesh_position_potential *by_position, double *phi, double *magnitude);
+/* flesh_system_energies, where `by_position` is known without the energy of the one effect that it is of. */
+int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
+                                 const flesh_position_potential *by_position, double *energies);
+/* flesh_system_evaluate, which finds `by_position`. */
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                 flesh_position_potential *placed, double *r, double *phi, double *magnitude);
+                                 flesh_position_potential *by_position, double *r, double *phi, double *magnitude);
 
 #endif

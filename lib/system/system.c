@@ -68,7 +68,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (flesh_system_entry){.effect = *effect};
-  system->bars |= (*effect)->operations->max_feasible_step != NULL;
+  system->limits_step |= (*effect)->operations->max_feasible_step != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -382,31 +382,31 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   return status;
 }
 
-/* The potential from its two parts, the others and what is placed, which is known from before or now. */
-static int add_placed(const flesh_position_potential sums[2], flesh_position_potential *placed, double *phi,
+/* The potential from its two parts, the others and that of positions alone, which is known from before or now. */
+static int add_by_position(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
                       double *magnitude)
 {
-  if (!placed->known) *placed = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
-  *phi = sums[0].phi + placed->phi;
-  *magnitude = sums[0].magnitude + placed->magnitude;
+  if (!by_position->known) *by_position = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
+  *phi = sums[0].phi + by_position->phi;
+  *magnitude = sums[0].magnitude + by_position->magnitude;
   return isfinite(*phi) ? FLESH_OK : FLESH_NONFINITE;
 }
 
 int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                  flesh_position_potential *placed, double *phi, double *magnitude)
+                                  flesh_position_potential *by_position, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
-  flesh_position_potential sums[2] = {{0}}; /* of the others, of the placed */
+  flesh_position_potential sums[2] = {{0}}; /* of the others, of positions alone */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->potential || (effect->operations->depends_on_position_only && placed->known)) continue;
+    if (!effect->operations->potential || (effect->operations->depends_on_position_only && by_position->known)) continue;
     flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
     const double start = processor_time(full.costs);
     int status = effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
     if (status) return status;
   }
-  return add_placed(sums, placed, phi, magnitude);
+  return add_by_position(sums, by_position, phi, magnitude);
 }
 
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
@@ -428,12 +428,12 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
 }
 
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
-                                 flesh_position_potential *placed, double *r, double *phi, double *magnitude)
+                                 flesh_position_potential *by_position, double *r, double *phi, double *magnitude)
 {
   const flesh_point full = with_lag(point);
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
-  placed->known = 0;
+  by_position->known = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
@@ -445,7 +445,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     count(full.costs, k, calls, start);
     if (status) return status;
   }
-  return add_placed(sums, placed, phi, magnitude);
+  return add_by_position(sums, by_position, phi, magnitude);
 }
 
 int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
@@ -455,19 +455,19 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
   return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
 }
 
-int flesh_system_energies_placed(const flesh_system *system, const flesh_point *point,
-                                 const flesh_position_potential *placed, double *energies)
+int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
+                                 const flesh_position_potential *by_position, double *energies)
 {
   const flesh_point full = with_lag(point);
-  int count_placed = 0;
-  for (int k = 0; placed->known && k < system->entry_count; k++)
-    count_placed += system->entries[k].effect->operations->depends_on_position_only != 0;
+  int of_position = 0;
+  for (int k = 0; by_position->known && k < system->entry_count; k++)
+    of_position += system->entries[k].effect->operations->depends_on_position_only != 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
-    if (count_placed == 1 && effect->operations->depends_on_position_only) {
-      energies[k] = placed->phi;
+    if (of_position == 1 && effect->operations->depends_on_position_only) {
+      energies[k] = by_position->phi;
       continue;
     }
     const double start = processor_time(full.costs);
@@ -503,13 +503,13 @@ double flesh_system_role_energy(const flesh_system *system, flesh_role role, con
   return sum;
 }
 
-int flesh_system_limits_step(const flesh_system *system) { return system->bars; }
+int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
 
 double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, const double *x_to)
 {
   double way = 1;
-  for (int k = 0; system->bars && k < system->entry_count; k++) {
+  for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (effect->operations->max_feasible_step)
       way = fmin(way, effect->operations->max_feasible_step(effect, t_from, x_from, t_to, x_to));
@@ -521,7 +521,7 @@ int flesh_system_tunnelled(const flesh_system *system, double t_from, const doub
                         double t_to, const double *x_to)
 {
   int passed = 0;
-  for (int k = 0; system->bars && k < system->entry_count && !passed; k++) {
+  for (int k = 0; system->limits_step && k < system->entry_count && !passed; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (effect->operations->tunnelled)
       passed = effect->operations->tunnelled(effect, t_from, x_from, t_to, x_to);
@@ -532,7 +532,7 @@ int flesh_system_tunnelled(const flesh_system *system, double t_from, const doub
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, double *x_to)
 {
-  for (int k = 0; system->bars && k < system->entry_count; k++) {
+  for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (effect->operations->push_out)
       effect->operations->push_out(effect, t_from, x_from, t_to, x_to);

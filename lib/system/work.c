@@ -78,5 +78,5 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
 int flesh_system_energies(const flesh_system *system, const flesh_point *point, double *energies)
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {energies, "energies"});
-  return flesh_system_energies_placed(system, point, &(flesh_position_potential){0}, energies);
+  return flesh_system_energies_by_position(system, point, &(flesh_position_potential){0}, energies);
 }

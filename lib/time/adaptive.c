@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "time/adaptive_energy.h"
 #include "time/method.h"
+#include "time/recovery/recovery.h"
 #include "sundials/compatibility.h"
 #include "sundials/ida_problem.h"
 #include "sundials/vector.h"
@@ -16,7 +17,7 @@
 enum { CLONES = 24 }; /* as many as IDAInit takes, or more */
 
 /* No stages of their own. */
-const flesh_method_row flesh_method_adaptive = {0}, flesh_method_calm_adaptive = {0};
+const flesh_method_row flesh_method_adaptive = {0}, flesh_method_euler_then_adaptive = {0};
 
 struct flesh_adaptive {
   const flesh_system *system;
@@ -42,7 +43,7 @@ struct flesh_adaptive {
 void flesh_adaptive_options_default(flesh_adaptive_options *options)
 {
   *options = (flesh_adaptive_options){
-      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .calm = 0.01};
+      .tolerance = 1e-4, .max_order = 2, .max_step = INFINITY, .max_steps = 100000, .switch_threshold = 0.01};
 }
 
 static int make_sundials(flesh_adaptive *self)
@@ -144,8 +145,8 @@ int flesh_adaptive_set_options(flesh_adaptive *self, const flesh_adaptive_option
     return flesh_fail(FLESH_ERR_ARGUMENT, "max_step is %g s; it must be positive", options->max_step);
   if (options->max_steps < 1)
     return flesh_fail(FLESH_ERR_ARGUMENT, "max_steps is %d; it must be positive", options->max_steps);
-  if (!(options->calm > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "calm is %g; it must be positive", options->calm);
+  if (!(options->switch_threshold > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "switch_threshold is %g; it must be positive", options->switch_threshold);
   self->options = *options;
   self->running = 0;
   flesh_adaptive_energy_tolerate(&self->energy, options->tolerance);
@@ -278,7 +279,6 @@ static int worst_node(flesh_adaptive *self)
 
 static void record_failure(flesh_adaptive *self, double t, const double *x, int status)
 {
-  const flesh_mesh *mesh = flesh_system_mesh(self->system);
   flesh_failure *f = &self->failure;
   *f = (flesh_failure){.status = status, .t = t, .worst_node = -1};
   if (self->running) {
@@ -286,10 +286,7 @@ static void record_failure(flesh_adaptive *self, double t, const double *x, int 
     IDAGetCurrentOrder(self->ida, &f->order);
     f->worst_node = worst_node(self);
   }
-  f->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &f->worst_tet, NULL);
-  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)f->worst_tet;
-  for (int c = 0; c < 3; c++)
-    for (int a = 0; a < 4; a++) f->worst_position[c] += x[3 * tet[a] + c] / 4;
+  flesh_failure_look(flesh_system_mesh(self->system), x, f);
 }
 
 /* Records what is known of a failure at t with the body at x. */
@@ -448,7 +445,8 @@ int flesh_adaptive_is_calm(flesh_adaptive *self, const flesh_state *state, doubl
   *calm = 0;
   self->running = 0;
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
-  if (!status) *calm = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.calm;
+  if (!status)
+    *calm = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
   add_problem_stats(self, stats);
   return status < 0 ? status : FLESH_OK;
 }

@@ -17,7 +17,10 @@
  * W of a step, u being the displacement over it:
  * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
  *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its way; and
- *   V(t_1,x_0) - V(t_0,x_0).
+ *   V(t_1,x_0) - V(t_0,x_0). Along a turn of what is held V is not convex: R_1 does little along the chord where the
+ *   step turns far, and all of a constant torque's work with the prescribed velocity v_1: what h R_1.v_1 is larger by
+ *   than R_1.u may be put in, too, and is taken as not known. Where the step turns by more than a right angle (u and
+ *   v_1 are apart by half of that), nothing of its work is known: the change of E counts as put in.
  * - Others are of second order: power at the step's middle, interpolated between their stages, R.v there. For the
  *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
  *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations; for IDA
@@ -29,7 +32,8 @@
  * have it.
  *
  * Nothing is told below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left by
- * the solves can do (their norm times that of u) and, of IDA, the energy of a motion as slow as its tolerance. */
+ * the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
+ * motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
 #include <math.h>
@@ -257,7 +261,7 @@ void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state
 }
 
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
-                            const flesh_position_potential *placed, const double *energies)
+                            const flesh_position_potential *by_position, const double *energies)
 {
   const flesh_point point = point_of(watch, t, state);
   int status = FLESH_OK;
@@ -270,8 +274,9 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
     double kinetic;
     status = flesh_system_role_energies(watch->system, FLESH_ROLE_INERTIA, &point, watch->energies, &kinetic);
   } else {
-    status = flesh_system_energies_placed(watch->system, &point, placed ? placed : &(flesh_position_potential){0},
-                                          watch->energies);
+    flesh_position_potential unknown = {0};
+    status = flesh_system_energies_by_position(watch->system, &point, by_position ? by_position : &unknown,
+                                               watch->energies);
   }
   add_up(watch, t, state, status);
   return status;

@@ -28,6 +28,7 @@ typedef struct flesh_energy_watch {
   double least, lowest, rounding, unbalanced;
   double floor;           /* J, below which nothing is told */
   double rate, rate_t;    /* W of work at a stage, and its time; NaN: not known */
+  int turned;             /* the step that is counted turns so far that its work is not known */
   double step;            /* s, that is asked of the integrator, which may part it */
   struct {
     int count, next;                  /* of `least` */
@@ -62,10 +63,10 @@ void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double 
                                int residual_kernel);
 
 /* Takes in the state at the end of a step, at time t (or the moment before an event there). `energies` [effects] NULL:
- * they are evaluated, but for the strain energy where `placed` (may be NULL) knows it; else all but the kinetic energy
- * are those given. Status as of energies; nothing is known then. */
+ * they are evaluated, but for the strain energy where `by_position` (may be NULL) knows it; else all but the kinetic
+ * energy are those given. Status as of energies; nothing is known then. */
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
-                            const flesh_position_potential *placed, const double *energies);
+                            const flesh_position_potential *by_position, const double *energies);
 /* Adds the second half of what changes with time at a place: at the step's end, which is the state known, since t_from.
  * */
 int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);

@@ -51,7 +51,7 @@ static rule of_polynomial(int order)
   return r;
 }
 
-/* The square of the error with which a rule foretells displacement `now`. */
+/* The square of the error with which a rule predicts displacement `now`. */
 static double square_error(const flesh_extrapolation *self, const rule *r, int now)
 {
   const double(*g)[POINTS] = self->products;
@@ -81,7 +81,7 @@ static void solve(int n, double A[POINTS][POINTS], double *b)
   }
 }
 
-/* The rule of an order that foretells displacement `now` best: least squares in the differences of those before,
+/* The rule of an order that predicts displacement `now` best: least squares in the differences of those before,
  * which are less alike than these are. */
 static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
 {
@@ -106,7 +106,7 @@ static rule of_best_fit(const flesh_extrapolation *self, int order, int now)
   return r;
 }
 
-/* The rule that would have foretold the last displacement best, had it been found a step ago, found anew. */
+/* The rule that would have predicted the last displacement best, had it been found a step ago, found anew. */
 static rule choose(const flesh_extrapolation *self)
 {
   if (self->known <= 3) return of_polynomial(self->known);

@@ -1,4 +1,4 @@
-/* extrapolation.h: where the next step leads when a calm motion goes on as it did. */
+/* extrapolation.h: where the next step leads when a motion goes on as it did. */
 #ifndef FLESH_TIME_EXTRAPOLATION_H
 #define FLESH_TIME_EXTRAPOLATION_H
 
@@ -28,7 +28,7 @@ void flesh_extrapolation_forget(flesh_extrapolation *self);
 
 /* The displacement u [3*n] of a step of h from `state`, by a recurrence u_0 = w_1 u_1 + w_2 u_2 + ... of those before:
  * that of a polynomial in time, or the one that fits the last step best, such as the vibrations of a few modes obey
- * (linear prediction, Makhoul 1975), whichever would have foretold the last step better from those before it. Of up to
+ * (linear prediction, Makhoul 1975), whichever would have predicted the last step better from those before it. Of up to
  * three, their polynomial. Returns 0 where nothing is known that leads to this state. */
 int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state *state, double h, double *u);
 

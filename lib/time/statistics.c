@@ -10,6 +10,7 @@
   X(steps, "Steps")                                      \
   X(rejected, "Error test fails")                        \
   X(convergence_failures, "NLS step fails")              \
+  X(impact_steps, "Impact steps")                        \
   X(solves, "NLS solves")                                \
   X(newton, "NLS iters")                                 \
   X(backtracks, "Backtracks")                            \

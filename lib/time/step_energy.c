@@ -2,6 +2,7 @@
 #include "time/step_energy.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "base/parallel_vector.h"
 #include "system/work.h"
@@ -25,8 +26,31 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The forces and reactions of the stage along the displacements (of first order) or with the velocities of the stage,
- * and what changes with time at the step's start. Where that has no value the balance begins anew. */
+/* The work of the reactions [count] of the dofs `held` with the velocities v prescribed at the step's end, those of the
+ * cubic through four positions over the step (as prescribed.h has them). *cosine: of the angle between u and v. */
+static double work_at_end(const flesh_step_energy *step, const flesh_state *state, const int *held, int count,
+                          const double *reactions, const double *u, double *cosine)
+{
+  const flesh_system *system = step->watch->system;
+  const double h = step->to - step->from;
+  double work = 0, uu = 0, uv = 0, vv = 0, *const *x = step->scratch;
+  for (int k = 0; k < 2; k++) {
+    memcpy(x[k], state->x, (size_t)step->watch->n * sizeof *x[k]);
+    flesh_system_prescribe(system, step->from + (k + 1) * h / 3, x[k]);
+  }
+  for (int k = 0; k < count; k++) {
+    const int d = held[k];
+    const double first = x[0][d] - state->x[d], second = x[1][d] - state->x[d];
+    const double v = (11 * u[d] - 18 * second + 9 * first) / 2;
+    work += reactions[k] * v;
+    uu += u[d] * u[d], uv += u[d] * v, vv += v * v;
+  }
+  *cosine = vv > 0 ? uv / sqrt(uu * vv) : 1;
+  return work;
+}
+
+/* The forces of the stage along the displacements (of first order) or with its velocities, the reactions as
+ * energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance begins anew. */
 int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
 {
   flesh_energy_watch *watch = step->watch;
@@ -36,9 +60,17 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   double work = 0, part = 0;
   int count, status = FLESH_OK;
   const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &held, &count);
+  int moves = 0;
   for (int k = 0; k < count; k++) {
     const int d = held[k];
+    moves |= u[d] != 0;
     work += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
+  }
+  watch->turned = 0;
+  if (moves && !step->second) {
+    double cosine;
+    watch->unbalanced += fmax(work_at_end(step, state, held, count, reactions, u, &cosine) - work, 0);
+    watch->turned = fabs(cosine) < M_SQRT1_2;
   }
   if (watch->kinds & FLESH_WORK_OF_FORCES) {
     const flesh_point point = flesh_nonlinear_point(step->nonlinear);
@@ -60,6 +92,10 @@ int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *st
 {
   flesh_energy_watch *watch = step->watch;
   const int at_stage = step->stage->shift.x == 1;
+  if (watch->turned) {
+    flesh_energy_watch_jump(watch, step->to, state);
+    return FLESH_OK;
+  }
   const double left = fmin(stats->residual_last, stats->residual_target);
   const double unbalanced = left * flesh_norm(watch->threads, watch->n, flesh_nonlinear_unknowns(step->nonlinear));
   int status = flesh_energy_watch_meet(watch, step->to, state,

@@ -11,6 +11,7 @@ typedef struct flesh_step_energy {
   flesh_energy_watch *watch;
   flesh_nonlinear *nonlinear;
   const flesh_stage *stage;
+  double *scratch[2]; /* [3*n] each; of first order overwritten */
   int second;             /* of second order */
   double from, to;        /* s */
   const double *energies; /* [effects] at its end, but for the kinetic one, where that is not the stage */

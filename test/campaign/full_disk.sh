@@ -4,7 +4,7 @@
 #   FLESH=build/drivers/flesh sh test/campaign/full_disk.sh           a few sizes
 #   FLESH=build/drivers/flesh sh test/campaign/full_disk.sh --full    all of them
 #
-# The commands, sizes and judgements are those of ../test_full_disk.sh.
+# The commands, sizes and judgements are those of ../drivers/test_full_disk.sh.
 set -eu
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 FLESH=$(realpath "${FLESH:-build/drivers/flesh}")
@@ -14,15 +14,14 @@ if [ "${1:-}" = --full ]; then
 else
   set -- quick
 fi
-tests=$here/../test_full_disk.sh
 count=$(mktemp)
 trap 'rm -rf "$count" "$count.d"' EXIT
 # The same test, with every disk counted.
 mkdir "$count.d"
-cp "$here/../command.sh" "$here/../full_disk.sh" "$tests" "$count.d/"
-sed -i "s|^on_disk() {|&\n  echo \"\$1\" >>'$count'|" "$count.d/full_disk.sh"
+cp -r "$here/../shared" "$here/../drivers" "$count.d/"
+sed -i "s|^on_disk() {|&\n  echo \"\$1\" >>'$count'|" "$count.d/shared/full_disk.sh"
 status=0
-sh "$count.d/test_full_disk.sh" "$@" >"$count.d/tap" || status=$?
+sh "$count.d/drivers/test_full_disk.sh" "$@" >"$count.d/tap" || status=$?
 cat "$count.d/tap"
 if grep -q '^not ok' "$count.d/tap"; then status=1; fi
 echo "$(wc -l <"$count") disks"

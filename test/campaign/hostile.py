@@ -201,7 +201,7 @@ OPTIONS = {  # and the words among them that are good
     "film --fps": (["film", "run", "--out", "new", "--width", "64", "--fps"], {"0x1", "99999999999999999999"}),
     "drift --poisson": (["drift", "good.yaml", "--out", "new", "--poisson"], {"0", "1e-400"}),
     "accuracy --steps": (["accuracy", "good.yaml", "--out", "new", "--steps"], {"0x1", "99999999999999999999"}),
-    "stress --cases": (["stress", "--out", "new", "--cases"], set()),
+    "hardcases --cases": (["hardcases", "--out", "new", "--cases"], set()),
     "bench --cells": (["bench", "--out", "new", "--cells"], set()),
     "skin --formats": (["skin", "apply", "binding.txt", "tri.obj", "run", "--out", "new", "--formats"], set()),
     "schema": (["schema"], {"", "--"}),

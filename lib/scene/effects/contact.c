@@ -86,7 +86,7 @@ static const flesh_key keys[] = {
      .default_value = "0", .doc = "Coulomb's coefficient; in statics only a moving obstacle rubs"},
     {.name = "slip_speed", .type = FLESH_KEY_NUMBER, AT(slip_speed), .range = FLESH_RANGE_POSITIVE,
      .unit = "m/s", .default_value = "1e-3",
-     .doc = "speed below which friction is viscous: what sticks creeps more slowly than this"},
+     .doc = "speed below which friction is viscous: sticking contact slides more slowly than this"},
     {0}};
 #undef AT
 

@@ -25,7 +25,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 const flesh_effect_row flesh_effect_row_viscosity = {
     .name = "viscosity",
     .doc = "Kelvin-Voigt damping: stresses in proportion to the rate of the Green strain. Its forces have no "
-           "torque, never feed energy, and are 0 in rigid motion. In a step of backward Euler and of the midpoint rule "
+           "torque, never add energy, and are 0 in rigid motion. In a step of backward Euler and of the midpoint rule "
            "the rate "
            "is the difference of the Green strain over the step; other methods take it at their own point. So the "
            "midpoint "

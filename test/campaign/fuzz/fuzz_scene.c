@@ -56,6 +56,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
   flesh_scene *scene = NULL;
   int status = flesh_scene_read("scene.yaml", count, (const char *const *)overrides, &scene);
   fuzz_status(status);
+  fuzz_expect(status != FLESH_ERR_MEMORY, "so small a scene needs little memory");
   fuzz_expect(!status == (scene != NULL), "a status that is not what was returned");
   if (!status && fuzz_chosen(data, size, 8)) check_resolved(scene);
   flesh_scene_destroy(&scene);

@@ -1,4 +1,4 @@
-/* fuzz_table.c: the tables that drift, accuracy and stress leave to a sweep. Its reader is private to sweep/case.c. */
+/* fuzz_table.c: the tables that drift, accuracy and hardcases leave to a sweep. Its reader is private to sweep/case.c. */
 #define _GNU_SOURCE
 #include "fuzz.h"
 

@@ -1,0 +1,15 @@
+/* subcommands.h: commands of several words, as `flesh mesh info`: which one it is, and their help. */
+#ifndef FLESH_SHARED_SUBCOMMANDS_H
+#define FLESH_SHARED_SUBCOMMANDS_H
+
+typedef struct flesh_subcommand {
+  const char *name, *summary; /* "info"; one line. NULL ends the list */
+  int (*run)(int argc, char **argv);
+} flesh_subcommand;
+
+/* Runs the one that argv[1] names, which gets the words from there on, or prints the help: `about` above the list and
+ * `more` (may be NULL) below it. Returns the exit code; 2 after one sentence on stderr for want of a known name. */
+int flesh_subcommand_run(const char *command, const char *about, const char *more, const flesh_subcommand *list,
+                         int argc, char **argv);
+
+#endif

@@ -1,0 +1,103 @@
+/* equilibrium.c: the static method: the full load, or increments of it, until what follows the shape stands still and
+ * nothing is tangled. */
+#include <string.h>
+
+#include "time/integrator.h"
+
+static int solve(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
+                 int extensions, flesh_solve_stats *stats)
+{
+  self->trying.t = stage->t_lag;
+  self->trying.h = h;
+  int status = flesh_nonlinear_solve(self->nonlinear, stage, NULL, extensions, stats);
+  if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
+  return status;
+}
+
+/* Repeats a solve that has succeeded, with the lagged state that the last one led to, until none is needed. */
+static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  enum { REPETITIONS = 100 };
+  flesh_stage stage;
+  for (int k = 0; k < REPETITIONS; k++) {
+    const int before = stats->newton;
+    self->row->stage(&self->memory, state, state->t, h, &stage);
+    int status = solve(self, &stage, h, 0, 0, stats);
+    if (status) return status;
+    if (stats->newton == before) return FLESH_OK;
+    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+  }
+  return FLESH_NOT_CONVERGED;
+}
+
+/* What raising the load hands to its attempts. */
+typedef struct load_walk {
+  flesh_integrator *self;
+  flesh_state *state;
+  double begin, h; /* s */
+  flesh_solve_stats *stats;
+} load_walk;
+
+/* Of flesh_recovery_raise_load. */
+static int attempt_increment(void *data, const flesh_load_increment *increment)
+{
+  const load_walk *walk = data;
+  flesh_integrator *self = walk->self;
+  flesh_state *state = walk->state;
+  flesh_stage stage;
+  self->row->stage(&self->memory, state, state->t + walk->h, walk->h, &stage);
+  stage.load = increment->to;
+  stage.x_lag = state->x;
+  stage.t_lag = increment->from > 0 ? stage.t : walk->begin; /* obstacles and targets are at the end at once */
+  stage.prescribed_fraction = increment->fraction;
+  int status = solve(self, &stage, walk->h, increment->depth, 0, walk->stats);
+  if (status) return status;
+  self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), walk->h, state);
+  if (increment->to >= 1) state->t = stage.t;
+  return FLESH_OK;
+}
+
+/* Equilibrium at t+h: the full load first, then in increments, while what is prescribed moves along. */
+static int solve_static(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  load_walk walk = {self, state, state->t, h, stats};
+  flesh_stage stage;
+  self->row->stage(&self->memory, state, state->t + h, h, &stage);
+  stage.x_lag = state->x;
+  stage.t_lag = state->t;
+  /* From a far start the full load may need many iterations, each of which is nearer. */
+  int status = solve(self, &stage, h, 0, self->options.max_cutbacks, stats);
+  if (status == FLESH_OK) {
+    self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
+    state->t = stage.t;
+  } else {
+    memcpy(self->start, state->x, (size_t)self->n * sizeof *self->start);
+    if (status > 0) status = flesh_recovery_raise_load(&self->recovery, attempt_increment, &walk);
+    /* A part of the load is no equilibrium that was asked for. */
+    if (status) memcpy(state->x, self->start, (size_t)self->n * sizeof *self->start);
+  }
+  if (!status) memset(state->v, 0, (size_t)self->n * sizeof *state->v);
+  return status;
+}
+
+/* Equilibrium at t+h with a lagged state that is its own, where effects want that. */
+static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  if (!flesh_system_has_follower_loads(self->system)) return solve_static(self, state, h, stats);
+  flesh_integrator_remember(self, state);
+  int status = solve_static(self, state, h, stats);
+  if (!status && (status = follow(self, state, h, stats)) > 0) {
+    state->t = self->returned.t;
+    flesh_integrator_give_back(self, state);
+  }
+  return status;
+}
+
+int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  flesh_untangler *untangler = self->recovery.untangler;
+  int status = balance(self, state, h, stats);
+  while (!status && untangler && (status = flesh_untangler_after_equilibrium(untangler, state, stats)) == 1)
+    status = balance(self, state, 0, stats);
+  return status;
+}

@@ -1,0 +1,57 @@
+/* integrator.h: what an integrator is made of: shared by its life (integrator.c), its steps in time (steps.c) and its
+ * equilibria (equilibrium.c), and by nothing else. */
+#ifndef FLESH_TIME_INTEGRATOR_H
+#define FLESH_TIME_INTEGRATOR_H
+
+#include <stdint.h>
+
+#include "sundials/kinsol.h"
+#include "time/adaptive.h"
+#include "time/energy_watch.h"
+#include "time/extrapolation.h"
+#include "time/method.h"
+#include "time/prescribed.h"
+#include "time/recovery/recovery.h"
+#include "time/rigid_guess.h"
+
+struct flesh_integrator {
+  const flesh_system *system;
+  flesh_method method;
+  const flesh_method_row *row;
+  flesh_solver_options options;
+  flesh_nonlinear *nonlinear;
+  flesh_recovery recovery;
+  int n;
+  flesh_method_memory memory;
+  flesh_prescribed prescribed; /* order > 1 */
+  flesh_state returned;        /* the state as it was given back; order > 1 and follower loads */
+  double *energies; /* [effects] at the end of a step that is not its stage, J */
+  double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
+  double *guess, *rigid; /* [n] displacements over a step */
+  flesh_extrapolation extrapolation; /* of steps that are not adaptive */
+  flesh_rigid_parts parts;
+  uint8_t *held; /* [n] constrained dofs, where there are several parts */
+  flesh_costs costs;
+  flesh_adaptive *adaptive; /* of the adaptive methods */
+  int calm;                 /* the motion has been found calm: IDA steps */
+  struct {
+    double t, h;
+  } trying;                 /* the part of a step under way, s */
+  flesh_energy_watch watch; /* of methods that step in time */
+};
+
+/* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with
+ * the recovery's failure. */
+int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *state, double h, flesh_solve_stats *stats);
+/* Equilibrium at state->t + h; one that is a tangle is untangled and solved again. Status as above. */
+int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
+                                      flesh_solve_stats *stats);
+
+/* Everything that is known about a solve of the stage, with h, that failed. */
+void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,
+                                     int status, const flesh_solve_stats *stats);
+/* The state becomes `returned`, and the other way round. */
+void flesh_integrator_remember(flesh_integrator *integrator, const flesh_state *state);
+void flesh_integrator_give_back(const flesh_integrator *integrator, flesh_state *state);
+
+#endif

@@ -1,0 +1,88 @@
+/* recovery.c: cutbacks of steps, increments of loads, and failures in words. */
+#include "time/recovery/recovery.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "base/error.h"
+
+int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
+{
+  *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks};
+  return options->techniques & FLESH_TECHNIQUE_UNTANGLE ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
+}
+
+void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self->untangler); }
+
+size_t flesh_recovery_memory(const flesh_recovery *self)
+{
+  return self->untangler ? flesh_untangler_memory(self->untangler) : 0;
+}
+
+int flesh_recovery_step(const flesh_recovery *self, const flesh_span *span, flesh_step_attempt *attempt, void *data,
+                        flesh_solve_stats *stats)
+{
+  unsigned long long place = 0; /* of the next part, in units of h / 2^depth */
+  double begin = span->begin;
+  int depth = 0;
+  for (;;) {
+    const unsigned long long parts = 1ULL << depth;
+    const double end =
+        place + 1 == parts ? span->end : span->begin + span->h * ((double)(place + 1) / (double)parts);
+    int status = attempt(data, &(flesh_span){begin, end, span->h / (double)parts}, depth);
+    if (status < 0) return status;
+    if (status) {
+      stats->convergence_failures++;
+      if (depth == self->max_cutbacks) return status;
+      depth++;
+      place *= 2;
+      continue;
+    }
+    begin = end;
+    place++;
+    while (depth > 0 && place % 2 == 0) depth--, place /= 2;
+    if (depth == 0) return FLESH_OK;
+  }
+}
+
+int flesh_recovery_raise_load(const flesh_recovery *self, flesh_load_attempt *attempt, void *data)
+{
+  const double smallest = ldexp(1, -self->max_cutbacks);
+  double reached = 0, length = 0.5;
+  while (reached < 1) {
+    const double load = fmin(1, reached + length);
+    const flesh_load_increment increment = {reached, load, (load - reached) / (1 - reached), (int)lround(-log2(length))};
+    int status = attempt(data, &increment);
+    if (status < 0) return status;
+    if (status) {
+      length /= 2;
+      if (length < smallest) return status;
+      continue;
+    }
+    reached = load;
+    length *= 2;
+  }
+  return FLESH_OK;
+}
+
+void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure)
+{
+  failure->worst_J = flesh_mesh_jacobians(mesh, x, NULL, &failure->worst_tet, NULL);
+  const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)failure->worst_tet;
+  for (int c = 0; c < 3; c++) {
+    failure->worst_position[c] = 0;
+    for (int a = 0; a < 4; a++) failure->worst_position[c] += x[3 * tet[a] + c] / 4;
+  }
+}
+
+int flesh_recovery_fail(const flesh_recovery *self)
+{
+  const flesh_failure *f = &self->failure;
+  char residual[80] = "there is no residual"; /* where the first iterate has no energy */
+  if (f->worst_node >= 0)
+    snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);
+  return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,
+                    "at t = %.9g s with h = %.3g s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
+                    f->t, f->h, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,
+                    f->worst_position[0], f->worst_position[1], f->worst_position[2]);
+}

@@ -1,0 +1,289 @@
+/* untangle.c: when a tangle is one for good, and what is done about it. */
+#include "time/recovery/untangle.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/parallel_vector.h"
+#include "mesh/inspect.h"
+#include "mesh/pieces.h"
+#include "system/one_effect.h"
+#include "time/recovery/winding.h"
+
+/* Calm: inertial forces below this share of the force that strains the average edge by its own
+ * length. */
+static const double calm_share = 1e-3;
+/* Nor does any edge change its length by more than this part of the mean one within a step: a fine
+ * mesh swings with small inertial forces. */
+static const double calm_way = 1e-3;
+/* A tangle is held in place by loads above this share of that force on one of its nodes. */
+static const double held_share = 0.05;
+enum {
+  CALM_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
+  ATTEMPT_LIMIT = 12 /* 2^11 layers are the whole of any mesh that fits here */
+};
+
+struct flesh_untangler {
+  const flesh_system *system;
+  const flesh_mesh *mesh;
+  int has_inertia;
+  flesh_winding *winding;      /* made at the first suspicion */
+  int n, calm, attempts, know_velocity;
+  int stressed;     /* at rest */
+  int may_collapse; /* stressed, or it began in a point or line */
+  double expected;  /* time of the state that the next step starts from; NaN: none yet */
+  double edge;      /* mean, m */
+  double force;     /* that strains the average edge by its own length, N */
+  double *v, *a, *r, *saved, *zero; /* [n] */
+  uint8_t *fixed; /* [n] */
+};
+
+static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
+static const unsigned others = FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
+
+/* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
+static int forces(flesh_untangler *self, double t, const double *x, unsigned roles)
+{
+  const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
+                             .x_lag = x, .v_lag = self->zero, .t_lag = t};
+  return flesh_system_roles_residual(self->system, roles, &point, self->r);
+}
+
+/* The force that strains the average edge by its own length: the mean size of what elasticity does
+ * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed tells
+ * whether there is force without displacement. */
+static double force_scale(flesh_untangler *self, int *stressed)
+{
+  const double part = 1e-6, *X = flesh_mesh_positions(self->mesh);
+  unsigned long long random = 1;
+  double sum = 0;
+  *stressed = 1;
+  if (forces(self, 0, X, elastic)) return 0;
+  memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
+  for (int d = 0; d < self->n; d++) {
+    random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
+    self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
+  }
+  if (forces(self, 0, self->a, elastic)) return 0;
+  for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
+  double force = sum / self->n / part;
+  *stressed = flesh_largest(NULL, self->n, self->saved) > 1e-6 * force;
+  return force;
+}
+
+int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler)
+{
+  flesh_untangler *self = calloc(1, sizeof *self);
+  *untangler = self;
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
+  self->system = system;
+  self->mesh = flesh_system_mesh(system);
+  self->n = flesh_system_unknowns(system);
+  self->expected = NAN;
+  self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
+  self->edge = flesh_mesh_mean_edge(self->mesh);
+  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
+  int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
+  for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
+  if (!failed) {
+    self->force = force_scale(self, &self->stressed);
+    return FLESH_OK;
+  }
+  flesh_untangler_destroy(untangler);
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
+}
+
+void flesh_untangler_destroy(flesh_untangler **untangler)
+{
+  if (!untangler || !*untangler) return;
+  flesh_winding_destroy(&(*untangler)->winding);
+  free((*untangler)->v);
+  free((*untangler)->a);
+  free((*untangler)->r);
+  free((*untangler)->saved);
+  free((*untangler)->zero);
+  free((*untangler)->fixed);
+  free(*untangler);
+  *untangler = NULL;
+}
+
+size_t flesh_untangler_memory(const flesh_untangler *self)
+{
+  return sizeof *self + (size_t)self->n * (5 * sizeof(double) + 1);
+}
+
+void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
+{
+  if (state->t == self->expected) return;
+  self->expected = state->t;
+  self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
+}
+
+/* Whether the body moves as a rigid one within h. */
+static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state, double h)
+{
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
+    for (int a = 0; a < 4; a++)
+      for (int b = 0; b < a; b++) {
+        int p = 3 * node[a], q = 3 * node[b];
+        double now = 0, before = 0;
+        for (int c = 0; c < 3; c++) {
+          double d = state->x[p + c] - state->x[q + c];
+          double d_before = d - h * (state->v[p + c] - state->v[q + c]);
+          now += d * d;
+          before += d_before * d_before;
+        }
+        if (!(fabs(sqrt(now) - sqrt(before)) <= calm_way * self->edge)) return 0;
+      }
+  }
+  return 1;
+}
+
+/* Whether the body hardly accelerates and hardly changes. */
+static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
+{
+  int known = self->know_velocity;
+  for (int d = 0; d < self->n; d++) {
+    self->a[d] = (state->v[d] - self->v[d]) / h;
+    self->v[d] = state->v[d];
+  }
+  self->know_velocity = 1;
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = self->a,
+                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t};
+  if (!known || !self->has_inertia ||
+      flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
+    return 0;
+  return flesh_largest(NULL, self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
+}
+
+/* Whether the body would not begin to move if it stood still: what creeps through much damping is
+ * calm, but on its way. Leaves what is fixed in `fixed`. */
+static int is_balanced(flesh_untangler *self, const flesh_state *state)
+{
+  flesh_system_fixed(self->system, state->t, self->fixed);
+  if (forces(self, state->t, state->x, elastic | others)) return 0;
+  for (int d = 0; d < self->n; d++)
+    if (!self->fixed[d] && fabs(self->r[d]) > 2 * calm_share * self->force) return 0;
+  return 1;
+}
+
+/* Whether nothing strains the body: its nodes are held at rest positions if at all, and all loads
+ * together could not hold a tangle. */
+static int is_unloaded(flesh_untangler *self, const flesh_state *state)
+{
+  double sum = 0, largest_offset = 0;
+  const double *X = flesh_mesh_positions(self->mesh);
+  if (forces(self, state->t, state->x, others)) return 0;
+  for (int d = 0; d < self->n; d++) {
+    sum += fabs(self->r[d]);
+    if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
+  }
+  return sum <= held_share * self->force && largest_offset <= 1e-6 * self->edge;
+}
+
+/* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
+ * holds it. */
+static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
+{
+  if (forces(self, state->t, state->x, others)) return 1;
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
+    for (int a = 0; tangled[t] && a < 4; a++)
+      for (int c = 0; c < 3; c++)
+        if (fabs(self->r[3 * node[a] + c]) > held_share * self->force) return 1;
+  }
+  return 0;
+}
+
+/* A body of which most is tangled, or most of the volume gone, although its material rests there or
+ * nothing tells how it lay. */
+static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
+{
+  return self->may_collapse &&
+         (tangled > flesh_mesh_piece_count(self->mesh) / 2 ||
+          flesh_mesh_volume(self->mesh, state->x) <
+              0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh)));
+}
+
+/* Moved nodes take the mean velocity of their group: how fast they would move is not known. */
+static void settle_velocities(flesh_untangler *self, flesh_state *state)
+{
+  const int *moved = flesh_winding_moved(self->winding);
+  int nodes = self->n / 3, groups = 0;
+  for (int i = 0; i < nodes; i++) groups = moved[i] > groups ? moved[i] : groups;
+  for (int g = 1; g <= groups; g++) {
+    double mean[3] = {0};
+    int count = 0;
+    for (int i = 0; i < nodes; i++) {
+      count += moved[i] == g;
+      for (int c = 0; c < 3; c++) mean[c] += (moved[i] == g) * state->v[3 * i + c];
+    }
+    for (int d = 0; d < self->n; d++)
+      if (moved[d / 3] == g) state->v[d] = self->fixed[d] ? 0 : mean[d % 3] / count;
+  }
+}
+
+static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
+{
+  if (!flesh_mesh_may_be_tangled(self->mesh, state->x)) {
+    self->attempts = 0;
+    return 0;
+  }
+  if (!self->winding) {
+    int status = flesh_winding_create(self->mesh, &self->winding);
+    if (status) return status;
+  }
+  const uint8_t *tangled;
+  int count = flesh_winding_find(self->winding, state->x, &tangled);
+  if (!count && !self->may_collapse) {
+    count = flesh_winding_find_crushed(self->winding, state->x, &tangled);
+    if (count && !is_unloaded(self, state)) count = 0;
+  }
+  if (!count) {
+    self->attempts = 0;
+    return 0;
+  }
+  if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) ||
+      !is_balanced(self, state) || is_held(self, state, tangled))
+    return 0;
+  memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
+  int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
+  if (moved < 0) return moved;
+  /* No obstacle is passed: what it bars stays before it. */
+  flesh_system_push_out(self->system, state->t, self->saved, state->t, state->x);
+  /* Energies that inverted tets have no place in must have one afterwards. */
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
+  double phi, magnitude;
+  if (flesh_system_max_feasible_step(self->system, state->t, self->saved, state->t, state->x) < 1 ||
+      flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
+    memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
+    return 0;
+  }
+  settle_velocities(self, state);
+  memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
+  stats->untanglings++;
+  stats->untangled_nodes += moved;
+  return 1;
+}
+
+int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h,
+                               flesh_solve_stats *stats)
+{
+  self->expected = state->t;
+  self->calm = is_calm(self, state, h) ? self->calm + 1 : 0;
+  if (self->calm < CALM_STEPS) return 0;
+  self->calm = 0;
+  return untangle(self, state, stats);
+}
+
+int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state,
+                                      flesh_solve_stats *stats)
+{
+  self->expected = state->t;
+  return untangle(self, state, stats);
+}

@@ -1,0 +1,36 @@
+/* untangle.h: puts back what is tangled for good, between steps.
+ *
+ * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a
+ * local minimum of its energy from which no solver leads out; collapsed to a point it may sit in one
+ * too (E with small Poisson's ratios). Once it is calm, and no load holds it there, the tangled
+ * nodes are placed anew by their neighbours and the rest shape (winding.h), first those of the
+ * tangle and one layer around it, then twice as many layers at every further attempt. That is no
+ * motion: it is counted in flesh_solve_stats and can be switched off
+ * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin
+ * in an exact line or point, may collapse: that is where they rest. */
+#ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
+#define FLESH_TIME_RECOVERY_UNTANGLE_H
+
+#include "flesh/integrator.h"
+
+typedef struct flesh_untangler flesh_untangler;
+
+/* Borrows the system. Returns new. */
+int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler);
+void flesh_untangler_destroy(flesh_untangler **untangler);
+
+/* To be called with the state before every step: a new one is looked at. */
+void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *state);
+
+/* To be called with the state after every accepted step of h. Returns 1 when it changed the state, 0 when not, or a
+ * negative status. Adds to *stats. */
+int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h,
+                               flesh_solve_stats *stats);
+
+/* The same for an equilibrium, which is calm by itself. */
+int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state,
+                                      flesh_solve_stats *stats);
+
+size_t flesh_untangler_memory(const flesh_untangler *untangler);
+
+#endif

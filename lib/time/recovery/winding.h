@@ -1,0 +1,48 @@
+/* winding.h: finds where a deformed mesh is tangled, and puts tangled nodes back where the rest shape fits best.
+ *
+ * A tangle is an inverted tet, or an edge around which the body winds once more than at rest: the
+ * dihedral angles of the edge's tets then sum to 2 pi more, though every J may be positive. No
+ * continuous motion without inversion undoes it, so it is a local minimum that an elastic solver
+ * does not leave by itself. A tet that has collapsed counts too (extents below a tenth in the mean,
+ * tr(F^T F) < 0.03): in a point, F = 0, some energies have a local minimum and others none of the
+ * forces that would lead out. */
+#ifndef FLESH_TIME_RECOVERY_WINDING_H
+#define FLESH_TIME_RECOVERY_WINDING_H
+
+#include "flesh/mesh.h"
+
+typedef struct flesh_winding flesh_winding;
+
+/* Borrows the mesh. Returns new. */
+int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding);
+void flesh_winding_destroy(flesh_winding **winding);
+
+/* Whether x [3*nodes] can hold a tangle at all: 0 when no tet is inverted, collapsed, or stretched
+ * twice as much one way as another, without which no edge can wind once more. Needs no
+ * flesh_winding. */
+int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
+
+/* Whether every tet lies exactly (to rounding) on a line or in a point. */
+int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
+
+/* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number;
+ * `tangled` [pieces] is theirs: at order 2 eight flat pieces stand for each tet (mesh/pieces.h), all
+ * of which are tangled where Bernstein bounds find J <= 0 in it. */
+int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
+
+/* The same for tets that are inverted or squeezed to less than a twentieth in some direction. What
+ * nothing squeezes does not rest so, but tets that are slivers at rest may: flat in another
+ * direction than they should be, they hold their neighbours in place. */
+int flesh_winding_find_crushed(flesh_winding *winding, const double *x, const uint8_t **tangled);
+
+/* Moves the nodes within `rings` layers of tets around the tangled ones of the last find so that the
+ * squares of (x_a - x_b) - R (X_a - X_b), over their edges' lengths, sum to the least, R being the
+ * rotation that fits the nodes around best, for every connected group of moved nodes its own.
+ * `fixed` [3*nodes]: components that stay. Returns the number of nodes moved; FLESH_ERR_MEMORY
+ * (negative). */
+int flesh_winding_embed(flesh_winding *winding, int rings, const uint8_t *fixed, double *x);
+
+/* [nodes] for the nodes that the last embedding moved the number of their group, from 1; else 0. */
+const int *flesh_winding_moved(const flesh_winding *winding);
+
+#endif

@@ -1,0 +1,226 @@
+/* steps.c: a step in time: in pieces between events, each from a first iterate that goes on as before, each judged at
+ * its end. */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "time/integrator.h"
+#include "time/step_energy.h"
+
+/* A piece of time without events inside; those at its ends (within rounding of the state's time) are told apart so
+ * that the piece sees what holds between them. */
+typedef struct piece {
+  double begin; /* the first time that belongs to it */
+  double end;   /* of the piece */
+  double event; /* the next event after `begin`; at `end`, later, or INFINITY */
+} piece;
+
+/* What the walk through a piece hands to its attempts. */
+typedef struct piece_walk {
+  flesh_integrator *self;
+  flesh_state *state;
+  const piece *piece;
+  flesh_solve_stats *stats;
+} piece_walk;
+
+/* The last moment before the event. */
+static double before(double t, double event) { return t < event ? t : nextafter(event, -INFINITY); }
+
+/* Where the method starts anew, constrained dofs may have jumped, or their velocities: what a short step would make of
+ * that; and the acceleration, for methods that go on from it. */
+static int start_piece(flesh_integrator *self, flesh_state *state, const piece *piece,
+                       flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  double *a = self->row->acceleration ? memory->vectors[0] : memory->a0;
+  flesh_prescribed_set(&self->prescribed, piece->begin, before(piece->end, piece->event), state->x);
+  flesh_prescribed_begin(&self->prescribed, memory->v0, a);
+  int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
+                                       state->x, state->v, stats);
+  if (status || !self->row->acceleration) return status;
+  return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
+}
+
+/* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
+ * energy. *blocked: it is not the stage, and an obstacle that the stage keeps out of bars the way to it. */
+static int check_end(flesh_integrator *self, const flesh_stage *stage, const flesh_state *state,
+                     double t_end, flesh_solve_stats *stats, int *blocked)
+{
+  if (stage->shift.x == 1 && !flesh_system_limits_step(self->system)) return FLESH_OK;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1;
+  for (int d = 0; d < self->n; d++)
+    self->start[d] = second && self->prescribed.fixed[d]
+                         ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                         : state->x[d] + u[d];
+  if (stage->shift.x == 1)
+    return flesh_system_tunnelled(self->system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
+  *blocked = flesh_system_max_feasible_step(self->system, state->t, state->x, t_end, self->start) < 1;
+  if (*blocked) return FLESH_UNDEFINED;
+  return flesh_nonlinear_defined(self->nonlinear, t_end, self->start, state->v, self->energies, stats);
+}
+
+/* Whether a solve met nothing but a potential that is all but quadratic: then the next one will, and a first iterate
+ * that goes on as before helps. Where bodies are tangled or collide it may lead astray. */
+static int was_easy(const flesh_solve_stats *before, const flesh_solve_stats *after)
+{
+  return after->newton - before->newton <= 8 && after->projections == before->projections &&
+         after->backtracks == before->backtracks;
+}
+
+/* First iterates for a step of h to stage->t: straight on, and as rigid bodies where some are free. */
+static void make_guesses(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                         const flesh_stage *stage, double h, const double *guesses[3])
+{
+  const int holds = flesh_system_holds(self->system, stage->t), nearest = row == &flesh_method_backward_euler;
+  int count = 0;
+  if (flesh_extrapolation_guess(&self->extrapolation, state, h, self->guess)) {
+    flesh_nonlinear_go_on(self->nonlinear);
+    guesses[count++] = self->guess;
+  }
+  if (holds && self->held) flesh_system_fixed(self->system, stage->t, self->held);
+  if (!(holds && !self->held) &&
+      flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, nearest, self->rigid))
+    guesses[count++] = self->rigid;
+  guesses[count] = NULL;
+}
+
+/* The stage of a part of a piece, by `row`: constrained dofs follow the prescribed motion with its own velocity where
+ * the method is of order 2, and as a step of backward Euler takes them where that stands in for it. */
+static void make_stage(flesh_integrator *self, const flesh_method_row *row, const flesh_state *state,
+                       const piece *piece, const flesh_span *part, flesh_stage *stage)
+{
+  flesh_method_memory *memory = &self->memory;
+  const int second = flesh_method_order(self->method) > 1;
+  self->trying.t = state->t;
+  self->trying.h = part->h;
+  row->stage(memory, state, part->end, part->h, stage);
+  stage->t = before(stage->t, piece->event);
+  stage->x_lag = state->x;
+  stage->v_lag = state->v;
+  stage->t_lag = state->t;
+  stage->frozen_at_solution = second && row == self->row;
+  if (!second) return;
+  flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(part->end, piece->event), state->x);
+  if (row == self->row) flesh_prescribed_stage(&self->prescribed, stage, memory->v0, memory->a0);
+}
+
+/* Takes the state, and what is remembered, to the end of the part that the stage has led to. */
+static void finish_part(flesh_integrator *self, const flesh_method_row *row, const flesh_stage *stage,
+                        const flesh_span *part, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_method_memory *memory = &self->memory;
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  const int second = flesh_method_order(self->method) > 1, own = row == self->row;
+  row->finish(memory, u, part->h, state);
+  for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
+    memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
+  state->t = part->end;
+  stats->steps++;
+  stats->order = second && own ? 2 : 1;
+  stats->h_last = part->h;
+  if (!second) return;
+  flesh_prescribed_finish(&self->prescribed, state->x, state->v);
+  memory->known = own || self->row->acceleration || !self->row->vectors;
+  memory->h = part->h;
+}
+
+/* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
+static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const piece *piece,
+                   const flesh_span *part, int depth, flesh_solve_stats *stats, int *blocked)
+{
+  const int second = flesh_method_order(self->method) > 1 && row == self->row;
+  const flesh_solve_stats before_solve = *stats;
+  const double *guesses[3];
+  flesh_stage stage;
+  make_stage(self, row, state, piece, part, &stage);
+  make_guesses(self, row, state, &stage, part->h, guesses);
+  int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
+  if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
+  if (status) {
+    flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
+    return status;
+  }
+  const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
+  const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},
+                                    second, from, to, self->energies};
+  status = flesh_step_energy_count(&energy, state);
+  if (status) return status;
+  finish_part(self, row, &stage, part, state, stats);
+  if (self->extrapolation.n)
+    flesh_extrapolation_remember(&self->extrapolation, flesh_nonlinear_unknowns(self->nonlinear), state, part->h,
+                                 was_easy(&before_solve, stats));
+  status = flesh_step_energy_judge(&energy, state, stats);
+  if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
+  return status;
+}
+
+/* Of flesh_recovery_step. A stage within the step balances what is met on the way, but the line through it ends as far
+ * behind an obstacle as the nodes were before it. Halves help only once one step resolves how the barrier turns a node
+ * around; meanwhile nodes bounce between ends that lie ever deeper in the barrier, and gain energy. Backward Euler's
+ * end is its stage, and it damps. Its local error is of the second order, and impacts are few: the order of the whole
+ * is kept, as by one such step at a start. */
+static int attempt_part(void *data, const flesh_span *part, int depth)
+{
+  const piece_walk *walk = data;
+  flesh_integrator *self = walk->self;
+  int blocked = 0;
+  int status = attempt(self, self->row, walk->state, walk->piece, part, depth, walk->stats, &blocked);
+  if (!blocked) return status;
+  status = attempt(self, &flesh_method_backward_euler, walk->state, walk->piece, part, depth, walk->stats, &blocked);
+  walk->stats->impact_steps += status == FLESH_OK;
+  return status;
+}
+
+/* Steps through a piece of length h, halving what fails. */
+static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, double h, flesh_solve_stats *stats)
+{
+  piece_walk walk = {self, state, piece, stats};
+  return flesh_recovery_step(&self->recovery, &(flesh_span){state->t, piece->end, h}, attempt_part, &walk, stats);
+}
+
+static int same_state(const flesh_state *a, const flesh_state *b, int n, double tolerance)
+{
+  return fabs(a->t - b->t) <= tolerance && !memcmp(a->x, b->x, (size_t)n * sizeof *a->x) &&
+         !memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
+}
+
+int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  const double begin = state->t, end = begin + h;
+  if (!flesh_energy_watch_knows(&self->watch, state)) flesh_energy_watch_jump(&self->watch, begin, state);
+  if (flesh_method_order(self->method) < 2)
+    return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
+  /* Times closer than this are the same: grids of steps and times of events carry rounding. */
+  const double tolerance = fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(begin), fabs(end)));
+  if (!same_state(state, &self->returned, self->n, tolerance)) self->memory.known = 0;
+  int status = FLESH_OK;
+  while (!status && state->t < end) {
+    piece next = {.begin = state->t, .end = end};
+    next.event = flesh_system_next_event(self->system, state->t);
+    while (next.event <= state->t + tolerance) {
+      next.begin = next.event;
+      next.event = flesh_system_next_event(self->system, next.event);
+    }
+    if (next.event < end - tolerance) next.end = next.event;
+    double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
+    flesh_integrator_remember(self, state);
+    if (!self->memory.known) {
+      flesh_extrapolation_forget(&self->extrapolation);
+      status = start_piece(self, state, &next, stats);
+    }
+    if (status > 0)
+      flesh_integrator_record_failure(self, &(flesh_stage){.t = next.begin}, length, 0, status, stats);
+    if (!status && !self->memory.known) {
+      flesh_energy_watch_jump(&self->watch, next.begin, state);
+      if (self->row->acceleration)
+        status = flesh_step_energy_begin(&self->watch, &self->prescribed, state, next.begin, length,
+                                         self->memory.vectors[0], self->guess);
+    }
+    if (!status) status = walk(self, state, &next, length, stats);
+    if (status && state->t == t) flesh_integrator_give_back(self, state); /* the start has moved nothing */
+    if (status || next.event <= state->t + tolerance) self->memory.known = 0;
+  }
+  flesh_integrator_remember(self, state);
+  return status;
+}

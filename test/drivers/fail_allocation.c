@@ -1,0 +1,82 @@
+/* fail_allocation.c: preloaded into a program, lets one allocation fail, or all from one on: the one that
+ * FLESH_FAIL_AT counts, from 1; FLESH_FAIL_ON=1: and all after it. FLESH_FAIL_SIZE: all of so many bytes.
+ * FLESH_FAIL_COUNT names a file that gets the number of allocations of the process at its end. A crash prints the frames that led to it as `frame:
+ * LIBRARY(SYMBOL+OFFSET)`, the innermost first, and ends the process as the signal would. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <execinfo.h>
+#include <signal.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* glibc's own, under the names by which it exports them. */
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t count, size_t size);
+extern void *__libc_realloc(void *old, size_t size);
+extern void *__libc_memalign(size_t alignment, size_t size);
+
+static long count, at;
+static int on, counting;
+static size_t of_size;
+
+static int fails(size_t size)
+{
+  if (!counting) return 0;
+  long number = __atomic_add_fetch(&count, 1, __ATOMIC_RELAXED);
+  if ((!at || (on ? number < at : number != at)) && (!of_size || size != of_size)) return 0;
+  errno = ENOMEM;
+  return 1;
+}
+
+void *malloc(size_t size) { return fails(size) ? NULL : __libc_malloc(size); }
+void *calloc(size_t n, size_t size) { return fails(n * size) ? NULL : __libc_calloc(n, size); }
+void *realloc(void *old, size_t size) { return fails(size) ? NULL : __libc_realloc(old, size); }
+void *aligned_alloc(size_t alignment, size_t size) { return fails(size) ? NULL : __libc_memalign(alignment, size); }
+void *memalign(size_t alignment, size_t size) { return fails(size) ? NULL : __libc_memalign(alignment, size); }
+int posix_memalign(void **memory, size_t alignment, size_t size)
+{
+  if (fails(size)) return ENOMEM;
+  *memory = __libc_memalign(alignment, size);
+  return *memory ? 0 : ENOMEM;
+}
+
+static void crashed(int signal_number)
+{
+  void *frames[40];
+  counting = 0;
+  int depth = backtrace(frames, 40);
+  char **names = backtrace_symbols(frames, depth);
+  for (int k = 2; names && k < depth; k++) dprintf(STDERR_FILENO, "frame: %s\n", names[k]); /* 0, 1: this handler */
+  signal(signal_number, SIG_DFL);
+  raise(signal_number);
+}
+
+/* After the other libraries' own beginnings: theirs is no part of what a program does. */
+__attribute__((constructor)) static void begin(void)
+{
+  static char stack[1 << 16];
+  const int deadly[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+  const char *number = getenv("FLESH_FAIL_AT"), *further = getenv("FLESH_FAIL_ON"),
+             *size = getenv("FLESH_FAIL_SIZE");
+  void *warm[2];
+  backtrace(warm, 2); /* loads what it needs, now that there is memory */
+  sigaltstack(&(stack_t){.ss_sp = stack, .ss_size = sizeof stack}, NULL);
+  for (size_t k = 0; k < sizeof deadly / sizeof *deadly; k++)
+    sigaction(deadly[k], &(struct sigaction){.sa_handler = crashed, .sa_flags = (int)(SA_ONSTACK | SA_RESETHAND)},
+              NULL);
+  at = number ? atol(number) : 0;
+  on = further && *further == '1';
+  of_size = size ? strtoul(size, NULL, 10) : 0;
+  counting = 1;
+}
+
+__attribute__((destructor)) static void end(void)
+{
+  const char *path = getenv("FLESH_FAIL_COUNT");
+  counting = 0;
+  FILE *stream = path ? fopen(path, "w") : NULL;
+  if (stream) fprintf(stream, "%ld\n", count), fclose(stream);
+}

@@ -1,0 +1,117 @@
+# test_allocations.sh: every single allocation of `mesh convert`, `check` and `run` fails, alone and with all after it:
+# the command says so and exits with 1, or it does without and gives the same; nothing of flesh crashes, and nothing
+# half-written is left. Crashes within libraries must stand in known_faults.txt. `quick`: a sample of them.
+# FLESH names the program, FAIL_ALLOCATION what is preloaded.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+shim=${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}
+case ${1-} in
+quick) each=3 seldom=19 ;;
+*) each=1 seldom=1 ;;
+esac
+
+"$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out bar.msh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  material: {energy: S, young: 1e5, poisson: 0.45}
+effects: [{inertia: {}}, {gravity: {}}, {pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}}]
+time: {step: 1/60, end: 1/30}
+END
+grep -v '^#' "$source_folder/drivers/known_faults.txt" | cut -d ' ' -f 1 >known.txt
+
+# What a run has given, without what differs from run to run.
+given() {
+  cat stdout.txt
+  for file in out/state.txt out/history.csv out/scene.yaml out/frames/* made.node made.ele; do
+    [ ! -e "$file" ] || { echo "$file" && cat "$file"; }
+  done
+  [ ! -e out/result.json ] || grep -v '"wall_s"\|"cpu_s"\|"date"\|"peak_memory_kB"' out/result.json
+}
+
+# What is wrong with how the command ended; nothing when it is fine.
+fault_of() { # EXIT CODE
+  if [ "$1" -ge 124 ]; then
+    # The innermost frames: SUNDIALS and libfyaml have static functions between.
+    grep '^frame: ' stderr.txt | head -n 4 | sed 's/.*(\([A-Za-z0-9_]*\).*/\1/' >frames.txt
+    grep -q -x -F -f known.txt frames.txt && return
+    echo "ended with $1 in $(grep '^frame: ' stderr.txt | head -n 4 | tr '\n' ' ')"
+    return
+  fi
+  find . -name '*.part-*' -o -name .flesh.lock
+  ! grep -s '"status": "running"' out/result.json || echo 'still running'
+  if [ "$1" -eq 0 ]; then
+    given >got.txt
+    cmp -s wanted.txt got.txt || { echo 'gave something else:' && diff wanted.txt got.txt | head -n 5; }
+  else
+    [ "$1" -eq 1 ] || echo "ended with $1"
+    [ -s stderr.txt ] || echo 'said nothing'
+  fi
+}
+
+attempt() { # FAIL_AT ON COMMAND...
+  number_k=$1 further=$2
+  shift 2
+  rm -rf out made.*
+  timeout -k 1 20 env FLESH_FAIL_AT="$number_k" FLESH_FAIL_ON="$further" LD_PRELOAD="$shim" "$flesh" "$@" >stdout.txt \
+    2>stderr.txt
+}
+
+# every STRIDE COMMAND...: with every STRIDE-th allocation failing.
+every() {
+  stride=$1 faults=0 crashes=0 refusals=0
+  shift
+  FLESH_FAIL_COUNT=$work/count.txt
+  export FLESH_FAIL_COUNT
+  attempt 0 0 "$@" || { cat stderr.txt; return 1; }
+  unset FLESH_FAIL_COUNT
+  given >wanted.txt
+  count=$(cat count.txt)
+  for on in 0 1; do
+    k=$((1 + on * stride / 2))
+    while [ "$k" -le "$count" ]; do
+      attempt "$k" "$on" "$@"
+      ended=$?
+      [ "$ended" -lt 124 ] || crashes=$((crashes + 1))
+      [ "$ended" -ne 1 ] || refusals=$((refusals + 1))
+      fault_of "$ended" >fault.txt
+      if [ -s fault.txt ]; then
+        faults=$((faults + 1))
+        echo "$1, allocation $k of $count fails$([ "$on" = 0 ] || echo ', and all after it'):"
+        cat fault.txt
+        head -n 2 stderr.txt
+      fi
+      k=$((k + stride))
+    done
+  done
+  echo "$1: $count allocations, every $stride: $refusals refused, $crashes crashes of known kinds, $faults faults"
+  [ "$refusals" -gt 0 ] && [ "$faults" -eq 0 ]
+}
+
+meshes() { every "$each" mesh convert bar.msh made.node; }
+checks() { every "$seldom" check bar.yaml; }
+runs() { every "$seldom" run bar.yaml --out out --quiet; }
+adaptive_runs() { every "$seldom" run bar.yaml --out out --quiet --method adaptive --no-frames; }
+
+# lacks CODE WORDS SIZE COMMAND...: without memory of that size; it says so and ends with the code.
+lacks() {
+  lacking=$1 words=$2 size=$3
+  shift 3
+  expect "$lacking" env FLESH_FAIL_SIZE="$size" LD_PRELOAD="$shim" "$@" && has stderr.txt "$words"
+}
+
+# What is set for a case is set, or the case is not run. The mesh's name is so long that nothing else has its size.
+cases_have_all_that_is_set() {
+  mesh=$(printf '%0701d' 0 | tr 0 /)
+  mesh=.${mesh}bar.msh
+  printf 'scene: bar.yaml\nset: {body.mesh: %s}\naxes: [{key: time.end, values: [1/60, 1/30]}]\n' "$mesh" >spec.yaml
+  set="body.mesh=\"$mesh\""
+  expect 0 "$flesh" sweep spec.yaml --out cases --quiet &&
+    sqlite3 cases/sweep.db 'SELECT overrides FROM cases' >overrides.txt && has overrides.txt "$mesh" &&
+    lacks 1 'out of memory' $((${#set} + 1)) "$flesh" sweep spec.yaml --out lacking --quiet || return 1
+  # A folder that cannot be compared is none that may be written into.
+  folder=$(printf '%0191d' 0)
+  mkdir "$folder" && lacks 1 'out of memory' 193 "$flesh" run bar.yaml --out "$folder" --save-state "$folder/result.json"
+}
+
+run_tests meshes checks runs adaptive_runs cases_have_all_that_is_set

@@ -1,0 +1,109 @@
+# test_command_endings.sh: what `flesh run` says of how a run ends: energy from nowhere, a budget within a step, rest in
+# a stressed state, motion without force. FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+"$flesh" mesh box --cells 4,4,4 --size 0.1,0.1,0.1 --out block.msh >/dev/null || exit 1
+scene() { # NAME EFFECTS TIME
+  printf 'body:\n  mesh: block.msh\n  density: 1000\n  material: {energy: S, young: 1e5, poisson: 0.45}\n' >"$1.yaml"
+  printf 'effects:\n%s\ntime: {%s}\n' "$2" "$3" >>"$1.yaml"
+}
+
+# A block that starts within its barrier's reach is blown up by HHT's first step: 3.3 J become 4500.
+energy_from_nowhere_ends_a_run() {
+  scene near '  - inertia: {}
+  - gravity: {}
+  - contact: {plane: {point: [0, 0, -0.0005]}}' 'method: hht, step: 1/100, end: 0.3'
+  expect 8 "$flesh" run near.yaml --out near --no-frames || return 1
+  has stderr.txt 'the energy grew by .* J although nothing put it in' && has stderr.txt 'node [0-9]* at (' &&
+    has stderr.txt 'in tet [0-9]* at (' && has stderr.txt 'advice: the body starts so near an obstacle' &&
+    has near/result.json '"exit_code": 8' && has near/result.json '"reason": "FLESH_ERR_ENERGY"' &&
+    has near/result.json '"warning": "from t = 0 s' && rows near/state.txt 125 || return 1
+  expect 0 "$flesh" run near.yaml --out near --no-frames --set time.max_energy_gain=1e300 || return 1
+  has stderr.txt 'warning: from t = 0 s' && has near/result.json '"energy_gain_J": 4[0-9][0-9][0-9]' || return 1
+  # A drop that midpoint feeds at every bounce.
+  scene drop '  - inertia: {}
+  - gravity: {}
+  - contact: {plane: {point: [0, 0, -0.02]}}' 'method: midpoint, step: 1/1000, end: 1'
+  expect 8 "$flesh" run drop.yaml --out drop --no-frames || return 1
+  has stderr.txt 'advice: this method damps nothing' || return 1
+  expect 0 "$flesh" run drop.yaml --out drop --no-frames --method backward-euler || return 1
+  has drop/result.json '"energy_gain": 0.0' && has drop/result.json '"warning": null'
+}
+
+# A plate moves into where the body still is: that the budget was spent must not be taken for that. The step takes
+# hundreds of times as long as it is given.
+a_budget_within_a_step_is_told_as_such() {
+  "$flesh" mesh box --cells 14,14,14 --size 1,1,1 --out large.msh >/dev/null || return 1
+  scene press '  - inertia: {}
+  - pin: {box: [[-1, -1, -1], [2, 2, 1e-9]]}
+  - contact:
+      plane: {point: [0, 0, 1.001], normal: [0, 0, -1]}
+      motion: [{time: 0}, {time: 1, translation: [0, 0, -0.5]}]' 'step: 1, end: 1'
+  expect 6 "$flesh" run press.yaml --set body.mesh=large.msh --set body.material.poisson=0.4999 --out press --no-frames \
+    --set solver.preconditioner=none --set solver.linear_tolerance=1e-12 --set solver.max_linear=1000000 \
+    --max-seconds 0.7 || return 1
+  has stderr.txt 'the budget of 0.7 s is spent' && has press/result.json '"status": "out of budget"' &&
+    has press/result.json '"failure": null' &&
+    has stdout.txt ' linear iterations in the step that was not finished' &&
+    has press/result.json '"unfinished_linear": [1-9]'
+}
+
+# A ring of square section that is twisted by a full turn cannot untwist; it does not buckle either, being far below
+# Michell's limit. By Saint-Venant's torsion of a bar it holds at least G 0.1406 a^4 (1 rad/m)^2/2 2 pi m = 24.4 J; this
+# coarse mesh is stiffer.
+a_stressed_rest_is_told() {
+  awk -v mesh=ring.mesh -v start=ring.txt "$ring" || return 1
+  scene ring '  - inertia: {}' 'step: 1/30, end: 12'
+  expect 0 "$flesh" run ring.yaml --set body.mesh=ring.mesh --set start.state=ring.txt --set effects.settling_damping.rate=2 \
+    --no-frames --out ring || return 1
+  has stderr.txt 'the body is at rest in a stressed state: 1[0-9.]* J of strain energy, and no load holds it' &&
+    has ring/result.json '"stressed_rest_J": 1[0-9][0-9]\.' &&
+    has ring/result.json '"warning": "the body is at rest in a stressed state' || return 1
+  expect 0 "$flesh" run ring.yaml --set body.mesh=ring.mesh --set start.state=ring.txt --set effects.inertia=null \
+    --no-frames --out ring || return 1
+  has ring/result.json '"stressed_rest_J": 1[0-9][0-9]\.' || return 1
+  # Not while it moves, nor where it is held, nor at rest.
+  for other in 'effects.settling_damping.rate=2 --set time.end=0.2' 'effects.gravity={}' 'start.state=null'; do
+    # shellcheck disable=SC2086
+    expect 0 "$flesh" run ring.yaml --set body.mesh=ring.mesh --set start.state=ring.txt --set $other --no-frames \
+      --out ring || return 1
+    has ring/result.json '"stressed_rest_J": 0.0' && has ring/result.json '"warning": null' || return 1
+  done
+}
+ring='function id(i, j, k) { return (i % n) * 9 + 3 * j + k + 1 }
+function node(i, j, k, twist) {
+  t = 6.283185307179586 * i / n; u = 0.1 * (j - 1); w = 0.1 * (k - 1); q = twist * t
+  r = 1 + cos(q) * u - sin(q) * w
+  return sprintf("%.17g %.17g %.17g", r * cos(t), r * sin(t), sin(q) * u + cos(q) * w)
+}
+BEGIN {
+  n = 40; split("100 110 111|100 101 111|010 110 111|010 011 111|001 101 111|001 011 111", path, "|")
+  print "MeshVersionFormatted 2\nDimension 3\nVertices\n" 9 * n > mesh
+  for (i = 0; i < n; i++) for (j = 0; j < 3; j++) for (k = 0; k < 3; k++) {
+    print node(i, j, k, 0), 0 > mesh
+    print node(i, j, k, 1), "0 0 0" > start
+  }
+  print "Tetrahedra\n" 24 * n > mesh
+  for (i = 0; i < n; i++) for (j = 0; j < 2; j++) for (k = 0; k < 2; k++) for (p = 1; p <= 6; p++) {
+    split(path[p], corner, " "); line = id(i, j, k)
+    for (c = 1; c <= 3; c++)
+      line = line " " id(i + substr(corner[c], 1, 1), j + substr(corner[c], 2, 1), k + substr(corner[c], 3, 1))
+    print line, 0 > mesh
+  }
+  print "End" > mesh
+}'
+
+# A free body that moves on has nothing to be solved for.
+motion_without_force_is_nothing_to_tell() {
+  for method in backward-euler bdf2 midpoint newmark hht; do
+    scene free '  - inertia: {}' "method: $method, step: 1/60, end: 0.5}
+start: {velocity: [1, 0.5, 0.25]"
+    expect 0 "$flesh" run free.yaml --out free --no-frames || return 1
+    has free/result.json '"solves_at_rounding": 0' && has free/result.json '"newton": 0' || return 1
+    ! grep rounding stdout.txt || return 1
+  done
+}
+
+run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
+  motion_without_force_is_nothing_to_tell

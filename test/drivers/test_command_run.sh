@@ -1,0 +1,314 @@
+# test_command_run.sh: `flesh run` and `flesh check` as they are used: exit codes, files, signals, restarts.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+# Largest difference between two state files, below $3.
+same_states() {
+  grep -v '^#' "$1" >one.txt
+  grep -v '^#' "$2" >two.txt
+  paste -d ' ' one.txt two.txt | awk -v limit="$3" '
+    NF != 12 { bad = 1 }
+    { for (c = 1; c <= 6; c++) { d = $c - $(c + 6); if (d < 0) d = -d; if (d > worst) worst = d } }
+    END { print "largest difference", worst; exit bad || NR == 0 || worst > limit }'
+}
+
+"$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  density: 1000
+  material: {energy: S, constants: matched, young: 1e5, poisson: 0.45}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {method: backward-euler, step: 1/60, end: 1/2}
+solver: {newton_tolerance: 1e-10}
+END
+
+a_good_run_writes_everything() {
+  expect 0 "$flesh" run bar.yaml || return 1
+  [ ! -s stderr.txt ] || { cat stderr.txt; return 1; } # no progress line without a terminal
+  has stdout.txt 'material 0: S (matched)' && has stdout.txt 'poisson 0.45$' || return 1
+  has stdout.txt '^preconditioner: ic$' || return 1
+  [ "$(lines out/bar/history.csv)" -eq 32 ] || return 1 # header, start, 30 steps
+  [ "$(ls out/bar/frames/*.vtu | wc -l)" -eq 31 ] || return 1
+  [ "$(grep -c DataSet out/bar/frames/frames.pvd)" -eq 31 ] || return 1
+  rows out/bar/state.txt 63 || return 1
+  has out/bar/result.json '"status": "complete"' && has out/bar/result.json '"steps": 30' &&
+    has out/bar/result.json '"instructions": "[a-z0-9]*"' &&
+    has out/bar/result.json "$(sha256sum bar.yaml | cut -d ' ' -f 1)" &&
+    has out/bar/result.json "$(sha256sum bar.msh | cut -d ' ' -f 1)" || return 1
+  ! find . -name '*.part-*' | grep .
+}
+
+vtk_reads_the_frames() {
+  /usr/bin/python3 -c 'import vtkmodules.vtkIOXML' || { echo skipped; return 0; }
+  /usr/bin/python3 "$source_folder/shared/check_vtu.py" out/bar/frames/frames.pvd
+}
+
+the_resolved_scene_repeats_the_run() {
+  expect 0 "$flesh" run out/bar/scene.yaml --out again --quiet || return 1
+  [ ! -s stdout.txt ] || return 1
+  cmp out/bar/state.txt again/state.txt && cmp out/bar/scene.yaml again/scene.yaml
+}
+
+threads_change_no_bit() {
+  has out/bar/result.json '"threads": 1,' && has out/bar/result.json '"preconditioner": "ic"' || return 1
+  for threads in 2 3 0; do
+    expect 0 "$flesh" run bar.yaml --set "solver.threads=$threads" --out threaded --no-frames --quiet || return 1
+    cmp out/bar/state.txt threaded/state.txt || return 1
+    [ "$threads" = 0 ] && threads=$(nproc)
+    has threaded/result.json "\"threads\": $threads," || return 1
+  done
+  expect 2 "$flesh" run bar.yaml --set solver.threads=257 --out refused --quiet || return 1
+  has stderr.txt 'threads is 257; it must be in 0 to 256'
+}
+
+methods_are_chosen_by_name() {
+  for method in bdf2 midpoint newmark hht; do
+    expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
+    has "by-$method/scene.yaml" "method: $method\$" || return 1
+    ! cmp -s out/bar/state.txt "by-$method/state.txt" || return 1
+    same_states out/bar/state.txt "by-$method/state.txt" 1 || return 1
+  done
+  expect 0 "$flesh" run bar.yaml --set time.method=newmark --set time.gamma=0.6 --set time.beta=0.3025 --out damped \
+    --no-frames --quiet || return 1
+  ! cmp -s damped/state.txt by-newmark/state.txt || return 1
+  expect 0 "$flesh" run bar.yaml --set time.alpha=0 --method hht --out undamped --no-frames --quiet || return 1
+  same_states undamped/state.txt by-newmark/state.txt 1e-6 || return 1
+  expect 2 "$flesh" run bar.yaml --method euler --out none || return 1
+  has stderr.txt 'time.method is "euler"; it must be one of backward-euler, static, bdf2, midpoint'
+}
+
+a_restart_goes_on_where_it_was() {
+  # The first iterates of a calm run come from the steps before, which a restart has forgotten.
+  precise='solver.newton_tolerance=1e-11'
+  expect 0 "$flesh" run bar.yaml --out whole --set $precise --no-frames || return 1
+  expect 0 "$flesh" run bar.yaml --out half --set $precise --set time.end=1/4 --save-state "it's half.txt" \
+    --no-frames || return 1
+  has "it's half.txt" '^# t 0.25$' && cmp "it's half.txt" half/state.txt || return 1
+  expect 0 "$flesh" run bar.yaml --out rest --set $precise --start-state "it's half.txt" --no-frames || return 1
+  [ "$(lines rest/history.csv)" -eq 17 ] || return 1
+  same_states whole/state.txt rest/state.txt 1e-11 || return 1
+  # What the restart was is in its resolved scene.
+  expect 0 "$flesh" run rest/scene.yaml --out rest2 --no-frames || return 1
+  cmp rest/state.txt rest2/state.txt
+}
+
+older_results_are_replaced() {
+  expect 0 "$flesh" run bar.yaml --out again --set time.end=1/10 || return 1
+  [ "$(ls again/frames/*.vtu | wc -l)" -eq 7 ] && [ "$(grep -c DataSet again/frames/frames.pvd)" -eq 7 ] || return 1
+  [ "$(lines again/history.csv)" -eq 8 ] || return 1
+  expect 0 "$flesh" run bar.yaml --out again --set time.end=1/10 --no-frames || return 1
+  [ ! -e again/frames ]
+}
+
+statics_make_one_solve() {
+  sed '/inertia/d; /^time/d' bar.yaml >static.yaml
+  expect 0 "$flesh" run static.yaml || return 1
+  [ "$(lines out/static/history.csv)" -eq 3 ] && has out/static/result.json '"steps": 1'
+}
+
+help_is_help() {
+  for words in --help 'run --help' 'check --help'; do
+    expect 0 "$flesh" $words && has stdout.txt '130/143' && has stdout.txt Usage || return 1
+  done
+  expect 0 "$flesh" --version && has stdout.txt 'SUNDIALS [67]'
+}
+
+bad_usage_is_refused() {
+  for words in '' nonsense run 'run a b' 'run bar.yaml --nonsense' 'run bar.yaml --out' 'check' \
+    'run bar.yaml --max-seconds 0' 'run bar.yaml --quiet=yes' 'run bar.yaml --set nonsense=1' \
+    'run bar.yaml --set time.step=-1'; do
+    expect 2 "$flesh" $words && [ "$(lines stderr.txt)" -eq 1 ] || { echo "words: $words"; cat stderr.txt; return 1; }
+  done
+  has stderr.txt 'time.step'
+}
+
+bad_scenes_are_refused() {
+  sed 's/density/dencity/' bar.yaml >bad.yaml
+  for command in run check; do
+    expect 2 "$flesh" $command bad.yaml && has stderr.txt 'bad.yaml:3' && has stderr.txt density || return 1
+    expect 3 "$flesh" $command missing.yaml && has stderr.txt missing.yaml || return 1
+  done
+  [ ! -e out/bad ] && [ ! -e out/missing ]
+}
+
+bad_meshes_are_refused() {
+  printf 'nodes 4\n0 0 0\n1 0 0\n0 1 0\n1 1 0\ntets 1\n0 1 2 3\n' >flat.mesh
+  for command in run check; do
+    expect 3 "$flesh" $command bar.yaml --set body.mesh=flat.mesh && has stderr.txt flat.mesh || return 1
+    expect 3 "$flesh" $command bar.yaml --set body.mesh=none.mesh && has stderr.txt none.mesh || return 1
+  done
+}
+
+a_bad_place_is_refused_before_solving() {
+  echo precious >file
+  expect 3 "$flesh" run bar.yaml --out file && has stderr.txt 'must be a directory' || return 1
+  expect 3 "$flesh" run bar.yaml --out file/below && has stderr.txt file/below || return 1
+  expect 3 "$flesh" run bar.yaml --out saved --save-state none/state.txt && has stderr.txt none/state.txt || return 1
+  [ ! -e saved ] || return 1
+  [ "$(cat file)" = precious ]
+}
+
+# interrupted SIGNAL CODE: a run that would take hours leaves valid files.
+interrupted() {
+  "$flesh" run bar.yaml --out "long$1" --set time.end=1e5 --set output.frame_interval=5 \
+    --max-seconds 600 >stdout.txt 2>stderr.txt &
+  run=$!
+  wait_until "$run" [ -e "long$1/frames/frame_000005.vtu" ] || return 1
+  kill "-$1" "$run"
+  wait "$run"
+  status=$?
+  [ "$status" -eq "$2" ] || { echo "ended with $status"; cat stderr.txt; return 1; }
+  has "long$1/result.json" '"status": "interrupted"' && has "long$1/result.json" "\"exit_code\": $2" || return 1
+  [ "$(tail -n 1 "long$1/result.json")" = '}' ] || return 1
+  rows "long$1/state.txt" 63 || return 1
+  # Whole rows, the last of which is the saved state's time; every listed frame is there.
+  awk -F , 'NR == 1 { n = NF } NF != n { exit 1 } END { exit NR < 3 }' "long$1/history.csv" || return 1
+  [ "# t $(tail -n 1 "long$1/history.csv" | cut -d , -f 1)" = "$(head -n 1 "long$1/state.txt")" ] || return 1
+  sed -n 's/.*file="\(.*\)".*/\1/p' "long$1/frames/frames.pvd" >listed
+  [ -s listed ] && while read -r frame; do [ -s "long$1/frames/$frame" ] || return 1; done <listed
+  ! find "long$1" -name '*.part-*' | grep .
+}
+sigint_keeps_what_was_done() { interrupted INT 130; }
+sigterm_keeps_what_was_done() { interrupted TERM 143; }
+# As when a remote terminal goes away; under nohup it is none of our business.
+sighup_keeps_what_was_done() {
+  # Where the tests themselves were started with nohup, so are their children.
+  sh -c 'kill -HUP $$; exit 0' && { echo 'SIGHUP is ignored here'; return 0; }
+  interrupted HUP 129
+}
+more_frames() { [ "$(find "$1" -name '*.vtu' | wc -l)" -gt "$2" ]; } # FOLDER COUNT
+nohup_goes_on() {
+  (trap '' HUP; exec "$flesh" run bar.yaml --out nohup --set time.end=1e5 --set output.frame_interval=5 --quiet) &
+  run=$!
+  wait_until "$run" more_frames nohup 2 || return 1
+  kill -HUP "$run"
+  wait_until "$run" more_frames nohup $(($(find nohup -name '*.vtu' | wc -l) + 2)) || return 1
+  kill -INT "$run"
+  wait "$run"
+  [ $? -eq 130 ]
+}
+
+a_spent_budget_keeps_what_was_done() {
+  expect 6 "$flesh" run bar.yaml --out budget --set time.end=1e5 --max-seconds 0.3 --no-frames || return 1
+  has stderr.txt 'budget of 0.3 s' && has budget/result.json '"status": "out of budget"' && rows budget/state.txt 63
+}
+
+# One step that would take minutes: it is given up, and what is kept is the state before it.
+"$flesh" mesh box --cells 36,12,12 --size 3,1,1 --out long.msh >/dev/null || exit 1
+long_step() {
+  set -- "$flesh" run bar.yaml --set body.mesh=long.msh --set time.method=static --set solver.preconditioner=none \
+    --set body.material.poisson=0.4999 --set solver.max_linear=1000000 --set solver.linear_tolerance=1e-12 "$@"
+  echo "$*" >command.txt
+  "$@" >stdout.txt 2>stderr.txt
+}
+kept_before_the_step() { # NAME STATUS
+  has "$1/result.json" "\"status\": \"$2\"" && has "$1/result.json" '"steps": 0' && rows "$1/state.txt" 6253 &&
+    [ "$(head -n 1 "$1/state.txt")" = '# t 0' ] && [ "$(lines "$1/history.csv")" -eq 2 ]
+}
+a_budget_ends_a_long_step() {
+  long_step --out long_budget --max-seconds 1
+  [ $? -eq 6 ] || { cat stderr.txt; return 1; }
+  kept_before_the_step long_budget 'out of budget'
+}
+a_signal_ends_a_long_step() {
+  "$flesh" run long_budget/scene.yaml --out long_signal >stdout.txt 2>stderr.txt &
+  run=$!
+  wait_until "$run" [ -s long_signal/history.csv ] || return 1
+  sleep 0.5 # into the step; before it the outcome is the same
+  kill -INT "$run"
+  wait "$run"
+  [ $? -eq 130 ] || { cat stderr.txt; return 1; }
+  kept_before_the_step long_signal interrupted
+}
+
+a_failed_solve_is_explained() {
+  expect 4 "$flesh" run bar.yaml --out failed --set body.material.energy=B --set time.step=0.5 --set time.end=2 \
+    --set 'effects.gravity.acceleration=[0, 0, -2000]' --set solver.max_cutbacks=1 --set solver.max_newton=3 || return 1
+  has stderr.txt 'last try: t = .* s, h = .* after 1 halvings' && has stderr.txt 'worst tet: .* J = .* at (' &&
+    has stderr.txt 'residual: .* N; target' && has stderr.txt 'advice: try' || return 1
+  for key in '"status": "failed"' '"exit_code": 4' '"halvings": 1' '"worst_tet": [0-9]' '"worst_J"' \
+    '"worst_position"' '"residual_target"' '"worst_node"' '"advice"'; do
+    has failed/result.json "$key" || return 1
+  done
+  rows failed/state.txt 63 && [ "$(lines failed/history.csv)" -ge 2 ]
+}
+
+a_state_without_an_energy_is_explained() {
+  awk '{ if ($1 != "#") $1 = -$1; print }' out/bar/state.txt | sed '/^# t/d' >mirrored.txt
+  expect 4 "$flesh" run bar.yaml --out mirrored --set body.material.energy=B --start-state mirrored.txt || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: this energy has no value where' &&
+    has mirrored/result.json '"residual": null' || return 1
+  expect 7 "$flesh" run bar.yaml --out vast --set 'start.velocity=[1e200, 0, 0]' || return 1
+  has stderr.txt 'residual: none' && has stderr.txt 'advice: numbers overflowed' &&
+    has vast/result.json '"exit_code": 7'
+}
+
+check_differentiates() {
+  expect 0 "$flesh" check bar.yaml --set time.method=bdf2 || return 1
+  has stdout.txt '^time: bdf2, steps of' || return 1
+  expect 0 "$flesh" check bar.yaml --dump dump || return 1
+  has stdout.txt 'elasticity .* pass' && has stdout.txt 'inertia .* pass' && has stdout.txt 'all fine' || return 1
+  rows dump/gradient.txt 63 && rows dump/energy.txt 1 || return 1
+  # The announced number of entries, all in the lower triangle.
+  awk 'NR == 2 { n = $3 } NR > 2 && $1 < $2 { exit 1 } END { exit NR - 2 != n }' dump/hessian.mtx
+}
+
+odd_meshes_and_solves_are_named() {
+  printf 'nodes 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n5 5 5\ntets 1\n0 1 3 2\n' >odd.mesh
+  expect 0 "$flesh" run bar.yaml --out odd --set body.mesh=odd.mesh --set time.end=1/60 --no-frames || return 1
+  has stdout.txt '1 tet was wound inversely and has been flipped' && has stdout.txt '1 node is used by no tet' ||
+    return 1
+  expect 0 "$flesh" run bar.yaml --out tight --set time.end=1/60 --set solver.newton_tolerance=1e-30 --no-frames ||
+    return 1
+  has stdout.txt '1 of 1 solves ended at rounding, above solver.newton_tolerance'
+}
+
+# A file system without room shows the same as a limit of the files' size.
+a_full_disk_leaves_only_whole_files() {
+  (ulimit -f 1 && expect 3 "$flesh" mesh box --cells 9,9,9 --size 1,1,1 --out big.msh) &&
+    has stderr.txt 'big.msh: could not be written completely' && [ ! -e big.msh ] || return 1
+  (ulimit -f 8 && expect 3 "$flesh" run bar.yaml --out full --set body.mesh=bar.msh) || return 1
+  has stderr.txt 'frame_000000.vtu: could not be written completely' && has full/result.json '"status": "failed"' ||
+    return 1
+  ! find . -name 'big*' -o -name '*.vtu' -path './full/*' -o -name '*.part-*' | grep .
+}
+
+full_output_is_noticed() {
+  [ -c /dev/full ] || return 0
+  "$flesh" run --help >/dev/full 2>stderr.txt
+  [ $? -eq 3 ]
+}
+
+tests='a_good_run_writes_everything
+vtk_reads_the_frames
+the_resolved_scene_repeats_the_run
+threads_change_no_bit
+methods_are_chosen_by_name
+a_restart_goes_on_where_it_was
+older_results_are_replaced
+statics_make_one_solve
+help_is_help
+bad_usage_is_refused
+bad_scenes_are_refused
+bad_meshes_are_refused
+a_bad_place_is_refused_before_solving
+sigint_keeps_what_was_done
+sigterm_keeps_what_was_done
+sighup_keeps_what_was_done
+nohup_goes_on
+a_spent_budget_keeps_what_was_done
+a_budget_ends_a_long_step
+a_signal_ends_a_long_step
+a_failed_solve_is_explained
+a_state_without_an_energy_is_explained
+check_differentiates
+odd_meshes_and_solves_are_named
+a_full_disk_leaves_only_whole_files
+full_output_is_noticed'
+# shellcheck disable=SC2086
+run_tests $tests

@@ -1,0 +1,112 @@
+# test_command_skin.sh: `flesh skin` and the skin of a run, as they are used. FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+
+"$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
+"$flesh" mesh box --cells 9,3,3 --size 3.06,1.02,1.02 --origin -0.03,-0.01,-0.01 --out fine.msh >/dev/null || exit 1
+"$flesh" mesh surface fine.msh skin.obj >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  material: {energy: S, constants: matched, young: 1e5, poisson: 0.45}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {step: 1/60, end: 1/3}
+output: {skin: {surface: skin.obj, formats: [obj, pc2, vtu]}}
+END
+
+compare_with_vtk() {
+  /usr/bin/python3 "$source_folder/shared/check_skin.py" "$@" >vtk.txt
+  status=$?
+  cat vtk.txt
+  [ "$status" -eq 0 ] || [ "$status" -eq 77 ]
+}
+
+a_run_writes_its_skin() {
+  expect 0 "$flesh" run bar.yaml --out out || return 1
+  has stdout.txt 'skin: .*skin.obj, 128 vertices, 128 outside the body, at most by 0.0332 m' || return 1
+  [ "$(ls out/skin/skin_*.obj | wc -l)" -eq 21 ] && [ "$(ls out/skin/skin_*.vtu | wc -l)" -eq 21 ] || return 1
+  compare_with_vtk out/skin out/frames/frames.pvd out/skin/binding.txt
+}
+
+check_tells_of_the_skin() {
+  expect 0 "$flesh" check bar.yaml && has stdout.txt 'skin: .*skin.obj, 128 vertices, 128 outside'
+}
+
+bind_and_apply_give_the_same() {
+  expect 0 "$flesh" skin bind bar.msh skin.obj --out binding.txt || return 1
+  has stdout.txt '128 outside the body' && cmp binding.txt out/skin/binding.txt || return 1
+  expect 0 "$flesh" skin apply binding.txt skin.obj out --out applied --formats obj,pc2,vtu || return 1
+  has stdout.txt 'applied: 21 frames of 128 vertices' || return 1
+  cmp out/skin/skin.pc2 applied/skin.pc2 && cmp out/skin/skin_000020.obj applied/skin_000020.obj &&
+    cmp out/skin/skin_000020.vtu applied/skin_000020.vtu
+}
+
+frames_keep_their_numbers() {
+  expect 0 "$flesh" run bar.yaml --out sparse --quiet --set output.frame_interval=9 || return 1
+  expect 0 "$flesh" skin apply binding.txt skin.obj sparse --out again && [ "$(ls sparse/skin/*.obj | wc -l)" -eq 4 ] ||
+    return 1
+  for file in sparse/skin/*.obj; do cmp "$file" "again/${file##*/}" || return 1; done
+  expect 2 "$flesh" skin apply binding.txt skin.obj out/state.txt --out x &&
+    has stderr.txt 'with a state file, --mesh must name its mesh'
+}
+
+a_state_is_enough() {
+  expect 0 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh bar.msh --out single || return 1
+  [ "$(ls single)" = skin_000000.obj ] && cmp single/skin_000000.obj out/skin/skin_000020.obj
+}
+
+a_ply_is_a_skin_too() {
+  "$flesh" mesh surface fine.msh skin.ply >/dev/null || return 1
+  expect 0 "$flesh" run bar.yaml --out ply --set output.skin.surface=skin.ply --set time.end=1/30 || return 1
+  [ "$(ls ply/skin/*.obj | wc -l)" -eq 3 ]
+}
+
+an_older_skin_is_removed() {
+  expect 0 "$flesh" run bar.yaml --out ply --set output.skin=null --set time.end=1/60 || return 1
+  [ ! -e ply/skin ] && [ -e ply/frames/frames.pvd ]
+}
+
+without_a_skin_nothing_is_said_of_it() {
+  ! grep -q skin ply/scene.yaml &&
+    [ "$(ls ply | sort | tr '\n' ' ')" = 'frames history.csv result.json scene.yaml state.txt ' ]
+}
+
+an_interrupted_run_leaves_a_whole_cache() {
+  "$flesh" run bar.yaml --out cut --set time.end=1000 --quiet >/dev/null 2>&1 &
+  pid=$!
+  wait_until "$pid" [ -e cut/skin/skin_000002.obj ] || return 1
+  [ ! -e cut/skin/skin.pc2 ] || return 1 # not before it is whole
+  kill -INT "$pid"
+  wait "$pid"
+  [ "$?" -eq 130 ] || return 1
+  [ "$(head -c 11 cut/skin/skin.pc2)" = POINTCACHE2 ] || return 1
+  samples=$(od -An -j28 -N4 -td4 cut/skin/skin.pc2 | tr -d ' ')
+  [ "$samples" -eq "$(ls cut/skin/skin_*.obj | wc -l)" ] &&
+    [ "$(wc -c <cut/skin/skin.pc2)" -eq $((32 + 12 * 128 * samples)) ] && ! find cut -name '*.part-*' | grep .
+}
+
+what_is_wrong_is_said() {
+  expect 2 "$flesh" skin && has stderr.txt 'the commands are bind and apply' || return 1
+  expect 2 "$flesh" skin bind bar.msh skin.obj && has stderr.txt '\--out is missing' || return 1
+  expect 2 "$flesh" skin apply binding.txt skin.obj out --out x --formats obj,stl &&
+    has stderr.txt "is 'obj,stl'; it must be some of obj, pc2 and vtu" || return 1
+  expect 3 "$flesh" skin bind bar.msh none.obj --out b.txt && has stderr.txt 'none.obj: cannot be opened' || return 1
+  [ ! -e b.txt ] || return 1
+  expect 3 "$flesh" skin apply binding.txt skin.obj out/state.txt --mesh fine.msh --out x &&
+    has stderr.txt 'binding.txt:2: the binding is of a mesh of 63 nodes' || return 1
+  expect 3 "$flesh" skin apply binding.txt skin.obj data --out x && has stderr.txt 'no such folder of a run' || return 1
+  expect 2 "$flesh" run bar.yaml --set 'output.skin.formats=[obj, stl]' &&
+    has stderr.txt 'it must be a list of some of obj, pc2, vtu' || return 1
+  expect 3 "$flesh" run bar.yaml --set output.skin.surface=none.obj && has stderr.txt 'output.skin.surface' || return 1
+  printf 'v 0 0 0\nf 1 1\n' >bad.obj
+  expect 3 "$flesh" run bar.yaml --out bad --set output.skin.surface=bad.obj &&
+    has stderr.txt 'bad.obj:2: face 1 has 2 corners' || return 1
+  [ ! -e bad/frames/frame_000000.vtu ]
+}
+
+run_tests a_run_writes_its_skin check_tells_of_the_skin bind_and_apply_give_the_same frames_keep_their_numbers a_state_is_enough a_ply_is_a_skin_too \
+  an_older_skin_is_removed without_a_skin_nothing_is_said_of_it an_interrupted_run_leaves_a_whole_cache \
+  what_is_wrong_is_said

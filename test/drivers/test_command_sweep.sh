@@ -1,0 +1,267 @@
+# test_command_sweep.sh: `flesh sweep`: its plans, its rows, its shards, and what is made of them.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+. "$source_folder/shared/sweep.sh"
+bar_spec 1/2 >bar.yaml
+
+a_plan_is_told_and_nothing_is_done() {
+  spec 'repeats: 2' 'axes:' '  - {key: body.material.young, from: 1e4, to: 1e6, count: 3, spacing: logarithmic}' \
+    '  - zip:' '    - {key: time.step, values: [1/60, 1/120]}' \
+    '    - {key: effects.gravity.acceleration, name: g, values: [[0, 0, -9.81], [0, 0, -1]]}' \
+    '  - sample: {count: 4, axes: [{key: body.material.poisson, from: 0.1, to: 0.5}, {key: body.density, values: [1, 2]}]}'
+  expect 0 "$flesh" sweep spec.yaml --dry-run --out plan || return 1
+  has stdout.txt '^48 cases of flesh run' && has stdout.txt 'young.*3 values: 10000, 100000, 1000000' &&
+    has stdout.txt 'with g .*: \[0, 0, -9.81\], \[0, 0, -1\]' &&
+      has stdout.txt '^axis poisson .*: 0.3[0-9]*, 0.4, 0.2, ' &&
+    has stdout.txt 'density.*: 2, 1, 2, 1$' && [ ! -e plan ] &&
+    expect 0 "$flesh" sweep spec.yaml --dry-run --shard 48/48 && has stdout.txt '^1 cases'
+}
+
+# What a row says is what `flesh run` with its values says.
+a_row_is_what_a_run_gives() {
+  spec 'set: {time.end: 1/30}' 'axes:' '  - {key: body.material.young, values: [2e4, 1e5]}' \
+    '  - {key: time.step, values: [1/60, 1/120]}' 'columns:' '  - {name: work, is: newton * tets}' \
+    '  - {name: twice, is: 2 * work}'
+  expect 0 "$flesh" sweep spec.yaml --out rows --jobs 2 && has stdout.txt '^4 cases: 4 complete' || return 1
+  [ "$(ask rows/sweep.db young,step,steps 'id = 2')" = 20000,0.008333333333333333,4 ] ||
+    { ask rows/sweep.db '*'; return 1; }
+  [ "$(ask rows/sweep.db 'twice - 2 * newton * tets' 'id = 2')" = 0 ] || return 1
+  expect 0 "$flesh" run tiny.yaml --set time.end=1/30 --set body.material.young=2e4 --set time.step=1/120 --out run ||
+    return 1
+  python3 - "$(ask rows/sweep.db energy_total,energy_spring,residual,newton 'id = 2')" <<'END'
+import json, sys
+figures = json.load(open("run/result.json"))["figures"]
+row = [float(word) for word in sys.argv[1].split(",")]
+run = [figures["energies"]["total"], figures["energies"]["spring"], figures["residual"], figures["newton"]]
+assert row == run, (row, run)
+assert run[0] != 0
+END
+}
+
+failed_cases_are_rows() {
+  spec 'set: {body.material.constants: matched, solver.max_newton: 1, solver.max_cutbacks: 0, solver.newton_tolerance: 1e-15}' \
+    'axes: [{key: body.material.energy, values: [C, S]}]'
+  expect 0 "$flesh" sweep spec.yaml --out failed || return 1
+  [ "$(ask failed/sweep.db "status, exit_code, message LIKE '%matched%'" 'id = 1')" = refused,2,1 ] &&
+    [ "$(ask failed/sweep.db "status, exit_code, reason LIKE 'FLESH_%', failed_at" 'id = 2')" = failed,4,1,0.016666666666666666 ] ||
+    { ask failed/sweep.db '*'; return 1; }
+}
+
+# bad SENTENCE LINES...: the spec is refused with file, line and column.
+bad() {
+  sentence=$1
+  shift
+  spec "$@"
+  expect 2 "$flesh" sweep spec.yaml --out bad && has stderr.txt "spec.yaml:[0-9]*:[0-9]*: .*$sentence" && [ ! -e bad ]
+}
+
+bad_specs_are_refused() {
+  bad 'body.material.poison is unknown; did you mean poisson' 'axes: [{key: body.material.poison, values: [1]}]' &&
+    has stderr.txt 'spec.yaml:2:45:' &&
+    bad 'poisson is 0.6; it must be a number in \[0, 0.5)' 'axes: [{key: body.material.poisson, values: [0.1, 0.6]}]' &&
+    has stderr.txt 'spec.yaml:2:51:' &&
+    bad 'step is -1' 'set: {time.step: -1}' &&
+      bad 'vales is unknown; did you mean values' 'axes: [{key: time.step, vales: 1}]' &&
+    bad 'either values or from and to' 'axes: [{key: time.step}]' &&
+      bad 'count is missing' 'axes: [{key: time.step, from: 1, to: 2}]' &&
+    bad 'must be > 0 when spacing' 'axes: [{key: time.end, from: 0, to: 2, count: 3, spacing: logarithmic}]' &&
+    bad 'zip\[0\] has 2' 'axes: [{zip: [{key: time.step, values: [1, 2]}, {key: time.end, values: [1]}]}]' &&
+    bad 'varies on two axes' 'axes: [{key: time.step, values: [1]}, {key: time.step, values: [1]}]' &&
+    bad 'named like one of the results' 'axes: [{key: time.step, name: newton, values: [1]}]' &&
+    bad 'no such column: foo' 'columns: [{name: a, is: foo + 1}]' &&
+      bad 'must be an expression' 'columns: [{name: a, is: "1); DROP TABLE cases; --"}]' &&
+    bad 'either values or from and to' 'axes: [{sample: {count: 2, axes: [{key: body.density}]}}]' &&
+    bad 'niederreiter takes at most 12' 'axes: [{sample: {sequence: niederreiter, count: 2, axes: [{key: a, values: [1]}, {key: b, values: [1]}, {key: c, values: [1]}, {key: d, values: [1]}, {key: e, values: [1]}, {key: f, values: [1]}, {key: g, values: [1]}, {key: h, values: [1]}, {key: i, values: [1]}, {key: j, values: [1]}, {key: k, values: [1]}, {key: l, values: [1]}, {key: m, values: [1]}]}}]' &&
+    bad 'more than 10000000 cases' 'axes: [{key: time.step, from: 1, to: 2, count: 9000000}, {key: time.end, values: [1, 2]}]' &&
+    expect 2 "$flesh" sweep spec.yaml --shard 3/2 && has stderr.txt 'i/n' &&
+      expect 3 "$flesh" sweep no_such_spec.yaml &&
+    { echo 'scene: no_such.yaml' >spec.yaml; expect 3 "$flesh" sweep spec.yaml; } &&
+      has stderr.txt 'spec.yaml:1:8: no_such.yaml'
+}
+
+an_older_sweep_is_not_overwritten() {
+  spec 'axes: [{key: time.step, values: [1/60]}]'
+  expect 0 "$flesh" sweep spec.yaml --out older && expect 2 "$flesh" sweep spec.yaml --out older &&
+    has stderr.txt resume &&
+    expect 0 "$flesh" sweep spec.yaml --out older --resume || return 1
+  spec 'axes: [{key: time.step, values: [1/70]}]'
+  expect 2 "$flesh" sweep spec.yaml --out older --resume && has stderr.txt 'of another sweep'
+}
+
+shards_join_to_the_same_bits() {
+  undisturbed || return 1
+  for shard in 1 2 3; do
+    expect 0 "$flesh" sweep bar.yaml --out "shard$shard" --shard "$shard/3" --quiet || return 1
+  done
+  expect 0 "$flesh" sweep merge part.db shard1/sweep.db shard3/sweep.db && has stdout.txt '32 of 48 cases are done' &&
+    expect 0 "$flesh" sweep merge all.db shard2/sweep.db part.db && has stdout.txt '48 of 48' && [ ! -s stderr.txt ] &&
+    figures whole/sweep.db >expected && figures all.db >got && diff expected got &&
+    expect 3 "$flesh" sweep merge all.db part.db && has stderr.txt 'is there already' || return 1
+  expect 2 "$flesh" sweep bar.yaml --out shard2 --resume && has stderr.txt 'holds shard 2/3' || return 1
+  spec 'axes: [{key: time.step, values: [1/60]}]'
+  "$flesh" sweep spec.yaml --out other --quiet && expect 2 "$flesh" sweep merge no.db all.db other/sweep.db &&
+    has stderr.txt 'of another sweep' && [ ! -e no.db ] || return 1
+  mkdir -p joined && cp part.db joined/sweep.db && expect 0 "$flesh" sweep bar.yaml --out joined --resume &&
+    figures joined/sweep.db >got && diff expected got
+}
+
+tables_are_exported() {
+  spec 'axes: [{key: effects.gravity.acceleration, name: g, values: [[0, 0, -9.81], [0, 0, 1]]}, {key: title, values: ["say \"a, b\"", c]}]'
+  "$flesh" sweep spec.yaml --out exported --quiet || return 1
+  expect 0 "$flesh" sweep export exported/sweep.db --format jsonl --out results.jsonl &&
+    expect 0 "$flesh" sweep export exported/sweep.db --out results.csv || return 1
+  python3 - <<'END' || return 1
+import csv, json
+lines = [json.loads(line) for line in open("results.jsonl")]
+rows = list(csv.DictReader(open("results.csv")))
+assert len(lines) == len(rows) == 4
+assert [line["title"] for line in lines] == [row["title"] for row in rows] == ['say "a, b"', "c"] * 2
+for line, row in zip(lines, rows):
+    assert list(line) == list(row)
+    for key, value in line.items():
+        assert (row[key] == "") if value in (None, "") else (type(value)(row[key]) == value), (key, value, row[key])
+END
+  expect 2 "$flesh" sweep export exported/sweep.db --columns nonsense && has stderr.txt 'no such column: nonsense' &&
+    expect 2 "$flesh" sweep export exported/sweep.db --format xml && expect 3 "$flesh" sweep export tiny.yaml
+}
+
+# Values that four digits do not part are values of their own.
+near_values_are_told_apart() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  spec 'set: {time.end: 1/60}' 'axes: [{key: body.material.poisson, values: [0.49991, 0.49992, 0.3]}, {key: body.density, values: [1, 2]}]'
+  "$flesh" sweep spec.yaml --out near --quiet || return 1
+  expect 0 "$flesh" sweep plot near/sweep.db --x density --y poisson --by poisson --out near.png &&
+    has near.gp 'title "0.49991"' && has near.gp 'title "0.49992"' && has near.gp 'title "0.3"' || return 1
+  [ "$(grep -c '0.4999[12]' near.dat)" -eq 4 ] && awk '/NaN/ { block++ } !/NaN/ && NF { if ($2 in at && at[$2] != block) exit 1; at[$2] = block }
+    END { exit !(at["0.29999999999999999"] == 1 && block == 3) }' near.dat || { cat near.dat; return 1; }
+  expect 0 "$flesh" sweep plot near/sweep.db --x density --y poisson --z poisson --out heat.png &&
+    [ "$(grep -c '^[01] [012] 0' heat.gp)" -eq 6 ] && [ "$(grep '^[01] [012] 0' heat.gp | cut -d ' ' -f 1,2 | sort -u | wc -l)" -eq 6 ]
+}
+
+pictures_are_drawn() {
+  command -v gnuplot >/dev/null || { echo 'no gnuplot'; return 0; }
+  undisturbed || return 1
+  expect 0 "$flesh" sweep plot whole/sweep.db --x density --y newton --by poisson --log x --out lines.png &&
+    expect 0 "$flesh" sweep plot whole/sweep.db --x density --y poisson --z max_volume_drift --log z &&
+    [ "$(wc -c <lines.png)" -gt 5000 ] && [ "$(wc -c <whole/max_volume_drift_density_poisson.png)" -gt 5000 ] &&
+    expect 2 "$flesh" sweep plot whole/sweep.db --x density &&
+      expect 2 "$flesh" sweep plot whole/sweep.db --x density --y nonsense &&
+    has stderr.txt 'no such column'
+}
+
+drift_gives_rows_of_tables() {
+  cat >drift.yaml <<END
+command: drift
+scene: $data/scenes/finger_pull_coarse.yaml
+set: {time.end: 1/30}
+arguments: [--energies, S, --solvers, guarded, --poisson, 0.3]
+axes: [{key: time.step, values: [1/60, 1/30]}]
+columns: [{name: percent, is: 100 * max_volume_drift}]
+END
+  expect 0 "$flesh" sweep drift.yaml --out drift || return 1
+  [ "$("$flesh" sweep export drift/sweep.db --table rows --columns 'case_id,step,energy,tets,percent = 100 * max_volume_drift,newton_per_step > 0' | sed 1d)" = '1,0.016666666666666666,S,1474,1,1
+2,0.03333333333333333,S,1474,1,1' ] || { "$flesh" sweep export drift/sweep.db --table rows; return 1; }
+}
+
+accuracy_gives_rows_of_tables() {
+  cat >accuracy.yaml <<END
+command: accuracy
+scene: tiny.yaml
+set: {time.end: 1/10}
+arguments: [--quick, --methods, "midpoint,adaptive"]
+axes: [{key: body.material.poisson, name: nu, values: [0.3, 0.4]}]
+columns: [{name: duration, is: steps * value}]
+END
+  expect 0 "$flesh" sweep accuracy.yaml --out accuracy && has stdout.txt '^2 cases: 2 complete' || return 1
+  "$flesh" sweep export accuracy/sweep.db --table rows --columns case_id,nu,method,setting,steps,'round(duration, 9)' \
+    --where "method = 'midpoint' AND setting LIKE 'step%'" | sed 1d >table
+  # As many steps as the run is long, of the same settings in both cases.
+  grep -qx '1,0.3,midpoint,step=1/60,6,0.1' table && grep -qx '2,0.4,midpoint,step=1/240,24,0.1' table &&
+    [ "$(grep -c ^1 table)" -eq "$(grep -c ^2 table)" ] || { cat table; return 1; }
+  # A table row is what the command itself writes.
+  expect 0 "$flesh" accuracy tiny.yaml --quick --methods midpoint,adaptive --set time.end=1/10 \
+    --set body.material.poisson=0.4 --out alone || return 1
+  grep -v '^#' alone/accuracy.csv | sed 1d | cut -d, -f1-7 >expected
+  "$flesh" sweep export accuracy/sweep.db --table rows --where 'case_id = 2' \
+    --columns method,setting,steps,rejected,residual_evaluations,hessian_assemblies,newton | sed 1d >got
+  diff expected got && [ -s got ]
+}
+
+hardcases_gives_rows_of_tables() {
+  cat >hardcases.yaml <<END
+command: hardcases
+arguments: [--quick, --cases, "jitter20,mirrored", --energies, S, --poisson, 0.45]
+axes: [{key: solver.max_newton, values: [1, 50]}]
+END
+  expect 0 "$flesh" sweep hardcases.yaml --out hardcases && has stdout.txt '^2 cases: 2 complete' || return 1
+  "$flesh" sweep export hardcases/sweep.db --table rows --columns 'max_newton,"case",outcome,newton > 0' | sed 1d >table
+  printf '%s\n' 1,jitter20,stopped,0 1,mirrored,stopped,0 50,jitter20,recovered,1 50,mirrored,recovered,1 | diff - table ||
+    return 1
+  # What the command refuses is a row that says so.
+  sed -i 's/jitter20,mirrored/no_such_case/' hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stdout.txt '2 refused' &&
+    [ "$(ask refused/sweep.db "status, exit_code, message LIKE '%no_such_case%'" 'id = 1')" = refused,2,1 ] || return 1
+  echo 'scene: tiny.yaml' >>hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused && has stderr.txt 'scenes of its own' || return 1
+  sed -i 's/^command: hardcases/command: stress/' hardcases.yaml
+  expect 2 "$flesh" sweep hardcases.yaml --out refused &&
+    has stderr.txt 'hardcases.yaml:1:10: command is stress, which has been renamed; write hardcases$'
+}
+
+ten_thousand_cases_are_planned_before_the_first_begins() {
+  spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'
+  "$flesh" sweep spec.yaml --out planned --jobs 1 --quiet 2>/dev/null &
+  sweep=$!
+  wait_until "$sweep" has_begun planned/sweep.db || return 1
+  kill -TERM "$sweep"
+  wait "$sweep"
+  [ $? -eq 143 ] && [ "$(ask planned/sweep.db 'count(*)')" = 10000 ]
+}
+has_begun() { [ -f "$1" ] && [ -n "$(ask "$1" id 'started IS NOT NULL')" ]; }
+
+ten_thousand_cases_are_planned() {
+  spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'
+  expect 0 "$flesh" sweep spec.yaml --out many --shard 1/500 --quiet || return 1
+  [ "$(ask many/sweep.db 'count(*), min(id), max(id), sum(density)')" = 20,1,9501,20 ] ||
+    { ask many/sweep.db 'count(*), min(id), max(id), sum(density)'; return 1; }
+}
+
+the_shipped_sweeps_are_valid() {
+  for file in "$data"/sweeps/*.yaml; do
+    expect 0 "$flesh" sweep "$file" --dry-run || return 1
+  done
+}
+
+gnu_parallel_runs_the_shards() {
+  command -v parallel >/dev/null || { echo 'GNU parallel is not installed'; return 0; }
+  undisturbed || return 1
+  FLESH=$flesh expect 0 sh "$data/sweeps/parallel.sh" bar.yaml parallel 4 --jobs 2 || return 1
+  figures whole/sweep.db >expected && figures parallel/sweep.db >got && diff expected got
+}
+
+# An array of jobs, one after another; a job that is requeued finds its work done.
+slurm_runs_the_shards() {
+  undisturbed || return 1
+  for task in 1 2 3 2; do
+    FLESH=$flesh SLURM_ARRAY_TASK_ID=$task SLURM_ARRAY_TASK_COUNT=3 SLURM_CPUS_PER_TASK=2 \
+      expect 0 sh "$data/sweeps/slurm.sh" bar.yaml slurm || return 1
+  done
+  [ "$(ask slurm/shard2/sweep.db 'count(DISTINCT worker)')" = 1 ] || return 1
+  expect 0 "$flesh" sweep merge slurm/sweep.db slurm/shard*/sweep.db && has stdout.txt '48 of 48' &&
+    figures whole/sweep.db >expected && figures slurm/sweep.db >got && diff expected got
+}
+
+snakemake_runs_the_shards() {
+  command -v snakemake >/dev/null || { echo 'Snakemake is not installed'; return 0; }
+  undisturbed || return 1
+  expect 0 snakemake --snakefile "$data/sweeps/Snakefile" --cores 2 \
+    --config spec=bar.yaml 'out=by snakemake' shards=3 "flesh=$flesh" &&
+    figures whole/sweep.db >expected && figures 'by snakemake/sweep.db' >got && diff expected got &&
+    [ "$(lines 'by snakemake/results.csv')" -eq 49 ]
+}
+
+run_tests a_plan_is_told_and_nothing_is_done a_row_is_what_a_run_gives failed_cases_are_rows bad_specs_are_refused \
+  an_older_sweep_is_not_overwritten shards_join_to_the_same_bits tables_are_exported near_values_are_told_apart pictures_are_drawn \
+  drift_gives_rows_of_tables accuracy_gives_rows_of_tables hardcases_gives_rows_of_tables \
+  ten_thousand_cases_are_planned_before_the_first_begins ten_thousand_cases_are_planned the_shipped_sweeps_are_valid \
+  gnu_parallel_runs_the_shards slurm_runs_the_shards snakemake_runs_the_shards

@@ -1,0 +1,48 @@
+# test_command_words.sh: whatever words a command line quotes, it is refused in one short printable line, and nothing is
+# written. FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+"$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out box.msh >/dev/null || exit 1
+cat >box.yaml <<'END'
+body: {mesh: box.msh, material: {energy: S, young: 1e5, poisson: 0.45}}
+effects: [{inertia: {}}, {gravity: {}}]
+time: {step: 1/60, end: 1/60}
+END
+escape=$(printf '\033[2J')
+long=$(printf '%02000d' 0 | tr 0 x)
+
+# refused WORD...: with 2, in one line of printable ASCII of at most 600 letters, and without a file.
+refused() {
+  : >stdout.txt && : >stderr.txt && : >after.txt
+  ls >before.txt
+  expect 2 "$flesh" "$@" || return 1
+  ls >after.txt
+  diff before.txt after.txt || return 1
+  [ "$(wc -l <stderr.txt)" -eq 1 ] && [ "$(wc -c <stderr.txt)" -le 600 ] && ! LC_ALL=C grep -q '[^ -~]' stderr.txt ||
+    { cat -v stderr.txt | cut -c 1-300; return 1; }
+}
+
+words_are_quoted_in_one_printable_line() {
+  for word in "$escape" "$long" "$(printf '\377\376')" "$(printf 'a\nb')"; do
+    refused "$word" && refused run box.yaml --out new --max-seconds "$word" && refused run box.yaml "--$word" &&
+      refused mesh "$word" && refused mesh box --cells "$word" --size 1,1,1 --out new.msh && refused skin "$word" &&
+      refused skin apply a b c --out new --formats "$word" && refused snap box.yaml --out "$word" &&
+      refused sweep box.yaml --jobs "$word" && refused run box.yaml --method "$word" --out new || return 1
+  done
+}
+# What YAML takes for a comment, a directive or nothing is no method and no value.
+no_method_is_the_default_by_mistake() {
+  for word in '' ' ' '%s' '# bdf2' '~' null; do
+    refused run box.yaml --method "$word" --out new || return 1
+  done
+  refused run box.yaml --set 'time.end=%s' --out new && refused run box.yaml --set 'time.end= # 3' --out new &&
+    expect 0 "$flesh" run box.yaml --set solver.threads= --out new --quiet
+}
+a_bad_skin_is_refused_before_anything_is_written() {
+  printf 'v 0 0 0\nf 1 2 3\n' >bad.obj
+  expect 3 "$flesh" run box.yaml --set output.skin.surface=bad.obj --out skinned --quiet && has stderr.txt 'bad.obj' &&
+    [ ! -e skinned ]
+}
+
+run_tests words_are_quoted_in_one_printable_line no_method_is_the_default_by_mistake \
+  a_bad_skin_is_refused_before_anything_is_written

@@ -1,0 +1,99 @@
+# test_contact_scenes.sh: the scenes with obstacles in a short form, and what contact asks of a scene.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+scenes=$source_folder/../data/scenes
+
+# touches FOLDER: at some step nodes touch, the gap stays open, and the force is there then and only then.
+touches() {
+  awk -F, '
+    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
+    { gap = $column["contact_gap"]; nodes = $column["contact_nodes"]; force = $column["contact_force"] }
+    gap <= 0 || (nodes > 0) != (force > 0) { bad = 1; print "line", NR, gap, nodes, force }
+    nodes > most { most = nodes }
+    END { print NR, "lines, up to", most, "nodes touch"; exit bad || most < 3 }' "$1/history.csv"
+}
+
+jelly_on_stairs() {
+  expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set time.end=0.2 --out out/jelly --quiet || return 1
+  touches out/jelly && [ "$(ls out/jelly/frames/*.obj)" = out/jelly/frames/obstacle_1.obj ]
+}
+
+hand_on_a_ball() {
+  expect 0 "$flesh" run "$scenes/hand_ball.yaml" --set time.end=0.2 --set time.step=1/40 --out out/hand --quiet &&
+    touches out/hand && [ "$(ls out/hand/frames/obstacle_1_*.obj | wc -l)" -eq 9 ]
+}
+
+# inputs RESULT NAME...: the files of these names and no others, once each, with their hashes.
+inputs() {
+  python3 - "$@" <<'END'
+import hashlib, json, os, sys
+files = json.load(open(sys.argv[1]))['inputs']['files']
+assert sorted(os.path.basename(f['path']) for f in files) == sorted(sys.argv[2:]), files
+for f in files:
+    assert os.path.isabs(f['path']) and f['sha256'] == hashlib.sha256(open(f['path'], 'rb').read()).hexdigest(), f
+END
+}
+
+every_file_that_goes_in_has_its_hash() {
+  inputs out/jelly/result.json jelly_drop.yaml jelly_cube.mesh stairs.obj || return 1
+  "$flesh" mesh convert "$scenes/../meshes/jelly_cube.mesh" jelly.node || return 1
+  "$flesh" mesh surface "$scenes/../meshes/jelly_cube.mesh" skin.ply || return 1
+  expect 0 "$flesh" run "$scenes/jelly_drop.yaml" --set body.mesh=jelly.ele --set start.state=out/jelly/state.txt \
+    --set output.skin.surface=skin.ply --set time.end=0.25 --out out/files --quiet &&
+    inputs out/files/result.json jelly_drop.yaml jelly.node jelly.ele stairs.obj state.txt skin.ply || return 1
+  # Two bodies of one mesh.
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two --quiet &&
+    inputs out/two/result.json two_bodies.yaml bar_8x2x2.mesh
+}
+
+# One body says nothing of it.
+bodies_are_told_to_pass_through_each_other() {
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two &&
+    has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
+  expect 0 "$flesh" run "$scenes/bar_gravity.yaml" --set time.end=1/60 --out out/one && ! grep -q 'bodies:' stdout.txt &&
+    "$flesh" schema bodies >schema.txt && has schema.txt 'bodies pass through each other'
+}
+
+# What is written runs again, to the same bits.
+a_scene_with_contact_repeats() {
+  expect 0 "$flesh" run out/jelly/scene.yaml --out out/again --quiet || return 1
+  cmp out/jelly/state.txt out/again/state.txt
+}
+
+# refuse WORDS CONTACT: a scene with this contact is refused, with these words.
+refuse() {
+  cat >bad.yaml <<END
+body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - contact: $2
+time: {end: 1}
+END
+  expect "${3:-2}" "$flesh" run bad.yaml --quiet && has stderr.txt "$1"
+}
+
+bad_contacts_are_refused() {
+  refuse 'bad.yaml:4.*0 obstacles are given' '{friction: 0.3}' &&
+    refuse '2 obstacles are given' '{plane: {point: [0, 0, -1]}, sphere: {centre: [0, 0, -3], radius: 1}}' &&
+    refuse 'radius' '{sphere: {centre: [0, 0, -3], radius: -1}}' &&
+    refuse 'normal is (0, 0, 0)' '{plane: {point: [0, 0, -1], normal: [0, 0, 0]}}' &&
+    refuse 'nothing.obj' '{mesh: nothing.obj}' 3 &&
+    refuse '4 nodes are in the plane.*0.25 m below' '{plane: {point: [0, 0, 0.25]}}'
+}
+
+# A body that touches is differentiated where it has a value.
+a_scene_that_touches_checks() {
+  cat >touching.yaml <<END
+body: {mesh: $scenes/../meshes/cube_of_six_tets.mesh, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - contact: {plane: {point: [0, 0, -0.01]}, thickness: 0.02, friction: 0.5}
+time: {end: 1}
+END
+  expect 0 "$flesh" check touching.yaml && has stdout.txt 'contact .* pass' &&
+    ! grep -q 'contact .* 0.0e+00 .*0.0e+00 .* 0.0e+00 .*0.0e+00 .*0.0e+00 .*0.0e+00' stdout.txt
+}
+
+run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
+  bodies_are_told_to_pass_through_each_other a_scene_with_contact_repeats bad_contacts_are_refused

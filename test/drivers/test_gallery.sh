@@ -1,0 +1,51 @@
+# test_gallery.sh: every scene of the gallery in a short form, and its picture. FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+scenes=$source_folder/../data/scenes
+
+# short SCENE OPTIONS...: some steps of it, a picture of the last, and no inverted tet.
+short() {
+  scene=$1
+  shift
+  expect 0 "$flesh" run "$scenes/$scene.yaml" --out "$scene" --quiet "$@" || return 1
+  has "$scene/result.json" '"status": "complete"' && has "$scene/result.json" '"max_inverted": 0' || return 1
+  expect 0 "$flesh" snap "$scene" --out "$scene.png" --width 120 && [ "$(wc -c <"$scene.png")" -gt 3000 ]
+}
+
+# column NAME FILE: its last value.
+column() {
+  awk -F, -v name="$1" 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == name) at = c } END { print $at }' "$2"
+}
+
+hand_pull() { short hand_pull --set time.end=0.1; }
+twist() { short twist --set time.end=0.1; }
+jelly_drop() { short jelly_drop --set time.end=0.1; }
+
+hand_ball_with_its_skin() {
+  short hand_ball --set time.end=0.1 --set time.step=1/60 || return 1
+  [ "$(ls hand_ball/skin/skin_*.obj | wc -l)" -eq 7 ] && [ "$(grep -c '^v ' hand_ball/skin/skin_000006.obj)" -eq 5293 ]
+}
+
+# Blown up, the shell is thinner and its hollow larger; its own volume changes little.
+inflated_sphere() {
+  short inflated_sphere --set time.end=0.5 --set time.step=1/20 || return 1
+  column volume_ratio inflated_sphere/history.csv | awk '{ exit !($1 > 1.01 && $1 < 1.1) }' || return 1
+  grep -v '^#' inflated_sphere/state.txt | awk '
+    { r = sqrt($1 * $1 + $2 * $2 + $3 * $3); if (!least || r < least) least = r; if (r > most) most = r }
+    END { print least, most; exit !(least > 0.08 && most > 0.105 && most - least < 0.0295) }'
+}
+
+# The part without a bone gives way.
+limb() {
+  short limb --set time.end=0.2 || return 1
+  grep -v '^#' limb/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low < -0.1) }'
+}
+
+# Its resolved scene names the obstacle's file so that it is found from anywhere.
+a_scene_run_in_its_own_folder_repeats() {
+  (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
+  expect 0 "$flesh" run here/scene.yaml --out again --quiet && cmp here/state.txt again/state.txt
+}
+
+run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb \
+  a_scene_run_in_its_own_folder_repeats

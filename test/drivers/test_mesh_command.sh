@@ -1,0 +1,88 @@
+#!/bin/sh
+# test_mesh_command.sh FLESH: the mesh command's output, sentences and exit codes, as TAP.
+flesh=$(realpath "$1")
+meshes=$(cd "$(dirname "$0")/../../data/meshes" && pwd)
+reference=$(cd "$(dirname "$0")/../reference/meshes" && pwd)
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+number=0
+
+# check NAME CODE TEXT ARGUMENT...: the exit code, and a fixed text in what was printed.
+check() {
+  name=$1 code=$2 text=$3
+  shift 3
+  number=$((number + 1))
+  "$flesh" mesh "$@" > out 2>&1
+  found=$?
+  if [ $found = "$code" ] && grep -qF -- "$text" out; then
+    echo "ok $number - $name"
+  else
+    echo "not ok $number - $name"
+    echo "# flesh mesh $* gave $found, not $code, or lacks: $text"
+    sed 's/^/# /' out
+  fi
+}
+
+check help 0 'Usage: flesh mesh COMMAND' --help
+check box_help 0 '--cells NX,NY,NZ' box --help
+check info_help 0 'radius ratio' info --help
+check convert_help 0 'IN OUT' convert --help
+check no_command 2 'the commands are info, convert, surface and box'
+check unknown_command 2 "unknown command 'bend'" bend
+check no_file 2 'missing FILE' info
+check unknown_option 2 'unknown or ambiguous option --deep' info --deep a.msh
+check missing_file 3 'nothing.msh: cannot be opened: No such file or directory' info nothing.msh
+check box 0 'bar.msh: 425 nodes, 1536 tets, 1 region' \
+  box --cells 16,4,4 --size 4,1,1 --out bar.msh
+check box_info 0 'volume         4 m^3' info bar.msh
+check box_origin 0 'b.node: 24 nodes, 36 tets' \
+  box --cells 1,2,3 --size 1,1/2,1e-1 --origin -1,-2,-3 --out b.node
+check box_place 0 'x [m]          -1             to 0' info b.ele
+check missing_cells 2 '--cells is missing; it must be three whole numbers' \
+  box --size 1,1,1 --out c.msh
+check bad_cells 2 "--cells is '1,2.5,3'; it must be three whole numbers" \
+  box --cells 1,2.5,3 --size 1,1,1 --out c.msh
+check short_size 2 "--size is '1,1'; it must be three positive numbers" \
+  box --cells 1,1,1 --size 1,1 --out c.msh
+check zero_size 2 'size along z is 0; it must be positive' \
+  box --cells 1,1,1 --size 1,1,0 --out c.msh
+check bad_origin 2 "--origin is '0,0,x'; it must be three numbers" \
+  box --cells 1,1,1 --size 1,1,1 --origin 0,0,x --out c.msh
+check missing_out 2 '--out is missing' box --cells 1,1,1 --size 1,1,1
+check too_many_cells 2 'at most' box --cells 2000,2000,2000 --size 1,1,1 --out c.msh
+check box_argument 2 "too many arguments: 'c.msh'" box --cells 1,1,1 --size 1,1,1 c.msh
+check convert 0 'c.mesh: 5 nodes, 2 tets, 2 regions' convert "$meshes/two_regions.mesh" c.mesh
+check flips_are_told 0 'c.node: 4 nodes, 1 tet, 1 region; 1 inverted tet flipped' \
+  convert "$meshes/one_inverted_tet.mesh" c.node
+check unused_nodes_are_told 0 '5 (1 used by no tet, the first is 4)' info "$meshes/unused_node.mesh"
+check regions_are_told 0 'region 2      1 tet, 0.16666667 m^3' info c.mesh
+check worst_is_placed 0 'worst tet      0, nodes 0 1 2 3, centre (0.25, 0.25, 0.25)' \
+  info "$meshes/one_tet.mesh"
+check bad_suffix 2 "the suffix '.stl' names no mesh format" convert bar.msh bar.stl
+check one_file 2 'missing IN OUT' convert bar.msh
+check no_folder 3 'cannot be written' convert bar.msh no/such/bar.msh
+check box_of_ten 0 'ten.msh: 75 nodes, 24 tets of ten nodes, 1 region' \
+  box --cells 1,2,2 --size 1,2,2 --order 2 --out ten.msh
+check ten_nodes 0 'tets           24 of ten nodes, 0 of them curved' info ten.msh
+check ten_volume 0 'volume         4 m^3' info ten.msh
+check lowered 0 'four.mesh: 18 nodes, 24 tets, 1 region' convert --order 1 ten.msh four.mesh
+check raised 0 'ten.node: 75 nodes, 24 tets of ten nodes' convert --order 2 four.mesh ten.node
+check kept 0 'ten.msh: 75 nodes, 24 tets of ten nodes' convert ten.node ten.msh
+check curved 0 'tets           50 of ten nodes, 50 of them curved' info "$reference/ball_finer.msh"
+check curved_volume 0 'volume         4.1505767 m^3' info "$reference/ball_finer.msh"
+check scaled_jacobian 0 'scaled J       0.02036 at least, in tet 48' info "$reference/ball_finer.msh"
+check third_order 2 '--order is 3; it must be 1 or 2' convert --order 3 ten.msh ten.node
+check third_order_box 2 '--order is 3; it must be 1 or 2' box --cells 1,1,1 --size 1,1,1 --order 3 --out no.msh
+echo nonsense > bad.msh
+check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.msh
+
+# Nothing is left behind by what failed.
+number=$((number + 1))
+if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh c.ele c.mesh c.node four.mesh out ten.ele ten.msh ten.node ' ]; then
+  echo "ok $number - only_what_was_asked_for"
+else
+  echo "not ok $number - only_what_was_asked_for"
+  ls | sed 's/^/# /'
+fi
+echo "1..$number"

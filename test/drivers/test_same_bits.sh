@@ -1,0 +1,43 @@
+# test_same_bits.sh: runs end with the same bits whatever the number of threads: every scene there is, every method.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+scenes=$source_folder/../data/scenes
+
+# same SCENE END OPTIONS...: its first steps by one, two and three threads. What is found, and how, is the same.
+same() {
+  scene=$1
+  end=$2
+  shift 2
+  for threads in 1 2 3; do
+    expect 0 "$flesh" run "$scenes/$scene.yaml" --set "time.end=$end" --set "solver.threads=$threads" \
+      --out "by_$threads" --quiet --no-frames "$@" || return 1
+    grep -E '"(newton|linear)_' "by_$threads/result.json" >"by_$threads/iterations"
+    cmp by_1/state.txt "by_$threads/state.txt" && cmp by_1/iterations "by_$threads/iterations" || return 1
+  done
+}
+
+solved() { ! grep -q '"newton_per_step": 0\.0' by_1/result.json; }
+
+every_scene() {
+  for path in "$scenes"/*.yaml; do
+    scene=${path##*/}
+    same "${scene%.yaml}" 1/20 || { echo "in $scene"; return 1; }
+  done
+}
+
+# On an irregular mesh; what is solved takes iterations.
+every_method() {
+  for method in static bdf2 midpoint newmark hht euler-then-adaptive; do
+    same hand_pull 1/30 --method "$method" || { echo "by $method"; return 1; }
+    solved || { echo "$method had nothing to solve"; return 1; }
+  done
+  same finger_pull_coarse 1/60 --method adaptive && solved
+}
+
+# A ball comes up to the hand, presses and rubs.
+contact_with_friction() {
+  same hand_ball 1/8 --set time.step=1/40 && solved
+}
+
+run_tests every_scene every_method contact_with_friction

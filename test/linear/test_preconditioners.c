@@ -1,0 +1,403 @@
+/* test_preconditioners.c: preconditioners, and conjugate gradients with them, against full matrices and GSL. */
+#include <gsl/gsl_eigen.h>
+#include <stdlib.h>
+
+#include "matrices.h"
+#include "linear/pcg.h"
+#include "system/pattern.h"
+#include "test.h"
+
+static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC,
+                                             FLESH_PRECONDITIONER_JACOBI, FLESH_PRECONDITIONER_NONE};
+enum { KINDS = sizeof kinds / sizeof kinds[0] };
+
+/* P^-1 as a full matrix, column by column. */
+static double *applied(flesh_preconditioner_data *preconditioner, int n)
+{
+  double *P = malloc((size_t)n * n * sizeof *P), *unit = calloc((size_t)n, sizeof *unit),
+         *column = malloc((size_t)n * sizeof *column);
+  for (int d = 0; d < n; d++) {
+    unit[d] = 1;
+    flesh_preconditioner_apply(preconditioner, unit, column);
+    for (int e = 0; e < n; e++) P[e * n + d] = column[e];
+    unit[d] = 0;
+  }
+  free(unit);
+  free(column);
+  return P;
+}
+
+/* Symmetric and positive definite, whatever the matrix is. */
+static void check_definite(int n, const double *P)
+{
+  double asymmetry = 0, size = 0;
+  for (int k = 0; k < n * n; k++) {
+    asymmetry = fmax(asymmetry, fabs(P[k] - P[k % n * n + k / n]));
+    size = fmax(size, fabs(P[k]));
+  }
+  CHECK_BELOW(asymmetry, 1e-6 * size); /* incomplete Cholesky is in single precision */
+  gsl_matrix *A = gsl_matrix_alloc((size_t)n, (size_t)n);
+  gsl_vector *values = gsl_vector_alloc((size_t)n);
+  gsl_eigen_symm_workspace *work = gsl_eigen_symm_alloc((size_t)n);
+  memcpy(A->data, P, (size_t)n * n * sizeof *P);
+  gsl_eigen_symm(A, values, work);
+  CHECK(gsl_vector_min(values) > 0);
+  gsl_eigen_symm_free(work);
+  gsl_vector_free(values);
+  gsl_matrix_free(A);
+}
+
+static void preconditioners_are_definite(void)
+{
+  test_body b;
+  make(test_box(3, 2, 1, 1.5, 1, 0.5), FLESH_ENERGY_E, 0.49, &b);
+  /* At rest, crumpled (indefinite), crumpled and projected, random (indefinite diagonal blocks), zero. */
+  flesh_block_matrix *matrices[] = {bar_matrix(&b, 0, 0, 0), bar_matrix(&b, 0.3, 0, 0), bar_matrix(&b, 0.3, 0, 1),
+                                    random_matrix(&b, 0), random_matrix(&b, 0)};
+  memset(matrices[4]->values, 0, 9 * (size_t)matrices[4]->row_start[b.n / 3] * sizeof(double));
+  for (int k = 0; k < KINDS; k++) {
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(flesh_preconditioner_create(kinds[k], matrices[0], flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    for (int m = 0; m < 5; m++) {
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[m], NULL));
+      double *P = applied(preconditioner, b.n), *r = malloc((size_t)b.n * sizeof *r),
+             *z = malloc((size_t)b.n * sizeof *z);
+      check_definite(b.n, P);
+      randomise(b.n, r);
+      flesh_preconditioner_apply(preconditioner, r, z);
+      flesh_preconditioner_apply(preconditioner, r, r); /* in place gives the same */
+      CHECK(test_distance(b.n, r, z) == 0);
+      free(P);
+      free(r);
+      free(z);
+    }
+    matrices[4]->values[0] = NAN;
+    CHECK(flesh_preconditioner_setup(preconditioner, matrices[4], NULL) == FLESH_NONFINITE);
+    matrices[4]->values[0] = 0;
+    /* And none of it spoils what comes next. */
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, matrices[0], NULL));
+    CHECK(flesh_preconditioner_memory(preconditioner) > 0);
+    flesh_preconditioner_destroy(&preconditioner);
+    flesh_preconditioner_destroy(&preconditioner);
+  }
+  for (int m = 0; m < 5; m++) flesh_block_matrix_destroy(&matrices[m]);
+  test_body_destroy(&b);
+}
+
+/* What the factorisation moves to the diagonal leaves fixed components alone: they stay exactly where they are. */
+static void incomplete_cholesky_leaves_fixed_components_alone(void)
+{
+  test_body b;
+  make(test_box(3, 3, 3, 1, 1, 1), FLESH_ENERGY_S, 0.4, &b);
+  flesh_block_matrix *A = random_matrix(&b, 1.1);
+  flesh_preconditioner_data *preconditioner = NULL;
+  uint8_t *fixed = calloc((size_t)b.n, 1);
+  double *r = calloc((size_t)b.n, 2 * sizeof *r), *z = r + b.n;
+  for (int d = 0; d < b.n; d++) fixed[d] = d % 7 == 1, r[d] = fixed[d] ? 0 : sin(d);
+  flesh_block_fix(A, fixed, 100, NULL);
+  CHECK_OK(
+      flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+  CHECK_OK(flesh_preconditioner_setup(preconditioner, A, fixed));
+  flesh_preconditioner_apply(preconditioner, r, z);
+  for (int d = 0; d < b.n; d++) CHECK((z[d] == 0) == fixed[d]);
+  free(r);
+  free(fixed);
+  flesh_preconditioner_destroy(&preconditioner);
+  flesh_block_matrix_destroy(&A);
+  test_body_destroy(&b);
+}
+
+/* The diagonal block of P at node i is that of A, plus the smallest shift, less a share of the symmetric part of
+ * what P has outside the pattern in the same rows: all of it where that stiffens, else at most a twentieth of the
+ * trace of A. Returns by how much it is off. */
+static double off_the_diagonal(const double *P, const double *dense, const flesh_block_matrix *A, int i)
+{
+  const int n = 3 * A->rows;
+  double outside[9] = {0}, taken[9], product = 0, square = 0, worst = 0, trace = 0, whole = 0;
+  for (int j = 0; j < A->rows; j++) {
+    const int low = i < j ? i : j, high = i < j ? j : i;
+    if (flesh_pattern_find(A->column, A->row_start[low], A->row_end[low], high) >= 0) continue;
+    for (int r = 0; r < 3; r++)
+      for (int c = 0; c < 3; c++) {
+        outside[3 * r + c] += P[(3 * i + r) * n + 3 * j + c] / 2;
+        outside[3 * c + r] += P[(3 * i + r) * n + 3 * j + c] / 2;
+      }
+  }
+  for (int r = 0; r < 3; r++)
+    for (int c = 0; c < 3; c++) {
+      const int at = (3 * i + r) * n + 3 * i + c;
+      taken[3 * r + c] = (r == c ? 1.004 : 1) * dense[at] - P[at];
+      product += taken[3 * r + c] * outside[3 * r + c];
+      square += outside[3 * r + c] * outside[3 * r + c];
+      trace += r == c ? outside[3 * r + c] : 0;
+      whole += r == c ? dense[at] : 0;
+    }
+  const double share = square > 1e-12 ? product / square : 1;
+  for (int e = 0; e < 9; e++) worst = fmax(worst, fabs(taken[e] - share * outside[e]));
+  if (trace < -1e-3) CHECK_NEAR(share, 1, 1e-3);
+  if (trace > 1e-3) CHECK(share > 0.001 && share * trace < 0.0502 * whole);
+  return worst;
+}
+
+/* What defines the incomplete factorisation: its product is A on A's pattern beside the diagonal. Where no fill is
+ * dropped it is A. */
+static void incomplete_cholesky_is_exact_on_the_pattern(void)
+{
+  enum { BLOCK, LONG, PAIR, SHAPES }; /* the long one is eliminated from both ends */
+  for (int shape = 0; shape < SHAPES; shape++) {
+    test_body b;
+    flesh_mesh *mesh = NULL;
+    if (shape == PAIR) CHECK_OK(flesh_mesh_create(5, (double[]){0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1}, 2,
+                                           (int[]){0, 1, 2, 3, 1, 2, 3, 4}, NULL, &mesh));
+    else mesh = shape == LONG ? test_box(8, 1, 1, 8, 1, 1) : test_box(3, 2, 2, 1.5, 1, 1);
+    make(mesh, FLESH_ENERGY_S, 0.4, &b);
+    flesh_block_matrix *A = random_matrix(&b, 1.1);
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(
+        flesh_preconditioner_create(FLESH_PRECONDITIONER_IC, A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    double *inverse = applied(preconditioner, b.n), *dense = test_dense(A), worst = 0, outside = 0;
+    double *P = malloc((size_t)b.n * (size_t)b.n * sizeof *P);
+    for (int d = 0; d < b.n; d++) {
+      double *unit = calloc((size_t)b.n, sizeof *unit);
+      unit[d] = 1;
+      double *column = solve_by_gsl(b.n, inverse, unit);
+      for (int e = 0; e < b.n; e++) {
+        int i = e / 3 < d / 3 ? e / 3 : d / 3, j = e / 3 < d / 3 ? d / 3 : e / 3;
+        double off = fabs(column[e] - dense[e * b.n + d]);
+        P[e * b.n + d] = column[e];
+        if (i == j) continue;
+        if (flesh_pattern_find(A->column, A->row_start[i], A->row_end[i], j) >= 0) worst = fmax(worst, off);
+        else outside = fmax(outside, off);
+      }
+      free(unit);
+      free(column);
+    }
+    for (int i = 0; i < A->rows; i++) worst = fmax(worst, off_the_diagonal(P, dense, A, i));
+    printf("# off by %.2g on the pattern, %.2g outside\n", worst, outside);
+    CHECK_BELOW(worst, 4e-5); /* sixteen binary digits */
+    CHECK((outside > 1e-3) == (shape != PAIR));
+    free(P);
+    free(inverse);
+    free(dense);
+    flesh_preconditioner_destroy(&preconditioner);
+    flesh_block_matrix_destroy(&A);
+    test_body_destroy(&b);
+  }
+}
+
+static double model(const flesh_block_matrix *A, const double *b, const double *x, double *Ax)
+{
+  double value = 0;
+  flesh_block_multiply(A, x, Ax);
+  for (int d = 0; d < 3 * A->rows; d++) value += x[d] * (Ax[d] / 2 - b[d]);
+  return value;
+}
+
+static int stop_at_third(void *data) { return ++*(int *)data == 3 ? FLESH_ERR_BUDGET : FLESH_OK; }
+
+/* Where negative curvature has been met after `first` iterations with x, more of them go on downhill. */
+static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
+                           flesh_preconditioner_data *preconditioner, const double *b, int first, double *x,
+                           double *Ax)
+{
+  int n = 3 * A->rows, asked = 0;
+  flesh_pcg_result result;
+  double before = model(A, b, x, Ax);
+  for (int beyond = 1; beyond <= 20; beyond += 19) {
+    flesh_pcg_guide guide = {.beyond = beyond};
+    CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-10, 5000, b, x, &result) ==
+          FLESH_NOT_POSITIVE);
+    CHECK(result.iterations == first + beyond && test_all_finite(n, x));
+    double slope = 0, value = model(A, b, x, Ax);
+    for (int d = 0; d < n; d++) slope += b[d] * x[d];
+    CHECK(slope > 0 && value < before);
+    before = value;
+  }
+  flesh_pcg_guide guide = {.beyond = 5000, .stop = stop_at_third, .stop_data = &asked};
+  CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-30, 5000, b, x, &result) == FLESH_ERR_BUDGET);
+  CHECK(asked == 3 && result.iterations == 32);
+}
+
+static void conjugate_gradients(void)
+{
+  test_body b;
+  make(test_box(4, 2, 2, 2, 1, 1), FLESH_ENERGY_S, 0.45, &b);
+  int n = b.n;
+  double *right = malloc((size_t)n * sizeof *right), *x = malloc((size_t)n * sizeof *x),
+         *Ax = malloc((size_t)n * sizeof *Ax),
+         *weights = malloc((size_t)n * sizeof *weights);
+  flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0), *indefinite = bar_matrix(&b, 0.3, 0, 0);
+  flesh_pcg_result result;
+  flesh_pcg_space *space = NULL;
+  CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
+  int iterations[KINDS];
+  randomise(n, right);
+  double *dense = test_dense(A), *expected = solve_by_gsl(n, dense, right);
+  for (int k = 0; k < KINDS; k++) {
+    flesh_preconditioner_data *preconditioner = NULL;
+    CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 1e-12 * test_norm(n, right), 5000, right, x, &result));
+    CHECK_BELOW(test_distance(n, x, expected), 1e-8 * test_norm(n, expected));
+    iterations[k] = result.iterations;
+    flesh_block_multiply(A, x, Ax);
+    for (int d = 0; d < n; d++) Ax[d] = right[d] - Ax[d];
+    CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * test_norm(n, right));
+
+    /* The norm is the weighted one, also where all weights are the same. */
+    for (int same = 0; same < 2; same++) {
+      for (int d = 0; d < n; d++) weights[d] = 1 + 1000 * (d % 2 || same);
+      CHECK_OK(flesh_pcg(space, A, preconditioner, weights, 1e-3, 5000, right, x, &result));
+      flesh_block_multiply(A, x, Ax);
+      for (int d = 0; d < n; d++) Ax[d] = weights[d] * (right[d] - Ax[d]);
+      CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-9);
+      CHECK_BELOW(result.residual, 1e-3);
+    }
+
+    /* The limit leaves an iterate that descends. */
+    CHECK(flesh_pcg(space, A, preconditioner, NULL, 0, 3, right, x, &result) == FLESH_NOT_CONVERGED);
+    CHECK(result.iterations == 3);
+    double slope = 0, curvature = 0;
+    flesh_block_multiply(A, x, Ax);
+    for (int d = 0; d < n; d++) slope += right[d] * x[d], curvature += x[d] * Ax[d];
+    CHECK(slope > 0 && curvature / 2 < slope);
+
+    /* How far a residual is from the one predicted. */
+    for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
+    CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
+
+    /* Nothing to do. */
+    memset(Ax, 0, (size_t)n * sizeof *Ax);
+    CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, 0, 10, Ax, x, &result));
+    CHECK(result.iterations == 0 && test_norm(n, x) == 0);
+
+    /* Negative curvature is seen, whatever preconditions. */
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
+    CHECK(flesh_pcg(space, indefinite, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NOT_POSITIVE);
+    CHECK(test_all_finite(n, x));
+    check_downhill(space, indefinite, preconditioner, right, result.iterations, x, Ax);
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    right[4] = NAN;
+    CHECK(flesh_pcg(space, A, preconditioner, NULL, 1e-10, 5000, right, x, &result) == FLESH_NONFINITE);
+    right[4] = 0.5;
+    free(expected);
+    expected = solve_by_gsl(n, dense, right);
+    flesh_preconditioner_destroy(&preconditioner);
+  }
+  printf("# iterations: two levels %d, IC %d, Jacobi %d, none %d\n", iterations[0], iterations[1], iterations[2],
+         iterations[3]);
+  CHECK(iterations[1] < iterations[2] && iterations[2] < iterations[3]);
+  free(dense);
+  free(expected);
+  free(right);
+  free(x);
+  flesh_pcg_space_destroy(&space);
+  free(Ax);
+  free(weights);
+  flesh_block_matrix_destroy(&A);
+  flesh_block_matrix_destroy(&indefinite);
+  test_body_destroy(&b);
+}
+
+/* || b - A x ||. */
+static double residual_of(const flesh_block_matrix *A, const double *b, const double *x, double *Ax)
+{
+  flesh_block_multiply(A, x, Ax);
+  for (int d = 0; d < 3 * A->rows; d++) Ax[d] = b[d] - Ax[d];
+  return test_norm(3 * A->rows, Ax);
+}
+
+/* Where single precision is asked for, solves take as many iterations and end as near, within its rounding, whatever
+ * the units; they are in double precision where that would show, or where weights differ. */
+static void conjugate_gradients_in_single_precision(void)
+{
+  test_body b;
+  make(test_box(8, 3, 3, 2, 0.75, 0.75), FLESH_ENERGY_S, 0.45, &b);
+  const int n = b.n;
+  double *right = malloc((size_t)n * sizeof *right), *x = malloc((size_t)n * sizeof *x),
+         *Ax = malloc((size_t)n * sizeof *Ax), *weights = malloc((size_t)n * sizeof *weights),
+         *before = malloc((size_t)n * sizeof *before);
+  randomise(n, right);
+  for (int k = 0; k < KINDS; k++) {
+    flesh_block_matrix *A = bar_matrix(&b, 0.05, 3600, 0);
+    flesh_preconditioner_data *preconditioner = NULL;
+    flesh_pcg_space *space = NULL;
+    flesh_pcg_result exact, result;
+    flesh_pcg_guide guide = {.single = 1};
+    const int blocks = 9 * A->row_start[A->rows];
+    const double norm = test_norm(n, right);
+    CHECK_OK(flesh_pcg_space_create(A, 1, NULL, &space));
+    CHECK_OK(flesh_preconditioner_create(kinds[k], A, flesh_mesh_positions(b.mesh), NULL, &preconditioner));
+    for (int units = -1; units <= 1; units++) { /* of the matrix, and the other way round of the right-hand side */
+      const double scale = pow(1e25, units), tolerance = 1e-4 * norm / scale;
+      double *b_scaled = malloc((size_t)n * sizeof *b_scaled);
+      for (int d = 0; d < n; d++) b_scaled[d] = right[d] / scale;
+      for (int e = 0; e < blocks; e++) A->values[e] *= scale;
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+      CHECK_OK(flesh_pcg(space, A, preconditioner, NULL, tolerance, 5000, b_scaled, before, &exact));
+      for (guide.same = 0; guide.same < 2; guide.same++) { /* a matrix that is rounded, and the rounded one again */
+        CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+        CHECK(abs(result.iterations - exact.iterations) <= 1 + exact.iterations / 20);
+        CHECK_NEAR(result.first, exact.first, 1e-6 * exact.first);
+        CHECK(result.single && !exact.single);
+        CHECK_NEAR(residual_of(A, b_scaled, x, Ax), result.residual, 1e-5 * result.first);
+        CHECK_BELOW(test_distance(n, x, before), 1e-3 * test_norm(n, before));
+      }
+      /* How far a residual is from the one predicted. */
+      for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
+      CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
+      /* A preconditioner of another scale: what was rounded does not serve. */
+      for (int e = 0; e < blocks; e++) A->values[e] *= 64;
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+      for (int e = 0; e < blocks; e++) A->values[e] /= 64;
+      guide.same = 1;
+      CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+      CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
+      /* Another matrix. */
+      for (int e = 0; e < blocks; e++) A->values[e] *= 1.5;
+      guide.same = 0;
+      CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, tolerance, 5000, b_scaled, x, &result));
+      CHECK_BELOW(residual_of(A, b_scaled, x, Ax), 1.1 * tolerance);
+      for (int e = 0; e < blocks; e++) A->values[e] /= 1.5 * scale;
+      free(b_scaled);
+    }
+    CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
+    guide.same = 0;
+    CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-9 * norm, 5000, right, x, &result));
+    CHECK(!result.single);
+    CHECK_NEAR(residual_of(A, right, x, Ax), result.residual, 1e-12 * norm);
+    for (int d = 0; d < n; d++) weights[d] = 1 + d % 2;
+    CHECK_OK(flesh_pcg_guided(space, A, preconditioner, &guide, weights, 1e-3 * norm, 5000, right, x, &result));
+    CHECK(!result.single);
+    residual_of(A, right, x, Ax);
+    for (int d = 0; d < n; d++) Ax[d] *= weights[d];
+    CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * norm);
+    /* Negative curvature is seen, and followed downhill. */
+    flesh_block_matrix *indefinite = bar_matrix(&b, 0.3, 0, 0);
+    for (guide.beyond = 0; guide.beyond < 2; guide.beyond++) {
+      CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
+      CHECK(flesh_pcg_guided(space, indefinite, preconditioner, &guide, NULL, 1e-4 * norm, 5000, right, x, &result) ==
+            FLESH_NOT_POSITIVE);
+      CHECK(test_all_finite(n, x) && (guide.beyond == 0 || model(indefinite, right, x, Ax) < 0));
+    }
+    flesh_block_matrix_destroy(&indefinite);
+    flesh_preconditioner_destroy(&preconditioner);
+    flesh_pcg_space_destroy(&space);
+    flesh_block_matrix_destroy(&A);
+  }
+  free(right);
+  free(x);
+  free(Ax);
+  free(weights);
+  free(before);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(preconditioners_are_definite),
+                   TEST(incomplete_cholesky_leaves_fixed_components_alone),
+                   TEST(incomplete_cholesky_is_exact_on_the_pattern), TEST(conjugate_gradients),
+                   TEST(conjugate_gradients_in_single_precision));
+}

@@ -1,0 +1,52 @@
+# command.sh: what the tests of the program's commands share: a folder of their own, TAP, expected exit codes.
+# To be sourced; FLESH names the program.
+# shellcheck shell=sh
+flesh=${FLESH:?FLESH must name the flesh program}
+source_folder=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)  # test/
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+number=0
+
+# Each test is a function whose status says whether it passed; its output is shown as comments when it did not.
+try() {
+  number=$((number + 1))
+  if ("$1") >log 2>&1; then
+    printf 'ok %d - %s\n' "$number" "$1"
+  else
+    printf 'not ok %d - %s\n' "$number" "$1"
+    sed 's/^/# /' log
+  fi
+}
+
+# expect CODE COMMAND...: the exit status; output goes to stdout.txt and stderr.txt.
+expect() {
+  code=$1
+  shift
+  "$@" >stdout.txt 2>stderr.txt
+  status=$?
+  [ "$status" -eq "$code" ] && return
+  echo "$* ended with $status, not $code:"
+  cat stdout.txt stderr.txt
+  return 1
+}
+
+has() { grep -q -e "$2" "$1" || { echo "$1 lacks: $2"; cat "$1"; return 1; }; }
+lines() { grep -c '' "$1"; }
+rows() { [ "$(grep -v '^#' "$1" | wc -l)" -eq "$2" ]; }
+
+# wait_until PID COMMAND...: until it succeeds, as long as the process lives; no time of it is right for all machines.
+wait_until() {
+  process=$1
+  shift
+  until "$@" 2>/dev/null; do
+    grep -q '^State:.[^Z]' "/proc/$process/status" 2>/dev/null || { echo "$process ended before: $*"; return 1; }
+    sleep 0.05
+  done
+}
+
+# run_tests NAME...
+run_tests() {
+  echo "1..$#"
+  for name in "$@"; do try "$name"; done
+}

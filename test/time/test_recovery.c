@@ -1,0 +1,188 @@
+/* test_recovery.c: cutbacks and load increments by themselves, without a solve: what is tried, in which order, and what
+ * is told where it is given up. */
+#include <math.h>
+
+#include "body.h"
+#include "test.h"
+#include "time/recovery/recovery.h"
+
+/* Parts longer than `longest` that reach beyond `hard` fail, all beyond `end` with another status. */
+typedef struct course {
+  double longest, hard, end;
+  double at;       /* where the parts have led */
+  int tries, parts, deepest, fatal;
+  int apart;       /* a part did not begin where the last one ended, or was not as long as it said */
+} course;
+
+static int take(void *data, const flesh_span *part, int depth)
+{
+  course *c = data;
+  c->tries++;
+  c->deepest = depth > c->deepest ? depth : c->deepest;
+  c->apart |= part->begin != c->at || fabs(part->end - part->begin - part->h) > 1e-15;
+  if (c->fatal == c->tries) return FLESH_ERR_BUDGET;
+  if (part->end > c->end) return FLESH_UNDEFINED;
+  if (part->h > c->longest && part->end > c->hard) return FLESH_NOT_CONVERGED;
+  c->at = part->end;
+  c->parts++;
+  return FLESH_OK;
+}
+
+static const flesh_span span = {0.3, 0.3 + 1. / 60, 1. / 60};
+
+static int walk(int max_cutbacks, course *c, flesh_solve_stats *stats)
+{
+  const flesh_recovery recovery = {.max_cutbacks = max_cutbacks};
+  c->at = span.begin;
+  return flesh_recovery_step(&recovery, &span, take, c, stats);
+}
+
+static void steps_that_fail_are_halved(void)
+{
+  for (int depth = 0; depth <= 8; depth++) {
+    course c = {.longest = ldexp(span.h, -depth) * 1.001, .end = INFINITY};
+    flesh_solve_stats stats = {0};
+    CHECK_OK(walk(8, &c, &stats));
+    /* Every part is tried from the largest that may succeed: where all of one depth do, the parts above fail once. */
+    CHECK(c.at == span.end && !c.apart && c.deepest == depth && c.parts == 1 << depth);
+    CHECK(stats.convergence_failures == c.tries - c.parts && c.tries >= c.parts + depth);
+  }
+}
+
+/* What is hard at the end only is halved there only: 1/2, 1/4, 1/8, 1/8 of the span. */
+static void parts_are_as_long_as_may_be(void)
+{
+  course c = {.longest = span.h / 7.9, .hard = span.begin + 0.8 * span.h, .end = INFINITY};
+  flesh_solve_stats stats = {0};
+  CHECK_OK(walk(8, &c, &stats));
+  CHECK(c.parts == 4 && c.deepest == 3 && c.at == span.end && stats.convergence_failures == 3);
+}
+
+static void steps_are_given_up_at_the_greatest_depth(void)
+{
+  course c = {.longest = 1, .end = span.begin + 0.4 * span.h};
+  flesh_solve_stats stats = {0};
+  CHECK(walk(3, &c, &stats) == FLESH_UNDEFINED);
+  /* 3/8 of the span succeeded, the next eighth did not. */
+  CHECK(c.deepest == 3 && fabs(c.at - span.begin - 0.375 * span.h) < 1e-15 && !c.apart);
+  c = (course){.longest = 1, .end = 0};
+  CHECK(walk(0, &c, &stats) == FLESH_UNDEFINED && c.tries == 1);
+}
+
+static void errors_end_a_step_at_once(void)
+{
+  course c = {.longest = span.h / 3, .end = INFINITY, .fatal = 4};
+  flesh_solve_stats stats = {0};
+  CHECK(walk(8, &c, &stats) == FLESH_ERR_BUDGET && c.tries == 4 && stats.convergence_failures == 2);
+}
+
+/* Increments longer than `longest` fail that begin before `easy`, and so do all beyond `end`. */
+typedef struct load {
+  double longest, easy, end, reached, place;
+  int tries, steps, fatal, apart;
+  double smallest;
+} load;
+
+static int raise_load(void *data, const flesh_load_increment *increment)
+{
+  load *l = data;
+  const double length = increment->to - increment->from;
+  l->tries++;
+  l->apart |= increment->from != l->reached || !(length > 0) || increment->to > 1;
+  /* The depth is that of the increment asked for, which the full load may cut. */
+  l->apart |= length > ldexp(1, -increment->depth) * (1 + 1e-12);
+  l->smallest = fmin(l->smallest, length);
+  if (l->fatal == l->tries) return FLESH_ERR_MEMORY;
+  if ((length > l->longest && increment->from < l->easy) || increment->to > l->end) return FLESH_NOT_CONVERGED;
+  l->reached = increment->to;
+  l->place += increment->fraction * (1 - l->place); /* what is prescribed goes this part of its rest */
+  l->steps++;
+  return FLESH_OK;
+}
+
+static void loads_are_raised_in_increments(void)
+{
+  for (int k = 1; k <= 8; k++) {
+    const flesh_recovery recovery = {.max_cutbacks = 8};
+    load l = {.longest = ldexp(1, -k) * 1.01, .easy = 1, .end = 1, .smallest = 1};
+    CHECK_OK(flesh_recovery_raise_load(&recovery, raise_load, &l));
+    CHECK(l.reached == 1 && !l.apart && l.steps == 1 << k);
+    CHECK_NEAR(l.place, 1, 1e-12); /* it moves along, and ends where it should */
+    CHECK(l.smallest >= ldexp(1, -k));
+    /* After every success the next is tried twice as long. */
+    CHECK(l.tries <= 2 * l.steps + k);
+  }
+}
+
+/* 1/2, 1/4 and 1/8 fail; then 1/16, 1/8, 1/4, 1/2 and what is left. */
+static void increments_grow_where_they_succeed(void)
+{
+  const flesh_recovery recovery = {.max_cutbacks = 8};
+  load l = {.longest = 0.1, .easy = 0.01, .end = 1, .smallest = 1};
+  CHECK_OK(flesh_recovery_raise_load(&recovery, raise_load, &l));
+  CHECK(l.reached == 1 && !l.apart && l.tries == 8 && l.steps == 5);
+}
+
+static void a_load_that_cannot_be_held_is_given_up(void)
+{
+  const flesh_recovery recovery = {.max_cutbacks = 6};
+  load l = {.longest = 1, .easy = 1, .end = 0.7, .smallest = 1};
+  CHECK(flesh_recovery_raise_load(&recovery, raise_load, &l) == FLESH_NOT_CONVERGED);
+  CHECK(l.reached <= 0.7 && l.reached > 0.7 - ldexp(1, -6) && l.smallest == ldexp(1, -6) && !l.apart);
+  l = (load){.longest = 0.3, .easy = 1, .end = 1, .fatal = 3, .smallest = 1};
+  CHECK(flesh_recovery_raise_load(&recovery, raise_load, &l) == FLESH_ERR_MEMORY && l.tries == 3);
+}
+
+static void failures_say_where(void)
+{
+  test_body b;
+  flesh_solver_options options;
+  flesh_recovery recovery;
+  flesh_solver_options_default(&options);
+  CHECK_OK(test_body_create(test_box(2, 1, 1, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1,
+                            &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  CHECK_OK(flesh_recovery_create(b.system, &options, &recovery));
+  CHECK(recovery.untangler && flesh_recovery_memory(&recovery) > 0);
+  const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
+  double centre[3] = {0};
+  /* The tet's first corner goes through its other three. */
+  for (int c = 0; c < 3; c++) {
+    double middle = 0;
+    for (int a = 1; a < 4; a++) middle += b.state.x[3 * tet[a] + c] / 3;
+    b.state.x[3 * tet[0] + c] += 4 * (middle - b.state.x[3 * tet[0] + c]);
+    for (int a = 0; a < 4; a++) centre[c] += b.state.x[3 * tet[a] + c] / 4;
+  }
+  recovery.failure = (flesh_failure){.status = FLESH_NOT_CONVERGED, .t = 0.5, .h = 0.25, .residual = 3, .target = 2};
+  flesh_failure_look(b.mesh, b.state.x, &recovery.failure);
+  flesh_failure_look(b.mesh, b.state.x, &recovery.failure); /* nothing adds up */
+  CHECK_NEAR(recovery.failure.worst_J, -3, 1e-12);
+  const int *found = flesh_mesh_tets(b.mesh) + 4 * recovery.failure.worst_tet;
+  for (int c = 0; c < 3; c++) {
+    double mean = 0;
+    for (int a = 0; a < 4; a++) mean += b.state.x[3 * found[a] + c] / 4;
+    CHECK_NEAR(recovery.failure.worst_position[c], mean, 1e-12);
+    if (recovery.failure.worst_tet == worst) CHECK_NEAR(mean, centre[c], 1e-12);
+  }
+  CHECK(flesh_recovery_fail(&recovery) == FLESH_ERR_SOLVE);
+  CHECK_TEXT(flesh_error_text(), "at t = 0.5 s with h = 0.25 s");
+  CHECK_TEXT(flesh_error_text(), "residual 3 N, wanted 2 N; smallest J = -3 in tet");
+  recovery.failure.status = FLESH_NONFINITE;
+  recovery.failure.worst_node = -1;
+  CHECK(flesh_recovery_fail(&recovery) == FLESH_ERR_NONFINITE);
+  CHECK_TEXT(flesh_error_text(), "there is no residual");
+  flesh_recovery_clear(&recovery);
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
+  CHECK_OK(flesh_recovery_create(b.system, &options, &recovery));
+  CHECK(!recovery.untangler && flesh_recovery_memory(&recovery) == 0);
+  flesh_recovery_clear(&recovery);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(steps_that_fail_are_halved), TEST(parts_are_as_long_as_may_be),
+                   TEST(steps_are_given_up_at_the_greatest_depth), TEST(errors_end_a_step_at_once),
+                   TEST(loads_are_raised_in_increments), TEST(increments_grow_where_they_succeed),
+                   TEST(a_load_that_cannot_be_held_is_given_up), TEST(failures_say_where));
+}

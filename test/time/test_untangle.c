@@ -1,0 +1,428 @@
+/* test_untangle.c: tangles are found by winding, put back, and calm bodies leave them; held ones are left alone. */
+#include <stdlib.h>
+
+#include "body.h"
+#include "time/recovery/winding.h"
+#include "test.h"
+
+static flesh_mesh *bar(void)
+{
+  flesh_mesh *mesh = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){12, 4, 4}, (double[]){1, 1. / 3, 1. / 3}, (double[]){0, 0, 0}, &mesh));
+  return mesh;
+}
+
+/* A fan of `count` tets around the z axis, each taking `angle` of it: a closed ring at angle = 2 pi / count. */
+static void fan_positions(int count, double angle, double *x)
+{
+  double axis[6] = {0, 0, 0, 0, 0, 1};
+  memcpy(x, axis, sizeof axis);
+  for (int k = 0; k < count; k++) {
+    x[6 + 3 * k] = cos(angle * k);
+    x[7 + 3 * k] = sin(angle * k);
+    x[8 + 3 * k] = 0.5;
+  }
+}
+
+static flesh_mesh *fan(int count)
+{
+  double *x = malloc(sizeof(double) * 3 * (size_t)(count + 2));
+  int *tets = malloc(sizeof(int) * 4 * (size_t)count);
+  flesh_mesh *mesh = NULL;
+  fan_positions(count, 2 * M_PI / count, x);
+  for (int k = 0; k < count; k++) {
+    int tet[4] = {0, 2 + k, 2 + (k + 1) % count, 1};
+    memcpy(tets + 4 * k, tet, sizeof tet);
+  }
+  CHECK_OK(flesh_mesh_create(count + 2, x, count, tets, NULL, &mesh));
+  free(x);
+  free(tets);
+  return mesh;
+}
+
+/* Wound twice around its axis every tet of a ring of seven keeps a positive volume. */
+static void double_winding_is_found(void)
+{
+  enum { COUNT = 7 };
+  flesh_mesh *mesh = fan(COUNT);
+  flesh_winding *winding = NULL;
+  const uint8_t *tangled;
+  double x[3 * (COUNT + 2)];
+  int inverted;
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  CHECK(flesh_winding_find(winding, flesh_mesh_positions(mesh), &tangled) == 0);
+  CHECK(!flesh_mesh_may_be_tangled(mesh, flesh_mesh_positions(mesh)));
+  fan_positions(COUNT, 4 * M_PI / COUNT, x);
+  flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+  CHECK(inverted == 0);
+  CHECK(flesh_mesh_may_be_tangled(mesh, x));
+  CHECK(flesh_winding_find(winding, x, &tangled) == COUNT);
+  /* Nothing around it is left to say where it was, but its shape comes back. */
+  uint8_t fixed[3 * (COUNT + 2)] = {0};
+  CHECK(flesh_winding_embed(winding, 1, fixed, x) == COUNT + 2);
+  CHECK_BELOW(flesh_mesh_distance_from_rest(mesh, x), 1e-12);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* The quick test never misses a tangle: wherever it says no, the winding finds none. */
+static void the_quick_test_is_safe(void)
+{
+  flesh_mesh *mesh = bar();
+  flesh_winding *winding = NULL;
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  int n = 3 * flesh_mesh_node_count(mesh), said_no = 0, found = 0;
+  double *x = malloc(sizeof(double) * (size_t)n);
+  unsigned long long random = 7;
+  for (int trial = 0; trial < 200; trial++) {
+    double size = 0.002 * trial;
+    const uint8_t *tangled;
+    for (int d = 0; d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] + size * (test_uniform(&random) - 0.5);
+    int may = flesh_mesh_may_be_tangled(mesh, x), count = flesh_winding_find(winding, x, &tangled);
+    CHECK(may || !count);
+    said_no += !may;
+    found += count > 0;
+  }
+  CHECK(said_no > 5 && found > 50);
+  free(x);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* At order 2 nodes on edges can be tangled too, and tets inverted that no flat piece shows. */
+static void ten_nodes_are_untangled(void)
+{
+  flesh_mesh *linear = bar(), *mesh;
+  flesh_winding *winding = NULL;
+  const uint8_t *tangled;
+  CHECK_OK(flesh_mesh_raise_order(linear, &mesh));
+  flesh_mesh_destroy(&linear);
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  const double *X = flesh_mesh_positions(mesh);
+  int n = 3 * flesh_mesh_node_count(mesh), pieces = 8 * flesh_mesh_tet_count(mesh), inverted, hidden = 0;
+  double *x = malloc(sizeof(double) * (size_t)n);
+  uint8_t *fixed = calloc((size_t)n, 1);
+  CHECK(!flesh_mesh_may_be_tangled(mesh, X) && flesh_winding_find(winding, X, &tangled) == 0);
+  CHECK(!flesh_mesh_is_flat(mesh, X));
+  unsigned long long random = 5;
+  for (int trial = 0; trial < 100; trial++) {
+    for (int d = 0; d < n; d++) x[d] = X[d] + 0.0016 * trial * (test_uniform(&random) - 0.5);
+    double J = flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+    int may = flesh_mesh_may_be_tangled(mesh, x), count = flesh_winding_find(winding, x, &tangled);
+    CHECK(may || !count);
+    CHECK(J > 0 || (may && count >= 8 * inverted && count <= pieces));
+    hidden += inverted > 0 && count == 8 * inverted;
+  }
+  CHECK(hidden > 0);
+  /* A knot about a node of an edge is put back, with all of ten nodes' tets positive. */
+  memcpy(x, X, sizeof(double) * (size_t)n);
+  int at = flesh_mesh_tet_edges(mesh)[6 * (flesh_mesh_tet_count(mesh) / 2) + 3];
+  for (int i = 0; i < n; i += 3)
+    if (hypot(hypot(X[i] - X[3 * at], X[i + 1] - X[3 * at + 1]), X[i + 2] - X[3 * at + 2]) < 0.09)
+      for (int c = 0; c < 3; c++) x[i + c] += 0.3 * (test_uniform(&random) - 0.5);
+  CHECK(flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL) < 0);
+  CHECK(flesh_winding_find(winding, x, &tangled) > 0);
+  int moved = flesh_winding_embed(winding, 1, fixed, x);
+  CHECK(moved > 0 && moved < n / 3);
+  CHECK(flesh_winding_find(winding, x, &tangled) == 0);
+  CHECK_NEAR(flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL), 1, 0.02);
+  /* In a point it has collapsed; on a line it is flat. */
+  for (int d = 0; d < n; d++) x[d] = d % 3 ? 0 : X[d];
+  CHECK(flesh_mesh_is_flat(mesh, x) && flesh_mesh_may_be_tangled(mesh, x));
+  CHECK(flesh_winding_find(winding, x, &tangled) == pieces);
+  free(x), free(fixed);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* A knot of scrambled nodes within a bent body is put back to where its surroundings say. */
+static void a_knot_is_put_back(void)
+{
+  flesh_mesh *mesh = bar();
+  flesh_winding *winding = NULL;
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  const double *X = flesh_mesh_positions(mesh);
+  int nodes = flesh_mesh_node_count(mesh);
+  double *x = malloc(sizeof(double) * 3 * (size_t)nodes), *bent = malloc(sizeof(double) * 3 * (size_t)nodes);
+  uint8_t *fixed = calloc(3 * (size_t)nodes, 1);
+  unsigned long long random = 3;
+  for (int i = 0; i < nodes; i++) {
+    double angle = X[3 * i], radius = 1 + X[3 * i + 1];
+    bent[3 * i] = radius * sin(angle), bent[3 * i + 1] = radius * cos(angle), bent[3 * i + 2] = X[3 * i + 2];
+  }
+  memcpy(x, bent, sizeof(double) * 3 * (size_t)nodes);
+  for (int i = 0; i < nodes; i++)
+    if (fabs(X[3 * i] - 0.5) < 0.1 && fabs(X[3 * i + 1] - 1. / 6) < 0.1 && fabs(X[3 * i + 2] - 1. / 6) < 0.1)
+      for (int c = 0; c < 3; c++) x[3 * i + c] += 0.4 * (test_uniform(&random) - 0.5);
+  const uint8_t *tangled;
+  CHECK(flesh_winding_find(winding, bent, &tangled) == 0);
+  CHECK(flesh_winding_find(winding, x, &tangled) > 0);
+  int moved = flesh_winding_embed(winding, 1, fixed, x);
+  CHECK(moved > 0 && moved < nodes);
+  CHECK(flesh_winding_find(winding, x, &tangled) == 0);
+  double worst = 0;
+  for (int d = 0; d < 3 * nodes; d++) {
+    worst = fmax(worst, fabs(x[d] - bent[d]));
+    if (!flesh_winding_moved(winding)[d / 3]) CHECK(x[d] == bent[d]);
+  }
+  CHECK_BELOW(worst, 1. / 12); /* an edge: the body is bent there */
+  free(x), free(bent), free(fixed);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+typedef struct ending {
+  int tangled, untanglings;
+  double distance;
+} ending;
+
+/* Runs a clamped bar of S from a start until it has come to rest. */
+static ending settle(int start, double poisson, int untangle, double gravity)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_winding *winding = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, poisson, &material));
+  CHECK_OK(test_body_create(bar(), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  if (gravity != 0) CHECK_OK(test_body_gravity(&b, 0, 0, gravity));
+  CHECK_OK(flesh_system_finalize(b.system));
+  unsigned long long random = 12345;
+  for (int i = 0; i < b.n / 3; i++) {
+    double *p = b.state.x + 3 * i;
+    if (p[0] < 1e-9) continue;
+    if (start == 0) p[0] = -p[0]; /* mirrored */
+    for (int c = 0; start == 1 && c < 3; c++) p[c] = test_uniform(&random) / (c ? 3 : 1); /* scrambled */
+  }
+  flesh_solver_options_default(&options);
+  if (!untangle) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  for (int k = 0; k < 300; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+  /* Longer steps damp the rest of the swing. */
+  for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.5, &stats));
+  const uint8_t *tangled;
+  CHECK_OK(flesh_winding_create(b.mesh, &winding));
+  ending end = {flesh_winding_find(winding, b.state.x, &tangled), stats.untanglings,
+                flesh_mesh_distance_from_rest(b.mesh, b.state.x)};
+  printf("# start %d, poisson %g, untangle %d: %d tangled tets, %.3g of the length from rest, %d untanglings\n",
+         start, poisson, untangle, end.tangled, end.distance, end.untanglings);
+  flesh_winding_destroy(&winding);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return end;
+}
+
+/* Without help these stay in a local minimum for ever; with it they come back to rest. */
+static void calm_bodies_leave_their_tangles(void)
+{
+  for (int start = 0; start < 2; start++) {
+    ending stuck = settle(start, 0.49, 0, 0);
+    CHECK(stuck.tangled > 0 && stuck.untanglings == 0 && stuck.distance > 0.1);
+    for (int k = 0; k < 3; k++) { /* which tangles are met on the way turns on rounding */
+      ending back = settle(start, 0.488 + 0.001 * k, 1, 0);
+      CHECK(back.tangled == 0 && back.untanglings > 0);
+      CHECK_BELOW(back.distance, 1e-3);
+    }
+  }
+}
+
+/* An equilibrium that is a tangle is put back and solved again. */
+static void equilibria_are_untangled(void)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.49, &material));
+  CHECK_OK(test_body_create(bar(), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int i = 0; i < b.n / 3; i++) b.state.x[3 * i] *= -1; /* mirrored */
+  flesh_solver_options_default(&options);
+  options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
+  flesh_integrator_destroy(&integrator);
+  options.newton_tolerance = 1e-10;
+  options.max_newton = 1000;
+  for (int untangle = 0; untangle < 2; untangle++) {
+    flesh_solve_stats stats = {0};
+    options.techniques = untangle ? FLESH_TECHNIQUES_ALL : FLESH_TECHNIQUES_ALL & ~FLESH_TECHNIQUE_UNTANGLE;
+    CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+    double distance = flesh_mesh_distance_from_rest(b.mesh, b.state.x);
+    printf("# statics, untangle %d: %.3g of the length from rest, %d untanglings\n", untangle, distance,
+           stats.untanglings);
+    CHECK((stats.untanglings > 0) == untangle);
+    if (untangle) CHECK_BELOW(distance, 1e-7);
+    else CHECK(distance > 0.1);
+    flesh_integrator_destroy(&integrator);
+  }
+  test_body_destroy(&b);
+}
+
+/* Shrunk below a tenth in the mean; exact lines and points are told from anything that has extent. */
+static void collapse_is_found(void)
+{
+  flesh_mesh *mesh = bar();
+  flesh_winding *winding = NULL;
+  const uint8_t *tangled;
+  int n = 3 * flesh_mesh_node_count(mesh);
+  const double *X = flesh_mesh_positions(mesh);
+  double *x = malloc(sizeof(double) * (size_t)n);
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  for (int k = 0; k < 3; k++) {
+    const double scales[] = {0.11, 0.09, 1e-12};
+    for (int d = 0; d < n; d++) x[d] = scales[k] * X[d];
+    int all = k ? flesh_mesh_tet_count(mesh) : 0;
+    CHECK(flesh_winding_find(winding, x, &tangled) == all);
+    CHECK(flesh_mesh_may_be_tangled(mesh, x) == (k > 0));
+    CHECK(!flesh_mesh_is_flat(mesh, x));
+  }
+  /* Dimensions left, and noise in the others. */
+  const struct { int dimensions; double noise; int flat; } shapes[] = {
+      {0, 0, 1}, {1, 0, 1}, {2, 0, 0}, {1, 1e-6, 0}, {0, 1e-12, 0}};
+  for (int k = 0; k < 5; k++) {
+    for (int d = 0; d < n; d++) x[d] = d % 3 < shapes[k].dimensions ? X[d] : 0.25;
+    test_jitter(n, shapes[k].noise, 1, x);
+    CHECK(flesh_mesh_is_flat(mesh, x) == shapes[k].flat);
+  }
+  free(x);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* Two bodies that have gone apart and turned, each with all its nodes in disorder: both come back to
+ * their shape where they are now, not side by side as at rest. */
+static void bodies_are_put_back_where_they_are(void)
+{
+  enum { NODES = 27, TETS = 48 };
+  flesh_mesh *one = test_box(2, 2, 2, 1, 1, 1), *both = NULL;
+  double X[6 * NODES], x[6 * NODES];
+  int tets[8 * TETS];
+  CHECK(flesh_mesh_node_count(one) == NODES && flesh_mesh_tet_count(one) == TETS);
+  for (int d = 0; d < 3 * NODES; d++) {
+    X[d] = flesh_mesh_positions(one)[d];
+    X[3 * NODES + d] = X[d] + (d % 3 == 0 ? 1.5 : 0);
+  }
+  for (int k = 0; k < 4 * TETS; k++) {
+    tets[k] = flesh_mesh_tets(one)[k];
+    tets[4 * TETS + k] = tets[k] + NODES;
+  }
+  CHECK_OK(flesh_mesh_create(2 * NODES, X, 2 * TETS, tets, NULL, &both));
+  const uint8_t fixed[6 * NODES] = {0}, *tangled;
+  flesh_winding *winding = NULL;
+  CHECK_OK(flesh_winding_create(both, &winding));
+  for (int i = 0; i < 2 * NODES; i++) { /* the second 10 m away, upside down */
+    double sign = i < NODES ? 1 : -1;
+    x[3 * i] = X[3 * i] + (i < NODES ? 0 : 10);
+    x[3 * i + 1] = sign * X[3 * i + 1];
+    x[3 * i + 2] = sign * X[3 * i + 2];
+  }
+  double right[6 * NODES];
+  memcpy(right, x, sizeof x);
+  test_jitter(6 * NODES, 0.7, 5, x);
+  CHECK(flesh_winding_find(winding, x, &tangled) > TETS);
+  CHECK(flesh_winding_embed(winding, 4, fixed, x) == 2 * NODES);
+  CHECK(flesh_winding_moved(winding)[0] == 1 && flesh_winding_moved(winding)[NODES] == 2);
+  CHECK_BELOW(test_distance(6 * NODES, x, right), 0.2 * sqrt(6. * NODES)); /* the noise turns them */
+  for (int b = 0; b < 2; b++)
+    for (int i = 0; i < NODES; i++)
+      for (int j = 0; j < i; j++) {
+        int p = 3 * (b * NODES + i), q = 3 * (b * NODES + j);
+        double now[3], rest[3];
+        for (int c = 0; c < 3; c++) now[c] = x[p + c] - x[q + c], rest[c] = X[p + c] - X[q + c];
+        CHECK_NEAR(test_norm(3, now), test_norm(3, rest), 1e-12);
+      }
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&both);
+  flesh_mesh_destroy(&one);
+}
+
+/* Runs a free block whose rest shape is scaled along the axes until it is calm. */
+static ending collapse(flesh_energy energy, flesh_constants constants, const double scale[3],
+                       int untangle)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_material_from_young(energy, constants, 1e5, 0.3, &material));
+  CHECK_OK(test_body_create(test_box(4, 2, 2, 2, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(flesh_system_finalize(b.system));
+  for (int d = 0; d < b.n; d++) b.state.x[d] *= scale[d % 3];
+  flesh_solver_options_default(&options);
+  if (!untangle) options.techniques &= ~(unsigned)FLESH_TECHNIQUE_UNTANGLE;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  for (int k = 0; k < 60; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  ending end = {0, stats.untanglings, flesh_mesh_distance_from_rest(b.mesh, b.state.x)};
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return end;
+}
+
+/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it is put back, who begins in it
+ * stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
+static void collapsed_bodies_come_back(void)
+{
+  const double small[] = {0.01, 0.01, 0.01}, point[] = {0, 0, 0}, line[] = {1, 0, 0},
+               rest[] = {1, 1, 1};
+  ending stuck = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 0);
+  CHECK(stuck.untanglings == 0 && stuck.distance > 0.5);
+  ending back = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 1);
+  CHECK(back.untanglings == 1);
+  CHECK_BELOW(back.distance, 1e-6);
+  const double *flat[] = {point, line};
+  for (int k = 0; k < 2; k++) {
+    ending stays = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, flat[k], 1);
+    CHECK(stays.untanglings == 0 && stays.distance > 0.5);
+  }
+  ending deflated = collapse(FLESH_ENERGY_D, FLESH_CONSTANTS_RAW, rest, 1);
+  CHECK(deflated.untanglings == 0 && deflated.distance > 0.5);
+}
+
+/* A spring that holds a corner pulled through the body keeps tets inverted; let go, it comes back. */
+static void held_tangles_stay(void)
+{
+  test_body b;
+  flesh_material material;
+  flesh_solver_options options;
+  flesh_integrator *integrator = NULL;
+  flesh_effect *effect = NULL;
+  flesh_solve_stats stats = {0};
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(test_body_create(test_box(1, 1, 1, 1, 1, 1), material, 1000, FLESH_MASS_LUMPED, 1, &b));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  const flesh_keyframe key = {.translation = {-0.5, -0.5, -0.5}};
+  const flesh_motion target = {.count = 1, .keyframes = &key};
+  CHECK_OK(flesh_effect_spring(&b.body, (double[]){1, 1, 1}, 1e9, &target, 0, 12.1, &effect));
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_solver_options_default(&options);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  int inverted;
+  for (int k = 0; k < 60; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  flesh_mesh_jacobians(b.mesh, b.state.x, NULL, NULL, &inverted);
+  printf("# held: %d tets inverted, %d untanglings\n", inverted, stats.untanglings);
+  CHECK(inverted > 0 && stats.untanglings == 0);
+  for (int k = 0; k < 100; k++)
+    CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
+  CHECK_BELOW(flesh_mesh_distance_from_rest(b.mesh, b.state.x), 1e-6);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe), TEST(ten_nodes_are_untangled),
+                   TEST(a_knot_is_put_back), TEST(collapse_is_found),
+                   TEST(bodies_are_put_back_where_they_are), TEST(collapsed_bodies_come_back),
+                   TEST(held_tangles_stay), TEST(calm_bodies_leave_their_tangles),
+                   TEST(equilibria_are_untangled));
+}

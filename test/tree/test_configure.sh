@@ -1,0 +1,96 @@
+#!/bin/sh
+# test_configure.sh: a SUNDIALS that does not fit is refused when the build is configured, with a sentence that says
+# what and where it is. Speaks TAP.
+# CC names the compiler; SUNDIALS_INCLUDE and SUNDIALS_FOLDER are where one that fits has its headers and libraries (no
+# folder: where the linker looks).
+set -u
+
+top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+unset CPATH C_INCLUDE_PATH LIBRARY_PATH CFLAGS CPPFLAGS LDFLAGS
+number=0
+count=7
+
+echo 1..$count
+if ! command -v meson >/dev/null 2>&1; then
+  while [ "$number" -lt $count ]; do
+    number=$((number + 1))
+    echo "ok $number - configuration # SKIP there is no meson"
+  done
+  exit 0
+fi
+folder=${SUNDIALS_FOLDER:-$(dirname "$(${CC:-cc} -print-file-name=libsundials_kinsol.so)")}
+
+# prefix NAME [LINES]: a SUNDIALS with other LINES in its sundials_config.h and the libraries of the one that fits.
+prefix() {
+  mkdir -p "$work/$1/include/sundials" "$work/$1/lib"
+  for name in ida kinsol nvector sunlinsol sunmatrix sunadaptcontroller sunnonlinsol sunmemory; do
+    [ ! -e "$SUNDIALS_INCLUDE/$name" ] || ln -s "$SUNDIALS_INCLUDE/$name" "$work/$1/include"
+  done
+  ln -s "$SUNDIALS_INCLUDE"/sundials/* "$work/$1/include/sundials"
+  rm "$work/$1/include/sundials/sundials_config.h"
+  {
+    echo '#pragma once'
+    cat "$SUNDIALS_INCLUDE/sundials/sundials_config.h"
+    printf '%s\n' "${2:-}"
+  } >"$work/$1/include/sundials/sundials_config.h"
+  ln -s "$folder"/libsundials_* "$work/$1/lib"
+}
+
+# configure ARGUMENTS...: of the library alone.
+configure() {
+  rm -rf "$work/build"
+  meson setup "$work/build" "$top" -Dprogram=false -Dtests=false "$@" >"$work/log" 2>&1
+}
+
+# verdict STATUS NAME
+verdict() {
+  number=$((number + 1))
+  if [ "$1" -eq 0 ]; then
+    echo "ok $number - $2"
+  else
+    tail -n 20 "$work/log" | sed 's/^/# /'
+    echo "not ok $number - $2"
+  fi
+}
+
+# refused NAME WORDS
+refused() {
+  ! configure "-Dsundials=$work/$1" && grep -q "ERROR: .*$2" "$work/log"
+  verdict $? "$1: $2"
+}
+
+prefix fits
+configure "-Dsundials=$work/fits" && grep -q "SUNDIALS (KINSOL, IDA) *: .*headers in $work/fits/include" "$work/log" &&
+  grep -q "^Libs.private:.* $work/fits/lib/libsundials_kinsol" "$work/build/meson-private/flesh.pc" &&
+  grep -q "^Cflags:.* -I$work/fits/include" "$work/build/meson-private/flesh.pc" &&
+  grep -q "$work/fits/include" "$work/build/lib/flesh-config.cmake" &&
+  grep -q "$work/fits/lib/libsundials_kinsol" "$work/build/lib/flesh-config.cmake"
+verdict $? 'fits: is taken and recorded'
+
+(CPATH="$work/fits/include" && export CPATH && configure) &&
+  grep -q "^Libs.private:.* $work/fits/lib/libsundials_kinsol" "$work/build/meson-private/flesh.pc"
+verdict $? 'fits: libraries come from where CPATH finds the headers'
+
+prefix single '#undef SUNDIALS_DOUBLE_PRECISION
+#define SUNDIALS_SINGLE_PRECISION 1'
+refused single 'is in single precision, and flesh is in double'
+
+prefix old '#undef SUNDIALS_VERSION
+#define SUNDIALS_VERSION "6.3.0"'
+refused old 'SUNDIALS is 6.3.0 in .*6.4 or newer'
+
+major=$(sed -n 's/^#define SUNDIALS_VERSION_MAJOR *//p' "$SUNDIALS_INCLUDE/sundials/sundials_config.h")
+prefix mixed "#undef SUNDIALS_VERSION
+#define SUNDIALS_VERSION \"$major.99.0\"
+#undef SUNDIALS_VERSION_MINOR
+#define SUNDIALS_VERSION_MINOR 99"
+refused mixed "headers of $major.99.0 in .*, but the libraries that are linked are of"
+
+prefix partial
+rm "$work"/partial/lib/libsundials_ida.*
+refused partial 'has no library sundials_ida here'
+
+mkdir "$work/empty"
+refused empty '\(has no header\|but the header\).*sundials/sundials_config.h'

@@ -1,0 +1,225 @@
+#!/bin/sh
+# test_install.sh: outside programs, C and C++, against an installed copy in another folder (DESTDIR), by pkg-config
+# with the shared and the static library and by CMake; what the shared library shows to the outside; and that neither
+# headers nor libraries of another SUNDIALS get in. Speaks TAP.
+# BUILD is the build directory; CC and CXX name the compilers; SUNDIALS_FOLDER is where the build's SUNDIALS has its
+# libraries, if the linker does not look there.
+set -u
+
+here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+number=0
+# From reference/oracle/static_8x2x2_S_g0.5.txt: 0.5 - 0.84855813959973336.
+expected='tip -0.348558'
+
+# verdict STATUS NAME: TAP line; the words of a failure are in $work/log.
+verdict() {
+  number=$((number + 1))
+  if [ "$1" -eq 0 ]; then
+    echo "ok $number - $2"
+  else
+    tail -n 60 "$work/log" | sed 's/^/# /'
+    echo "not ok $number - $2"
+  fi
+}
+# skip NAME WHY
+skip() {
+  number=$((number + 1))
+  echo "ok $number - $1 # SKIP $2"
+}
+
+count=23
+echo 1..$count
+if ! command -v meson >/dev/null 2>&1; then
+  while [ "$number" -lt $count ]; do skip 'installed copy' 'there is no meson to install with'; done
+  exit 0
+fi
+DESTDIR="$work/copy" meson install -C "$BUILD" --no-rebuild >"$work/log" 2>&1
+verdict $? 'meson install with DESTDIR'
+pc=$(find "$work/copy" -name flesh.pc)
+library=$(dirname "$(dirname "$pc")")
+include=$(dirname "$(dirname "$(find "$work/copy" -name flesh.h)")")
+
+# Nothing beside what the headers declare with FLESH_API, and all of it.
+cat "$include"/flesh/*.h | tr '\n' ' ' | grep -oE 'FLESH_API [^;(]*\(' | grep -oE 'flesh_[a-z0-9_]+ *\($' |
+  tr -d ' (' | LC_ALL=C sort >"$work/declared"
+nm -D --defined-only "$library/libflesh.so" | awk '{ print $3 }' | LC_ALL=C sort >"$work/shown"
+diff "$work/declared" "$work/shown" >"$work/log" && [ -s "$work/shown" ]
+verdict $? 'the shared library shows the public functions and nothing else'
+readelf -d "$library/libflesh.so" >"$work/log" && grep -q 'SONAME.*\[libflesh\.so\.[0-9]*\]' "$work/log"
+verdict $? 'the shared library has a soname of the major version'
+# SUNDIALS, SuiteSparse, libfyaml: no GSL, which is GPL.
+! grep -q 'NEEDED.*\(gsl\|jansson\)' "$work/log"
+verdict $? 'the library does without the libraries of the program'
+
+# Whatever is loaded comes from where it was found when it was configured: no other of the same soname.
+shown=$library/libflesh.so
+for program in $(find "$work/copy" -path '*/bin/flesh'); do shown="$shown $program"; done
+# shellcheck disable=SC2086
+(unset LD_LIBRARY_PATH && ldd $shown) >"$work/log" 2>&1 && ! grep -q 'not found' "$work/log" &&
+  grep 'libsundials.*=>' "$work/log" >"$work/loaded" &&
+  { [ -z "${SUNDIALS_FOLDER:-}" ] || ! grep -v " $SUNDIALS_FOLDER/" "$work/loaded"; }
+verdict $? 'what is installed finds the SUNDIALS that it was built with'
+
+cp "$here/installed.c" "$work/installed.c"
+cp "$here/installed.c" "$work/installed.cpp"
+cxx=${CXX:-}
+for candidate in c++ g++ clang++; do
+  if [ -z "$cxx" ] && command -v "$candidate" >/dev/null 2>&1; then cxx=$candidate; fi
+done
+export PKG_CONFIG_PATH="$library/pkgconfig${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}"
+
+# A copy without the shared library, so that -lflesh is the archive.
+mkdir "$work/static"
+cp -R "$work/copy/." "$work/static"
+rm -f "$work/static${library#"$work/copy"}"/libflesh.so*
+
+# runs PROGRAM: whether it prints what it should.
+runs() {
+  said=$("$1" 2>>"$work/log")
+  echo "it says: $said; expected: $expected" >>"$work/log"
+  [ "$said" = "$expected" ]
+}
+
+# build KIND LANGUAGE COMPILER...: by pkg-config.
+build() {
+  kind=$1 language=$2
+  shift 2
+  rm -f "$work/program"
+  (
+    cd "$work" || exit 1
+    if [ "$kind" = static ]; then
+      PKG_CONFIG_PATH="$work/static${library#"$work/copy"}/pkgconfig:$PKG_CONFIG_PATH"
+      # shellcheck disable=SC2046
+      "$@" -Wall -Wextra "installed.$language" $(pkg-config --cflags --libs --static flesh) -o program
+    else
+      # shellcheck disable=SC2046
+      "$@" -Wall -Wextra "installed.$language" $(pkg-config --cflags --libs flesh) \
+        -Wl,-rpath,"$library" -o program
+    fi
+  ) >"$work/log" 2>&1 && runs "$work/program"
+  verdict $? "pkg-config, $kind library, $language"
+}
+# shellcheck disable=SC2086
+for kind in shared static; do
+  build $kind c ${CC:-cc} -std=c11
+  if [ -n "$cxx" ]; then
+    build $kind cpp $cxx -std=c++17
+  else
+    skip "pkg-config, $kind library, cpp" 'there is no C++ compiler'
+  fi
+done
+
+# A program that owns its KINSOL and its KLU: the headers and libraries of both are in flesh.pc.
+cp "$here/../../drivers/examples/bar.h" "$here/../../drivers/examples/bar_kinsol.c" "$work"
+# shellcheck disable=SC2046,SC2086
+(
+  cd "$work" && unset CPATH C_INCLUDE_PATH LIBRARY_PATH LD_LIBRARY_PATH &&
+    ${CC:-cc} -std=c11 bar_kinsol.c $(pkg-config --cflags --libs --static flesh) -Wl,-rpath,"$library" -o owner &&
+    ./owner >said && diff said "$here/../reference/examples/bar_kinsol.txt"
+) >"$work/log" 2>&1
+verdict $? 'pkg-config, a program that owns KINSOL and KLU'
+
+# others LINES: compiles against SUNDIALS' headers as they would be with other LINES in sundials_config.h.
+mkdir -p "$work/others/sundials"
+others() {
+  printf '#pragma once\n#include_next <sundials/sundials_config.h>\n%s\n' "$1" >"$work/others/sundials/sundials_config.h"
+  # shellcheck disable=SC2046,SC2086
+  (cd "$work" && ${CC:-cc} -std=c11 -fsyntax-only -Iothers $(pkg-config --cflags flesh) installed.c) >"$work/log" 2>&1
+}
+others '/* the same */'
+verdict $? 'compiles with the SUNDIALS that flesh was built with'
+others '#undef SUNDIALS_VERSION_PATCH
+#define SUNDIALS_VERSION_PATCH 99'
+verdict $? 'compiles with another patch of it'
+# stops NAME LINES WORDS
+stops() {
+  ! others "$2" && grep -q "error.*flesh was built with.*$3" "$work/log"
+  verdict $? "does not compile with $1"
+}
+stops 'another minor version' '#undef SUNDIALS_VERSION_MINOR
+#define SUNDIALS_VERSION_MINOR 99' 'another version'
+stops 'another major version' '#undef SUNDIALS_VERSION_MAJOR
+#define SUNDIALS_VERSION_MAJOR 99' 'another version'
+stops 'another index size' '#if defined(SUNDIALS_INT64_T)
+#undef SUNDIALS_INT64_T
+#undef SUNDIALS_INDEX_TYPE
+#define SUNDIALS_INT32_T 1
+#define SUNDIALS_INDEX_TYPE int32_t
+#else
+#undef SUNDIALS_INT32_T
+#undef SUNDIALS_INDEX_TYPE
+#define SUNDIALS_INT64_T 1
+#define SUNDIALS_INDEX_TYPE int64_t
+#endif' '-bit indices'
+stops 'single precision' '#undef SUNDIALS_DOUBLE_PRECISION
+#define SUNDIALS_SINGLE_PRECISION 1' 'another precision'
+number_of() { sed -n "s/^#define FLESH_SUNDIALS_$1 \([0-9]*\).*/\1/p" "$include/flesh/sundials_abi.h"; }
+if [ "$(number_of VERSION_MAJOR)" -ge 7 ]; then
+  # 2 is neither, and asks for mpi.h no more than the build's own did.
+  stops 'MPI where it had none, or none where it had' '#undef SUNDIALS_MPI_ENABLED
+#define SUNDIALS_MPI_ENABLED 2' 'has MPI'
+else
+  skip 'does not compile with MPI where it had none, or none where it had' 'before 7 MPI changes nothing that flesh uses'
+fi
+
+# A loader that is told to, or finds the same soname elsewhere, takes another SUNDIALS.
+cat >"$work/another.c" <<'END'
+#include <string.h>
+int SUNDIALSGetVersionNumber(int *major, int *minor, int *patch, char *label, int length)
+{
+  *major = *minor = *patch = 98;
+  memset(label, 0, (size_t)length);
+  return 0;
+}
+END
+# shellcheck disable=SC2046,SC2086
+(
+  cd "$work" && ${CC:-cc} -shared -fPIC another.c -o another.so &&
+    ${CC:-cc} -std=c11 installed.c $(pkg-config --cflags --libs flesh) -Wl,-rpath,"$library" -o program &&
+    ! LD_PRELOAD="$work/another.so" ./program && LD_PRELOAD="$work/another.so" ./program 2>&1 |
+    grep "SUNDIALS that is loaded is 98.98.98, and flesh was built with"
+) >"$work/log" 2>&1
+verdict $? 'another SUNDIALS that is loaded is refused'
+
+if ! command -v cmake >/dev/null 2>&1; then
+  for what in 'shared library, c' 'shared library, cpp' 'static library, c' 'static library, cpp' \
+    'a program that owns KINSOL and KLU'; do
+    skip "CMake, $what" 'there is no cmake'
+  done
+  exit 0
+fi
+languages=C
+[ -z "$cxx" ] || languages='C CXX'
+{
+  printf 'cmake_minimum_required(VERSION 3.10)\nproject(outside %s)\n' "$languages"
+  printf 'find_package(flesh 0.1 REQUIRED)\n'
+  printf 'add_executable(shared_c installed.c)\ntarget_link_libraries(shared_c flesh::flesh)\n'
+  printf 'add_executable(static_c installed.c)\ntarget_link_libraries(static_c flesh::flesh_static)\n'
+  printf 'add_executable(owner_c bar_kinsol.c)\ntarget_link_libraries(owner_c flesh::flesh_static)\n'
+  if [ -n "$cxx" ]; then
+    printf 'set(CMAKE_CXX_STANDARD 17)\n'
+    printf 'add_executable(shared_cpp installed.cpp)\ntarget_link_libraries(shared_cpp flesh::flesh)\n'
+    printf 'add_executable(static_cpp installed.cpp)\ntarget_link_libraries(static_cpp flesh::flesh_static)\n'
+  fi
+} >"$work/CMakeLists.txt"
+(
+  cd "$work" && mkdir by_cmake && cd by_cmake &&
+    cmake -G Ninja -DCMAKE_PREFIX_PATH="${library%/lib*}" -Dflesh_DIR="$library/cmake/flesh" .. && cmake --build .
+) >"$work/cmake.log" 2>&1
+for kind in shared static; do
+  for language in c cpp; do
+    if [ "$language" = cpp ] && [ -z "$cxx" ]; then
+      skip "CMake, $kind library, $language" 'there is no C++ compiler'
+      continue
+    fi
+    cp "$work/cmake.log" "$work/log"
+    runs "$work/by_cmake/${kind}_$language"
+    verdict $? "CMake, $kind library, $language"
+  done
+done
+cp "$work/cmake.log" "$work/log"
+"$work/by_cmake/owner_c" >"$work/said" 2>>"$work/log" &&
+  diff "$work/said" "$here/../reference/examples/bar_kinsol.txt" >>"$work/log"
+verdict $? 'CMake, a program that owns KINSOL and KLU'

@@ -1,0 +1,104 @@
+#!/bin/sh
+# test_readme.sh: what the Markdown files tell one to type works, in a fresh copy of the tree.
+# Speaks TAP, one test per block.
+#
+# A block that begins with
+#   ```sh             is run by `sh -eu` at the top of the copy, after the blocks before it; HOME is
+#                     a fresh directory.
+#   ```yaml NAME      (or any other language) is written to the file NAME of the copy.
+#   ```text           (one word, not sh) is only shown.
+#   ```sh elsewhere   is not run: it installs, or the whole test run covers it. Its commands must be
+#                     some that this file knows, and the packages it names those of setup.sh.
+set -u
+
+top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+copy="$work/flesh"
+mkdir "$copy" "$work/home" "$work/blocks"
+
+cd "$top" || exit 1
+if [ -e .git ] && git ls-files >"$work/files" 2>/dev/null; then
+  tar -c -T "$work/files" | tar -x -C "$copy"
+else
+  tar -c --exclude='./build*' --exclude=./out --exclude=./.git . | tar -x -C "$copy"
+fi
+
+# Blocks go to files NNN, their opening lines to NNN.head.
+(cd "$copy" && find . -name '*.md' | sed 's|^\./||' | LC_ALL=C sort) >"$work/documents"
+count=0
+while IFS= read -r document; do
+  count=$(awk -v blocks="$work/blocks" -v count="$count" -v document="$document" '
+    /^ *```/ && inside { inside = 0; if (file != "") close(file); next }
+    /^ *```/ {
+      inside = 1
+      file = ""
+      match($0, /^ */)
+      indent = RLENGTH
+      sub(/^ *```/, "")
+      if ($1 != "sh" && NF < 2) next  # only shown
+      file = sprintf("%s/%03d", blocks, ++count)
+      printf "" > file
+      print document ":" FNR " " $0 > (file ".head")
+      close(file ".head")
+      next
+    }
+    inside && file != "" { print substr($0, 1 + indent) > file }
+    END { print count }' "$copy/$document")
+done <"$work/documents"
+
+# known COMMANDS_FILE: says which commands an `elsewhere` block may not have.
+known() {
+  # Without -r, so that lines that end in a backslash go on.
+  # shellcheck disable=SC2162
+  while read first second third rest; do
+    case "$first $second $third" in
+      '  ' | '#'*) ;;
+      'git clone '* | 'cd '*) ;;
+      'sh drivers/demo.sh ' | 'sh test/run.sh '* | 'sh test/campaign/fuzz.sh '*) ;;
+      'sudo apt-get install')
+        wanted=$(root=$top CC='' sh -c '. "$root/drivers/setup.sh"; build_packages' |
+          cut -d' ' -f1 | sort | tr '\n' ' ')
+        # shellcheck disable=SC2086
+        given=$(printf '%s\n' $rest | grep -v '^-' | sort | tr '\n' ' ')
+        [ "$wanted" = "$given" ] || echo "packages are $given; setup.sh has $wanted"
+        ;;
+      *) echo "not a command that the test run covers: $first $second $third $rest" ;;
+    esac
+  done <"$1"
+}
+
+echo "1..$((count + 1))"
+number=0
+for block in "$work"/blocks/???; do
+  [ -f "$block" ] || continue
+  number=$((number + 1))
+  read -r place language argument <"$block.head" || :
+  name="$place $language${argument:+ $argument}"
+  : >"$work/log"
+  status=0
+  case "$language $argument" in
+    'sh ')
+      (cd "$copy" && HOME="$work/home" sh -eu "$block") >"$work/log" 2>&1 </dev/null || status=$?
+      [ "$status" -eq 0 ] || echo "ended with status $status" >>"$work/log"
+      ;;
+    'sh elsewhere')
+      known "$block" >"$work/log"
+      [ ! -s "$work/log" ] || status=1
+      ;;
+    *) cp "$block" "$copy/$argument" 2>"$work/log" || status=1 ;;
+  esac
+  if [ "$status" -eq 0 ]; then
+    echo "ok $number - $name"
+  else
+    tail -n 100 "$work/log" | sed 's/^/# /'
+    echo "not ok $number - $name"
+  fi
+done
+
+number=$((number + 1))
+if grep -qx 'sh drivers/demo.sh' "$work"/blocks/??? && grep -qx 'sh test/run.sh' "$work"/blocks/???; then
+  echo "ok $number - the two main commands are told"
+else
+  echo "not ok $number - the two main commands are told"
+fi

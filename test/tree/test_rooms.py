@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""test_rooms.py: every room of the house uses only rooms below it, and no files include each other in a circle.
+
+Reads the #include lines of lib/, include/flesh/ and drivers/. Speaks TAP."""
+import os
+import re
+import sys
+
+TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+
+# From the ground up; lib/README.md tells what each is for.
+ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "linear", "element", "geometry", "effect", "system",
+         "newton", "sundials", "time", "output", "scene", "drivers"]
+
+# Whose interface a public header is.
+PUBLIC = {
+    "status": "base", "version": "base", "threads": "base", "instructions": "base", "material": "material", "mesh": "mesh",
+    "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "body": "element",
+    "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
+    "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
+    "ode": "sundials", "integrator": "time", "observer": "time", "scene": "scene", "flesh": "scene",
+}
+
+
+def sources():
+    for top in ("lib", "include", "drivers"):
+        for folder, names, files in os.walk(os.path.join(TOP, top)):
+            names[:] = [name for name in names if name != "examples"]
+            for name in sorted(files):
+                if name.endswith((".c", ".h")):
+                    yield os.path.relpath(os.path.join(folder, name), TOP)
+
+
+def room_of(path):
+    parts = path.split("/")
+    if parts[0] == "drivers":
+        return "drivers"
+    if parts[0] == "include":
+        return PUBLIC.get(parts[-1][:-2])
+    return parts[1]
+
+
+def resolve(target, exist):
+    for folder in ("include", "lib", "drivers"):
+        if os.path.join(folder, target) in exist:
+            return os.path.join(folder, target)
+    return None
+
+
+def verdict(number, name, findings):
+    for finding in findings:
+        print("#", finding)
+    print(f"{'not ok' if findings else 'ok'} {number} - {name}")
+    return bool(findings)
+
+
+def find_circles(arrows):
+    """Circles of files, as lists; one for each edge that closes one in a depth-first walk."""
+    state, path, circles = {}, [], []
+
+    def visit(node):
+        state[node] = 1
+        path.append(node)
+        for other in sorted(arrows.get(node, ())):
+            if state.get(other) == 1:
+                circles.append(path[path.index(other):] + [other])
+            elif other not in state:
+                visit(other)
+        path.pop()
+        state[node] = 2
+
+    for node in sorted(arrows):
+        if node not in state:
+            visit(node)
+    return circles
+
+
+def main():
+    exist = set(sources())
+    unknown, upward, arrows = [], [], {}
+    for path in sorted(exist):
+        if room_of(path) not in ROOMS:
+            unknown.append(f"{path} is in no room that test_rooms.py knows")
+            continue
+        with open(os.path.join(TOP, path), encoding="utf-8") as file:
+            text = file.read()
+        for target in re.findall(r'^#include ["<]([^">]+)[">]', text, re.M):
+            other = resolve(target, exist)
+            if not other or room_of(other) not in ROOMS:
+                continue
+            if ROOMS.index(room_of(other)) > ROOMS.index(room_of(path)):
+                upward.append(f"{path} includes {target}: {room_of(path)} is below {room_of(other)}")
+            # A source and the header of its name are one thing.
+            one, two = (re.sub(r"\.[ch]$", "", name) for name in (path, other))
+            if one != two:
+                arrows.setdefault(one, set()).add(two)
+    print("1..3")
+    failed = verdict(1, "every file is in a room", unknown)
+    failed |= verdict(2, "rooms use only rooms below them", upward)
+    failed |= verdict(3, "no files include each other in a circle",
+                      [" -> ".join(circle) for circle in find_circles(arrows)])
+    return failed
+
+
+if __name__ == "__main__":
+    sys.setrecursionlimit(10000)
+    sys.exit(main())

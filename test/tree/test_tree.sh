@@ -1,0 +1,101 @@
+#!/bin/sh
+# test_tree.sh: the tree keeps its own rules: the top level's names, no machine's paths in files,
+# no unfinished marks, C files of a size that one reads. Speaks TAP.
+set -u
+
+top=$(CDPATH='' cd -- "$(dirname -- "$0")/../.." && pwd)
+cd "$top" || exit 1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+# What git tracks, or without git everything but what is built.
+tracked=yes
+if [ ! -e .git ] || ! git ls-files >"$work/files" 2>/dev/null; then
+  tracked=
+  find . -name .git -prune -o -path './build*' -prune -o -path './out' -prune -o -type f -print |
+    sed 's|^\./||' >"$work/files"
+fi
+
+number=0
+# verdict NAME: TAP line of the test whose findings are in $work/found; none is success.
+verdict() {
+  number=$((number + 1))
+  if [ -s "$work/found" ]; then
+    sed 's/^/# /' "$work/found"
+    echo "not ok $number - $1"
+  else
+    echo "ok $number - $1"
+  fi
+}
+
+echo 1..8
+
+[ -s "$work/files" ] || echo 'Bail out! no files found'
+
+# Without git there is no telling a stray file of the tree from one of its user.
+allowed='lib|include|drivers|data|test|meson\.build|meson_options\.txt|README\.md|LICENSE|\..*'
+if [ -n "$tracked" ]; then
+  cut -d/ -f1 "$work/files" | sort -u | grep -Ev "^($allowed)\$" >"$work/found"
+  verdict 'only the agreed names at the top level'
+else
+  number=1
+  echo 'ok 1 - only the agreed names at the top level # SKIP not a git checkout'
+fi
+
+# search PATTERN: lines of text files that match.
+search() {
+  while IFS= read -r file; do
+    if [ -f "$file" ]; then grep -nIHE -- "$1" "$file"; fi
+  done <"$work/files" >"$work/found"
+}
+
+search '(^|[^A-Za-z0-9_.}~-])/(work|farm|tmp|home|root)/'
+verdict 'no paths of one machine'
+
+# Split, so that this file does not match itself.
+search '(^|[^A-Za-z])(TO''DO|FIX''ME|XX''X)([^A-Za-z]|$)'
+verdict 'nothing marked as unfinished'
+
+while IFS= read -r file; do
+  case $file in
+    *.c | *.h)
+      lines=$(wc -l <"$file")
+      if [ "$lines" -gt 600 ]; then echo "$file has $lines lines"; fi
+      ;;
+  esac
+done <"$work/files" >"$work/found"
+verdict 'C files of at most 600 lines'
+
+while IFS= read -r file; do
+  case $file in
+    include/*.h) awk 'length > 100 { print FILENAME ":" FNR " has " length " columns" }' "$file" ;;
+  esac
+done <"$work/files" >"$work/found"
+verdict 'public headers of at most 100 columns'
+
+lines=$(wc -l <README.md)
+{ if [ "$lines" -gt 150 ]; then echo "README.md has $lines lines"; fi; } >"$work/found"
+verdict 'a README of at most 150 lines'
+
+# Links to other places of the tree; those to the web and within a page are not looked at.
+grep '\.md$' "$work/files" | while IFS= read -r file; do
+  grep -o '\](\([^)#: ]*\))' "$file" | sed 's/^](//; s/)$//' | while IFS= read -r link; do
+    if [ ! -e "$(dirname "$file")/$link" ]; then echo "$file links to $link, which is not there"; fi
+  done
+done >"$work/found"
+verdict 'links of pages lead somewhere'
+
+# Every name that a registry has stands in the page that tells of it.
+{
+  sed -n 's/^ *\.name = "\([a-z_-]*\)",$/\1/p' lib/scene/effects/*.c | while IFS= read -r name; do
+    grep -q "\`$name\`" drivers/effects.md || echo "drivers/effects.md does not name the effect $name"
+  done
+  sed -n 's/^ *X(\(FLESH_[A-Z_]*\),.*/\1/p' include/flesh/status.h | while IFS= read -r name; do
+    grep -q "\`$name\`" include/flesh/README.md || echo "include/flesh/README.md does not name $name"
+  done
+  for scene in data/scenes/*.yaml; do
+    name=${scene##*/}
+    grep -q "$name\`" data/README.md drivers/*.md || echo "no page names $scene"
+  done
+} >"$work/found"
+verdict 'pages name every effect, status and scene'
