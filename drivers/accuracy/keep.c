@@ -112,6 +112,9 @@ static int hash_scene(SHA2_CTX *hash, const flesh_accuracy_plan *plan, const cha
     SHA256Update(hash, (const uint8_t *)flesh_mesh_positions(mesh), size);
     SHA256Update(hash, (const uint8_t *)flesh_mesh_tets(mesh),
                  4 * sizeof(int) * (size_t)flesh_mesh_tet_count(mesh));
+    if (flesh_mesh_order(mesh) == 2)
+      SHA256Update(hash, (const uint8_t *)flesh_mesh_tet_edges(mesh),
+                   6 * sizeof(int) * (size_t)flesh_mesh_tet_count(mesh));
   }
   free(state.x);
   free(state.v);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "flesh/system.h"
+#include "mesh/mesh.h"
 
 /* Dense eigenvalues take seconds beyond. */
 enum { DENSE_LIMIT = 1200 };
@@ -72,7 +73,8 @@ void flesh_hardcases_rest_shape(const flesh_scene *scene, double t, flesh_mesh *
     }
   }
   if (!status)
-    flesh_mesh_create(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), NULL, rest);
+    flesh_mesh_build(nodes, x, flesh_mesh_tet_count(mesh), flesh_mesh_tets(mesh), flesh_mesh_tet_edges(mesh), NULL, NULL,
+                     rest);
   free(x);
   free(fixed);
 }

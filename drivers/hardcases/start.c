@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "hardcases/cases.h"
+#include "mesh/pieces.h"
 
 static double uniform(uint64_t *state) /* splitmix64 (Steele, Lea & Flood 2014); [-1, 1) */
 {
@@ -23,8 +24,9 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
   int *count = calloc((size_t)nodes, sizeof *count);
   if (!count) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int i = 0; i < nodes; i++) edge[i] = 0;
-  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
-    const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)t;
+  for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
+    int tet[4];
+    flesh_mesh_piece(mesh, t, tet);
     for (int a = 0; a < 4; a++)
       for (int b = 0; b < 4; b++) {
         const double *p = X + 3 * tet[a], *q = X + 3 * tet[b];
@@ -43,17 +45,17 @@ static int mean_edges(const flesh_mesh *mesh, double *edge)
 static void invert_one(const flesh_mesh *mesh, double *x)
 {
   static const double factors[] = {2, 1.5, 1.2, 1.05};
-  const int *tets = flesh_mesh_tets(mesh);
   for (int f = 0; f < 4; f++)
-    for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
+    for (int t = 0; t < flesh_mesh_piece_count(mesh); t++)
       for (int corner = 0; corner < 4; corner++) {
-        double kept[3], *moved = x + 3 * tets[4 * t + corner];
-        int inverted;
+        int tet[4], inverted;
+        flesh_mesh_piece(mesh, t, tet);
+        double kept[3], *moved = x + 3 * tet[corner];
         memcpy(kept, moved, sizeof kept);
         for (int c = 0; c < 3; c++) {
           double centre = 0;
           for (int a = 0; a < 4; a++)
-            if (a != corner) centre += x[3 * tets[4 * t + a] + c] / 3;
+            if (a != corner) centre += x[3 * tet[a] + c] / 3;
           moved[c] += factors[f] * (centre - moved[c]);
         }
         flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);

@@ -75,6 +75,7 @@ static void show(const flesh_mesh *mesh, const char *path)
     printf(" (%d used by no tet, the first is %d)", info.unused_nodes, first);
   }
   printf("\n  %-14s %d", "tets", info.tets);
+  if (info.order == 2) printf(" of ten nodes, %d of them curved", info.curved);
   if (info.flipped) printf(" (%d inverted in the file, flipped)", info.flipped);
   printf("\n  %-14s %d triangles\n", "surface", info.triangles);
   printf("  %-14s %d\n", "regions", info.regions);
@@ -89,6 +90,8 @@ static void show(const flesh_mesh *mesh, const char *path)
   printf("  %-14s %.4g at least, %.4g on average\n", "radius ratio", info.radius_ratio_min,
          info.radius_ratio_mean);
   show_histogram(mesh);
+  if (info.curved)
+    printf("  %-14s %.4g at least, in tet %d\n", "scaled J", info.scaled_jacobian_min, info.most_bent_tet);
   const int *worst = flesh_mesh_tets(mesh) + 4 * (size_t)info.worst_tet;
   double centre[3] = {0};
   for (int i = 0; i < 4; i++)
@@ -107,8 +110,11 @@ static int command_info(int argc, char **argv)
           "Shows for each mesh: nodes (and those that no tet uses), tets (and those whose winding\n"
           "was inverted and has been flipped), surface triangles, regions, volume, bounding box,\n"
           "edge lengths, and the tets' radius ratio, 3 * inradius / circumradius: 1 for a regular\n"
-          "tet, 0 for a flat one; as a histogram and with the worst tet's place. Lengths are\n"
-          "metres; indices count from 0.\n",
+          "tet, 0 for a flat one; as a histogram and with the worst tet's place. Where tets have ten\n"
+          "nodes, edges and radius ratios are those of the corners; the volume is that of the curved\n"
+          "tets, and their scaled Jacobian (smallest over largest Jacobian in a tet) is 1 where\n"
+          "all edges are straight and 0 where one is bent so far that the element degenerates.\n"
+          "Lengths are metres; indices count from 0.\n",
       .positional_min = 1,
       .positional_max = INT_MAX,
       .options = no_options};
@@ -131,8 +137,8 @@ static int write_and_say(const char *command, const flesh_mesh *mesh, const char
   int status = flesh_mesh_write(mesh, path);
   if (status) return flesh_command_fail(command, status);
   flesh_mesh_inspect(mesh, &info);
-  printf("%s: %d nodes, %d tet%s, %d region%s", path, info.nodes, info.tets,
-         info.tets == 1 ? "" : "s", info.regions, info.regions == 1 ? "" : "s");
+  printf("%s: %d nodes, %d tet%s%s, %d region%s", path, info.nodes, info.tets,
+         info.tets == 1 ? "" : "s", info.order == 2 ? " of ten nodes" : "", info.regions, info.regions == 1 ? "" : "s");
   if (info.flipped)
     printf("; %d inverted tet%s flipped", info.flipped, info.flipped == 1 ? "" : "s");
   if (info.unused_nodes)
@@ -141,9 +147,30 @@ static int write_and_say(const char *command, const flesh_mesh *mesh, const char
   return 0;
 }
 
+/* Gives *mesh the order that was asked for (0: none was). */
+static int set_order(flesh_mesh **mesh, int order)
+{
+  flesh_mesh *other;
+  if (!order || order == flesh_mesh_order(*mesh)) return FLESH_OK;
+  int status = order == 2 ? flesh_mesh_raise_order(*mesh, &other) : flesh_mesh_lower_order(*mesh, &other);
+  if (status) return status;
+  flesh_mesh_destroy(mesh);
+  *mesh = other;
+  return FLESH_OK;
+}
+
+static int refuse_order(const char *command, int order)
+{
+  return flesh_command_refuse(command, "--order is %d; it must be 1 or 2", order);
+}
+
 static int command_convert(int argc, char **argv)
 {
-  static const flesh_usage usage = {
+  int order = 0;
+  const flesh_option options[] = {
+      {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes; 2: of ten (default: as in IN)"},
+      {.name = NULL}};
+  const flesh_usage usage = {
       .command = "mesh convert",
       .positionals = "IN OUT",
       .summary = "Writes a mesh in another format.",
@@ -151,17 +178,20 @@ static int command_convert(int argc, char **argv)
           "Reads IN (format by content) and writes OUT in the format of its suffix: .node or .ele\n"
           "(TetGen, both files), .msh (Gmsh 4.1 binary), .mesh (Medit). Nodes, tets and region\n"
           "tags keep their order; inverted tets are flipped; unused nodes are kept. An existing\n"
-          "OUT is replaced only when the new one is complete.\n",
+          "OUT is replaced only when the new one is complete.\n"
+          "--order 2 puts a node in the middle of each edge, behind the others; --order 1 leaves\n"
+          "the nodes on edges out.\n",
       .positional_min = 2,
       .positional_max = 2,
-      .options = no_options};
+      .options = options};
   int files, code = flesh_options_read(&usage, argc, argv, &files);
   if (code != FLESH_OPTIONS_GO_ON) return code;
+  if (order > 2) return refuse_order(usage.command, order);
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
-  if (status) return flesh_command_fail(usage.command, status);
-  code = write_and_say(usage.command, mesh, argv[2]);
+  if (!status) status = set_order(&mesh, order);
+  code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, argv[2]);
   flesh_mesh_destroy(&mesh);
   return code;
 }
@@ -211,10 +241,12 @@ static int parse_three(const char *text, double values[3])
 static int command_box(int argc, char **argv)
 {
   const char *cells_text = NULL, *size_text = NULL, *origin_text = "0,0,0", *out = NULL;
+  int order = 0;
   const flesh_option options[] = {
       {"cells", "NX,NY,NZ", FLESH_OPTION_TEXT, &cells_text, "number of boxes along each axis, at least 1 each"},
       {"size", "X,Y,Z", FLESH_OPTION_TEXT, &size_text, "size of the whole grid, m"},
       {"origin", "X,Y,Z", FLESH_OPTION_TEXT, &origin_text, "its low corner, m (default 0,0,0)"},
+      {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes (default); 2: of ten"},
       {"out", "FILE", FLESH_OPTION_TEXT, &out, "mesh to write: .node, .ele, .msh or .mesh"},
       {.name = NULL}};
   const flesh_usage usage = {
@@ -241,11 +273,12 @@ static int command_box(int argc, char **argv)
   if (!parse_three(origin_text, origin))
     return flesh_option_refuse(usage.command, "origin", origin_text, "three numbers, such as 0,0,0");
   if (!out) return flesh_option_refuse(usage.command, "out", out, "a file named .node, .ele, .msh or .mesh");
-  flesh_mesh *mesh;
+  if (order > 2) return refuse_order(usage.command, order);
+  flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(out, 0, NULL, NULL);
   if (!status) status = flesh_mesh_box(cells, size, origin, &mesh);
-  if (status) return flesh_command_fail(usage.command, status);
-  code = write_and_say(usage.command, mesh, out);
+  if (!status) status = set_order(&mesh, order);
+  code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, out);
   flesh_mesh_destroy(&mesh);
   return code;
 }
@@ -262,6 +295,7 @@ int flesh_command_mesh(int argc, char **argv)
       "Inspect, convert and make meshes.\n\n"
       "Read, recognised by content: TetGen .node/.ele, Gmsh .msh 2.2 and 4.1 (ASCII and binary),\n"
       "Medit .mesh (ASCII) and plain lists. Written, by suffix: .node or .ele (TetGen, both files),\n"
-      ".msh (Gmsh 4.1 binary), .mesh (Medit).\n";
+      ".msh (Gmsh 4.1 binary), .mesh (Medit). Tets have four nodes, or ten, and then their\n"
+      "edges may be curved.\n";
   return flesh_subcommand_run("mesh", about, NULL, commands, argc, argv);
 }

@@ -6,6 +6,9 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/pieces.h"
+#include "mesh/shape.h"
+#include "shared/picture_curved.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture"); }
 
@@ -34,17 +37,31 @@ static void linear(const unsigned char colour[3], float rgb[3])
   for (int d = 0; d < 3; d++) rgb[d] = (float)flesh_srgb_decode(colour[d] / 255.);
 }
 
+/* The change of x along the three edges from a tet's first corner; of ten nodes that of the map at its centre. */
+static void edges_of(const flesh_mesh *mesh, const double *x, int t, double d[3][3])
+{
+  static const double centre[4] = {0.25, 0.25, 0.25, 0.25};
+  int n[10];
+  const int size = flesh_mesh_tet_nodes(mesh, t, n);
+  for (int k = 0; k < 3; k++) {
+    double along[4] = {-1, 0, 0, 0}, N[10];
+    along[k + 1] = 1;
+    flesh_tet10_shape_along(centre, along, N);
+    for (int i = 0; i < 3; i++) {
+      d[k][i] = x[3 * (size_t)n[k + 1] + (size_t)i] - x[3 * (size_t)n[0] + (size_t)i];
+      if (size == 4) continue;
+      d[k][i] = 0;
+      for (int a = 0; a < size; a++) d[k][i] += N[a] * x[3 * (size_t)n[a] + (size_t)i];
+    }
+  }
+}
+
 /* Von Mises' stress of the Cauchy stress P F^T / J of a tet; NaN where there is none. */
 static double tet_stress(const flesh_body *body, const double *x, int t)
 {
-  const int *n = flesh_mesh_tets(body->mesh) + 4 * (size_t)t;
-  const double *X = flesh_mesh_positions(body->mesh);
   double D[3][3], d[3][3], B[3][3], F[9], P[9], S[9], J = 0;
-  for (int k = 0; k < 3; k++)
-    for (int i = 0; i < 3; i++) {
-      D[k][i] = X[3 * (size_t)n[k + 1] + (size_t)i] - X[3 * (size_t)n[0] + (size_t)i];
-      d[k][i] = x[3 * (size_t)n[k + 1] + (size_t)i] - x[3 * (size_t)n[0] + (size_t)i];
-    }
+  edges_of(body->mesh, flesh_mesh_positions(body->mesh), t, D);
+  edges_of(body->mesh, x, t, d);
   for (int k = 0; k < 3; k++) /* rows of the edges' inverse: cross products over the volume */
     for (int i = 0; i < 3; i++)
       B[k][i] = D[(k + 1) % 3][(i + 1) % 3] * D[(k + 2) % 3][(i + 2) % 3] -
@@ -83,10 +100,10 @@ static int average(const flesh_mesh *mesh, const double *tet_values, double *val
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
     double volume = flesh_mesh_tet_volumes(mesh)[t];
     if (!isfinite(tet_values[t])) continue;
-    for (int k = 0; k < 4; k++) {
-      int i = flesh_mesh_tets(mesh)[4 * (size_t)t + (size_t)k];
-      values[i] += volume * tet_values[t];
-      weights[i] += volume;
+    int n[10], size = flesh_mesh_tet_nodes(mesh, t, n);
+    for (int k = 0; k < size; k++) {
+      values[n[k]] += volume * tet_values[t];
+      weights[n[k]] += volume;
     }
   }
   for (int i = 0; i < nodes; i++) values[i] = weights[i] > 0 ? values[i] / weights[i] : NAN;
@@ -225,6 +242,33 @@ static void colour_values(flesh_picture_field field, const flesh_picture_frame *
   }
 }
 
+/* The boundary of curved tets instead of s, with values in place of *values, which the scene then owns. */
+static int add_curved(const flesh_mesh *mesh, const flesh_picture_panel *panel, flesh_picture_scene *scene,
+                      flesh_render_surface *s, const double **values, const int **behind)
+{
+  flesh_curved_surface curved;
+  int status = flesh_curved_surface_make(mesh, &curved);
+  if (status) return status;
+  status = keep(scene, curved.corners);
+  if (!status) status = keep(scene, curved.tets);
+  else free(curved.tets);
+  if (!status) status = keep(scene, curved.hidden);
+  else free(curved.hidden);
+  if (status) return status;
+  const size_t vertices = (size_t)curved.vertices;
+  double *x = take(scene, sizeof *x * 3 * vertices), *rest = take(scene, sizeof *rest * 3 * vertices);
+  double *own = take(scene, sizeof *own * vertices);
+  if (!x || !rest || !own) return no_memory();
+  flesh_curved_surface_apply(mesh, 3, panel->x, x);
+  flesh_curved_surface_apply(mesh, 3, flesh_mesh_positions(mesh), rest);
+  if (*values) flesh_curved_surface_apply(mesh, 1, *values, own);
+  s->vertices = curved.vertices, s->triangles = curved.triangles;
+  s->x = x, s->rest = rest, s->corners = curved.corners, s->hidden = curved.hidden;
+  *values = *values ? own : NULL;
+  *behind = curved.tets;
+  return FLESH_OK;
+}
+
 /* The body's skin, or its boundary. */
 static int add_body(const flesh_picture_panel *panel, const flesh_picture_options *options,
                     const flesh_picture_frame *frame, const double *values,
@@ -238,6 +282,11 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   s->corners = skinned ? flesh_surface_triangles(panel->surface, &s->triangles)
                        : flesh_mesh_surface(mesh, &s->triangles);
   s->edges = options->edges && !skinned;
+  const int *behind = flesh_mesh_surface_tets(mesh);
+  if (!skinned && flesh_mesh_order(mesh) == 2) {
+    int status = add_curved(mesh, panel, scene, s, &values, &behind);
+    if (status) return status;
+  }
   uint8_t *marked = take(scene, (size_t)s->triangles);
   double *J = take(scene, sizeof *J * (size_t)flesh_mesh_tet_count(mesh));
   if (!marked || !J) return no_memory();
@@ -255,7 +304,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
   }
   for (int t = 0; t < s->triangles; t++)
     marked[t] = !(J[skinned ? flesh_skin_tets(panel->skin)[s->corners[3 * (size_t)t]]
-                            : flesh_mesh_surface_tets(mesh)[t]] > 0);
+                            : behind[t]] > 0);
   s->marked = options->field == FLESH_PICTURE_PLAIN ? NULL : marked;
   if (values) {
     float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->vertices);
@@ -264,7 +313,7 @@ static int add_body(const flesh_picture_panel *panel, const flesh_picture_option
     s->colours = rgb;
   } else if (!skinned && has_regions(mesh)) {
     float *rgb = take(scene, sizeof *rgb * 3 * (size_t)s->triangles);
-    int status = rgb ? colour_regions(scene, mesh, flesh_mesh_surface_tets(mesh), s->triangles, rgb)
+    int status = rgb ? colour_regions(scene, mesh, behind, s->triangles, rgb)
                      : no_memory();
     if (status) return status;
     s->triangle_colours = rgb;

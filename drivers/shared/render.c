@@ -109,12 +109,13 @@ static void base_colour(const flesh_render_surface *f, int triangle, const doubl
   }
 }
 
-/* Distance of the sample from the nearest edge, in samples. */
-static double edge_distance(const flesh_render_point c[3], const double b[3])
+/* Distance of the sample from the nearest edge that is not hidden, in samples. */
+static double edge_distance(const flesh_render_point c[3], const double b[3], unsigned hidden)
 {
   const double area = flesh_projected_area(c);
   double least = INFINITY;
   for (int k = 0; k < 3; k++) {
+    if (hidden >> k & 1) continue;
     const flesh_render_point *p = &c[(k + 1) % 3], *q = &c[(k + 2) % 3];
     least = fmin(least, fabs(b[k] * area) / hypot(q->x - p->x, q->y - p->y));
   }
@@ -229,7 +230,8 @@ static void shade(const scene *s, int number, double x, double y, double rgb[3])
     for (int d = 0; d < 3; d++) rgb[d] = there * rgb[d] + (1 - there) * wall[d];
   }
   if (!at.surface->edges) return;
-  double near = edge_distance(c, at.screen) / s->style->samples; /* pixels */
+  const unsigned hidden = at.surface->hidden ? at.surface->hidden[at.triangle] : 0;
+  double near = edge_distance(c, at.screen, hidden) / s->style->samples; /* pixels */
   if (near < 0.55)
     for (int d = 0; d < 3; d++) rgb[d] *= 0.62;
 }

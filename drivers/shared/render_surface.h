@@ -15,6 +15,7 @@ typedef struct flesh_render_surface {
   const uint8_t *marked; /* [triangles] 1: in the colour of what is inverted; NULL: none */
   float plain[3];
   int edges;    /* draw the triangles' edges */
+  const uint8_t *hidden; /* [triangles] bit k: but not the one opposite to corner k; NULL: all */
   int glass;     /* transparent where it is seen from behind; else darker there */
   int ground;    /* receives shadows; what it casts is of no account */
   double fade;   /* m from the view's target where it has faded away; 0: nowhere */

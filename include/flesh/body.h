@@ -11,6 +11,30 @@
 extern "C" {
 #endif
 
+/* How displacements vary within a tet, and where the energy is taken.
+ *
+ *   TET4        linear, of meshes of order 1
+ *   TET10       quadratic, of meshes of order 2: psi at four points
+ *   TET10_MEAN  the same, but of a form's volume term lambda U(J), U = (J-1)^2/2 (or (log J)^2/2),
+ *               the share (lambda - 2 mu_L) U is one of the mean of J over the tet, so that nearly
+ *               incompressible bodies bend and twist as they should: sum of w (psi - share U(J)) +
+ *               V share U(mean J); mu_L = 2 psi_I at F = I, the small-strain shear modulus of forms
+ *               without stress at rest. As TET10 where lambda <= 2 mu_L. Mean dilatation:
+ *               Nagtegaal, Parks & Rice 1974
+ *   AUTO        TET4 at order 1, TET10_MEAN at order 2 */
+typedef enum flesh_element {
+  FLESH_ELEMENT_AUTO,
+  FLESH_ELEMENT_TET4,
+  FLESH_ELEMENT_TET10,
+  FLESH_ELEMENT_TET10_MEAN,
+  FLESH_ELEMENT_COUNT
+} flesh_element;
+
+/* "auto", "tet4", "tet10", "tet10-mean"; "unknown" for anything else. */
+FLESH_API const char *flesh_element_name(flesh_element element);
+
+/* How a lumped mass is made: of a tet of four nodes a quarter to each; of ten nodes 1/36 to each
+ * corner and 4/27 to each node on an edge (Hinton, Rock & Zienkiewicz 1976). */
 typedef enum flesh_mass { FLESH_MASS_LUMPED, FLESH_MASS_CONSISTENT } flesh_mass;
 
 /* One of several bodies that share a mesh: a run of its tets. */
@@ -31,6 +55,8 @@ typedef struct flesh_body {
   flesh_instructions instructions; /* of effects that go tet by tet, and of linear solvers (see
                                       flesh_system_instructions); with some that the machine
                                       lacks, making these effects fails with FLESH_ERR_ARGUMENT */
+  flesh_element element; /* with one that the mesh's order does not fit, making effects fails
+                            with FLESH_ERR_ARGUMENT */
 } flesh_body;
 
 /* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
@@ -44,7 +70,7 @@ typedef struct flesh_cells {
   const int *pairs; /* [pair_count] */
 } flesh_cells;
 
-/* Cells of every tet of the mesh with its nodes ascending, for operations->cells. Freed with
+/* Cells of every tet of the mesh with its 4 or 10 nodes ascending, for operations->cells. Freed with
  * flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
 FLESH_API void flesh_cells_clear(flesh_cells *cells);

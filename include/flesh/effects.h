@@ -15,14 +15,18 @@ extern "C" {
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect);
 
-/* r = dV/dx, V = sum over tets of volume * psi(F). Linear tets, one quadrature point.
+/* r = dV/dx, V = sum over tets of volume * psi(F) at one point of linear tets, at four of quadratic
+ * ones (flesh_element).
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect);
 
 /* Those that an effect uses, never AUTO; AUTO for one that leaves them to the compiler. */
 FLESH_API flesh_instructions flesh_effect_instructions(const flesh_effect *effect);
 
-/* r = -load M g for the acceleration g [3], m/s^2. Each tet gives rho V/4 g to its nodes.
+/* r = -load M g for the acceleration g [3], m/s^2, by body->mass. Each linear tet gives rho V/4 g
+ * to its nodes. A quadratic one gives with the lumped mass what each node weighs, so that a free
+ * fall is rigid, and with the consistent mass the exact load, -rho V/20 g to corners and rho V/5 g
+ * to nodes on edges: the one to take in statics.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                                    flesh_effect **effect);
@@ -80,7 +84,10 @@ FLESH_API int flesh_effect_force(const flesh_body *body, int count, const int *n
                                  const double force[3], const flesh_amplitude *amplitude,
                                  flesh_effect **effect);
 
-/* A dead load of `traction` [3] Pa per area of the rest shape on `triangles` [3*count].
+/* A dead load of `traction` [3] Pa per area of the rest shape on `triangles` [3*count]. At order 2
+ * the triangles are some of flesh_mesh_surface, and the load is the exact one of the displacements
+ * over each (a third of the area to each node on an edge of a whole face), curved where the face
+ * is.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_traction(const flesh_body *body, int count, const int *triangles,
                                     const double traction[3], const flesh_amplitude *amplitude,

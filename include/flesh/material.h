@@ -50,47 +50,49 @@ extern "C" {
 
 /* The built-in forms, in three lists,
  * ROW(NAME, name, text, full name, needs J > 0, constants it takes, colour in
- * plots, formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha).
+ * plots, formula, source, limit, its text, at the limit, matched mu, matched lambda, alpha, volume
+ * term).
  *
  * flesh_psi_<name> (lib/material/psi_forms.h) computes the formula of a form of the invariants,
  * flesh_stretch_<name> (lib/material/stretch_forms.h) that of a form of the singular values. A form
  * that cannot be matched is stressed at rest. Raw constants need lambda > limit(mu), or = as well
  * where "at the limit" is 1; a form without lambda has no limit, and NULL as its text. The matched
  * mu and lambda are those of the formula, from the small-strain ones; alpha follows from those of
- * the formula. */
+ * the formula. The volume term is what lambda multiplies, but for what is linear in J
+ * (flesh_volume_term). */
 #define FLESH_NEO_HOOKEAN_FORM_LIST(ROW)                                                           \
   ROW(NEO, neo, "Neo", "bonet-wood-neo-hookean", 1, RAW_OR_MATCHED, "#0072B2",                     \
       "mu/2 (I_C-3) - mu log J + lambda/2 (log J)^2", "Bonet & Wood 2008",                         \
-      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1, LOGARITHMIC)                                       \
   ROW(A, a, "A", "ogden-neo-hookean", 1, RAW_OR_MATCHED, "#56B4E9",                                \
       "mu/2 (I_C-3) - mu log J + lambda/2 (J-1)^2", "Ogden 1984",                                  \
-      0, "0", 1, mu, lambda, 1)                                                    \
+      0, "0", 1, mu, lambda, 1, QUADRATIC)                                                         \
   ROW(B, b, "B", "bower-neo-hookean", 1, RAW_OR_MATCHED, "#D55E00",                                \
       "mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)^2", "Bower 2009",                                    \
-      0, "0", 0, mu, lambda + 2 * mu / 3, 1)                                                       \
+      0, "0", 0, mu, lambda + 2 * mu / 3, 1, QUADRATIC)                                            \
   ROW(C, c, "C", "wang-yang-neo-hookean", 1, RAW, "#E69F00",                                       \
       "mu/2 (J^(-2/3) I_C-3) + lambda/2 (J-1)", "Wang & Yang 2016",                                \
-      0, "0", 1, mu, lambda, 1)                                                                    \
+      0, "0", 1, mu, lambda, 1, NONE)                                                              \
   ROW(M, m, "M", "mooney-neo-hookean", 0, RAW, "#8C8C8C",                                          \
       "mu/2 (I_C-3)", "Mooney 1940, Rivlin 1948",                                                  \
-      -INFINITY, NULL, 0, mu, lambda, 1)                                                           \
+      -INFINITY, NULL, 0, mu, lambda, 1, NONE)                                                     \
   ROW(D, d, "D", "log-free-neo-hookean", 0, RAW_OR_AS_E, "#AA3399",                                \
       "mu/2 (I_C-3) + lambda/2 (J-1)^2", "Smith, de Goes & Kim 2018, section 3",                   \
-      0, "0", 1, mu, lambda, 1)                                                                    \
+      0, "0", 1, mu, lambda, 1, QUADRATIC)                                                         \
   ROW(E, e, "E", "rest-stable-neo-hookean", 0, RAW_OR_MATCHED, "#009E60",                          \
       "mu/2 (I_C-3) + lambda/2 (J-alpha)^2", "Smith, de Goes & Kim 2018, section 3",               \
-      mu / 3, "mu/3", 0, mu, lambda + mu, 1 + mu / lambda)                                         \
+      mu / 3, "mu/3", 0, mu, lambda + mu, 1 + mu / lambda, QUADRATIC)                              \
   ROW(S, s, "S", "stable-neo-hookean", 0, RAW_OR_MATCHED, "#000000",                               \
       "mu/2 (I_C-3) + lambda/2 (J-alpha)^2 - mu/2 log(I_C+1)",                                     \
       "Smith, de Goes & Kim 2018, eq. 14",                                                         \
-      mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda)
+      mu / 8, "mu/8", 0, 4 * mu / 3, lambda + 5 * mu / 6, 1 + 0.75 * mu / lambda, QUADRATIC)
 
 /* Those that stiffen when they are stretched. */
 #define FLESH_STIFFENING_FORM_LIST(ROW)                                                            \
   ROW(FUNG, fung, "Fung", "fung-exponential", 0, RAW_OR_MATCHED, "#B8A200",                        \
       "mu/(2b) (exp(b (I_C-3)) - 1) + lambda/2 (J-alpha)^2", "Fung 1967",                          \
       fmax(0, (1. / 3 - 2 * exponent) * mu), "max(0, (1/3 - 2 b) mu)", 0,                          \
-      mu, lambda + (1 - 2 * exponent) * mu, 1 + mu / lambda)                                       \
+      mu, lambda + (1 - 2 * exponent) * mu, 1 + mu / lambda, QUADRATIC)                            \
   ROW(AB, ab, "AB", "arruda-boyce", 0, RAW_OR_MATCHED, "#6959CD",                                  \
       "mu (1/2 (I_C-3) + 1/(20 N) (I_C^2-9) + 11/(1050 N^2) (I_C^3-27) + "                         \
       "19/(7000 N^3) (I_C^4-81) + 519/(673750 N^4) (I_C^5-243)) + lambda/2 (J-alpha)^2",           \
@@ -99,20 +101,27 @@ extern "C" {
       "max(0, 2/3 f'(3) - 4 f''(3)) mu", 0,                                                        \
       mu / flesh_ab_slope(links),                                                                  \
       lambda + (1 - 4 * flesh_ab_curvature(links) / flesh_ab_slope(links)) * mu,                   \
-      1 + flesh_ab_slope(links) * mu / lambda)
+      1 + flesh_ab_slope(links) * mu / lambda, QUADRATIC)
 
 /* Those of the singular values. */
 #define FLESH_STRETCH_FORM_LIST(ROW)                                                               \
   ROW(CR, cr, "CR", "co-rotational", 0, RAW_OR_MATCHED, "#CC5B8F",                                 \
       "mu sum (s_i-1)^2 + lambda/2 (sum s_i - 3)^2", "Muller & Gross 2004",                        \
-      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)                                                    \
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1, NONE)                                              \
   ROW(FCR, fcr, "FCR", "fixed-co-rotational", 0, RAW_OR_MATCHED, "#7A0019",                        \
       "mu sum (s_i-1)^2 + lambda/2 (J-1)^2", "Stomakhin et al. 2012",                              \
-      0, "0", 1, mu, lambda, 1)                                                                \
+      0, "0", 1, mu, lambda, 1, QUADRATIC)                                                         \
   ROW(STVK, stvk, "StVK", "st-venant-kirchhoff", 0, RAW_OR_MATCHED, "#8C564B",                     \
       "mu sum E_i^2 + lambda/2 (sum E_i)^2, E_i = (s_i^2-1)/2",                                    \
       "Saint-Venant 1844, Kirchhoff 1852",                                                         \
-      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1)
+      -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1, NONE)
+
+/* The volume term of a form: none, lambda/2 (J-1)^2, lambda/2 (log J)^2. */
+typedef enum flesh_volume_term {
+  FLESH_VOLUME_NONE,
+  FLESH_VOLUME_QUADRATIC,
+  FLESH_VOLUME_LOGARITHMIC
+} flesh_volume_term;
 
 #define FLESH_INVARIANT_FORM_LIST(ROW)                                                             \
   FLESH_NEO_HOOKEAN_FORM_LIST(ROW) FLESH_STIFFENING_FORM_LIST(ROW)
@@ -158,7 +167,9 @@ typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_mater
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
   flesh_psi_function psi; /* returns FLESH_UNDEFINED for a form of the singular values */
-  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them */
+  double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them;
+                        lambda says then that psi contains lambda/2 (J-1)^2, of which
+                        FLESH_ELEMENT_TET10_MEAN takes a mean */
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */

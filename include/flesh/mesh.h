@@ -2,6 +2,11 @@
  *
  * A mesh is const once made and can serve any number of systems and threads. Nodes and tets are
  * numbered from 0 in the file's order; every tet is stored with positive volume.
+ *
+ * The tets of a mesh of order 1 have four nodes, those of order 2 ten: corners and one node on each
+ * edge, through which the edge bends. Edges are in VTK's order: 01, 12, 02, 03, 13, 23. What reads
+ * the corners alone reads the tets with straight edges.
+ *
  * What returns no status cannot fail. */
 #ifndef FLESH_MESH_H
 #define FLESH_MESH_H
@@ -24,10 +29,16 @@ typedef struct flesh_mesh_info {
   int regions;                /* distinct region tags */
   double volume;
   double low[3], high[3]; /* bounding box of the nodes that tets use */
-  double edge_min, edge_mean, edge_max;
-  double radius_ratio_min; /* 3 * inradius / circumradius, 1 for a regular tet */
+  double edge_min, edge_mean, edge_max; /* between corners */
+  double radius_ratio_min; /* 3 * inradius / circumradius of the corners, 1 for a regular tet */
   double radius_ratio_mean;
   int worst_tet; /* index of the tet with radius_ratio_min */
+  int order;     /* 1 or 2 */
+  int curved;    /* tets with a curved edge */
+  /* Least scaled Jacobian: the smallest over the largest Jacobian of the map from the straight
+   * reference tet, 1 where all edges are straight; and its tet, the first of them. */
+  double scaled_jacobian_min;
+  int most_bent_tet;
 } flesh_mesh_info;
 
 /* Makes a mesh from copies of `positions` [3*nodes] (m), `tet_nodes` [4*tets], `regions` [tets] or
@@ -39,6 +50,24 @@ typedef struct flesh_mesh_info {
 FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, const int *tet_nodes,
                                 const int *regions, flesh_mesh **mesh);
 
+/* The same at order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. Where
+ * the last two corners are swapped, the edges go with them. FLESH_ERR_FILE also where tets of one
+ * edge have different nodes on it, two edges have one node, or a corner is on an edge, and where
+ * the Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen,
+ * Remacle & Geuzaine 2013). Returns new. */
+FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
+                                          const int *tet_nodes, const int *regions,
+                                          flesh_mesh **mesh);
+
+/* The mesh of order 2 that has a node in the middle of each edge of `mesh`, which has order 1
+ * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
+ * the edge's lower node, then by its higher, rising. Returns new. */
+FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
+
+/* The mesh of order 1 that has the corners of `mesh`, which has order 2 (FLESH_ERR_ARGUMENT
+ * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. */
+FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
+
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
  * `origin`; node (i,j,k) is number (k*(ny+1)+j)*(nx+1)+i, and cell (i,j,k) has the six tets from
  * 6*((k*ny+j)*nx+i), around its diagonal from the low to the high corner. FLESH_ERR_ARGUMENT for
@@ -49,8 +78,9 @@ FLESH_API int flesh_mesh_box(const int cells[3], const double size[3], const dou
 
 /* Reads TetGen .node or .ele (its partner is found beside it), Gmsh .msh 2.2 and 4.1 (ASCII, or
  * binary in either byte order), Medit .mesh (ASCII), or a plain list (`nodes N`, rows `x y z`,
- * `tets T`, rows `a b c d` from 0), recognised by content; only TetGen's two files also by their
- * names. Other elements than tets of 4 nodes are left out; tets of higher order are refused.
+ * `tets T`, rows `a b c d` from 0, or `tets10 T`, rows of ten), recognised by content; only
+ * TetGen's two files also by their names. Tets have 4 nodes, or all 10: Gmsh's type 11, TetGen's
+ * -o2, Medit's TetrahedraP2. Other elements are left out; tets of order 3 and above are refused.
  * Regions: TetGen's first attribute, Gmsh's physical tag or else the tag of the volume, Medit's
  * reference, else 0. FLESH_ERR_FILE with file and line (byte in binary parts) otherwise.
  * Independent of the locale. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
@@ -71,13 +101,21 @@ FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */
 /* [3*nodes] rest positions, m. */
 FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
-/* [4*tets] node indices. */
+/* 1 or 2. */
+FLESH_API int flesh_mesh_order(const flesh_mesh *mesh);
+/* [4*tets] node indices: the corners. */
 FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
+/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet; NULL at order 1. */
+FLESH_API const int *flesh_mesh_tet_edges(const flesh_mesh *mesh);
+/* [tets] 1 where an edge's node is off its middle by more than 1e-12 of the edge and rounding. */
+FLESH_API const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh);
 /* [tets] region tags. */
 FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
 /* [tets] rest volumes, m^3, all positive. */
 FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
-/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. */
+/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. At order 2 a
+ * face is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then
+ * (p,q,r), with p, q, r on the edges ab, bc, ca. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
 /* The tet behind each boundary triangle [count]. */
 FLESH_API const int *flesh_mesh_surface_tets(const flesh_mesh *mesh);
@@ -87,12 +125,15 @@ FLESH_API const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh);
 /* Fills *info; every call measures the whole mesh. */
 FLESH_API void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info);
 
-/* Sum of the signed volumes of all tets with nodes at `x` [3*nodes], m^3. */
+/* Sum of the signed volumes of all tets, curved ones at order 2; nodes at `x` [3*nodes], m^3. */
 FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
 /* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
  * smallest (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL)
- * the number without J > 0. At the rest positions J is 1 to the last bit. */
+ * the number without J > 0. At the rest positions J is 1 to the last bit. At order 2 J = det F
+ * varies in a tet, and its smallest value there counts: what is given is below that by at most a
+ * hundredth of the tet's largest |J|, on the same side of 0, and not positive where 400 cuts of the
+ * tet leave the sign open (Bernstein bounds; Johnen, Remacle & Geuzaine 2013). */
 FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J,
                                       int *worst, int *inverted);
 
@@ -100,10 +141,13 @@ FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, d
  * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
 FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
 
-/* Lumped mass rho V/4 per node and tet [nodes], kg; density [tets], kg/m^3. */
+/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; at order 2 in
+ * proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges
+ * where they are straight (Hinton, Rock & Zienkiewicz 1976). */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
-/* y = M x with the consistent mass rho V/20 (1 + delta_ij), x and y [3*nodes]. */
+/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), at order 2 the
+ * exact integrals of rho N_a N_b, over curved tets too. */
 FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                                 const double *x, double *y);
 

@@ -1,9 +1,14 @@
 /* skin.h: a fine surface that follows a body's coarse tets.
  *
- * Every vertex of the surface is bound to the tet that holds it in the rest shape, or to the
+ * * Every vertex of the surface is bound to the tet that holds it in the rest shape, or to the
  * nearest one, by four weights w that sum to one and give the vertex back: X = sum w_i X_i. Moved,
  * it is at x = sum w_i x_i, so that any affine motion of the body, a rigid one too, moves the skin
  * exactly along. Outside the tets the same weights extrapolate.
+ *
+ * * In a tet of ten nodes the weights are barycentric coordinates L, and the vertex is at x = sum
+ * N_a(L) x_a with the quadratic shape functions N_a, so that the skin bends with the body's edges;
+ * at rest, too, where these are curved. Outside the tets the map is continued linearly.
+ *
  * What returns no status cannot fail. */
 #ifndef FLESH_SKIN_H
 #define FLESH_SKIN_H
@@ -17,8 +22,9 @@ extern "C" {
 
 typedef struct flesh_skin flesh_skin;
 
-/* Binds the surface's vertices to the mesh at rest; both are only read. FLESH_ERR_MEMORY. Returns
- * new. Further errors: FLESH_ERR_ARGUMENT. */
+/* Binds the surface's vertices to the mesh at rest; both are only read. FLESH_ERR_MEMORY;
+ * FLESH_ERR_FILE for a vertex that is so far outside curved tets that none of them can be continued
+ * to it. Returns new. Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface,
                               flesh_skin **skin);
 /* NULL-safe; sets *skin to NULL. */
@@ -38,7 +44,7 @@ FLESH_API void flesh_skin_inspect(const flesh_skin *skin, flesh_skin_info *info)
 /* The arrays below belong to the skin. */
 /* [vertices] tets of the mesh. */
 FLESH_API const int *flesh_skin_tets(const flesh_skin *skin);
-/* [4*vertices] weights of the tet's nodes in their order. */
+/* [4*vertices] weights of the tet's corners in their order, or the barycentric coordinates. */
 FLESH_API const double *flesh_skin_weights(const flesh_skin *skin);
 
 /* Values at the skin's vertices from those at the mesh's nodes: positions or velocities with

@@ -9,6 +9,7 @@
 #include "effect/effect.h"
 #include "geometry/obstacle.h"
 #include "math/mat3.h"
+#include "mesh/pieces.h"
 
 size_t flesh_contact_memory(const flesh_effect *effect)
 {
@@ -75,8 +76,11 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *ed
     *share += sqrt(flesh_vec3_dot(n, n)) / triangles; /* a mesh has half as many nodes as triangles */
     *edge += sqrt(flesh_vec3_dot(e, e)) / triangles; /* one side of each will do for a mean */
   }
-  for (int k = 0; k < 4 * flesh_mesh_tet_count(mesh); k++)
-    volume[flesh_mesh_tets(mesh)[k]] += flesh_mesh_tet_volumes(mesh)[k / 4] / 4;
+  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
+    int n[10], size = flesh_mesh_tet_nodes(mesh, t, n);
+    for (int a = 0; a < size; a++) /* of ten nodes the shares of the mass (Hinton, Rock & Zienkiewicz 1976) */
+      volume[n[a]] += flesh_mesh_tet_volumes(mesh)[t] * (size == 4 ? 1. / 4 : a < 4 ? 1. / 36 : 4. / 27);
+  }
   for (int i = 0; i < nodes; i++)
     if (volume[i] > 0) {
       self->nodes[self->count] = i;

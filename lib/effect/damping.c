@@ -16,7 +16,8 @@ typedef struct damping {
   double mass, stiffness; /* 1/s, s */
   flesh_mass_matrix M;    /* where mass > 0 */
   flesh_tets tets;        /* where stiffness > 0 */
-  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K of the lagged state */
+  flesh_viscous *rest;    /* of every material its stiffness at rest; NULL: K at x */
+  const double *x;        /* the mesh's positions, borrowed; NULL: the lagged state */
 } damping;
 
 static const flesh_cells *damping_cells(const flesh_effect *effect)
@@ -32,7 +33,7 @@ static const flesh_tet_kernel *kernel_of(const damping *self)
 
 static flesh_tet_point point_of(const damping *self, const flesh_point *point, double scale)
 {
-  return (flesh_tet_point){.x = self->rest ? NULL : point->x_lag,
+  return (flesh_tet_point){.x = self->rest ? NULL : self->x ? self->x : point->x_lag,
                            .v = point->v,
                            .scale = scale * self->stiffness,
                            .filter = FLESH_FILTER_CLAMP,
@@ -131,6 +132,10 @@ static int take_stiffness(damping *self, const flesh_body *body, flesh_stiffness
                       self->stiffness);
   int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets), count = self->tets.materials;
   if (status || against == FLESH_STIFFNESS_CURRENT) return status;
+  if (self->tets.element == FLESH_ELEMENT_TET10_MEAN) { /* of which the viscosity would know no mean */
+    self->x = flesh_mesh_positions(body->mesh);
+    return FLESH_OK;
+  }
   self->rest = flesh_calloc((size_t)count, sizeof *self->rest);
   if (!self->rest) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d materials", count);
   for (int m = 0; m < count; m++)

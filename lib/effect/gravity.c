@@ -1,4 +1,5 @@
-/* gravity.c: a uniform acceleration on the lumped masses (the exact load of linear tets). */
+/* gravity.c: a uniform acceleration on the lumped masses (the exact load of linear tets), or by the exact load of
+ * quadratic ones. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -108,6 +109,19 @@ static const flesh_effect_operations gravity_operations = {
     .memory = gravity_memory,
 };
 
+/* M g, so that a free fall is rigid; `work` [3*nodes]. Of linear tets both masses give the same. */
+static void weigh(const flesh_body *body, const double acceleration[3], double *work, double *force)
+{
+  const int nodes = flesh_mesh_node_count(body->mesh);
+  if (body->mass == FLESH_MASS_CONSISTENT && flesh_mesh_order(body->mesh) == 2) {
+    for (int d = 0; d < 3 * nodes; d++) work[d] = acceleration[d % 3];
+    flesh_mesh_consistent_mass_times(body->mesh, body->density, work, force);
+    return;
+  }
+  flesh_mesh_lumped_mass(body->mesh, body->density, work);
+  for (int d = 0; d < 3 * nodes; d++) force[d] = work[d / 3] * acceleration[d % 3];
+}
+
 int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                          flesh_effect **effect)
 {
@@ -120,19 +134,17 @@ int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
   int nodes = flesh_mesh_node_count(body->mesh), status = flesh_body_check_density(body);
   if (status) return status;
   gravity *self = calloc(1, sizeof *self);
-  double *mass = calloc((size_t)nodes, sizeof *mass);
+  double *work = calloc((size_t)nodes * 3, sizeof *work);
   if (self) self->force = malloc((size_t)nodes * 3 * sizeof *self->force);
-  if (!self || !mass || !self->force) {
-    free(mass);
+  if (!self || !work || !self->force) {
+    free(work);
     gravity_destroy(self);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the weights of %d nodes", nodes);
   }
-  flesh_mesh_lumped_mass(body->mesh, body->density, mass);
   self->nodes = nodes;
   memcpy(self->acceleration, acceleration, sizeof self->acceleration);
-  for (int i = 0; i < nodes; i++)
-    for (int c = 0; c < 3; c++) self->force[3 * i + c] = mass[i] * acceleration[c];
-  free(mass);
+  weigh(body, acceleration, work, self->force);
+  free(work);
   return flesh_effect_create(&gravity_operations, self, effect);
 }
 

@@ -6,7 +6,7 @@
 #include "base/error.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
-#include "math/mat3.h"
+#include "effect/face_shares.h"
 
 typedef struct load {
   int count;
@@ -151,25 +151,13 @@ int flesh_effect_traction(const flesh_body *body, int count, const int *triangle
   *effect = NULL;
   FLESH_NEED({body, "body"}, {triangles, "triangles"}, {traction, "traction"});
   int total = flesh_mesh_node_count(body->mesh);
-  const double *X = flesh_mesh_positions(body->mesh);
   load *self = NULL;
   double *areas = calloc((size_t)total, sizeof *areas);
   int *nodes = calloc((size_t)total, sizeof *nodes), used = 0;
   int status = areas && nodes ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a traction");
-  for (int k = 0; !status && k < count; k++) {
-    const int *n = triangles + 3 * (size_t)k;
-    double d[2][3], normal[3];
-    for (int a = 0; a < 3; a++)
-      if (n[a] < 0 || n[a] >= total)
-        status = flesh_fail(FLESH_ERR_ARGUMENT, "node %d is loaded; the mesh has the nodes 0 to %d", n[a], total - 1);
-    if (status) break;
-    for (int a = 0; a < 2; a++)
-      for (int c = 0; c < 3; c++) d[a][c] = X[3 * n[a + 1] + c] - X[3 * n[0] + c];
-    flesh_vec3_cross(d[0], d[1], normal);
-    for (int a = 0; a < 3; a++) areas[n[a]] += sqrt(flesh_vec3_dot(normal, normal)) / 6;
-  }
+  if (!status) status = flesh_face_shares(body->mesh, count, triangles, areas);
   for (int i = 0; !status && i < total; i++)
-    if (areas[i] > 0) nodes[used++] = i;
+    if (areas[i] != 0) nodes[used++] = i;
   if (!status) status = load_create(body, used, nodes, traction, "traction", amplitude, &self);
   for (int k = 0; !status && k < used; k++) self->shares[k] = areas[nodes[k]];
   free(areas);

@@ -8,11 +8,14 @@
 #include "effect/effect.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
+#include "mesh/pieces.h"
+#include "mesh/shape.h"
+#include "skin/locator.h"
 
 typedef struct drag {
-  int count;         /* 4 nodes of a tet, or 3 of a surface triangle */
-  int nodes[4];      /* ascending */
-  double weights[4]; /* sum 1: p(x) = sum weights x */
+  int count;          /* 4 or 10 nodes of a tet, or 3 of a surface triangle */
+  int nodes[10];      /* ascending */
+  double weights[10]; /* sum 1: p(x) = sum weights x */
   flesh_cells cells;
   double stiffness, from, until;
   flesh_motion target;
@@ -138,9 +141,8 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 #undef DET
 }
 
-/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
- * surface. */
-static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
+/* The tet that holds p, of four nodes; none where p lies outside. */
+static void attach_inside(const flesh_mesh *mesh, const double p[3], drag *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
   const int *tets = flesh_mesh_tets(mesh);
@@ -153,10 +155,16 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
     memcpy(self->nodes, tets + 4 * e, 4 * sizeof *tets);
     memcpy(self->weights, w, sizeof w);
   }
+}
+
+/* The point of the surface that is nearest to p, and the triangle it is on. */
+static void attach_surface(const flesh_mesh *mesh, const double p[3], drag *self, double nearest[3])
+{
+  const double *X = flesh_mesh_positions(mesh), *corner[3];
   int triangles;
   const int *surface = flesh_mesh_surface(mesh, &triangles);
   double best = INFINITY;
-  for (int k = 0; k < triangles && self->count < 4; k++) {
+  for (int k = 0; k < triangles; k++) {
     double w[3];
     for (int a = 0; a < 3; a++) corner[a] = X + 3 * surface[3 * k + a];
     double distance = flesh_nearest_on_triangle(corner, p, w);
@@ -165,7 +173,40 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
     self->count = 3;
     memcpy(self->nodes, surface + 3 * k, 3 * sizeof *surface);
     memcpy(self->weights, w, sizeof w);
+    for (int c = 0; c < 3; c++) nearest[c] = w[0] * corner[0][c] + w[1] * corner[1][c] + w[2] * corner[2][c];
   }
+}
+
+/* The same for tets of ten nodes: the point goes with their quadratic map. */
+static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  flesh_locator *locator;
+  flesh_place place;
+  double nearest[3];
+  int status = flesh_locator_create(mesh, &locator);
+  if (status) return status;
+  flesh_locator_find(locator, p, -1, &place);
+  if (!(place.distance == 0)) {
+    attach_surface(mesh, p, self, nearest);
+    flesh_locator_find(locator, nearest, -1, &place);
+  }
+  if (place.tet >= 0) {
+    self->count = flesh_mesh_tet_nodes(mesh, place.tet, self->nodes);
+    flesh_tet10_weights(place.weights, self->weights);
+  }
+  flesh_locator_destroy(&locator);
+  return FLESH_OK;
+}
+
+/* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
+ * surface. */
+static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
+{
+  double nearest[3];
+  int status = FLESH_OK;
+  if (flesh_mesh_order(mesh) == 2) status = attach_quadratic(mesh, p, self);
+  else attach_inside(mesh, p, self);
+  if (!status && !self->count) attach_surface(mesh, p, self, nearest);
   for (int i = 1; i < self->count; i++)
     for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
       int node = self->nodes[j];
@@ -173,6 +214,7 @@ static void attach(const flesh_mesh *mesh, const double p[3], drag *self)
       self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
       self->nodes[j - 1] = node, self->weights[j - 1] = weight;
     }
+  return status;
 }
 
 int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
@@ -196,7 +238,11 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
     free(self);
     return status;
   }
-  attach(body->mesh, point, self);
+  status = attach(body->mesh, point, self);
+  if (status) {
+    drag_destroy(self);
+    return status;
+  }
   self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
   self->stiffness = stiffness;
   self->from = from;

@@ -7,23 +7,29 @@
 #include "base/error.h"
 #include "base/memory.h"
 
+static void sort(int *nodes, int count)
+{
+  for (int i = 1; i < count; i++)
+    for (int j = i; j > 0 && nodes[j] < nodes[j - 1]; j--) {
+      int swap = nodes[j];
+      nodes[j] = nodes[j - 1];
+      nodes[j - 1] = swap;
+    }
+}
+
 int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
 {
   FLESH_NEED({mesh, "mesh"}, {cells, "cells"});
-  int count = flesh_mesh_tet_count(mesh);
-  int *nodes = flesh_malloc((size_t)count * 4 * sizeof *nodes);
+  const int count = flesh_mesh_tet_count(mesh), per_cell = flesh_mesh_order(mesh) == 2 ? 10 : 4;
+  int *nodes = flesh_malloc((size_t)count * (size_t)per_cell * sizeof *nodes);
   if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the nodes of %d tets", count);
-  memcpy(nodes, flesh_mesh_tets(mesh), (size_t)count * 4 * sizeof *nodes);
   for (int e = 0; e < count; e++) {
-    int *tet = nodes + 4 * e;
-    for (int i = 1; i < 4; i++)
-      for (int j = i; j > 0 && tet[j] < tet[j - 1]; j--) {
-        int swap = tet[j];
-        tet[j] = tet[j - 1];
-        tet[j - 1] = swap;
-      }
+    int *tet = nodes + (size_t)per_cell * (size_t)e;
+    memcpy(tet, flesh_mesh_tets(mesh) + 4 * (size_t)e, 4 * sizeof *tet);
+    if (per_cell == 10) memcpy(tet + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)e, 6 * sizeof *tet);
+    sort(tet, per_cell);
   }
-  *cells = (flesh_cells){.count = count, .nodes_per_cell = 4, .nodes = nodes};
+  *cells = (flesh_cells){.count = count, .nodes_per_cell = per_cell, .nodes = nodes};
   return FLESH_OK;
 }
 

@@ -1,4 +1,4 @@
-/* mass.c: the lumped and the consistent mass of linear tets. */
+/* mass.c: the lumped and the consistent mass of tets of four and of ten nodes. */
 #include "element/mass.h"
 
 #include <stdint.h>
@@ -89,6 +89,47 @@ static void add_part(void *data, int task)
   }
 }
 
+/* Integrals of N_a N_b over a straight tet of ten nodes, times 420/V, by what nodes a and b are: a corner with itself,
+ * with another, with a node on an edge that it ends and on one that it does not; a node on an edge with itself, with
+ * those on an edge that meets it and on the opposite one. */
+static const signed char ten_by_ten[10][10] = {
+    {6, 1, 1, 1, -4, -4, -4, -6, -6, -6},       {1, 6, 1, 1, -4, -6, -6, -4, -4, -6},
+    {1, 1, 6, 1, -6, -4, -6, -4, -6, -4},       {1, 1, 1, 6, -6, -6, -4, -6, -4, -4},
+    {-4, -4, -6, -6, 32, 16, 16, 16, 16, 8},    {-4, -6, -4, -6, 16, 32, 16, 16, 8, 16},
+    {-4, -6, -6, -4, 16, 16, 32, 8, 16, 16},    {-6, -4, -4, -6, 16, 16, 8, 32, 16, 16},
+    {-6, -4, -6, -4, 16, 8, 16, 16, 32, 16},    {-6, -6, -4, -4, 8, 16, 16, 16, 16, 32}};
+
+/* The mass matrix of a tet of ten nodes. */
+static void masses_of(const flesh_batches *batches, int tet, double scale, double M[10][10])
+{
+  const double *masses = batches->masses + (size_t)batches->masses_per_tet * (size_t)tet;
+  for (int a = 0; a < 10; a++)
+    for (int b = a; b < 10; b++)
+      M[a][b] = M[b][a] = scale * (batches->masses_per_tet == 1 ? *masses * ten_by_ten[a][b] : *masses++);
+}
+
+static int residual_of_ten(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
+{
+  const int *batch = batches->tiles.batch + tile;
+  for (int e = batches->first[batch[0]]; e < batches->first[batch[1]]; e++) {
+    const int *node = batches->nodes + 10 * (size_t)e;
+    double value = 0, M[10][10];
+    masses_of(batches, e, at->scale, M);
+    for (int c = 0; c < 3; c++) {
+      double x[10];
+      for (int a = 0; a < 10; a++) x[a] = at->v[3 * (size_t)node[a] + c];
+      for (int a = 0; a < 10; a++) {
+        double sum = 0;
+        for (int b = 0; b < 10; b++) sum += M[a][b] * x[b];
+        value += sum * x[a];
+        if (r) r[3 * (size_t)node[a] + c] += sum;
+      }
+    }
+    for (int k = 0; k < 2 && sums; k++) sums[k] += 0.5 * value;
+  }
+  return FLESH_OK;
+}
+
 /* Of a tet M x = rho V/20 (sum of x over its nodes + x), a kernel without lanes: `v` stands for x. */
 static int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r, double *sums)
 {
@@ -118,16 +159,21 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   const flesh_tiles *tiles = &batches->tiles;
   const int pairs = tiles->pair_first[tile + 1] - tiles->pair_first[tile];
   const int nodes = tiles->node_first[tile + 1] - tiles->node_first[tile];
-  double own[FLESH_TILE_PAIRS], with_itself[FLESH_TILE_NODES]; /* what their blocks are of the identity */
+  const size_t lanes = (size_t)batches->lanes, m = (size_t)batches->nodes_per_tet;
+  double own[FLESH_TILE_PAIRS_10], with_itself[FLESH_TILE_NODES]; /* what their blocks are of the identity */
   memset(own, 0, (size_t)pairs * sizeof *own);
   memset(with_itself, 0, (size_t)nodes * sizeof *with_itself);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    const uint16_t *pair = tiles->pairs + 6 * (size_t)batches->lanes * (size_t)k;
-    const uint16_t *node = tiles->nodes + 4 * (size_t)batches->lanes * (size_t)k;
+    const uint16_t *pair = tiles->pairs + m * (m - 1) / 2 * lanes * (size_t)k;
+    const uint16_t *node = tiles->nodes + m * lanes * (size_t)k;
     for (int e = batches->first[k]; e < batches->first[k + 1]; e++) {
-      const double m = at->scale * batches->masses[e];
-      for (int p = 0; p < 6; p++) own[*pair++ / 8] += m;
-      for (int a = 0; a < 4; a++) with_itself[*node++ / 4] += 2 * m;
+      double M[10][10];
+      const double mass = m == 4 ? at->scale * batches->masses[e] : 0;
+      if (m == 10) masses_of(batches, e, at->scale, M);
+      for (size_t a = 0; a < m; a++) {
+        with_itself[*node++ / 4] += m == 4 ? 2 * mass : M[a][a];
+        for (size_t b = a + 1; b < m; b++) own[*pair++ / 8] += m == 4 ? mass : M[a][b];
+      }
     }
   }
   for (int k = 0; k < pairs + nodes; k++) {
@@ -138,6 +184,12 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
 }
 
 static const flesh_tet_kernel consistent = {residual_kernel, hessian_kernel};
+static const flesh_tet_kernel consistent_ten = {residual_of_ten, hessian_kernel};
+
+static const flesh_tet_kernel *kernel_of(const flesh_mass_matrix *mass)
+{
+  return mass->tets.batches.nodes_per_tet == 10 ? &consistent_ten : &consistent;
+}
 
 void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_threads *threads, const double *x,
                              double *y, double *half_square)
@@ -145,7 +197,7 @@ void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_
   if (!self->lumped) {
     double sums[2];
     const flesh_tet_point at = {.v = x, .scale = scale};
-    flesh_tets_residual(&self->tets, &consistent, &at, threads, y, half_square ? sums : NULL);
+    flesh_tets_residual(&self->tets, kernel_of(self), &at, threads, y, half_square ? sums : NULL);
     if (half_square) *half_square = sums[0];
     return;
   }
@@ -176,7 +228,7 @@ void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_th
     return;
   }
   const flesh_tet_point at = {.scale = scale};
-  flesh_tets_hessian(&self->tets, &consistent, &at, threads, slots, K->values);
+  flesh_tets_hessian(&self->tets, kernel_of(self), &at, threads, slots, K->values);
 }
 
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *self)

@@ -9,8 +9,9 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "element/element.h"
 #include "element/tet_tiles.h"
-#include "math/mat3.h"
+#include "material/form.h"
 
 /* Parts whose potentials are summed one by one, however many threads there are. */
 enum { PARTS = 64 };
@@ -137,14 +138,14 @@ int flesh_tets_hessian(const flesh_tets *self, const flesh_tet_kernel *kernel,
   return run_pieces(&j, threads, hessian_of_piece);
 }
 
-static const flesh_tet_kernels *kernels_for(flesh_instructions instructions)
+static const flesh_tet_kernels *kernels_for(flesh_instructions instructions, flesh_element element)
 {
 #ifdef FLESH_HAVE_X86_64
-  if (instructions == FLESH_INSTRUCTIONS_AVX512) return &flesh_kernels_avx512;
-  if (instructions == FLESH_INSTRUCTIONS_AVX2) return &flesh_kernels_avx2;
+  if (instructions == FLESH_INSTRUCTIONS_AVX512) return &flesh_kernels_avx512[element];
+  if (instructions == FLESH_INSTRUCTIONS_AVX2) return &flesh_kernels_avx2[element];
 #endif
   (void)instructions;
-  return &flesh_kernels_portable;
+  return &flesh_kernels_portable[element];
 }
 
 /* Cuts n tets of one material into batches and arranges them in `tet` so that lane l takes a run
@@ -193,54 +194,77 @@ static int take_nodes(flesh_tets *self, const flesh_body *body, const int *tet)
   flesh_cells given;
   int status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
-  int *nodes = flesh_huge_pages_alloc((size_t)given.count * 4 * sizeof *nodes);
+  const size_t m = (size_t)given.nodes_per_cell;
+  int *nodes = flesh_huge_pages_alloc((size_t)given.count * m * sizeof *nodes), *as_element = nodes;
   for (int k = 0; nodes && k < given.count; k++)
-    memcpy(nodes + 4 * (size_t)k, given.nodes + 4 * (size_t)tet[k], 4 * sizeof *nodes);
-  self->cells = (flesh_cells){.count = given.count, .nodes_per_cell = 4, .nodes = nodes};
-  self->batches.nodes = nodes;
+    memcpy(nodes + m * (size_t)k, given.nodes + m * (size_t)tet[k], m * sizeof *nodes);
+  self->cells = (flesh_cells){.count = given.count, .nodes_per_cell = given.nodes_per_cell, .nodes = nodes};
   flesh_cells_clear(&given);
-  return nodes ? FLESH_OK : no_memory(self->cells.count);
+  if (m == 10) {
+    as_element = flesh_malloc((size_t)self->cells.count * m * sizeof *nodes);
+    for (int k = 0; as_element && k < self->cells.count; k++)
+      flesh_tet10_nodes(body->mesh, tet[k], as_element + m * (size_t)k);
+  }
+  self->batches.nodes = as_element;
+  self->batches.nodes_per_tet = (int)m;
+  return nodes && as_element ? FLESH_OK : no_memory(self->cells.count);
 }
 
-/* The gradients g_1, g_2, g_3 (rows) of a tet's shape functions at the rest positions X; returns its volume,
- * negative where the nodes wind the other way. */
-static double shape_of(const double *X, const int node[4], double gradient[9])
+/* Volumes are negative where the nodes wind the other way. */
+static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
 {
-  double D[9];
-  for (int i = 0; i < 3; i++)
-    for (int a = 0; a < 3; a++)
-      D[3 * i + a] = X[3 * (size_t)node[a + 1] + i] - X[3 * (size_t)node[0] + i];
-  /* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the
-   * ascending nodes wind. */
-  return flesh_mat3_inverse(D, gradient) / 6;
-}
-
-static int take_shapes(flesh_tets *self, const flesh_body *body)
-{
-  int lanes = self->kernels->lanes, count = self->batches.count;
-  double *shapes = flesh_huge_pages_alloc((size_t)count * 80 * (size_t)lanes);
+  const int lanes = self->kernels->lanes, count = self->batches.count;
+  const int each = self->batches.shapes_per_tet = flesh_element_shapes(body->mesh);
+  double *shapes = flesh_huge_pages_alloc((size_t)count * (size_t)each * 80 * (size_t)lanes);
   if (!shapes) return no_memory(self->cells.count);
   self->batches.shapes = shapes;
   const double *X = flesh_mesh_positions(body->mesh);
   for (int b = 0; b < count; b++)
-    for (int l = 0; l < lanes; l++) {
-      int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
-      double shape[10];
-      shape[9] =
-          shape_of(X, self->cells.nodes + 4 * (size_t)(first + (l < used ? l : used - 1)), shape);
-      if (l >= used) shape[9] = 0;
-      for (int k = 0; k < 10; k++) shapes[((size_t)b * 10 + k) * lanes + l] = shape[k];
-    }
+    for (int l = 0; l < lanes; l++)
+      for (int q = 0; q < each; q++) {
+        const int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
+        const int e = first + (l < used ? l : used - 1);
+        const int *node = self->batches.nodes + (size_t)self->batches.nodes_per_tet * (size_t)e;
+        double shape[10], *to = shapes + ((size_t)b * (size_t)each + (size_t)q) * 10 * (size_t)lanes;
+        if (each == 1) shape[9] = flesh_tet4_shape(X, node, shape);
+        else if ((shape[9] = flesh_tet10_shape(X, node, q, shape)) * flesh_tet4_shape(X, node, (double[9]){0}) <= 0)
+          return flesh_fail(FLESH_ERR_ARGUMENT, "tet %d is so curved that its J is not positive in the mesh", tet[e]);
+        if (l >= used) shape[9] = 0;
+        for (int k = 0; k < 10; k++) to[k * lanes + l] = shape[k];
+      }
+  return FLESH_OK;
+}
+
+/* What the element's kernels need beside the shapes of a body with materials. */
+static int take_volume_shares(flesh_tets *self, const flesh_body *body)
+{
+  for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET4; k++)
+    if (flesh_form_of_stretches(body->materials[k].energy))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets only",
+                        flesh_forms[body->materials[k].energy].name);
+  if (self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return FLESH_OK;
+  flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);
+  if (!shares) return no_memory(self->cells.count);
+  self->batches.volume_shares = shares;
+  for (int k = 0; k < self->materials; k++) {
+    int status = flesh_volume_share_of(&body->materials[k], &shares[k]);
+    if (status) return status;
+  }
   return FLESH_OK;
 }
 
 static int take_masses(flesh_tets *self, const flesh_body *body, const int *tet)
 {
   const double *volumes = flesh_mesh_tet_volumes(body->mesh);
-  double *masses = flesh_malloc(((size_t)self->cells.count + 1) * sizeof *masses);
+  const double parts = self->batches.nodes_per_tet == 4 ? 20 : 420;
+  const size_t each = self->batches.masses_per_tet = flesh_element_shapes(body->mesh) > 1 ? 55 : 1;
+  double *masses = flesh_malloc(((size_t)self->cells.count * each + 1) * sizeof *masses);
   if (!masses) return no_memory(self->cells.count);
   self->batches.masses = masses;
-  for (int k = 0; k < self->cells.count; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / 20;
+  for (int k = 0; k < self->cells.count && each > 1; k++)
+    flesh_tet10_masses(body->mesh, tet[k], body->density[tet[k]], masses + each * (size_t)k);
+  if (each > 1) return FLESH_OK;
+  for (int k = 0; k < self->cells.count; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / parts;
   return FLESH_OK;
 }
 
@@ -249,7 +273,9 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   *self = (flesh_tets){0};
   int status = flesh_instructions_find(body->instructions, &self->instructions);
   if (status) return status;
-  self->kernels = kernels_for(self->instructions);
+  status = flesh_body_find_element(body, &self->element);
+  if (status) return status;
+  self->kernels = kernels_for(self->instructions, self->element);
   int tets = flesh_mesh_tet_count(body->mesh);
   status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
   if (status) return status;
@@ -272,7 +298,8 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
           flesh_tiles_create(&self->batches, flesh_mesh_node_count(body->mesh), self->order.pieces, self->piece_tile);
     self->cells.pair_count = status ? 0 : flesh_tiles_blocks(&self->batches.tiles);
     self->cells.pairs = self->batches.tiles.block;
-    if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body);
+    if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body, tet);
+    if (!status) status = take_volume_shares(self, body);
   } else {
     status = no_memory(tets);
   }
@@ -284,6 +311,8 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
 
 void flesh_tets_clear(flesh_tets *self)
 {
+  if (self->batches.nodes != self->cells.nodes) flesh_free((void *)self->batches.nodes);
+  flesh_free((void *)self->batches.volume_shares);
   flesh_cells_clear(&self->cells);
   flesh_tet_order_clear(&self->order);
   flesh_free((void *)self->batches.first);
@@ -299,9 +328,12 @@ size_t flesh_tets_memory(const flesh_tets *self)
 {
   if (!self->batches.tiles.node_first) return 0; /* none were made */
   const size_t batches = (size_t)self->batches.count, tets = (size_t)self->cells.count;
-  return tets * 4 * sizeof(int) + batches * 2 * sizeof(int) +
+  const size_t lanes = (size_t)self->kernels->lanes;
+  const size_t lists = self->batches.nodes == self->cells.nodes ? 1 : 2, m = (size_t)self->batches.nodes_per_tet;
+  return lists * tets * m * sizeof(int) + batches * 2 * sizeof(int) +
+         (self->batches.volume_shares ? (size_t)self->materials * sizeof *self->batches.volume_shares : 0) +
          flesh_tiles_memory(&self->batches) +
-         (self->batches.shapes ? batches * 80 * (size_t)self->kernels->lanes : 0) +
-         (self->batches.masses ? tets * sizeof *self->batches.masses : 0) +
+         (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * lanes : 0) +
+         (self->batches.masses ? tets * (size_t)self->batches.masses_per_tet * sizeof *self->batches.masses : 0) +
          (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
 }

@@ -13,6 +13,7 @@
 typedef struct flesh_tets {
   flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
   flesh_batches batches;
+  flesh_element element; /* never AUTO */
   const flesh_tet_kernels *kernels;
   flesh_instructions instructions; /* never AUTO */
   flesh_tet_order order;           /* without .tet */

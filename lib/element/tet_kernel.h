@@ -8,8 +8,8 @@
 #include "flesh/body.h"
 #include "flesh/material.h"
 
-/* What a tile may have of nodes and of pairs of different nodes. */
-enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536 };
+/* What a tile may have of nodes and of pairs of different nodes, the last where tets have ten nodes. */
+enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536, FLESH_TILE_PAIRS_10 = 3072 };
 
 /* Tiles are runs of batches. Kernels hold a tile's positions, forces and blocks by themselves, near and without gaps:
  * each is fetched from the body's once, and added to them once. */
@@ -25,23 +25,36 @@ typedef struct flesh_tiles {
                        names them; the tile's first is at pair_first + node_first */
   const int *fresh; /* [count][2] how many of its pairs of different nodes, and of its nodes, the first, no tile before
                        has */
-  const uint16_t *nodes; /* [batches][lanes][4] four times each node's number in its tile */
-  const uint16_t *pairs; /* [batches][lanes][6] eight times each pair's (01 02 03 12 13 23); that of pairs where lanes
-                            are not used */
+  const uint16_t *nodes; /* [batches][lanes][4 or 10] four times each node's number in its tile */
+  const uint16_t *pairs; /* [batches][lanes][6 or 45] eight times each pair's (01 02 03 ... 12 13 ...); that of pairs
+                            where lanes are not used */
+  const uint8_t *turned; /* of each tile's pairs, from pair_first on: the mesh's number of the first node is the larger
+                            one, so that the body's block is the transposed one; NULL for tets of four nodes */
 } flesh_tiles;
+
+/* What the mean of J over a tet bears of the volume term: `share` U(J), U = (J-1)^2/2 or (log J)^2/2. */
+typedef struct flesh_volume_share {
+  double share; /* Pa, not negative */
+  flesh_volume_term term;
+} flesh_volume_share;
 
 /* Tets in batches of at most as many as the kernels have lanes, of one material each. */
 typedef struct flesh_batches {
-  int count, lanes;
+  int count, lanes, nodes_per_tet;
+  int shapes_per_tet; /* 1; one for each point of quadrature where tets are curved */
   flesh_tiles tiles;
   const int *first;     /* [count+1] first tet of each */
   const int *material;  /* [count] index into materials */
-  const double *shapes; /* [count][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the
-                           nodes wind the other way; lanes that are not used repeat the last tet with no volume;
-                           NULL: masses */
-  const double *masses; /* [tets] rho V/20, kg; NULL: shapes */
-  const int *nodes;     /* [tets][4], ascending within a tet */
+  /* [count][shapes_per_tet][10][lanes]: gradients g_1, g_2, g_3 of shape functions, volume, negative where the nodes
+   * wind the other way; lanes that are not used repeat the last tet with no volume; NULL: masses. Of ten nodes: those of
+   * the corners of the straight tet, or of the virtual corners (tet10_lanes.h) at the point */
+  const double *shapes;
+  int masses_per_tet; /* 1; 55 where tets are curved */
+  /* [tets] rho V/20, of ten nodes rho V/420, kg; or [tets][55] the integrals of rho N_a N_b, a <= b; NULL: shapes */
+  const double *masses;
+  const int *nodes;     /* [tets][nodes_per_tet]: corners, ascending, and those on the edges 01 02 03 12 13 23 */
   const flesh_material *materials;
+  const flesh_volume_share *volume_shares; /* of the materials; NULL where no mean is taken */
 } flesh_batches;
 
 /* The second Piola-Kirchhoff stress 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G) for the rate
@@ -88,6 +101,7 @@ typedef struct flesh_tet_kernels {
   const flesh_tet_kernel *viscous;
 } flesh_tet_kernels;
 
-extern const flesh_tet_kernels flesh_kernels_portable, flesh_kernels_avx2, flesh_kernels_avx512;
+/* Of every element, by its number. */
+extern const flesh_tet_kernels flesh_kernels_portable[], flesh_kernels_avx2[], flesh_kernels_avx512[];
 
 #endif

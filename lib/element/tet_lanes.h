@@ -21,7 +21,8 @@
 #endif
 
 extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_stiffness),
-    FLESH_OF_ISA(flesh_viscous);
+    FLESH_OF_ISA(flesh_viscous), FLESH_OF_ISA(flesh_elastic10), FLESH_OF_ISA(flesh_stiffness10),
+    FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_elastic10_mean), FLESH_OF_ISA(flesh_stiffness10_mean);
 
 /* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
  * out of the caches. */
@@ -43,8 +44,8 @@ INLINE void load_tets(const flesh_batches *batches, int index, tets *t)
       __builtin_prefetch(shapes + (size_t)AHEAD * 10 * FLESH_LANES + k, 0, 0);
   t->shape = (const flesh_real_at *)shapes;
   t->material = batches->material[index];
-  t->node = batches->tiles.nodes + (size_t)index * 4 * FLESH_LANES;
-  t->pair = batches->tiles.pairs + (size_t)index * 6 * FLESH_LANES;
+  t->node = batches->tiles.nodes + (size_t)index * ELEMENT_NODES * FLESH_LANES;
+  t->pair = batches->tiles.pairs + (size_t)index * ELEMENT_PAIRS * FLESH_LANES;
   t->volume = flesh_abs(t->shape[9]);
 }
 
@@ -54,24 +55,30 @@ INLINE void shape_gradient(const tets *t, int a, flesh_real g[3])
   for (int j = 0; j < 3; j++) g[j] = t->shape[3 * (a - 1) + j];
 }
 
+/* F of the edges d[a-1] = x_a - x_0. */
+INLINE void gradient_of_edges(const tets *t, flesh_real d[3][3], flesh_real F[9])
+{
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
+}
+
 /* F = sum over nodes of x_a g_a^T, the deformation gradient of a tile's positions, its rate of velocities, and the
- * edges d[a-1] = x_a - x_0 that it is made of. */
+ * edges that it is made of. */
 INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
 {
   const double *place[4][FLESH_LANES];
 #pragma GCC unroll 4
   for (int a = 0; a < 4; a++)
 #pragma GCC unroll 8
-    for (int l = 0; l < FLESH_LANES; l++) place[a][l] = x + t->node[4 * l + a];
+    for (int l = 0; l < FLESH_LANES; l++) place[a][l] = x + t->node[ELEMENT_NODES * l + a];
 #pragma GCC unroll 3
   for (int a = 1; a < 4; a++) {
     flesh_real edge[4];
     flesh_load_from(place[0], place[a], edge);
     for (int i = 0; i < 3; i++) d[a - 1][i] = edge[i];
   }
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
+  gradient_of_edges(t, d, F);
 }
 
 /* Row i of the forces on the nodes, by row i of volume * P. */
@@ -85,20 +92,20 @@ INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[
   f[0][i] = -(f[1][i] + f[2][i] + f[3][i]);
 }
 
-/* Adds every lane's forces f [4 nodes][3] to those of its tile. */
-INLINE void scatter_forces(const tets *t, flesh_real f[4][3], double *r)
+/* Adds every lane's forces f [nodes][3] to those of its tile. */
+INLINE void scatter_forces(const tets *t, flesh_real f[ELEMENT_NODES][3], double *r)
 {
-#pragma GCC unroll 4
-  for (int a = 0; a < 4; a++) {
+#pragma GCC unroll 10
+  for (int a = 0; a < ELEMENT_NODES; a++) {
     flesh_real v[4] = {f[a][0], f[a][1], f[a][2], flesh_all(0)};
     double *place[FLESH_LANES];
 #pragma GCC unroll 8
-    for (int l = 0; l < FLESH_LANES; l++) place[l] = r + t->node[4 * l + a];
+    for (int l = 0; l < FLESH_LANES; l++) place[l] = r + t->node[ELEMENT_NODES * l + a];
     flesh_add_four(place, v);
   }
 }
 
-/* Adds every lane's block of a pair of different nodes (01 02 03 12 13 23) to those of its tile. */
+/* Adds every lane's block of a pair of different nodes (01 02 03 ... 12 13 ...) to those of its tile. */
 INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
 {
   flesh_real by_tet[8 / FLESH_LANES][FLESH_LANES];
@@ -108,7 +115,7 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_b
   }
 #pragma GCC unroll 8
   for (int l = 0; l < FLESH_LANES; l++) {
-    const size_t place = t->pair[6 * l + pair];
+    const size_t place = t->pair[ELEMENT_PAIRS * l + pair];
     for (int part = 0; part < 8 / FLESH_LANES; part++)
       *(flesh_real_at *)(to->eight + place + part * FLESH_LANES) += by_tet[part][l];
     *(double *)((char *)to->ninth + place) += flesh_lane(block[8], l);

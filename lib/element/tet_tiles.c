@@ -8,6 +8,8 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 
+enum { MOST_NODES = 10, MOST_PAIRS = FLESH_TILE_PAIRS_10 }; /* of a tet, of a tile */
+
 /* Pairs of nodes, numbered as they are met. */
 typedef struct pair_list {
   int count;
@@ -22,13 +24,14 @@ typedef struct census {
   int nodes;
   int *node, *block; /* its part of those of all tiles */
   uint16_t *degree, *star;
+  uint8_t *turned;
   pair_list own;     /* of different nodes, by numbers in the tile */
   pair_list of_mesh; /* that were met in any tile, by the mesh's numbers */
   /* Of its nodes: the mesh's numbers; as flesh_cells names them. */
   int here[FLESH_TILE_NODES], with_itself[FLESH_TILE_NODES];
   /* Of its pairs: as flesh_cells names them; the first node. */
-  int named[FLESH_TILE_PAIRS], first[FLESH_TILE_PAIRS];
-  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[FLESH_TILE_PAIRS]; /* their final numbers */
+  int named[MOST_PAIRS], first[MOST_PAIRS];
+  uint16_t node_rank[FLESH_TILE_NODES], pair_rank[MOST_PAIRS]; /* their final numbers */
 } census;
 
 /* The arrays of flesh_tiles while they are made. */
@@ -36,6 +39,7 @@ typedef struct tile_lists {
   int count;
   int *batch, *node_first, *node, *pair_first, *block, *fresh;
   uint16_t *degree, *star, *nodes, *pairs;
+  uint8_t *turned;
 } tile_lists;
 
 /* Its number in the tile, the next one where it is new. */
@@ -61,26 +65,39 @@ static int number_of_pair(pair_list *list, int first, int second)
 }
 
 /* For another batch, whatever its tets share. */
-static int has_room(const census *c, int lanes)
+static int has_room(const census *c, const flesh_batches *batches)
 {
-  return c->nodes + 4 * lanes <= FLESH_TILE_NODES && c->own.count + 6 * lanes <= FLESH_TILE_PAIRS;
+  const int m = batches->nodes_per_tet, most = m == 4 ? FLESH_TILE_PAIRS : FLESH_TILE_PAIRS_10;
+  return c->nodes + m * batches->lanes <= FLESH_TILE_NODES && c->own.count + m * (m - 1) / 2 * batches->lanes <= most;
 }
 
 /* Pairs of lanes that are not used, until all are ranked. */
 enum { NOT_USED = UINT16_MAX };
 
+/* As flesh_cells names the pair of a tet's nodes with these places among its nodes in rising order. */
+static int name_of(int tet, int nodes, int i, int j)
+{
+  const int first = i < j ? i : j, second = i < j ? j : i;
+  return tet * (nodes * (nodes + 1) / 2) + first * nodes - first * (first - 1) / 2 + second - first;
+}
+
 static void add_batch(const flesh_batches *batches, int batch, census *c, uint16_t *nodes, uint16_t *pairs)
 {
+  const int m = batches->nodes_per_tet;
   const int first = batches->first[batch], used = batches->first[batch + 1] - first;
   for (int l = 0; l < batches->lanes; l++) {
     const int tet = first + (l < used ? l : used - 1);
-    int own[4];
-    for (int a = 0, n = 0; a < 4; n += 4 - a++)
-      *nodes++ = (uint16_t)(own[a] = number_of_node(c, batches->nodes[4 * (size_t)tet + (size_t)a], 10 * tet + n));
-    for (int a = 0, n = 0; a < 4; a++, n++)
-      for (int b = a + 1; b < 4; b++) {
+    const int *node = batches->nodes + (size_t)m * (size_t)tet;
+    int own[MOST_NODES], rank[MOST_NODES];
+    for (int a = 0; a < m; a++) {
+      rank[a] = 0;
+      for (int b = 0; b < m; b++) rank[a] += node[b] < node[a];
+      *nodes++ = (uint16_t)(own[a] = number_of_node(c, node[a], name_of(tet, m, rank[a], rank[a])));
+    }
+    for (int a = 0; a < m; a++)
+      for (int b = a + 1; b < m; b++) {
         const int pair = number_of_pair(&c->own, own[a], own[b]);
-        c->named[pair] = 10 * tet + ++n;
+        c->named[pair] = name_of(tet, m, rank[a], rank[b]);
         c->first[pair] = own[a];
         *pairs++ = l < used ? (uint16_t)pair : NOT_USED;
       }
@@ -104,7 +121,7 @@ static int rank(int count, const uint8_t *fresh, const uint16_t *key, uint16_t *
 /* Lists the tile's nodes and pairs; `fresh` [2] as in flesh_tiles. */
 static void list(census *c, int *fresh)
 {
-  uint8_t is_fresh[FLESH_TILE_PAIRS > FLESH_TILE_NODES ? FLESH_TILE_PAIRS : FLESH_TILE_NODES];
+  uint8_t is_fresh[MOST_PAIRS];
   uint16_t degree[FLESH_TILE_NODES] = {0};
   int first_of_star[FLESH_TILE_NODES + 1] = {0};
   for (int k = 0; k < c->own.count; k++) {
@@ -130,13 +147,14 @@ static void list(census *c, int *fresh)
     const int ends[2] = {c->node_rank[c->first[k]], c->node_rank[c->own.second[k]]};
     for (int end = 0; end < 2; end++) c->star[first_of_star[ends[end]]++] = (uint16_t)(8 * c->pair_rank[k]);
     c->block[c->pair_rank[k]] = c->named[k];
+    if (c->turned) c->turned[c->pair_rank[k]] = c->here[c->first[k]] > c->here[c->own.second[k]];
   }
 }
 
 /* Tiles of as many batches of a piece as there is room for. */
 static void cut(const flesh_batches *batches, int pieces, int *piece, census *c, tile_lists *to)
 {
-  const size_t lanes = (size_t)batches->lanes;
+  const size_t lanes = (size_t)batches->lanes, m = (size_t)batches->nodes_per_tet, pairs = m * (m - 1) / 2;
   to->node_first[0] = to->pair_first[0] = 0;
   for (int p = 0, b = 0; p < pieces; p++) {
     piece[p] = to->count;
@@ -144,16 +162,17 @@ static void cut(const flesh_batches *batches, int pieces, int *piece, census *c,
       const int k = to->count++;
       to->batch[k] = b;
       c->nodes = c->own.count = 0;
-      for (; b < piece[p + 1] && has_room(c, batches->lanes); b++)
-        add_batch(batches, b, c, to->nodes + 4 * lanes * (size_t)b, to->pairs + 6 * lanes * (size_t)b);
+      for (; b < piece[p + 1] && has_room(c, batches); b++)
+        add_batch(batches, b, c, to->nodes + m * lanes * (size_t)b, to->pairs + pairs * lanes * (size_t)b);
       list(c, to->fresh + 2 * k);
-      for (size_t l = 4 * lanes * (size_t)to->batch[k]; l < 4 * lanes * (size_t)b; l++)
+      for (size_t l = m * lanes * (size_t)to->batch[k]; l < m * lanes * (size_t)b; l++)
         to->nodes[l] = (uint16_t)(4 * c->node_rank[to->nodes[l]]);
-      for (size_t l = 6 * lanes * (size_t)to->batch[k]; l < 6 * lanes * (size_t)b; l++)
+      for (size_t l = pairs * lanes * (size_t)to->batch[k]; l < pairs * lanes * (size_t)b; l++)
         to->pairs[l] = (uint16_t)(8 * (to->pairs[l] == NOT_USED ? c->own.count : c->pair_rank[to->pairs[l]]));
       c->node += c->nodes;
       c->degree += c->nodes;
       c->star += 2 * c->own.count;
+      if (c->turned) c->turned += c->own.count;
       c->block += c->nodes + c->own.count;
       to->node_first[k + 1] = to->node_first[k] + c->nodes;
       to->pair_first[k + 1] = to->pair_first[k] + c->own.count;
@@ -176,34 +195,37 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
 {
   const size_t most = (size_t)batches->count, seats = most * (size_t)batches->lanes;
   const size_t tets = (size_t)batches->first[batches->count], mesh = (size_t)nodes_of_mesh;
-  if (tets > INT_MAX / 10)
-    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %d have not", tets,
-                      INT_MAX / 10);
+  const size_t m = (size_t)batches->nodes_per_tet, most_pairs = m * (m - 1) / 2;
+  if (tets > INT_MAX / (most_pairs + m))
+    return flesh_fail(FLESH_ERR_MEMORY, "%zu elements have too many pairs of nodes; at most %zu have not", tets,
+                      INT_MAX / (most_pairs + m));
   tile_lists to = {.batch = room_for(most, sizeof(int)),
                    .node_first = room_for(most, sizeof(int)),
-                   .node = room_for(4 * tets, sizeof(int)),
+                   .node = room_for(m * tets, sizeof(int)),
                    .pair_first = room_for(most, sizeof(int)),
-                   .block = room_for(10 * tets, sizeof(int)),
+                   .block = room_for((m + most_pairs) * tets, sizeof(int)),
                    .fresh = room_for(2 * most, sizeof(int)),
-                   .degree = room_for(4 * tets, sizeof(uint16_t)),
-                   .star = room_for(12 * tets, sizeof(uint16_t)),
-                   .nodes = flesh_huge_pages_alloc((4 * seats + 1) * sizeof(uint16_t)),
-                   .pairs = flesh_huge_pages_alloc((6 * seats + 1) * sizeof(uint16_t))};
+                   .degree = room_for(m * tets, sizeof(uint16_t)),
+                   .star = room_for(2 * most_pairs * tets, sizeof(uint16_t)),
+                   .turned = m == 4 ? NULL : room_for(most_pairs * tets, 1),
+                   .nodes = flesh_huge_pages_alloc((m * seats + 1) * sizeof(uint16_t)),
+                   .pairs = flesh_huge_pages_alloc((most_pairs * seats + 1) * sizeof(uint16_t))};
   census *c = flesh_malloc(sizeof *c);
-  int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(12 * tets, sizeof(int));
+  int *of_nodes = room_for(2 * mesh, sizeof(int)), *of_pairs = room_for(2 * most_pairs * tets, sizeof(int));
   uint8_t *met = flesh_calloc(mesh + 1, 1);
   const int ok = to.batch && to.node_first && to.node && to.pair_first && to.block && to.fresh && to.degree &&
-                 to.star && to.nodes && to.pairs && c && of_nodes && of_pairs && met;
+                 to.star && to.nodes && to.pairs && (to.turned || m == 4) && c && of_nodes && of_pairs && met;
   if (ok) {
-    int last[FLESH_TILE_NODES], before[FLESH_TILE_PAIRS], second[FLESH_TILE_PAIRS];
+    int last[FLESH_TILE_NODES], before[MOST_PAIRS], second[MOST_PAIRS];
     *c = (census){.number = of_nodes,
                   .met = met,
                   .node = to.node,
                   .block = to.block,
                   .degree = to.degree,
                   .star = to.star,
+                  .turned = to.turned,
                   .own = {0, last, before, second},
-                  .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + 6 * tets}};
+                  .of_mesh = {0, of_nodes + mesh, of_pairs, of_pairs + most_pairs * tets}};
     for (size_t i = 0; i < 2 * mesh; i++) of_nodes[i] = -1;
     cut(batches, pieces, piece, c, &to);
     const size_t tiles = (size_t)to.count, nodes = (size_t)to.node_first[tiles], pairs = (size_t)to.pair_first[tiles];
@@ -215,13 +237,14 @@ int flesh_tiles_create(flesh_batches *batches, int nodes_of_mesh, int pieces, in
     to.fresh = shrink(to.fresh, 2 * tiles * sizeof(int));
     to.degree = shrink(to.degree, nodes * sizeof(uint16_t));
     to.star = shrink(to.star, 2 * pairs * sizeof(uint16_t));
+    if (to.turned) to.turned = shrink(to.turned, pairs);
   }
   flesh_free(c);
   flesh_free(of_nodes);
   flesh_free(of_pairs);
   flesh_free(met);
   batches->tiles = (flesh_tiles){to.count, to.batch, to.node_first, to.node, to.pair_first,
-                                 to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs};
+                                 to.degree, to.star, to.block, to.fresh, to.nodes, to.pairs, to.turned};
   return ok ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu elements", tets);
 }
 
@@ -237,6 +260,7 @@ void flesh_tiles_clear(flesh_tiles *tiles)
   flesh_free((void *)tiles->fresh);
   flesh_free((void *)tiles->nodes);
   flesh_free((void *)tiles->pairs);
+  flesh_free((void *)tiles->turned);
   *tiles = (flesh_tiles){0};
 }
 
@@ -249,6 +273,8 @@ size_t flesh_tiles_memory(const flesh_batches *batches)
 {
   const flesh_tiles *tiles = &batches->tiles;
   const size_t nodes = (size_t)tiles->node_first[tiles->count], pairs = (size_t)tiles->pair_first[tiles->count];
+  const size_t m = (size_t)batches->nodes_per_tet;
   return (5 * ((size_t)tiles->count + 1) + 2 * nodes + pairs) * sizeof(int) + (nodes + 2 * pairs) * sizeof(uint16_t) +
-         10 * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t);
+         (m + m * (m - 1) / 2) * (size_t)batches->count * (size_t)batches->lanes * sizeof(uint16_t) +
+         (tiles->turned ? pairs : 0);
 }

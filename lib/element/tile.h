@@ -9,6 +9,13 @@
 #include "element/tet_kernel.h"
 #include "math/lanes.h"
 
+/* Of the element that the source at hand is compiled for. */
+#ifndef ELEMENT_NODES
+#define ELEMENT_NODES 4
+#endif
+#define ELEMENT_PAIRS (ELEMENT_NODES * (ELEMENT_NODES - 1) / 2)
+#define TILE_PAIRS    (ELEMENT_NODES == 4 ? FLESH_TILE_PAIRS : FLESH_TILE_PAIRS_10)
+
 /* The compiler must see through these to keep a batch in registers. */
 #define INLINE static inline __attribute__((always_inline))
 
@@ -55,8 +62,8 @@ INLINE void tile_add(const flesh_tiles *tiles, int tile, const double *own, doub
 /* Blocks of the tile's pairs of different nodes: the first eight numbers of each, which are a line, and the ninth. One
  * is for lanes that are not used. */
 typedef struct tile_blocks {
-  double eight[8 * (FLESH_TILE_PAIRS + 1)] __attribute__((aligned(64)));
-  double ninth[FLESH_TILE_PAIRS + 1];
+  double eight[8 * (TILE_PAIRS + 1)] __attribute__((aligned(64)));
+  double ninth[TILE_PAIRS + 1];
 } tile_blocks;
 
 /* Slots of the tile's blocks: its pairs', then its nodes'. */
@@ -99,6 +106,24 @@ INLINE void put_block(const flesh_real own[PARTS_OF_EIGHT], double ninth, int an
   block[8] = anew ? ninth : block[8] + ninth;
 }
 
+/* The first eight numbers of a block transposed. */
+INLINE void transpose_block(flesh_real own[PARTS_OF_EIGHT])
+{
+#if FLESH_LANES == 8
+  own[0] = __builtin_shufflevector(own[0], own[0], 0, 3, 6, 1, 4, 7, 2, 5);
+#else
+  static const int upper[3] = {1, 2, 5}, lower[3] = {3, 6, 7};
+  double eight[8];
+  for (int c = 0; c < 8; c++) eight[c] = flesh_lane(own[c / FLESH_LANES], c % FLESH_LANES);
+  for (int k = 0; k < 3; k++) {
+    const double other = eight[upper[k]];
+    eight[upper[k]] = eight[lower[k]];
+    eight[lower[k]] = other;
+  }
+  for (int c = 0; c < 8; c++) flesh_set_lane(&own[c / FLESH_LANES], c % FLESH_LANES, eight[c]);
+#endif
+}
+
 /* The first eight numbers of a symmetric block from those of one that has this symmetric part. */
 INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
 {
@@ -115,16 +140,19 @@ INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
 
 /* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
  * a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
-INLINE void tile_close(const flesh_tiles *tiles, int tile, const tile_blocks *own, int anew, const int *slots,
+INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int anew, const int *slots,
                        double *values)
 {
   const int *slot = tile_slots(tiles, tile, slots), pairs = tile_pairs(tiles, tile), nodes = tile_nodes(tiles, tile);
   const int *fresh = tiles->fresh + 2 * tile;
   const uint16_t *degree = tiles->degree + tiles->node_first[tile];
   const uint16_t *star = tiles->star + 2 * (size_t)tiles->pair_first[tile];
-  for (int k = 0; k < pairs; k++)
+  const uint8_t *turned = ELEMENT_NODES == 4 ? NULL : tiles->turned + tiles->pair_first[tile];
+  for (int k = 0; k < pairs; k++) {
+    if (turned && turned[k]) transpose_block((flesh_real *)(own->eight + 8 * k));
     put_block((const flesh_real *)(own->eight + 8 * k), own->ninth[k], anew && k < fresh[0],
               values + 9 * (size_t)slot[k]);
+  }
   for (int i = 0; i < nodes; i++) {
     flesh_real sum[PARTS_OF_EIGHT] = {{0}};
     double ninth = 0;

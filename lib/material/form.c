@@ -4,7 +4,8 @@
 #include <assert.h>
 #include <stddef.h>
 
-#define FORM(NAME, name_, text, full, volume, takes, colour_, formula_, source_, limit_, limit_text, equal, ...)       \
+#define FORM(NAME, name_, text, full, volume, takes, colour_, formula_, source_, limit_, limit_text, equal,            \
+             matched_mu, matched_lambda, alpha, term)                                                                  \
   [FLESH_ENERGY_##NAME] = {.name = text,                                                                               \
                            .full_name = full,                                                                          \
                            .colour = colour_,                                                                          \
@@ -13,7 +14,8 @@
                            .needs_volume = volume,                                                                     \
                            .constants = FLESH_TAKES_##takes,                                                           \
                            .limit = limit_text,                                                                        \
-                           .at_limit = equal},
+                           .at_limit = equal,                                                                          \
+                           .volume_term = FLESH_VOLUME_##term},
 
 const flesh_form flesh_forms[] = {FLESH_FORM_LIST(FORM)};
 

@@ -18,6 +18,7 @@ typedef struct flesh_form {
   unsigned constants;                   /* the flesh_constants it takes, bit by bit */
   const char *limit;                    /* raw lambda's, as text; NULL: the form has no lambda */
   int at_limit;                         /* whether raw lambda may equal it */
+  flesh_volume_term volume_term;
 } flesh_form;
 
 extern const flesh_form flesh_forms[FLESH_ENERGY_COUNT];

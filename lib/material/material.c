@@ -108,7 +108,7 @@ static constants_of_form formulas(flesh_energy energy, const flesh_material *m)
 #undef LOCAL
   switch (energy) {
 #define FORMULAS(NAME, name, text, full, volume, takes, colour, formula, source, limit, limit_text, equal, matched_mu, \
-                 matched_lambda, alpha)                                                                                \
+                 matched_lambda, alpha, volume_term)                                                                   \
   case FLESH_ENERGY_##NAME:                                                                                            \
     return (constants_of_form){limit, matched_mu, matched_lambda, alpha};
     FLESH_FORM_LIST(FORMULAS)

@@ -27,11 +27,17 @@ static int grow(void **array, size_t bytes)
   return grown != NULL;
 }
 
-int flesh_draft_reserve_tets(flesh_draft *draft, int tets)
+int flesh_draft_reserve_tets(flesh_draft *draft, int size, int tets)
 {
   size_t room = (size_t)tets;
+  if (draft->tet_size && draft->tet_size != size)
+    return flesh_fail(FLESH_ERR_FILE,
+                      "%s: there are tets of %d nodes and tets of %d; all must have the same number",
+                      draft->path, draft->tet_size, size);
+  draft->tet_size = size;
   if (tets <= draft->tet_room) return FLESH_OK;
   if (!grow((void **)&draft->tet_nodes, 4 * room * sizeof *draft->tet_nodes) ||
+      (size > 4 && !grow((void **)&draft->edge_nodes, 6 * room * sizeof *draft->edge_nodes)) ||
       !grow((void **)&draft->regions, room * sizeof *draft->regions) ||
       !grow((void **)&draft->tet_where, room * sizeof *draft->tet_where) ||
       !grow((void **)&draft->tet_tag, room * sizeof *draft->tet_tag))
@@ -40,16 +46,19 @@ int flesh_draft_reserve_tets(flesh_draft *draft, int tets)
   return FLESH_OK;
 }
 
-int flesh_draft_add_tet(flesh_draft *draft, const int nodes[4], int region, int64_t where,
+int flesh_draft_add_tet(flesh_draft *draft, int size, const int *nodes, int region, int64_t where,
                         int64_t tag)
 {
+  int room = draft->tets + 1;
   if (draft->tets == draft->tet_room) {
     if (draft->tets > INT_MAX / 8) return no_memory(draft, "tets", draft->tets);
-    int status = flesh_draft_reserve_tets(draft, draft->tets ? 2 * draft->tets : 64);
-    if (status) return status;
+    room = draft->tets ? 2 * draft->tets : 64;
   }
+  int status = flesh_draft_reserve_tets(draft, size, room);
+  if (status) return status;
   int t = draft->tets++;
   memcpy(draft->tet_nodes + 4 * (size_t)t, nodes, 4 * sizeof *nodes);
+  if (size > 4) memcpy(draft->edge_nodes + 6 * (size_t)t, nodes + 4, 6 * sizeof *nodes);
   draft->regions[t] = region;
   draft->tet_where[t] = where;
   draft->tet_tag[t] = tag;
@@ -71,7 +80,7 @@ int flesh_draft_finish(const flesh_draft *draft, flesh_mesh **mesh)
                               .node_tag = draft->node_tag,
                               .node_base = draft->node_base};
   return flesh_mesh_build(draft->nodes, draft->positions, draft->tets, draft->tet_nodes,
-                          draft->regions, &origin, mesh);
+                          draft->edge_nodes, draft->regions, &origin, mesh);
 }
 
 void flesh_draft_clear(flesh_draft *draft)
@@ -80,6 +89,7 @@ void flesh_draft_clear(flesh_draft *draft)
   free(draft->positions);
   free(draft->node_tag);
   free(draft->tet_nodes);
+  free(draft->edge_nodes);
   free(draft->regions);
   free(draft->tet_where);
   free(draft->tet_tag);

@@ -15,18 +15,19 @@ typedef struct flesh_draft {
   int node_base;     /* number of the first node, for formats that number them in a row */
   double *positions; /* [3*nodes] */
   int64_t *node_tag; /* [nodes] for formats with free node numbers, else NULL */
-  int tet_room;
-  int *tet_nodes; /* [4*tet_room] */
+  int tet_room, tet_size; /* tet_size: nodes of each tet, 4 or 10; 0 while there is none */
+  int *tet_nodes;         /* [4*tet_room] */
+  int *edge_nodes;        /* [6*tet_room] where tet_size is 10, else NULL */
   int *regions;
   int64_t *tet_where, *tet_tag;
 } flesh_draft;
 
 /* Sets the number of nodes and gets room for them. */
 int flesh_draft_set_nodes(flesh_draft *draft, int nodes);
-/* Gets room for that many tets. */
-int flesh_draft_reserve_tets(flesh_draft *draft, int tets);
-/* Adds a tet with node indices from 0. */
-int flesh_draft_add_tet(flesh_draft *draft, const int nodes[4], int region, int64_t where,
+/* Gets room for that many tets of `size` nodes, which all others must have too: FLESH_ERR_FILE. */
+int flesh_draft_reserve_tets(flesh_draft *draft, int size, int tets);
+/* Adds a tet of `size` nodes, indices from 0, edges in VTK's order. */
+int flesh_draft_add_tet(flesh_draft *draft, int size, const int *nodes, int region, int64_t where,
                         int64_t tag);
 /* A file's node number as an index; -1 when it is outside [node_base, node_base + nodes). */
 int flesh_draft_node(const flesh_draft *draft, int64_t number);

@@ -5,6 +5,11 @@
 #include "mesh/draft.h"
 #include "base/scan.h"
 
+/* The place in VTK's order of each of the ten nodes as TetGen 1.5 writes them (23, 03, 01, 12, 13, 02)
+ * and as Gmsh does (01, 12, 02, 03, 23, 13). */
+static const int flesh_tetgen_order[10] = {0, 1, 2, 3, 9, 7, 4, 5, 8, 6};
+static const int flesh_gmsh_order[10] = {0, 1, 2, 3, 4, 5, 6, 7, 9, 8};
+
 /* Each reads the text or bytes of `s` from its beginning into an empty draft. */
 int flesh_plain_read(flesh_scanner *s, flesh_draft *draft);
 int flesh_medit_read(flesh_scanner *s, flesh_draft *draft);

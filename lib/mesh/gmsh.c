@@ -109,18 +109,18 @@ int flesh_gmsh_add_node(flesh_gmsh *g, int index, int64_t tag)
   return FLESH_OK;
 }
 
-int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t tag, const int64_t node_tags[4], int64_t region,
-                       int64_t where)
+int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t type, int64_t tag, const int64_t *node_tags,
+                       int64_t region, int64_t where)
 {
-  int nodes[4];
-  for (int i = 0; i < 4; i++)
-    if (!flesh_tag_map_find(&g->nodes, node_tags[i], &nodes[i]))
+  int nodes[10], size = flesh_gmsh_type_nodes(type);
+  for (int i = 0; i < size; i++)
+    if (!flesh_tag_map_find(&g->nodes, node_tags[i], &nodes[flesh_gmsh_order[i]]))
       return flesh_gmsh_fail(g, "tet %lld uses node %lld, which is not among the %d of $Nodes",
                              (long long)tag, (long long)node_tags[i], g->draft->nodes);
   if (region < INT_MIN || region > INT_MAX)
     return flesh_gmsh_fail(g, "tet %lld has the tag %lld; it must fit into 32 bits", (long long)tag,
                            (long long)region);
-  return flesh_draft_add_tet(g->draft, nodes, (int)region, where, tag);
+  return flesh_draft_add_tet(g->draft, size, nodes, (int)region, where, tag);
 }
 
 int flesh_gmsh_type_nodes(int64_t type)
@@ -133,12 +133,17 @@ int flesh_gmsh_type_nodes(int64_t type)
   return type > 0 && type < (int64_t)sizeof nodes ? nodes[type] : 0;
 }
 
+int flesh_gmsh_is_tet(int64_t type)
+{
+  return type == FLESH_GMSH_TET4 || type == FLESH_GMSH_TET10;
+}
+
 int flesh_gmsh_check_type(const flesh_gmsh *g, int64_t type, int64_t tag)
 {
-  if (type == 11 || type == 29 || type == 30 || type == 31)
+  if (type == 29 || type == 30 || type == 31)
     return flesh_gmsh_fail(g,
-                           "element %lld is a tet of %d nodes (higher order); only tets of 4 "
-                           "nodes can be read: run gmsh with -order 1",
+                           "element %lld is a tet of %d nodes (order 3 or above); only tets of 4 and "
+                           "of 10 nodes can be read: run gmsh with -order 1 or 2",
                            (long long)tag, flesh_gmsh_type_nodes(type));
   return FLESH_OK;
 }

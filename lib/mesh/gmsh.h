@@ -42,14 +42,16 @@ int flesh_gmsh_row_end(flesh_gmsh *g);
 int flesh_gmsh_set_nodes(flesh_gmsh *g, int nodes);
 /* Gives node `index` its tag, which must be new. */
 int flesh_gmsh_add_node(flesh_gmsh *g, int index, int64_t tag);
-/* Adds a tet by its node tags. */
-int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t tag, const int64_t node_tags[4], int64_t region,
-                       int64_t where);
+/* Adds a tet of the given type by its node tags. */
+int flesh_gmsh_add_tet(flesh_gmsh *g, int64_t type, int64_t tag, const int64_t *node_tags,
+                       int64_t region, int64_t where);
 /* Present line or byte. */
 int64_t flesh_gmsh_where(const flesh_gmsh *g);
 
-/* Nodes of an element type, 0 when unknown; tells tets of higher order. */
+/* Nodes of an element type, 0 when unknown; whether it is a tet that is read; tells tets of higher
+ * order. */
 int flesh_gmsh_type_nodes(int64_t type);
+int flesh_gmsh_is_tet(int64_t type);
 int flesh_gmsh_check_type(const flesh_gmsh *g, int64_t type, int64_t tag);
 
 /* Bodies of the sections; the scanner stands behind the line of the section's name. */
@@ -59,6 +61,6 @@ int flesh_gmsh4_entities(flesh_gmsh *g, int partitioned);
 int flesh_gmsh4_nodes(flesh_gmsh *g);
 int flesh_gmsh4_elements(flesh_gmsh *g);
 
-enum { FLESH_GMSH_TET4 = 4 };
+enum { FLESH_GMSH_TET4 = 4, FLESH_GMSH_TET10 = 11 };
 
 #endif

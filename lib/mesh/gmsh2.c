@@ -34,16 +34,17 @@ int flesh_gmsh2_nodes(flesh_gmsh *g)
 /* One element's tags and nodes; `physical` and `elementary` are its first two tags. */
 static int read_element(flesh_gmsh *g, int64_t tag, int64_t type, int64_t tags, int64_t where)
 {
-  int64_t kind[2] = {0, 0}, ignored, nodes[4];
+  int64_t kind[2] = {0, 0}, ignored, nodes[10];
   int status = FLESH_OK;
   for (int64_t i = 0; i < tags && !status; i++)
     status = flesh_gmsh_int(g, i < 2 ? &kind[i] : &ignored);
   if (!status) status = flesh_gmsh_check_type(g, type, tag);
   if (status) return status;
-  if (type == FLESH_GMSH_TET4) {
-    for (int i = 0; i < 4 && !status; i++) status = flesh_gmsh_int(g, &nodes[i]);
+  if (flesh_gmsh_is_tet(type)) {
+    for (int i = 0; i < flesh_gmsh_type_nodes(type) && !status; i++) status = flesh_gmsh_int(g, &nodes[i]);
     if (!status) status = flesh_gmsh_row_end(g);
-    if (!status) status = flesh_gmsh_add_tet(g, tag, nodes, kind[0] ? kind[0] : kind[1], where);
+    if (!status)
+      status = flesh_gmsh_add_tet(g, type, tag, nodes, kind[0] ? kind[0] : kind[1], where);
     return status;
   }
   g->others++;

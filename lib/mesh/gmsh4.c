@@ -139,31 +139,40 @@ static int skip_elements(flesh_gmsh *g, int64_t type, int64_t count)
   return status;
 }
 
+/* A block of tets; `kind` is its region. */
+static int read_tets(flesh_gmsh *g, int64_t type, int64_t count, int64_t done, int64_t kind)
+{
+  const int size = flesh_gmsh_type_nodes(type);
+  int64_t tag, nodes[10];
+  int status = flesh_gmsh_check_count(g, "tets", count, 0, 2 + 2 * size, 8 * (1 + size));
+  if (!status && !g->draft->tets && count) status = flesh_draft_reserve_tets(g->draft, size, (int)count);
+  for (int64_t e = 0; e < count && !status; e++) {
+    flesh_gmsh_row(g, "element", done + e + 1, size == 4 ? "tag a b c d" : "tag a b c d ab bc ac ad cd bd");
+    int64_t where = flesh_gmsh_where(g);
+    status = flesh_gmsh_size(g, &tag);
+    for (int i = 0; i < size && !status; i++) status = flesh_gmsh_size(g, &nodes[i]);
+    if (!status) status = flesh_gmsh_row_end(g);
+    if (!status) status = flesh_gmsh_add_tet(g, type, tag, nodes, kind, where);
+  }
+  return status;
+}
+
 int flesh_gmsh4_elements(flesh_gmsh *g)
 {
-  int64_t blocks, elements, head[3], count, tag, nodes[4], done = 0;
+  int64_t blocks, elements, head[3], count, done = 0;
   int status = read_head(g, "element", &blocks, &elements);
   if (!status) status = flesh_gmsh_check_count(g, "elements", elements, 1, 4, 16);
   for (int64_t b = 0; b < blocks && !status; b++, done += count) {
     status = read_block_head(g, "element", done, elements - done, head, &count);
     if (!status && count) status = flesh_gmsh_check_type(g, head[2], done + 1);
     if (status) return status;
-    if (head[2] != FLESH_GMSH_TET4) {
+    if (!flesh_gmsh_is_tet(head[2])) {
       status = skip_elements(g, head[2], count);
       continue;
     }
     int region;
     int64_t kind = flesh_tag_map_find(&g->volumes, head[1], &region) ? region : head[1];
-    status = flesh_gmsh_check_count(g, "tets", count, 0, 10, 40);
-    if (!status && !g->draft->tets) status = flesh_draft_reserve_tets(g->draft, (int)count);
-    for (int64_t e = 0; e < count && !status; e++) {
-      flesh_gmsh_row(g, "element", done + e + 1, "tag a b c d");
-      int64_t where = flesh_gmsh_where(g);
-      status = flesh_gmsh_size(g, &tag);
-      for (int i = 0; i < 4 && !status; i++) status = flesh_gmsh_size(g, &nodes[i]);
-      if (!status) status = flesh_gmsh_row_end(g);
-      if (!status) status = flesh_gmsh_add_tet(g, tag, nodes, kind, where);
-    }
+    status = read_tets(g, head[2], count, done, kind);
   }
   if (!status && done != elements)
     status = flesh_gmsh_fail(g, "the blocks hold %lld elements, but $Elements says %lld",

@@ -1,6 +1,7 @@
 /* inspect.c: counts, sizes and quality of a mesh. */
 #include "mesh/inspect.h"
 #include "math/mat3.h"
+#include "mesh/bernstein.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,8 +26,17 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   double areas = (sqrt(flesh_vec3_dot(bc, bc)) + sqrt(flesh_vec3_dot(ca, ca)) + sqrt(flesh_vec3_dot(ab, ab)) +
                   sqrt(flesh_vec3_dot(fourth, fourth))) /
                  2;
-  double volume = mesh->volumes[tet];
+  double volume = mesh->edge_nodes ? flesh_tet_volume(mesh->positions, n) : mesh->volumes[tet];
   return 108 * volume * (volume / areas) / sqrt(flesh_vec3_dot(centre, centre));
+}
+
+double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet)
+{
+  double one[FLESH_CUBIC], minus[FLESH_CUBIC];
+  if (!mesh->curved[tet]) return 1;
+  const double *C = mesh->jacobians + FLESH_CUBIC * (size_t)tet;
+  for (int a = 0; a < FLESH_CUBIC; a++) one[a] = 1, minus[a] = -C[a];
+  return flesh_cubic_least(C, one, 1e-4).low / -flesh_cubic_least(minus, one, 1e-4).low;
 }
 
 static int compare_ints(const void *a, const void *b)
@@ -93,7 +103,9 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
                             .flipped = mesh->flipped,
                             .unused_nodes = mesh->unused_nodes,
                             .edge_min = INFINITY,
-                            .radius_ratio_min = INFINITY};
+                            .radius_ratio_min = INFINITY,
+                            .order = flesh_mesh_order(mesh),
+                            .scaled_jacobian_min = 1};
   info->regions = region_count(mesh);
   info->volume = flesh_mesh_volume(mesh, mesh->positions);
   for (int d = 0; d < 3; d++) info->low[d] = INFINITY, info->high[d] = -INFINITY;
@@ -114,6 +126,9 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
     double ratio = flesh_mesh_radius_ratio(mesh, t);
     ratios += ratio;
     if (ratio < info->radius_ratio_min) info->radius_ratio_min = ratio, info->worst_tet = t;
+    double scaled = flesh_mesh_scaled_jacobian(mesh, t);
+    if (scaled < info->scaled_jacobian_min) info->scaled_jacobian_min = scaled, info->most_bent_tet = t;
+    info->curved += mesh->curved[t];
   }
   info->edge_mean = flesh_mesh_mean_edge(mesh);
   info->radius_ratio_mean = ratios / mesh->tets;

@@ -4,10 +4,14 @@
 
 #include "mesh/mesh.h"
 
-/* 3 * inradius / circumradius of a tet: 1 for a regular one, towards 0 for a flat one. */
+/* 3 * inradius / circumradius of a tet with straight edges: 1 for a regular one, towards 0 for a flat
+ * one. */
 double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet);
 
-/* Over the six edges of every tet, at rest. */
+/* Smallest over largest Jacobian of a tet's map, to 1e-4: 1 where the edges are straight. */
+double flesh_mesh_scaled_jacobian(const flesh_mesh *mesh, int tet);
+
+/* Over the six edges of every tet, at rest, between corners. */
 double flesh_mesh_mean_edge(const flesh_mesh *mesh);
 
 /* The distinct region tags in rising order into *list (new, NULL when out of memory); returns their

@@ -1,5 +1,7 @@
 /* medit.c: Medit's ASCII .mesh (Frey, INRIA RT-0253): keywords, each with its own list; numbers may
- * be spread over lines at will. Vertices and Tetrahedra are read, the other lists are left out. */
+ * be spread over lines at will. Vertices and either Tetrahedra or TetrahedraP2 are read, the other
+ * lists are left out. TetrahedraP2 have their edges in VTK's order, as Gmsh writes them, or as the list
+ * TetrahedraP2Ordering of libMeshb says: for each of the ten nodes twice its barycentric coordinates. */
 #include "mesh/formats.h"
 
 #include <ctype.h>
@@ -7,13 +9,14 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/edges.h"
 
 static int is_letter(char c) { return isalpha((unsigned char)c) != 0; }
 
 /* Keywords with their place in the file, so that the lists can come in any order. */
 typedef struct places {
-  flesh_scanner vertices, tets;
-  int have_vertices, have_tets;
+  flesh_scanner vertices, tets, p2, order;
+  int have_vertices, have_tets, have_p2, have_order;
 } places;
 
 static int note_place(const flesh_scanner *s, const char *word, flesh_scanner *place, int *have)
@@ -50,8 +53,9 @@ static int find_lists(flesh_scanner *s, places *found)
       if (!status && value != 3)
         status = flesh_scan_fail(s, "Dimension is %lld; it must be 3", (long long)value);
     } else if (flesh_scan_word(s, "TetrahedraP2"))
-      status = flesh_scan_fail(s, "the tets have 10 nodes (TetrahedraP2); only tets of 4 nodes can "
-                                  "be read");
+      status = note_place(s, "TetrahedraP2", &found->p2, &found->have_p2);
+    else if (flesh_scan_word(s, "TetrahedraP2Ordering"))
+      status = note_place(s, "TetrahedraP2Ordering", &found->order, &found->have_order);
     else if (flesh_scan_word(s, "End")) return FLESH_OK;
     else
       while (s->at < s->end && !isspace((unsigned char)*s->at) && *s->at != '#') s->at++;
@@ -95,40 +99,91 @@ static int read_vertices(flesh_scanner *s, flesh_draft *draft)
   return status ? status : check_list_end(s, "Vertices", count);
 }
 
-static int read_tets(flesh_scanner *s, flesh_draft *draft)
+/* Where the k-th node of a row belongs among the ten of VTK's order, from its doubled barycentric
+ * coordinates: -1 for what is none. */
+static int place_of(const int64_t L[4])
 {
+  int corner[2], found = 0;
+  for (int i = 0; i < 4; i++) {
+    if (L[i] < 0 || L[i] > 2) return -1;
+    for (int k = 0; k < L[i]; k++) {
+      if (found == 2) return -1;
+      corner[found++] = i;
+    }
+  }
+  if (found < 2) return -1;
+  return corner[0] == corner[1] ? corner[0] : 4 + flesh_edge_between[corner[0]][corner[1]];
+}
+
+static int read_order(flesh_scanner *s, int order[10])
+{
+  int count, taken = 0;
+  s->form = "a count";
+  int status = flesh_scan_count(s, "number of TetrahedraP2Ordering", 1, 8, &count);
+  if (!status && count != 10)
+    status = flesh_scan_fail(s, "TetrahedraP2Ordering has %d rows; it must have 10", count);
+  s->item = "row", s->form = "i j k l";
+  for (int n = 0; n < 10 && !status; n++) {
+    int64_t L[4];
+    s->index = n + 1;
+    for (int d = 0; d < 4 && !status; d++) status = flesh_scan_integer(s, &L[d]);
+    if (status) break;
+    order[n] = place_of(L);
+    if (order[n] < 0 || taken >> order[n] & 1)
+      status = flesh_scan_fail(s,
+                               "row %d of TetrahedraP2Ordering names no node of a tet, or one that "
+                               "has been named; its numbers must be 0 to 2, with the sum 2",
+                               n + 1);
+    else taken |= 1 << order[n];
+  }
+  return status ? status : check_list_end(s, "TetrahedraP2Ordering", 10);
+}
+
+/* `order` [size]: the place in VTK's order of the nodes of a row. */
+static int read_tets(flesh_scanner *s, flesh_draft *draft, int size, const int *order)
+{
+  const char *word = size == 4 ? "Tetrahedra" : "TetrahedraP2";
   int count;
   s->form = "a count";
-  int status = flesh_scan_count(s, "number of Tetrahedra", 1, 10, &count);
-  if (!status) status = flesh_draft_reserve_tets(draft, count);
-  s->item = "tet", s->form = "a b c d reference";
+  int status = flesh_scan_count(s, size == 4 ? "number of Tetrahedra" : "number of TetrahedraP2", 1,
+                                2 * size + 2, &count);
+  if (!status) status = flesh_draft_reserve_tets(draft, size, count);
+  s->item = "tet", s->form = size == 4 ? "a b c d reference" : "a b c d ab bc ac ad bd cd reference";
   for (int t = 0; t < count && !status; t++) {
-    int tet[4], region = 0;
+    int tet[10], region = 0;
     int64_t number, line = 0;
     s->index = t + 1;
-    for (int i = 0; i < 4 && !status; i++) {
+    for (int i = 0; i < size && !status; i++) {
       status = flesh_scan_integer(s, &number);
       if (!i) line = s->line;
-      if (!status && (tet[i] = flesh_draft_node(draft, number)) < 0)
+      if (!status && (tet[order[i]] = flesh_draft_node(draft, number)) < 0)
         status = flesh_scan_fail(s, "tet %d uses node %lld; the nodes are 1 to %d", t + 1,
                                  (long long)number, draft->nodes);
     }
     if (!status) status = read_reference(s, &region);
-    if (!status) status = flesh_draft_add_tet(draft, tet, region, line, t + 1);
+    if (!status) status = flesh_draft_add_tet(draft, size, tet, region, line, t + 1);
   }
-  return status ? status : check_list_end(s, "Tetrahedra", count);
+  return status ? status : check_list_end(s, word, count);
 }
 
 int flesh_medit_read(flesh_scanner *s, flesh_draft *draft)
 {
   places found = {.have_vertices = 0};
+  int order[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
   s->free_rows = 1;
   draft->node_base = 1;
   int status = find_lists(s, &found);
   if (!status && !found.have_vertices)
     status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Vertices`", s->path);
-  if (!status && !found.have_tets)
-    status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Tetrahedra`", s->path);
+  if (!status && !found.have_tets && !found.have_p2)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: there is no list `Tetrahedra` or `TetrahedraP2`", s->path);
+  if (!status && found.have_tets && found.have_p2)
+    status = flesh_fail(FLESH_ERR_FILE,
+                        "%s: there are lists `Tetrahedra` and `TetrahedraP2`; all tets must have the "
+                        "same number of nodes",
+                        s->path);
   if (!status) status = read_vertices(&found.vertices, draft);
-  return status ? status : read_tets(&found.tets, draft);
+  if (!status && found.have_order) status = read_order(&found.order, order);
+  if (status) return status;
+  return found.have_p2 ? read_tets(&found.p2, draft, 10, order) : read_tets(&found.tets, draft, 4, order);
 }

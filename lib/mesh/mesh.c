@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "mesh/bernstein.h"
 
 /* A tet is flat when its volume cannot be told from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
@@ -94,17 +95,50 @@ static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
     if (volume < 0) {
       int last = n[3];
       n[3] = n[2], n[2] = last;
+      if (mesh->edge_nodes) flesh_mesh_flip_edge_nodes(mesh->edge_nodes + 6 * (size_t)t);
       volume = flesh_tet_volume(mesh->positions, n);
       mesh->flipped++;
     }
     mesh->volumes[t] = volume;
   }
-  for (int n = 0; n < mesh->nodes; n++) mesh->unused_nodes += !mesh->node_used[n];
   return FLESH_OK;
 }
 
+/* The room for a mesh of the given sizes; 0 when there is none. */
+static int allocate(flesh_mesh *mesh, int order)
+{
+  size_t nodes = (size_t)mesh->nodes, tets = (size_t)mesh->tets;
+  mesh->positions = flesh_malloc(3 * nodes * sizeof *mesh->positions);
+  mesh->tet_nodes = flesh_malloc(4 * tets * sizeof *mesh->tet_nodes);
+  mesh->regions = flesh_calloc(tets, sizeof *mesh->regions);
+  mesh->volumes = flesh_malloc(tets * sizeof *mesh->volumes);
+  mesh->node_used = flesh_calloc(nodes, sizeof *mesh->node_used);
+  mesh->curved = flesh_calloc(tets, sizeof *mesh->curved);
+  if (order > 1) mesh->edge_nodes = flesh_malloc(6 * tets * sizeof *mesh->edge_nodes);
+  if (order > 1) mesh->jacobians = flesh_malloc(FLESH_CUBIC * tets * sizeof *mesh->jacobians);
+  return mesh->positions && mesh->tet_nodes && mesh->regions && mesh->volumes && mesh->node_used &&
+         mesh->curved && (order == 1 || (mesh->edge_nodes && mesh->jacobians));
+}
+
+/* Checks the copied arrays, and finds from them what else a mesh has. */
+static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
+{
+  int status = check_nodes(mesh);
+  if (!status) status = settle_tets(mesh, origin);
+  if (!status && mesh->edge_nodes) {
+    status = flesh_mesh_check_edge_nodes(mesh, origin);
+    if (status) return status;
+    for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) mesh->node_used[mesh->edge_nodes[k]] = 1;
+    flesh_mesh_find_curved(mesh);
+    status = flesh_mesh_find_jacobians(mesh, origin);
+  }
+  for (int n = 0; n < mesh->nodes && !status; n++) mesh->unused_nodes += !mesh->node_used[n];
+  return status ? status : flesh_mesh_find_surface(mesh, origin);
+}
+
 int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
-                     const int *regions, const flesh_mesh_origin *origin, flesh_mesh **out)
+                     const int *edge_nodes, const int *regions, const flesh_mesh_origin *origin,
+                     flesh_mesh **out)
 {
   const char *path = origin ? origin->path : "", *colon = origin ? ": " : "";
   *out = NULL;
@@ -112,31 +146,26 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh is empty (%d nodes, %d tets); it must have at least one tet",
                       path, colon, nodes, tets);
-  if (nodes > INT_MAX / 3 || tets > INT_MAX / 4)
+  const int most = edge_nodes ? INT_MAX / 16 : INT_MAX / 4; /* 16: triangles of four loose faces */
+  if (nodes > INT_MAX / 3 || tets > most)
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh has %d nodes and %d tets; at most %d and %d are supported",
-                      path, colon, nodes, tets, INT_MAX / 3, INT_MAX / 4);
+                      path, colon, nodes, tets, INT_MAX / 3, most);
   flesh_mesh *mesh = flesh_calloc(1, sizeof *mesh);
   if (!mesh) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
   mesh->nodes = nodes;
   mesh->tets = tets;
-  mesh->positions = flesh_malloc(3 * (size_t)nodes * sizeof *mesh->positions);
-  mesh->tet_nodes = flesh_malloc(4 * (size_t)tets * sizeof *mesh->tet_nodes);
-  mesh->regions = flesh_calloc((size_t)tets, sizeof *mesh->regions);
-  mesh->volumes = flesh_malloc((size_t)tets * sizeof *mesh->volumes);
-  mesh->node_used = flesh_calloc((size_t)nodes, sizeof *mesh->node_used);
   int status = FLESH_OK;
-  if (!mesh->positions || !mesh->tet_nodes || !mesh->regions || !mesh->volumes || !mesh->node_used)
+  if (!allocate(mesh, edge_nodes ? 2 : 1))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
                         tets);
   if (!status) {
     memcpy(mesh->positions, positions, 3 * (size_t)nodes * sizeof *positions);
     memcpy(mesh->tet_nodes, tet_nodes, 4 * (size_t)tets * sizeof *tet_nodes);
+    if (edge_nodes) memcpy(mesh->edge_nodes, edge_nodes, 6 * (size_t)tets * sizeof *edge_nodes);
     if (regions) memcpy(mesh->regions, regions, (size_t)tets * sizeof *regions);
-    status = check_nodes(mesh);
+    status = settle(mesh, origin);
   }
-  if (!status) status = settle_tets(mesh, origin);
-  if (!status) status = flesh_mesh_find_surface(mesh, origin);
   if (status) flesh_mesh_destroy(&mesh);
   *out = mesh;
   return status;
@@ -148,7 +177,7 @@ int flesh_mesh_create(int nodes, const double *positions, int tets, const int *t
   FLESH_NEED({mesh, "mesh"});
   *mesh = NULL;
   FLESH_NEED({positions, "positions"}, {tet_nodes, "tet_nodes"});
-  return flesh_mesh_build(nodes, positions, tets, tet_nodes, regions, NULL, mesh);
+  return flesh_mesh_build(nodes, positions, tets, tet_nodes, NULL, regions, NULL, mesh);
 }
 
 void flesh_mesh_destroy(flesh_mesh **mesh)
@@ -158,6 +187,9 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->tet_nodes);
   flesh_free((*mesh)->regions);
   flesh_free((*mesh)->volumes);
+  flesh_free((*mesh)->edge_nodes);
+  flesh_free((*mesh)->jacobians);
+  flesh_free((*mesh)->curved);
   flesh_free((*mesh)->surface);
   flesh_free((*mesh)->surface_tets);
   flesh_free((*mesh)->node_used);
@@ -169,6 +201,9 @@ int flesh_mesh_node_count(const flesh_mesh *mesh) { return mesh->nodes; }
 int flesh_mesh_tet_count(const flesh_mesh *mesh) { return mesh->tets; }
 const double *flesh_mesh_positions(const flesh_mesh *mesh) { return mesh->positions; }
 const int *flesh_mesh_tets(const flesh_mesh *mesh) { return mesh->tet_nodes; }
+int flesh_mesh_order(const flesh_mesh *mesh) { return mesh->edge_nodes ? 2 : 1; }
+const int *flesh_mesh_tet_edges(const flesh_mesh *mesh) { return mesh->edge_nodes; }
+const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh) { return mesh->curved; }
 const int *flesh_mesh_regions(const flesh_mesh *mesh) { return mesh->regions; }
 const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh) { return mesh->volumes; }
 const uint8_t *flesh_mesh_node_used(const flesh_mesh *mesh) { return mesh->node_used; }

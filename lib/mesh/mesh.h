@@ -12,6 +12,9 @@ struct flesh_mesh {
   int *tet_nodes;     /* [4*tets], positive winding */
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
+  int *edge_nodes;    /* [6*tets] at order 2, in VTK's order; NULL at order 1 */
+  double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form */
+  uint8_t *curved;    /* [tets] */
   int *surface;       /* [3*triangles] */
   int *surface_tets;  /* [triangles] */
   uint8_t *node_used; /* [nodes] */
@@ -28,12 +31,31 @@ typedef struct flesh_mesh_origin {
   int node_base;
 } flesh_mesh_origin;
 
-/* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only). */
+/* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only); order 2
+ * where there are edge_nodes [6*tets]. */
 int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
-                     const int *regions, const flesh_mesh_origin *origin, flesh_mesh **mesh);
+                     const int *edge_nodes, const int *regions, const flesh_mesh_origin *origin,
+                     flesh_mesh **mesh);
 
-/* Finds mesh->surface. FLESH_ERR_FILE for a tet given twice or a face of more than two tets. */
+/* Finds mesh->surface, at order 2 of the faces' four triangles each. FLESH_ERR_FILE for a tet given twice or a face of more than two tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);
+
+/* Checks mesh->edge_nodes: nodes in range, one node for each edge in all its tets and one edge for
+ * each such node, no corner among them. FLESH_ERR_FILE. */
+int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin *origin);
+
+/* What a swap of a tet's last two corners does to its edges. */
+void flesh_mesh_flip_edge_nodes(int edge_nodes[6]);
+
+/* Fills mesh->jacobians, and mesh->volumes with the volumes of the curved tets. FLESH_ERR_FILE where
+ * the Jacobian is not positive all over a tet. */
+int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin);
+
+/* Fills mesh->curved. */
+void flesh_mesh_find_curved(flesh_mesh *mesh);
+
+/* The integrals of N_a N_b over tet `tet` of order 2, m^3, nodes in VTK's order. */
+void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10]);
 
 /* Fails about tet `tet`: puts its place before the sentence. */
 int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *format, ...)
@@ -42,6 +64,9 @@ int flesh_mesh_fail_at(const flesh_mesh_origin *origin, int tet, const char *for
 /* The numbers of a tet and of a node in their file, for sentences. */
 long long flesh_mesh_tet_label(const flesh_mesh_origin *origin, int tet);
 long long flesh_mesh_node_label(const flesh_mesh_origin *origin, int node);
+
+/* J of tet `tet` at x as flesh_mesh_jacobians has it. */
+double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int tet);
 
 /* Signed volume of the tet with the four node indices `nodes`. One compiled body for all callers,
  * so that a body at rest has J = 1 to the last bit. */

@@ -1,5 +1,8 @@
 /* surface.c: the boundary triangles of a mesh, found by pairing the faces of its tets. */
 #include "mesh/mesh.h"
+#include "mesh/edges.h"
+
+#include <string.h>
 
 
 #include "base/error.h"
@@ -37,6 +40,17 @@ static void face_nodes(const flesh_mesh *mesh, int64_t face, int f[3])
   for (int i = 0; i < 3; i++) f[i] = n[outward[face & 3][i]];
 }
 
+/* The four triangles of a face at order 2: at its three corners, then between its edges' nodes. */
+static void face_triangles(const flesh_mesh *mesh, int64_t face, int triangles[12])
+{
+  const int *n = mesh->tet_nodes + (face & ~(int64_t)3), *c = outward[face & 3];
+  const int *on_edges = mesh->edge_nodes + 6 * (face / 4);
+  int m[3];
+  for (int i = 0; i < 3; i++) m[i] = on_edges[flesh_edge_between[c[i]][c[(i + 1) % 3]]];
+  const int all[12] = {n[c[0]], m[0], m[2], m[0], n[c[1]], m[1], m[2], m[1], n[c[2]], m[0], m[1], m[2]};
+  memcpy(triangles, all, sizeof all);
+}
+
 static int same_tet(const flesh_mesh *mesh, int64_t face, int64_t other)
 {
   const int *n = mesh->tet_nodes + (face & ~(int64_t)3);
@@ -46,17 +60,21 @@ static int same_tet(const flesh_mesh *mesh, int64_t face, int64_t other)
 /* Lists the triangles of the faces that are not inner. */
 static int list_triangles(flesh_mesh *mesh, const uint8_t *inner)
 {
+  const int parts = mesh->edge_nodes ? 4 : 1;
   int64_t faces = 4 * (int64_t)mesh->tets, outer = 0;
-  for (int64_t face = 0; face < faces; face++) outer += !inner[face];
+  for (int64_t face = 0; face < faces; face++) outer += parts * !inner[face];
   mesh->surface = flesh_malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
   mesh->surface_tets = flesh_malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
   if (!mesh->surface || !mesh->surface_tets)
-    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles", (long long)outer);
-  for (int64_t face = 0; face < faces; face++)
-    if (!inner[face]) {
-      mesh->surface_tets[mesh->triangles] = (int)(face / 4);
-      face_nodes(mesh, face, mesh->surface + 3 * (size_t)mesh->triangles++);
-    }
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a surface of %lld triangles",
+                      (long long)outer);
+  for (int64_t face = 0; face < faces; face++) {
+    if (inner[face]) continue;
+    int *triangles = mesh->surface + 3 * (size_t)mesh->triangles;
+    if (parts > 1) face_triangles(mesh, face, triangles);
+    else face_nodes(mesh, face, triangles);
+    for (int k = 0; k < parts; k++) mesh->surface_tets[mesh->triangles++] = (int)(face / 4);
+  }
   return FLESH_OK;
 }
 

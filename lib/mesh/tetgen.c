@@ -1,6 +1,7 @@
 /* tetgen.c: TetGen's pair of files. `.node`: "points 3 attributes markers", then rows "index x y z
  * attributes... marker"; `.ele`: "tets 4 attributes", then rows "index a b c d attributes...". The
- * first index of the .node file, 0 or 1, is the base of all others (TetGen manual, section 5). */
+ * first index of the .node file, 0 or 1, is the base of all others (TetGen manual, section 5). With -o2
+ * the tets have ten nodes. */
 #include "mesh/formats.h"
 
 #include <limits.h>
@@ -111,21 +112,19 @@ static int read_tets(flesh_scanner *s, flesh_draft *draft)
   int64_t header[4];
   int status = read_header(s, "number of tets", "tets 4 attributes", 10, defaults, header);
   if (status) return status;
-  if (header[1] == 10)
-    return flesh_scan_fail(s, "the tets have 10 nodes (second order); only tets of 4 nodes can be "
-                              "read: run tetgen without -o2");
-  if (header[1] != 4)
-    return flesh_scan_fail(s, "the tets have %lld nodes; they must have 4", (long long)header[1]);
-  int tets = (int)header[0];
-  status = flesh_draft_reserve_tets(draft, tets);
-  s->item = "tet", s->form = "index a b c d region";
+  if (header[1] != 4 && header[1] != 10)
+    return flesh_scan_fail(s, "the tets have %lld nodes; they must have 4 or 10",
+                           (long long)header[1]);
+  const int tets = (int)header[0], size = (int)header[1];
+  status = flesh_draft_reserve_tets(draft, size, tets);
+  s->item = "tet", s->form = size == 4 ? "index a b c d region" : "index a b c d cd ad ab bc bd ac region";
   for (int t = 0; t < tets && !status; t++) {
-    int tet[4], region = 0;
+    int tet[10], region = 0;
     int64_t number;
     status = read_index(s, draft->node_base + (int64_t)t);
-    for (int i = 0; i < 4 && !status; i++) {
+    for (int i = 0; i < size && !status; i++) {
       status = flesh_scan_integer(s, &number);
-      if (!status && (tet[i] = flesh_draft_node(draft, number)) < 0)
+      if (!status && (tet[flesh_tetgen_order[i]] = flesh_draft_node(draft, number)) < 0)
         status = flesh_scan_fail(s, "tet %lld uses node %lld; the nodes are %d to %d",
                                  (long long)s->index, (long long)number, draft->node_base,
                                  draft->node_base + draft->nodes - 1);
@@ -133,7 +132,7 @@ static int read_tets(flesh_scanner *s, flesh_draft *draft)
     if (!status && header[2] > 0) status = read_region(s, &region);
     if (!status) status = skip_reals(s, header[2] - 1);
     if (!status) status = flesh_scan_row_end(s);
-    if (!status) status = flesh_draft_add_tet(draft, tet, region, s->line, s->index);
+    if (!status) status = flesh_draft_add_tet(draft, size, tet, region, s->line, s->index);
   }
   if (!status && flesh_scan_next(s))
     status = flesh_scan_fail(s, "%s stands behind the last of %d tets; the file must end there",

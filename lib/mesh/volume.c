@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "mesh/bernstein.h"
+
 /* Never inlined: compilers contract the products of each copy in their own way, and at rest the
  * volume must be that of the mesh to the last bit. */
 __attribute__((noinline)) double flesh_tet_volume(const double *x, const int nodes[4])
@@ -17,16 +19,35 @@ __attribute__((noinline)) double flesh_tet_volume(const double *x, const int nod
          6;
 }
 
+static double signed_volume(const flesh_mesh *mesh, const double *x, int t)
+{
+  double c[FLESH_CUBIC];
+  const int *nodes = mesh->tet_nodes + 4 * (size_t)t;
+  if (!mesh->edge_nodes) return flesh_tet_volume(x, nodes);
+  flesh_tet10_jacobian(x, nodes, mesh->edge_nodes + 6 * (size_t)t, c);
+  return flesh_cubic_integral(c);
+}
+
 double flesh_mesh_volume(const flesh_mesh *mesh, const double *x)
 {
   /* Compensated (Neumaier): drift of volume is measured down to rounding. */
   double sum = 0, lost = 0;
   for (int t = 0; t < mesh->tets; t++) {
-    double volume = flesh_tet_volume(x, mesh->tet_nodes + 4 * (size_t)t), next = sum + volume;
+    double volume = signed_volume(mesh, x, t), next = sum + volume;
     lost += fabs(sum) >= fabs(volume) ? (sum - next) + volume : (volume - next) + sum;
     sum = next;
   }
   return sum + lost;
+}
+
+/* At order 2 the least value in the tet, to a hundredth of its largest, from below. */
+double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int t)
+{
+  double c[FLESH_CUBIC];
+  const int *nodes = mesh->tet_nodes + 4 * (size_t)t;
+  if (!mesh->edge_nodes) return flesh_tet_volume(x, nodes) / mesh->volumes[t];
+  flesh_tet10_jacobian(x, nodes, mesh->edge_nodes + 6 * (size_t)t, c);
+  return flesh_cubic_least(c, mesh->jacobians + FLESH_CUBIC * (size_t)t, 0.01).low;
 }
 
 double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, int *worst,
@@ -35,7 +56,7 @@ double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, double *J, 
   double smallest = INFINITY;
   int at = 0, count = 0;
   for (int t = 0; t < mesh->tets; t++) {
-    double ratio = flesh_tet_volume(x, mesh->tet_nodes + 4 * (size_t)t) / mesh->volumes[t];
+    double ratio = flesh_mesh_tet_jacobian(mesh, x, t);
     if (J) J[t] = ratio;
     count += !(ratio > 0);
     /* The first NaN is the smallest and stays it. */

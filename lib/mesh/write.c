@@ -6,12 +6,24 @@
 #include "base/error.h"
 #include "base/plain_locale.h"
 #include "base/file.h"
+#include "mesh/formats.h"
+#include "mesh/gmsh.h"
 #include "mesh/inspect.h"
+#include "mesh/pieces.h"
 
 static void write_positions(FILE *file, const flesh_mesh *mesh, int node)
 {
   const double *x = mesh->positions + 3 * (size_t)node;
   fprintf(file, "%.17g %.17g %.17g", x[0], x[1], x[2]);
+}
+
+/* The nodes of a tet as `order` has them (each its place in VTK's order), numbered from 0. Returns
+ * their number, 4 or 10. */
+static int nodes_in_order(const flesh_mesh *mesh, int tet, const int order[10], int nodes[10])
+{
+  int vtk[10], size = flesh_mesh_tet_nodes(mesh, tet, vtk);
+  for (int i = 0; i < size; i++) nodes[i] = vtk[order[i]];
+  return size;
 }
 
 static int write_tetgen_nodes(FILE *file, const flesh_mesh *mesh)
@@ -27,10 +39,12 @@ static int write_tetgen_nodes(FILE *file, const flesh_mesh *mesh)
 
 static int write_tetgen_tets(FILE *file, const flesh_mesh *mesh)
 {
-  fprintf(file, "%d 4 1\n", mesh->tets);
+  fprintf(file, "%d %d 1\n", mesh->tets, mesh->edge_nodes ? 10 : 4);
   for (int t = 0; t < mesh->tets; t++) {
-    const int *n = mesh->tet_nodes + 4 * (size_t)t;
-    fprintf(file, "%d %d %d %d %d %d\n", t, n[0], n[1], n[2], n[3], mesh->regions[t]);
+    int n[10], size = nodes_in_order(mesh, t, flesh_tetgen_order, n);
+    fprintf(file, "%d", t);
+    for (int i = 0; i < size; i++) fprintf(file, " %d", n[i]);
+    fprintf(file, " %d\n", mesh->regions[t]);
   }
   return FLESH_OK;
 }
@@ -42,10 +56,11 @@ static int write_medit(FILE *file, const flesh_mesh *mesh)
     write_positions(file, mesh, n);
     fputs(" 0\n", file);
   }
-  fprintf(file, "Tetrahedra\n%d\n", mesh->tets);
+  fprintf(file, "%s\n%d\n", mesh->edge_nodes ? "TetrahedraP2" : "Tetrahedra", mesh->tets);
   for (int t = 0; t < mesh->tets; t++) {
-    const int *n = mesh->tet_nodes + 4 * (size_t)t;
-    fprintf(file, "%d %d %d %d %d\n", n[0] + 1, n[1] + 1, n[2] + 1, n[3] + 1, mesh->regions[t]);
+    int n[10], size = nodes_in_order(mesh, t, (const int[]){0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, n);
+    for (int i = 0; i < size; i++) fprintf(file, "%d ", n[i] + 1);
+    fprintf(file, "%d\n", mesh->regions[t]);
   }
   fputs("End\n", file);
   return FLESH_OK;
@@ -73,10 +88,31 @@ static int run_length(const flesh_mesh *mesh, int first)
   return end - first;
 }
 
+static void write_gmsh_tets(FILE *file, const flesh_mesh *mesh, int regions, const int *tags)
+{
+  int blocks = 0;
+  fputs("$Elements\n", file);
+  for (int t = 0; t < mesh->tets; t += run_length(mesh, t)) blocks++;
+  put_size(file, blocks), put_size(file, mesh->tets), put_size(file, 1), put_size(file, mesh->tets);
+  for (int t = 0; t < mesh->tets;) {
+    int count = run_length(mesh, t);
+    const int *found = bsearch(&mesh->regions[t], tags, (size_t)regions, sizeof *tags, compare_ints);
+    put_int(file, 3), put_int(file, (int)(found - tags) + 1);
+    put_int(file, mesh->edge_nodes ? FLESH_GMSH_TET10 : FLESH_GMSH_TET4);
+    put_size(file, count);
+    for (int end = t + count; t < end; t++) {
+      int n[10], size = nodes_in_order(mesh, t, flesh_gmsh_order, n);
+      put_size(file, t + 1);
+      for (int i = 0; i < size; i++) put_size(file, n[i] + 1);
+    }
+  }
+  fputs("\n$EndElements\n", file);
+}
+
 /* Gmsh 4.1 in this machine's byte order: one volume with one physical tag for each region. */
 static int write_gmsh(FILE *file, const flesh_mesh *mesh)
 {
-  int *tags, regions = flesh_mesh_region_list(mesh, &tags), blocks = 0;
+  int *tags, regions = flesh_mesh_region_list(mesh, &tags);
   if (!tags) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for the regions of a mesh");
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
@@ -97,20 +133,8 @@ static int write_gmsh(FILE *file, const flesh_mesh *mesh)
   put_int(file, 3), put_int(file, 1), put_int(file, 0), put_size(file, mesh->nodes);
   for (int n = 0; n < mesh->nodes; n++) put_size(file, n + 1);
   fwrite(mesh->positions, sizeof *mesh->positions, 3 * (size_t)mesh->nodes, file);
-  fputs("\n$EndNodes\n$Elements\n", file);
-  for (int t = 0; t < mesh->tets; t += run_length(mesh, t)) blocks++;
-  put_size(file, blocks), put_size(file, mesh->tets), put_size(file, 1), put_size(file, mesh->tets);
-  for (int t = 0; t < mesh->tets;) {
-    int count = run_length(mesh, t);
-    int *found = bsearch(&mesh->regions[t], tags, (size_t)regions, sizeof *tags, compare_ints);
-    put_int(file, 3), put_int(file, (int)(found - tags) + 1), put_int(file, 4);
-    put_size(file, count);
-    for (int end = t + count; t < end; t++) {
-      put_size(file, t + 1);
-      for (int i = 0; i < 4; i++) put_size(file, mesh->tet_nodes[4 * (size_t)t + i] + 1);
-    }
-  }
-  fputs("\n$EndElements\n", file);
+  fputs("\n$EndNodes\n", file);
+  write_gmsh_tets(file, mesh, regions, tags);
   free(tags);
   return FLESH_OK;
 }

@@ -96,11 +96,12 @@ static int make_mesh(subdomain *self)
   return status;
 }
 
-/* Whether an effect is a sum over the subdomain's elements and others. */
+/* Whether an effect is a sum over the subdomain's elements, which have four nodes, and others. */
 static int is_sum(const subdomain *self, const flesh_effect *effect)
 {
   if (!effect->operations->restrict_to_cells) return 0;
   const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
+  if (cells->nodes_per_cell != 4) return 0;
   return !known || (cells->count == known->count &&
                     !memcmp(cells->nodes, known->nodes, 4 * (size_t)known->count * sizeof *cells->nodes));
 }

@@ -109,6 +109,7 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
                              .tets = flesh_mesh_tet_count(frames->mesh),
                              .positions = x,
                              .tet_nodes = flesh_mesh_tets(frames->mesh),
+                             .edge_nodes = flesh_mesh_tet_edges(frames->mesh),
                              .point_array_count = 2,
                              .cell_array_count = 2,
                              .point_arrays = point_arrays,

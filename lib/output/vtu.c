@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 
-enum { VTK_POLYGON = 7, VTK_TETRA = 10 };
+enum { VTK_POLYGON = 7, VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24 };
 
 static const char *byte_order(void)
 {
@@ -76,6 +76,21 @@ static void write_arrays(FILE *stream, int array_count, const flesh_vtu_array *a
                 array_bytes(&arrays[a], count));
 }
 
+/* The cells' corners, or a tet's four and then its six. */
+static void write_connectivity(FILE *stream, const flesh_vtu *content, int64_t count)
+{
+  const uint64_t bytes = sizeof(int32_t) * (uint64_t)count;
+  if (!content->edge_nodes) {
+    write_block(stream, content->tet_nodes ? content->tet_nodes : content->corners, bytes);
+    return;
+  }
+  fwrite(&bytes, sizeof bytes, 1, stream);
+  for (size_t t = 0; t < (size_t)content->tets; t++) {
+    fwrite(content->tet_nodes + 4 * t, sizeof(int32_t), 4, stream);
+    fwrite(content->edge_nodes + 6 * t, sizeof(int32_t), 6, stream);
+  }
+}
+
 int flesh_vtu_write(const char *path, const flesh_vtu *content)
 {
   _Static_assert(sizeof(int) == sizeof(int32_t), "int arrays are written as Int32");
@@ -85,8 +100,8 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   FILE *stream = file.stream;
   int points = content->points, polygons = !content->tet_nodes;
   int cells = polygons ? content->polygons : content->tets;
-  const int *corners = polygons ? content->corners : content->tet_nodes;
-  int64_t corner_count = polygons ? content->starts[cells] : 4 * (int64_t)cells;
+  const int size = content->edge_nodes ? 10 : 4;
+  int64_t corner_count = polygons ? content->starts[cells] : size * (int64_t)cells;
   uint64_t offset = 0;
   fprintf(stream,
           "<?xml version=\"1.0\"?>\n"
@@ -112,16 +127,17 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   write_arrays(stream, content->point_array_count, content->point_arrays, points);
   write_arrays(stream, content->cell_array_count, content->cell_arrays, cells);
   write_block(stream, content->positions, 3 * sizeof(double) * (uint64_t)points);
-  write_block(stream, corners, sizeof(int32_t) * (uint64_t)corner_count);
+  write_connectivity(stream, content, corner_count);
   uint64_t bytes = sizeof(int64_t) * (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
   for (int c = 1; c <= cells; c++) {
-    int64_t end = polygons ? content->starts[c] : 4 * (int64_t)c;
+    int64_t end = polygons ? content->starts[c] : size * (int64_t)c;
     fwrite(&end, sizeof end, 1, stream);
   }
   bytes = (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
-  for (int c = 0; c < cells; c++) putc(polygons ? VTK_POLYGON : VTK_TETRA, stream);
+  const int type = polygons ? VTK_POLYGON : content->edge_nodes ? VTK_QUADRATIC_TETRA : VTK_TETRA;
+  for (int c = 0; c < cells; c++) putc(type, stream);
   fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
   return flesh_file_commit(&file);
 }

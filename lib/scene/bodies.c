@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "geometry/motion.h"
+#include "mesh/mesh.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
 
@@ -29,8 +30,8 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
 /* A mesh being joined of several. */
 typedef struct join {
   double *X;
-  int *tets, *regions;
-  int nodes, tet_count;
+  int *tets, *edges, *regions; /* edges: [6*tet_count] at order 2 */
+  int nodes, tet_count, order;
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
@@ -43,6 +44,13 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   int *regions = realloc(j->regions, ((size_t)j->tet_count + (size_t)tets) * sizeof *regions);
   if (regions) j->regions = regions;
   if (!X || !numbers || !regions) return 1;
+  if (j->order == 2) {
+    int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
+    if (!edges) return 1;
+    j->edges = edges;
+    for (size_t k = 0; k < 6 * (size_t)tets; k++)
+      edges[6 * (size_t)j->tet_count + k] = flesh_mesh_tet_edges(mesh)[k] + j->nodes;
+  }
   flesh_keyframe place = {0};
   for (int c = 0; other && c < 3; c++) {
     place.translation[c] = other->translation[c];
@@ -71,8 +79,19 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              "%s[%d].name is '%s'; another body has that name already", list_key()->name, k,
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
+  if (!status) status = flesh_scene_fit_mesh(scene, &mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
-  if (status) return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  if (status) {
+    flesh_mesh_destroy(&mesh);
+    return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
+  }
+  if (flesh_mesh_order(mesh) != j->order) {
+    flesh_mesh_destroy(&mesh);
+    return flesh_node_fail(place,
+                           "%s[%d].mesh has tets of %d nodes, and the first body's mesh tets of %d; all must have "
+                           "the same (flesh mesh convert --order)",
+                           list_key()->name, k, j->order == 1 ? 10 : 4, j->order == 1 ? 4 : 10);
+  }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
   status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
   scene->part_nodes[k + 2] = j->nodes;
@@ -84,7 +103,7 @@ int flesh_scene_join_bodies(flesh_scene *scene)
 {
   const int count = scene->keys.bodies.count;
   if (!count) return FLESH_OK;
-  join j = {0};
+  join j = {.order = flesh_mesh_order(scene->mesh)};
   flesh_mesh *joined = NULL;
   scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
   scene->part_nodes = flesh_arena_take(&scene->arena, ((size_t)count + 2) * sizeof *scene->part_nodes);
@@ -95,9 +114,11 @@ int flesh_scene_join_bodies(flesh_scene *scene)
   scene->part_nodes[0] = 0;
   scene->part_nodes[1] = j.nodes;
   for (int k = 0; !status && k < count; k++) status = append_other(scene, k, &j);
-  if (!status) status = flesh_mesh_create(j.nodes, j.X, j.tet_count, j.tets, j.regions, &joined);
+  if (!status)
+    status = flesh_mesh_build(j.nodes, j.X, j.tet_count, j.tets, j.edges, j.regions, NULL, &joined);
   free(j.X);
   free(j.tets);
+  free(j.edges);
   free(j.regions);
   if (status) return status;
   flesh_mesh_destroy(&scene->mesh);

@@ -186,6 +186,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
                              .materials = scene->material_count ? scene->materials : NULL,
                              .tet_material = scene->material_count > 1 ? tet_material : NULL,
                              .mass = (flesh_mass)scene->keys.body.mass,
+                             .element = (flesh_element)scene->keys.body.element,
                              .part_count = scene->part_count,
                              .parts = scene->parts};
   return FLESH_OK;
@@ -234,10 +235,22 @@ static int complete_effects(flesh_scene *scene)
                          parameters);
 }
 
+/* Whether the scene asks for an equilibrium, where gravity's exact load is wanted and no free fall. */
+static int is_static(const flesh_scene *scene)
+{
+  const flesh_effect_row *inertia = flesh_effect_row_named("inertia");
+  const flesh_effect_entry *entries = scene->keys.effects.values;
+  if (scene->keys.time.method == FLESH_METHOD_STATIC) return 1;
+  for (int i = 0; i < scene->keys.effects.count; i++)
+    if (entries[i].row == inertia) return 0;
+  return 1;
+}
+
 int flesh_scene_make_system(flesh_scene *scene)
 {
   int status = complete_effects(scene);
   if (status) return status;
+  if (flesh_mesh_order(scene->mesh) == 2 && is_static(scene)) scene->body.mass = FLESH_MASS_CONSISTENT;
   const flesh_node *list =
       flesh_scene_place(scene->root, flesh_scene_table, offsetof(flesh_scene_keys, effects));
   if (!scene->keys.effects.count)

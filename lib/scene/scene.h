@@ -38,6 +38,10 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
                               flesh_material *material);
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
+
+/* Puts nodes on the edges of a mesh that was read where body.element asks for them; FLESH_ERR_ARGUMENT where the mesh
+ * has them and the element has not. */
+int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh);
 /* Densities and materials of their tets; scene->materials has room for one of each, from
  * material_count on; `base` is the body's or -1. */
 int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material);

@@ -28,6 +28,7 @@ typedef struct flesh_scene_keys {
     char *name, *mesh;
     double density;
     int mass; /* flesh_mass */
+    int element; /* flesh_element */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
   } body;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/pieces.h"
 
 const flesh_key flesh_sphere_keys[] = {
     {.name = "centre", .type = FLESH_KEY_VECTOR, .offset = 0, .unit = "m", .doc = "of the sphere"},
@@ -110,7 +111,8 @@ int flesh_selection_nodes(const flesh_selection *selection, const flesh_body *bo
   const int whole = part && !has_nodes(selection) && !selection->regions.count;
   for (int e = 0; (part || selection->regions.count) && e < tets; e++) {
     const int own = is_of(part, e), named = whole || in_regions(selection, flesh_mesh_regions(mesh)[e]);
-    for (int a = 0; own && a < 4; a++) chosen[flesh_mesh_tets(mesh)[4 * (size_t)e + a]] |= named ? 3 : 2;
+    int tet[10], size = flesh_mesh_tet_nodes(mesh, e, tet);
+    for (int a = 0; own && a < size; a++) chosen[tet[a]] |= named ? 3 : 2;
   }
   for (int i = 0; i < total; i++) found += chosen[i] = part ? chosen[i] == 3 : chosen[i] & 1;
   *nodes = malloc(((size_t)found + 1) * sizeof **nodes);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "math/mat3.h"
+#include "mesh/shape.h"
 
 enum { LEAF_TETS = 4 };
 
@@ -19,7 +20,8 @@ typedef struct tree_node {
 
 struct flesh_locator {
   const double *x;
-  const int *tets;
+  const int *tets, *edges; /* edges: NULL where tets have four nodes */
+  const uint8_t *curved;
   int *order;      /* [tets] */
   double *centres; /* [3*tets] */
   tree_node *nodes;
@@ -27,17 +29,36 @@ struct flesh_locator {
   double tie; /* distances that differ by less are equal, m */
 };
 
+static void widen(tree_node *node, const double p[3])
+{
+  for (int d = 0; d < 3; d++) {
+    if (p[d] < node->low[d]) node->low[d] = p[d];
+    if (p[d] > node->high[d]) node->high[d] = p[d];
+  }
+}
+
+/* A curved tet is in the hull of its corners and of the Bernstein points of its edges, 2 x_ij - (x_i +
+ * x_j)/2. */
+static void bound_edges(const flesh_locator *l, int t, tree_node *node)
+{
+  for (int k = 0; k < 6; k++) {
+    const int *n = l->tets + 4 * (size_t)t, *corner = flesh_edge_corners[k];
+    const double *p = l->x + 3 * (size_t)n[corner[0]], *q = l->x + 3 * (size_t)n[corner[1]];
+    const double *m = l->x + 3 * (size_t)l->edges[6 * (size_t)t + k];
+    double b[3];
+    for (int d = 0; d < 3; d++) b[d] = 2 * m[d] - (p[d] + q[d]) / 2;
+    widen(node, b);
+  }
+}
+
 static void bound(const flesh_locator *l, int first, int count, tree_node *node)
 {
   for (int d = 0; d < 3; d++) node->low[d] = INFINITY, node->high[d] = -INFINITY;
-  for (int k = first; k < first + count; k++)
-    for (int i = 0; i < 4; i++) {
-      const double *p = l->x + 3 * (size_t)l->tets[4 * (size_t)l->order[k] + i];
-      for (int d = 0; d < 3; d++) {
-        if (p[d] < node->low[d]) node->low[d] = p[d];
-        if (p[d] > node->high[d]) node->high[d] = p[d];
-      }
-    }
+  for (int k = first; k < first + count; k++) {
+    const int t = l->order[k];
+    for (int i = 0; i < 4; i++) widen(node, l->x + 3 * (size_t)l->tets[4 * (size_t)t + i]);
+    if (l->curved[t]) bound_edges(l, t, node);
+  }
 }
 
 /* Puts the median of order[first ... first+count-1] along `axis` into its place, smaller ones
@@ -88,6 +109,8 @@ int flesh_locator_create(const flesh_mesh *mesh, flesh_locator **locator)
   if (!l) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a tree of tets");
   l->x = flesh_mesh_positions(mesh);
   l->tets = flesh_mesh_tets(mesh);
+  l->edges = flesh_mesh_tet_edges(mesh);
+  l->curved = flesh_mesh_tet_curved(mesh);
   l->order = malloc(tets * sizeof *l->order);
   l->centres = malloc(3 * tets * sizeof *l->centres);
   l->nodes = malloc(2 * tets * sizeof *l->nodes);
@@ -180,6 +203,105 @@ static double distance_to(const flesh_locator *l, int t, const double point[3], 
   return outside ? sqrt(least) : 0;
 }
 
+static void place_nodes(const flesh_locator *l, int t, double x[10][3])
+{
+  for (int a = 0; a < 10; a++) {
+    const int n = a < 4 ? l->tets[4 * (size_t)t + a] : l->edges[6 * (size_t)t + a - 4];
+    for (int d = 0; d < 3; d++) x[a][d] = l->x[3 * (size_t)n + d];
+  }
+}
+
+/* The image of L, and the derivative of the map at L with its negative coordinates cut off, along the
+ * directions of the corners 1 to 3 from corner 0. */
+static void image(const double x[10][3], const double L[4], double y[3], double J[9])
+{
+  double N[10], cut[4], sum = 0;
+  flesh_tet10_weights(L, N);
+  for (int d = 0; d < 3; d++) {
+    y[d] = 0;
+    for (int a = 0; a < 10; a++) y[d] += N[a] * x[a][d];
+  }
+  for (int i = 0; i < 4; i++) sum += cut[i] = fmax(L[i], 0);
+  for (int i = 0; i < 4; i++) cut[i] /= sum;
+  for (int c = 0; c < 3; c++) {
+    double D[4] = {-1, 0, 0, 0};
+    D[c + 1] = 1;
+    flesh_tet10_shape_along(cut, D, N);
+    for (int d = 0; d < 3; d++) {
+      J[3 * d + c] = 0;
+      for (int a = 0; a < 10; a++) J[3 * d + c] += N[a] * x[a][d];
+    }
+  }
+}
+
+/* Newton's method from the straight tet's coordinates in w, with steps of at most half the tet, for
+ * those in the curved one; returns whether it came there. */
+static int weigh_curved(const double x[10][3], const double point[3], double size, double w[4])
+{
+  for (int i = 0; i < 50; i++) {
+    double y[3], J[9], inverse[9], r[3], step[3], largest = 0, off = 0;
+    image(x, w, y, J);
+    for (int d = 0; d < 3; d++) r[d] = point[d] - y[d], off = fmax(off, fabs(r[d]));
+    if (off <= 1e-14 * size) return 1;
+    if (!flesh_mat3_inverse(J, inverse)) return 0;
+    flesh_mat3_times(inverse, r, step);
+    for (int d = 0; d < 3; d++) largest = fmax(largest, fabs(step[d]));
+    if (!isfinite(largest)) return 0;
+    if (largest <= 1e-15 && off <= 1e-12 * size) return 1;
+    double scale = largest > 0.5 && i ? 0.5 / largest : 1;
+    for (int d = 0; d < 3; d++) w[d + 1] += scale * step[d];
+    w[0] = 1 - w[1] - w[2] - w[3];
+  }
+  double y[3], J[9], off = 0;
+  image(x, w, y, J);
+  for (int d = 0; d < 3; d++) off = fmax(off, fabs(point[d] - y[d]));
+  return off <= 1e-11 * size;
+}
+
+/* From the image of w with its negative coordinates cut off, and from the four flat triangles of each
+ * face beyond which the point lies. */
+static double distance_to_curved(const double x[10][3], const double point[3], const double w[4])
+{
+  static const int faces[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
+  double cut[4], N[10], sum = 0, least = 0;
+  if (fmin(fmin(w[0], w[1]), fmin(w[2], w[3])) >= 0) return 0;
+  for (int i = 0; i < 4; i++) sum += cut[i] = fmax(w[i], 0);
+  for (int i = 0; i < 4; i++) cut[i] /= sum;
+  flesh_tet10_shape(cut, N);
+  for (int d = 0; d < 3; d++) {
+    double off = point[d];
+    for (int a = 0; a < 10; a++) off -= N[a] * x[a][d];
+    least += off * off;
+  }
+  for (int k = 0; k < 4; k++) {
+    if (w[k] >= 0) continue;
+    const int a = faces[k][0], b = faces[k][1], c = faces[k][2], p = 4 + flesh_edge_between[a][b],
+              q = 4 + flesh_edge_between[b][c], r = 4 + flesh_edge_between[c][a];
+    const int parts[4][3] = {{a, p, r}, {p, b, q}, {r, q, c}, {p, q, r}};
+    for (int t = 0; t < 4; t++) {
+      double o[3], u[3], v[3];
+      for (int d = 0; d < 3; d++) {
+        o[d] = point[d] - x[parts[t][0]][d];
+        u[d] = x[parts[t][1]][d] - x[parts[t][0]][d], v[d] = x[parts[t][2]][d] - x[parts[t][0]][d];
+      }
+      least = fmin(least, to_triangle(o, u, v));
+    }
+  }
+  return sqrt(least);
+}
+
+/* The place of a point in a curved tet; 0 where the tet's map, continued, does not reach it. */
+static int place_in_curved(const flesh_locator *l, int t, const double point[3], flesh_place *place)
+{
+  double x[10][3], size = 0;
+  place_nodes(l, t, x);
+  for (int a = 0; a < 10; a++)
+    for (int d = 0; d < 3; d++) size = fmax(size, fmax(fabs(x[a][d]), fabs(point[d])));
+  if (!weigh_curved(x, point, size, place->weights)) return 0;
+  place->distance = distance_to_curved(x, point, place->weights);
+  return 1;
+}
+
 static double least_weight(const double w[4])
 {
   return fmin(fmin(w[0], w[1]), fmin(w[2], w[3]));
@@ -190,7 +312,8 @@ static void consider(const flesh_locator *l, int t, const double point[3], flesh
 {
   flesh_place found = {.tet = t};
   weigh(l, t, point, found.weights);
-  found.distance = distance_to(l, t, point, found.weights);
+  if (!l->curved[t]) found.distance = distance_to(l, t, point, found.weights);
+  else if (!place_in_curved(l, t, point, &found)) return;
   if (found.distance > best->distance + l->tie) return;
   int better = found.distance < best->distance - l->tie || best->tet < 0;
   if (!better) {

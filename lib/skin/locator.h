@@ -6,8 +6,11 @@
 
 typedef struct flesh_locator flesh_locator;
 
-/* Where a point lies: its tet, weights of the tet's nodes that sum to one and give the point back,
- * and its distance from the tet (0 inside; the weights then extrapolate). */
+/* Where a point lies: its tet, its barycentric coordinates there and its distance from the tet (0
+ * inside; the coordinates then extrapolate). With four nodes the coordinates are the nodes' weights;
+ * with ten they are of the straight tet that the curved one is the image of (flesh_tet10_weights gives
+ * the point back), and the distance from a curved tet is that from the nearest of its image's point and
+ * of the sixteen triangles between its boundary's nodes, at least the true one. */
 typedef struct flesh_place {
   int tet;
   double weights[4];

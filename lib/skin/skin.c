@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/shape.h"
 #include "skin/locator.h"
 
 /* FNV-1a, 64 bits (Fowler, Noll, Vo): of integers and doubles by their bits, whatever the byte
@@ -16,9 +17,11 @@ static uint64_t hash_word(uint64_t hash, uint64_t word)
   return hash;
 }
 
-static uint64_t hash_numbers(size_t doubles, const double *x, size_t integers, const int *k)
+static const uint64_t hash_begin = 0xcbf29ce484222325u;
+
+static uint64_t hash_numbers(uint64_t hash, size_t doubles, const double *x, size_t integers, const int *k)
 {
-  uint64_t hash = 0xcbf29ce484222325u, word;
+  uint64_t word;
   for (size_t i = 0; i < doubles; i++) {
     double plain = x[i] + 0; /* -0 and 0 are the same place */
     memcpy(&word, &plain, sizeof word);
@@ -39,16 +42,21 @@ int flesh_skin_open(const flesh_mesh *mesh, const flesh_surface *surface, flesh_
   id->vertices = flesh_surface_vertex_count(surface);
   id->faces = flesh_surface_face_count(surface);
   size_t vertices = (size_t)id->vertices;
-  id->mesh_hash = hash_numbers(3 * (size_t)id->nodes, flesh_mesh_positions(mesh),
+  id->mesh_hash = hash_numbers(hash_begin, 3 * (size_t)id->nodes, flesh_mesh_positions(mesh),
                                4 * (size_t)id->tets, flesh_mesh_tets(mesh));
-  id->surface_hash = hash_numbers(3 * vertices, flesh_surface_positions(surface),
+  if (flesh_mesh_order(mesh) == 2)
+    id->mesh_hash = hash_numbers(id->mesh_hash, 0, NULL, 6 * (size_t)id->tets, flesh_mesh_tet_edges(mesh));
+  id->surface_hash = hash_numbers(hash_begin, 3 * vertices, flesh_surface_positions(surface),
                                   (size_t)flesh_surface_starts(surface)[id->faces],
                                   flesh_surface_corners(surface));
+  made->size = flesh_mesh_order(mesh) == 2 ? 10 : 4;
   made->tets = malloc(vertices * sizeof *made->tets);
-  made->nodes = malloc(vertices * 4 * sizeof *made->nodes);
+  made->nodes = malloc(vertices * (size_t)made->size * sizeof *made->nodes);
   made->weights = malloc(vertices * 4 * sizeof *made->weights);
+  if (made->size > 4) made->shapes = malloc(vertices * 10 * sizeof *made->shapes);
   made->distances = malloc(vertices * sizeof *made->distances);
-  if (!made->tets || !made->nodes || !made->weights || !made->distances) {
+  if (!made->tets || !made->nodes || !made->weights || !made->distances ||
+      (made->size > 4 && !made->shapes)) {
     flesh_skin_destroy(&made);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a skin of %d vertices", id->vertices);
   }
@@ -66,7 +74,12 @@ void flesh_skin_set(flesh_skin *skin, const flesh_mesh *mesh, int v, int tet,
 {
   skin->tets[v] = tet;
   skin->distances[v] = distance;
-  memcpy(skin->nodes + 4 * (size_t)v, flesh_mesh_tets(mesh) + 4 * (size_t)tet, 4 * sizeof(int));
+  int *nodes = skin->nodes + skin->size * (size_t)v;
+  memcpy(nodes, flesh_mesh_tets(mesh) + 4 * (size_t)tet, 4 * sizeof(int));
+  if (skin->size > 4) {
+    memcpy(nodes + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet, 6 * sizeof(int));
+    flesh_tet10_weights(weights, skin->shapes + 10 * (size_t)v);
+  }
   memcpy(skin->weights + 4 * (size_t)v, weights, 4 * sizeof(double));
 }
 
@@ -86,10 +99,18 @@ int flesh_skin_bind(const flesh_mesh *mesh, const flesh_surface *surface, flesh_
   for (int v = 0; v < (*skin)->identity.vertices; v++) { /* the last one's tet is a good guess */
     flesh_locator_find(locator, flesh_surface_positions(surface) + 3 * (size_t)v, place.tet,
                        &place);
+    if (place.tet < 0) {
+      status = flesh_fail(FLESH_ERR_FILE,
+                          "vertex %d of the skin is too far outside the body for its curved tets to be "
+                          "continued there; move it nearer, or use a mesh with straight edges",
+                          v);
+      break;
+    }
     flesh_skin_set(*skin, mesh, v, place.tet, place.weights, place.distance);
   }
   flesh_locator_destroy(&locator);
-  return FLESH_OK;
+  if (status) flesh_skin_destroy(skin);
+  return status;
 }
 
 void flesh_skin_destroy(flesh_skin **skin)
@@ -98,6 +119,7 @@ void flesh_skin_destroy(flesh_skin **skin)
   free((*skin)->tets);
   free((*skin)->nodes);
   free((*skin)->weights);
+  free((*skin)->shapes);
   free((*skin)->distances);
   free(*skin);
   *skin = NULL;
@@ -127,11 +149,34 @@ static void clamp_weights(const double *weights, double clamped[4])
   for (int i = 0; i < 4; i++) clamped[i] /= sum;
 }
 
+/* The same for ten nodes; a clamped value stays between those of the nodes. */
+static void apply_quadratic(const flesh_skin *skin, size_t m, int clamp, const double *nodal, double *skinned)
+{
+  for (int v = 0; v < skin->identity.vertices; v++, skinned += m) {
+    const int *n = skin->nodes + 10 * (size_t)v;
+    const double *w = skin->shapes + 10 * (size_t)v, *o = nodal + m * (size_t)n[0];
+    for (size_t d = 0; d < m; d++) {
+      double sum = 0, low = o[d], high = o[d];
+      for (int a = 1; a < 10; a++) {
+        const double value = nodal[m * (size_t)n[a] + d];
+        sum += w[a] * (value - o[d]);
+        low = fmin(low, value), high = fmax(high, value);
+      }
+      skinned[d] = o[d] + sum;
+      if (clamp) skinned[d] = fmin(fmax(skinned[d], low), high);
+    }
+  }
+}
+
 /* Relative to the tet's first node, so that far from the origin nothing is lost. */
 void flesh_skin_apply(const flesh_skin *skin, int components, int clamp, const double *nodal,
                       double *skinned)
 {
   size_t m = (size_t)components;
+  if (skin->size > 4) {
+    apply_quadratic(skin, m, clamp, nodal, skinned);
+    return;
+  }
   for (int v = 0; v < skin->identity.vertices; v++, skinned += m) {
     const int *n = skin->nodes + 4 * (size_t)v;
     const double *w = skin->weights + 4 * (size_t)v, *o = nodal + m * (size_t)n[0];

@@ -16,8 +16,10 @@ struct flesh_skin {
   flesh_skin_identity identity;
   double inside;     /* distances up to this count as none, m */
   int *tets;         /* [vertices] */
-  int *nodes;        /* [4*vertices] the tets' nodes */
-  double *weights;   /* [4*vertices] */
+  int size;          /* nodes of a tet, 4 or 10 */
+  int *nodes;        /* [size*vertices] the tets' nodes */
+  double *weights;   /* [4*vertices] barycentric coordinates */
+  double *shapes;    /* [10*vertices] where size is 10: the nodes' weights; else NULL */
   double *distances; /* [vertices] m */
 };
 

@@ -9,6 +9,7 @@
 #include "geometry/motion.h"
 #include "math/mat3.h"
 #include "math/svd3.h"
+#include "mesh/pieces.h"
 #include "system/one_effect.h"
 
 static int root_of(int *parent, int i)
@@ -52,8 +53,8 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   }
   for (int i = 0; i < nodes; i++) parent[i] = i;
   for (int e = 0; e < tets; e++) {
-    const int *tet = flesh_mesh_tets(mesh) + 4 * (size_t)e;
-    for (int a = 1; a < 4; a++) parent[root_of(parent, tet[a])] = root_of(parent, tet[0]);
+    int tet[10], size = flesh_mesh_tet_nodes(mesh, e, tet);
+    for (int a = 1; a < size; a++) parent[root_of(parent, tet[a])] = root_of(parent, tet[0]);
   }
   for (int i = 0; i < nodes; i++)
     if (used[i] && root_of(parent, i) == i) number[i] = parts->count++;

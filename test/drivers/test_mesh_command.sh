@@ -2,6 +2,7 @@
 # test_mesh_command.sh FLESH: the mesh command's output, sentences and exit codes, as TAP.
 flesh=$(realpath "$1")
 meshes=$(cd "$(dirname "$0")/../../data/meshes" && pwd)
+reference=$(cd "$(dirname "$0")/../reference/meshes" && pwd)
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
@@ -61,12 +62,24 @@ check worst_is_placed 0 'worst tet      0, nodes 0 1 2 3, centre (0.25, 0.25, 0.
 check bad_suffix 2 "the suffix '.stl' names no mesh format" convert bar.msh bar.stl
 check one_file 2 'missing IN OUT' convert bar.msh
 check no_folder 3 'cannot be written' convert bar.msh no/such/bar.msh
+check box_of_ten 0 'ten.msh: 75 nodes, 24 tets of ten nodes, 1 region' \
+  box --cells 1,2,2 --size 1,2,2 --order 2 --out ten.msh
+check ten_nodes 0 'tets           24 of ten nodes, 0 of them curved' info ten.msh
+check ten_volume 0 'volume         4 m^3' info ten.msh
+check lowered 0 'four.mesh: 18 nodes, 24 tets, 1 region' convert --order 1 ten.msh four.mesh
+check raised 0 'ten.node: 75 nodes, 24 tets of ten nodes' convert --order 2 four.mesh ten.node
+check kept 0 'ten.msh: 75 nodes, 24 tets of ten nodes' convert ten.node ten.msh
+check curved 0 'tets           50 of ten nodes, 50 of them curved' info "$reference/ball_finer.msh"
+check curved_volume 0 'volume         4.1505767 m^3' info "$reference/ball_finer.msh"
+check scaled_jacobian 0 'scaled J       0.02036 at least, in tet 48' info "$reference/ball_finer.msh"
+check third_order 2 '--order is 3; it must be 1 or 2' convert --order 3 ten.msh ten.node
+check third_order_box 2 '--order is 3; it must be 1 or 2' box --cells 1,1,1 --size 1,1,1 --order 3 --out no.msh
 echo nonsense > bad.msh
 check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.msh
 
 # Nothing is left behind by what failed.
 number=$((number + 1))
-if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh c.ele c.mesh c.node out ' ]; then
+if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh c.ele c.mesh c.node four.mesh out ten.ele ten.msh ten.node ' ]; then
   echo "ok $number - only_what_was_asked_for"
 else
   echo "not ok $number - only_what_was_asked_for"

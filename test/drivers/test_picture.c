@@ -420,12 +420,17 @@ static void the_inside_is_darker(void)
 
 /* A block stretched along its axes: J is the product, von Mises' stress follows from derivatives of
  * the energy density along the principal stretches: sigma_i = s_i/J d psi/d s_i. */
-static void values_are_those_of_the_motion(void)
+static void check_values(int order)
 {
-  flesh_mesh *mesh = NULL;
+  flesh_mesh *mesh = NULL, *raised;
   flesh_material material;
   const double s[3] = {1.3, 0.9, 0.95}, J = 1.3 * 0.9 * 0.95, e = 1e-6;
   CHECK_OK(flesh_mesh_box((int[]){3, 2, 2}, (double[]){3, 1, 2}, (double[]){0, 0, 0}, &mesh));
+  if (order == 2) {
+    CHECK_OK(flesh_mesh_raise_order(mesh, &raised));
+    flesh_mesh_destroy(&mesh);
+    mesh = raised;
+  }
   CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.4, &material));
   flesh_body body = {.mesh = mesh, .materials = &material};
   int nodes = flesh_mesh_node_count(mesh);
@@ -473,6 +478,54 @@ static void values_are_those_of_the_motion(void)
   CHECK(flesh_picture_values(&panel, FLESH_PICTURE_STRESS, &none, NULL) == FLESH_ERR_ARGUMENT && !none);
   CHECK_TEXT(flesh_error_text(), "no material");
   free(x), free(v);
+  flesh_mesh_destroy(&mesh);
+}
+
+static void values_are_those_of_the_motion(void)
+{
+  for (int order = 1; order <= 2; order++) check_values(order);
+}
+
+/* A ball of 50 ten-node tets, stretched: what is drawn is the curved surface, with the mesh's edges alone. */
+static void curved_faces_are_drawn(void)
+{
+  flesh_mesh *mesh;
+  CHECK_OK(flesh_mesh_read("reference/meshes/ball_finer.msh", &mesh));
+  int nodes = flesh_mesh_node_count(mesh), triangles, visible = 0;
+  (void)flesh_mesh_surface(mesh, &triangles);
+  double *x = malloc(3 * sizeof *x * (size_t)nodes);
+  for (int i = 0; i < 3 * nodes; i++) x[i] = (i % 3 == 2 ? 2 : 1) * flesh_mesh_positions(mesh)[i];
+  flesh_body body = {.mesh = mesh};
+  flesh_picture_panel panel = {.body = &body, .x = x};
+  flesh_picture_options options;
+  flesh_picture_options_default(&options);
+  options.field = FLESH_PICTURE_J, options.edges = 1;
+  flesh_picture_frame frame = {.low = 0, .high = 4};
+  flesh_picture_scene scene;
+  CHECK_OK(flesh_picture_scene_make(&panel, &options, &frame, &scene));
+  const flesh_render_surface *s = &scene.surfaces[0];
+  CHECK(scene.count == 1 && s->triangles == 4 * triangles && s->edges && s->hidden);
+  double worst = 0, volume = 0;
+  for (int t = 0; t < s->triangles; t++) {
+    const double *p[3];
+    for (int k = 0; k < 3; k++) {
+      p[k] = s->x + 3 * (size_t)s->corners[3 * t + k];
+      const double *q = s->rest + 3 * (size_t)s->corners[3 * t + k];
+      worst = fmax(worst, fabs(sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]) - 1));
+      CHECK_NEAR(p[k][2], 2 * q[2], 1e-14);
+      visible += !(s->hidden[t] >> k & 1);
+    }
+    for (int d = 0; d < 3; d++)
+      volume += p[0][d] * (p[1][(d + 1) % 3] * p[2][(d + 2) % 3] - p[1][(d + 2) % 3] * p[2][(d + 1) % 3]) / 6;
+  }
+  printf("# drawn off the sphere by at most %g, volume %g of %g\n", worst, volume, flesh_mesh_volume(mesh, x));
+  CHECK_BELOW(worst, 0.04);
+  CHECK_NEAR(volume, flesh_mesh_volume(mesh, x), 0.02 * flesh_mesh_volume(mesh, x)); /* four flat triangles: 6 % */
+  CHECK(visible == 12 * triangles / 4);
+  flesh_picture_scene_free(&scene);
+  options.width = 60;
+  CHECK_OK(flesh_picture(in_work_folder("ball.png"), 1, &panel, &options, NULL));
+  free(x);
   flesh_mesh_destroy(&mesh);
 }
 
@@ -528,5 +581,5 @@ int main(int argc, char **argv)
                    TEST(shadows_have_straight_edges), TEST(light_rises_smoothly), TEST(obstacles_face_the_body),
                    TEST(marks_are_round), TEST(the_scale_tells_the_extremes), TEST(lines_and_points_are_drawn),
                    TEST(shadows_fall), TEST(the_inside_is_darker), TEST(values_are_those_of_the_motion),
-                   TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
+                   TEST(curved_faces_are_drawn), TEST(pictures_are_whole_files), TEST(broken_states_are_drawn));
 }

@@ -146,6 +146,41 @@ static void bad_bodies_are_refused(void)
   CHECK(strstr(flesh_error_text(), "bad.yaml:2:26: bodies[0].mesh: "));
 }
 
+/* Bodies of ten-node tets are joined with the nodes on their edges; those of four and ten nodes are not. */
+static void ten_node_bodies_are_joined(void)
+{
+  flesh_mesh *block = NULL, *ten = NULL;
+  CHECK_OK(flesh_mesh_read(file_path("block.node"), &block));
+  CHECK_OK(flesh_mesh_raise_order(block, &ten));
+  CHECK_OK(flesh_mesh_write(ten, file_path("ten.msh")));
+  const char *text = "body: {name: a, mesh: ten.msh, density: 500, material: {energy: S, young: 4e6, poisson: 0.3}}\n"
+                     "bodies: [{name: b, mesh: ten.msh, density: 500, material: {energy: S, young: 4e6, poisson: 0.3},\n"
+                     "          translation: [0, 5, 0]}]\n"
+                     "effects: [inertia, force: {body: b, force: [1, 0, 0]}]\n";
+  outcome o = open_scene(text);
+  const flesh_mesh *mesh = flesh_scene_mesh(o.scene);
+  const int nodes = flesh_mesh_node_count(ten), tets = flesh_mesh_tet_count(ten), *edges = flesh_mesh_tet_edges(mesh);
+  CHECK(flesh_mesh_order(mesh) == 2 && o.nodes == 2 * nodes && flesh_mesh_tet_count(mesh) == 2 * tets);
+  for (int k = 0; k < 6 * tets && edges; k++) {
+    CHECK(edges[k] == flesh_mesh_tet_edges(ten)[k] && edges[6 * tets + k] == nodes + edges[k]);
+    for (int c = 0; c < 3; c++)
+      CHECK_NEAR(flesh_mesh_positions(mesh)[3 * edges[6 * tets + k] + c],
+                 flesh_mesh_positions(ten)[3 * edges[k] + c] + 5 * (c == 1), 1e-15);
+  }
+  /* The force is on all of the second body's nodes, those on edges too. */
+  double *r = calloc(6 * (size_t)nodes, sizeof *r), *zero = calloc(6 * (size_t)nodes, sizeof *zero);
+  const flesh_point point = {.load = 1, .x = flesh_mesh_positions(mesh), .v = zero, .a = zero};
+  CHECK_OK(flesh_system_residual(flesh_scene_system(o.scene), &point, r));
+  for (int i = 0; i < 2 * nodes; i++) CHECK_NEAR(r[3 * i], i < nodes ? 0 : -1. / nodes, 1e-9);
+  free(r), free(zero);
+  close_scene(&o);
+  refused("body: {mesh: ten.msh, density: 1, material: {energy: S, young: 1, poisson: 0}}\n"
+          "bodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n",
+          "bodies[0].mesh has tets of 4 nodes, and the first body's mesh tets of 10; all must have the same");
+  flesh_mesh_destroy(&block);
+  flesh_mesh_destroy(&ten);
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
@@ -156,7 +191,7 @@ int main(int argc, char **argv)
     return 1;
   flesh_mesh_destroy(&mesh);
   int failed = RUN_TESTS(argc, argv, TEST(each_moves_as_by_itself), TEST(densities_and_selections_are_by_body),
-                         TEST(bad_bodies_are_refused));
+                         TEST(bad_bodies_are_refused), TEST(ten_node_bodies_are_joined));
   test_folder_remove(folder);
   return failed;
 }

@@ -43,6 +43,22 @@ int main(int argc, char **argv)
                               .cell_arrays = cell_arrays};
   snprintf(path, sizeof path, "%s/polygons.vtu", argv[2]);
   if (!status) status = flesh_vtu_write(path, &polygons);
+  /* A tet of ten nodes: the sample's first four corners, its edges' nodes numbered from the last. */
+  static const int edge_nodes[6] = {9, 8, 7, 6, 5, 4}, ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+  double ten[30];
+  memcpy(ten, positions, 12 * sizeof *ten);
+  for (int k = 0; k < 6; k++)
+    for (int d = 0; d < 3; d++)
+      ten[3 * edge_nodes[k] + d] = (ten[3 * ends[k][0] + d] + ten[3 * ends[k][1] + d]) / 2 + (k + 1) * (d + 1) / 256.;
+  const flesh_vtu quadratic = {.points = 10,
+                               .tets = 1,
+                               .positions = ten,
+                               .tet_nodes = tets,
+                               .edge_nodes = edge_nodes,
+                               .cell_array_count = 2,
+                               .cell_arrays = cell_arrays};
+  snprintf(path, sizeof path, "%s/quadratic.vtu", argv[2]);
+  if (!status) status = flesh_vtu_write(path, &quadratic);
   const char *files[] = {"sample.vtu", "sample.vtu"};
   const double times[] = {0, 1.0 / 3};
   snprintf(path, sizeof path, "%s/sample.pvd", argv[2]);

@@ -12,6 +12,7 @@ import tempfile
 
 sys.dont_write_bytecode = True  # nothing beside the sources
 from vtk_tap import check, collection, finish, read, rows_of
+from vtkmodules.vtkCommonCore import reference
 
 
 def values(array):
@@ -44,7 +45,7 @@ def check_grid(path):
     points = values(grid.GetPoints().GetData())
     check(f"{path}: points are finite", all(math.isfinite(p) for point in points for p in point))
     check(f"{path}: every cell is a tet",
-          all(grid.GetCellType(c) == 10 for c in range(grid.GetNumberOfCells())))
+          all(grid.GetCellType(c) in (10, 24) for c in range(grid.GetNumberOfCells())))
     return grid, points
 
 
@@ -66,6 +67,17 @@ def check_sample(folder):
     polygons, fine = read(os.path.join(folder, "polygons.vtu"))
     check("polygons read", fine and tets_of(polygons, [3, 4]) == [[0, 1, 4], [0, 2, 4, 3]])
     check("polygons' values are exact", arrays(polygons.GetCellData())["J & more"] == [.5, 1 / 3])
+    grid, points = check_grid(os.path.join(folder, "quadratic.vtu"))
+    check("ten nodes are in VTK's order", tets_of(grid, [10]) == [[0, 1, 2, 3, 9, 8, 7, 6, 5, 4]])
+    parameters = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    bent = []
+    for k, (i, j) in enumerate([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]):
+        place, weights = [0.0] * 3, [0.0] * 10
+        half = [(p + q) / 2 for p, q in zip(parameters[i], parameters[j])]
+        grid.GetCell(0).EvaluateLocation(reference(0), half, place, weights)
+        expected = [(corners[i][d] + corners[j][d]) / 6 + (k + 1) * (d + 1) / 256 for d in range(3)]
+        bent.append(max(abs(p - q) for p, q in zip(place, expected)))
+    check("curved edges go where they should", max(bent) < 1e-15)
     rows = collection(os.path.join(folder, "sample.pvd"))
     check("times of the collection", [row[0] for row in rows] == [0, 1 / 3])
     for _, path in rows:

@@ -89,6 +89,52 @@ static void the_quick_test_is_safe(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* At order 2 nodes on edges can be tangled too, and tets inverted that no flat piece shows. */
+static void ten_nodes_are_untangled(void)
+{
+  flesh_mesh *linear = bar(), *mesh;
+  flesh_winding *winding = NULL;
+  const uint8_t *tangled;
+  CHECK_OK(flesh_mesh_raise_order(linear, &mesh));
+  flesh_mesh_destroy(&linear);
+  CHECK_OK(flesh_winding_create(mesh, &winding));
+  const double *X = flesh_mesh_positions(mesh);
+  int n = 3 * flesh_mesh_node_count(mesh), pieces = 8 * flesh_mesh_tet_count(mesh), inverted, hidden = 0;
+  double *x = malloc(sizeof(double) * (size_t)n);
+  uint8_t *fixed = calloc((size_t)n, 1);
+  CHECK(!flesh_mesh_may_be_tangled(mesh, X) && flesh_winding_find(winding, X, &tangled) == 0);
+  CHECK(!flesh_mesh_is_flat(mesh, X));
+  unsigned long long random = 5;
+  for (int trial = 0; trial < 100; trial++) {
+    for (int d = 0; d < n; d++) x[d] = X[d] + 0.0016 * trial * (test_uniform(&random) - 0.5);
+    double J = flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+    int may = flesh_mesh_may_be_tangled(mesh, x), count = flesh_winding_find(winding, x, &tangled);
+    CHECK(may || !count);
+    CHECK(J > 0 || (may && count >= 8 * inverted && count <= pieces));
+    hidden += inverted > 0 && count == 8 * inverted;
+  }
+  CHECK(hidden > 0);
+  /* A knot about a node of an edge is put back, with all of ten nodes' tets positive. */
+  memcpy(x, X, sizeof(double) * (size_t)n);
+  int at = flesh_mesh_tet_edges(mesh)[6 * (flesh_mesh_tet_count(mesh) / 2) + 3];
+  for (int i = 0; i < n; i += 3)
+    if (hypot(hypot(X[i] - X[3 * at], X[i + 1] - X[3 * at + 1]), X[i + 2] - X[3 * at + 2]) < 0.09)
+      for (int c = 0; c < 3; c++) x[i + c] += 0.3 * (test_uniform(&random) - 0.5);
+  CHECK(flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL) < 0);
+  CHECK(flesh_winding_find(winding, x, &tangled) > 0);
+  int moved = flesh_winding_embed(winding, 1, fixed, x);
+  CHECK(moved > 0 && moved < n / 3);
+  CHECK(flesh_winding_find(winding, x, &tangled) == 0);
+  CHECK_NEAR(flesh_mesh_jacobians(mesh, x, NULL, NULL, NULL), 1, 0.02);
+  /* In a point it has collapsed; on a line it is flat. */
+  for (int d = 0; d < n; d++) x[d] = d % 3 ? 0 : X[d];
+  CHECK(flesh_mesh_is_flat(mesh, x) && flesh_mesh_may_be_tangled(mesh, x));
+  CHECK(flesh_winding_find(winding, x, &tangled) == pieces);
+  free(x), free(fixed);
+  flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
 /* A knot of scrambled nodes within a bent body is put back to where its surroundings say. */
 static void a_knot_is_put_back(void)
 {
@@ -374,7 +420,7 @@ static void held_tangles_stay(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe),
+  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe), TEST(ten_nodes_are_untangled),
                    TEST(a_knot_is_put_back), TEST(collapse_is_found),
                    TEST(bodies_are_put_back_where_they_are), TEST(collapsed_bodies_come_back),
                    TEST(held_tangles_stay), TEST(calm_bodies_leave_their_tangles),

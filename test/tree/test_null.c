@@ -24,7 +24,8 @@
  * flesh_kinsol_preconditioner_solve u, flesh_kinsol_preconditioner_solve uscale,
  * flesh_kinsol_preconditioner_solve fval, flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user,
  * flesh_material_small_strain mu, flesh_material_small_strain lambda, flesh_material_small_strain rest_stress,
- * flesh_mesh_create regions, flesh_history_close history, flesh_frames_close frames, flesh_run steps,
+ * flesh_mesh_create regions, flesh_mesh_create_quadratic regions, flesh_history_close history,
+ * flesh_frames_close frames, flesh_run steps,
  * flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2, flesh_ode_jacobian w3,
  * flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
@@ -52,7 +53,7 @@
  * flesh_material_from_psi psi. */
 
 /* No status, so that NULL is the caller's business:
- * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count
+ * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
  * flesh_system_freezes flesh_system_fixed flesh_system_holds. */
@@ -251,6 +252,13 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_mesh_create, positions, (1, NULL, 1, any, any, any));
   REFUSES(flesh_mesh_create, tet_nodes, (1, any, 1, NULL, any, any));
   REFUSES(flesh_mesh_create, mesh, (1, any, 1, any, any, NULL));
+  REFUSES(flesh_mesh_create_quadratic, positions, (1, NULL, 1, any, any, any));
+  REFUSES(flesh_mesh_create_quadratic, tet_nodes, (1, any, 1, NULL, any, any));
+  REFUSES(flesh_mesh_create_quadratic, mesh, (1, any, 1, any, any, NULL));
+  REFUSES(flesh_mesh_raise_order, mesh, (NULL, any));
+  REFUSES(flesh_mesh_raise_order, raised, (any, NULL));
+  REFUSES(flesh_mesh_lower_order, mesh, (NULL, any));
+  REFUSES(flesh_mesh_lower_order, lowered, (any, NULL));
   REFUSES(flesh_mesh_box, cells, (NULL, any, any, any));
   REFUSES(flesh_mesh_box, size, (any, NULL, any, any));
   REFUSES(flesh_mesh_box, origin, (any, any, NULL, any));

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "mesh/inspect.h"
+#include "mesh/pieces.h"
 #include "system/feasible_step.h"
 #include "system/one_effect.h"
 #include "time/recovery/winding.h"
@@ -127,11 +128,12 @@ void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state
 /* Whether the body moves as a rigid one within h. */
 static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state, double h)
 {
-  const int *tets = flesh_mesh_tets(self->mesh);
-  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
     for (int a = 0; a < 4; a++)
       for (int b = 0; b < a; b++) {
-        int p = 3 * tets[4 * (size_t)t + a], q = 3 * tets[4 * (size_t)t + b];
+        int p = 3 * node[a], q = 3 * node[b];
         double now = 0, before = 0;
         for (int c = 0; c < 3; c++) {
           double d = state->x[p + c] - state->x[q + c];
@@ -141,6 +143,7 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
         }
         if (!(fabs(sqrt(now) - sqrt(before)) <= calm_way * self->edge)) return 0;
       }
+  }
   return 1;
 }
 
@@ -191,11 +194,13 @@ static int is_unloaded(flesh_untangler *self, const flesh_state *state)
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
   if (forces(self, state->t, state->x, others)) return 1;
-  const int *tets = flesh_mesh_tets(self->mesh);
-  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
     for (int a = 0; tangled[t] && a < 4; a++)
       for (int c = 0; c < 3; c++)
-        if (fabs(self->r[3 * tets[4 * (size_t)t + a] + c]) > held_share * self->force) return 1;
+        if (fabs(self->r[3 * node[a] + c]) > held_share * self->force) return 1;
+  }
   return 0;
 }
 
@@ -204,7 +209,7 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
 static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
 {
   return self->may_collapse &&
-         (tangled > flesh_mesh_tet_count(self->mesh) / 2 ||
+         (tangled > flesh_mesh_piece_count(self->mesh) / 2 ||
           flesh_mesh_volume(self->mesh, state->x) <
               0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh)));
 }

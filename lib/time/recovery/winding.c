@@ -10,16 +10,17 @@
 #include "math/mat3.h"
 #include "math/svd3.h"
 #include "mesh/mesh.h"
+#include "mesh/pieces.h"
 #include "mesh/rigid_fit.h"
 
 struct flesh_winding {
   const flesh_mesh *mesh;
   int edges;
   int *edge_nodes;     /* [2*edges] */
-  int *tet_edges;      /* [6*tets] */
+  int *tet_edges;      /* [6*pieces] */
   double *rest, *now;  /* [edges] sums of dihedral angles */
   double *weight;      /* [edges] 1 / rest length */
-  uint8_t *tangled;    /* [tets] */
+  uint8_t *tangled;    /* [pieces] */
   int *body;           /* [nodes] connected part of the mesh, numbered from 1 */
   int *moved;          /* [nodes] connected group of moved nodes, numbered from 1; 0: not moved */
 };
@@ -56,11 +57,11 @@ static int compare_edges(const void *a, const void *b)
 
 static void sum_angles(const flesh_winding *self, const double *x, double *sums)
 {
-  const int *tets = flesh_mesh_tets(self->mesh);
   memset(sums, 0, sizeof(double) * (size_t)self->edges);
-  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++) {
-    const int *node = tets + 4 * (size_t)t;
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
     double D[9];
+    flesh_mesh_piece(self->mesh, t, node);
     for (int c = 0; c < 3; c++)
       for (int a = 0; a < 3; a++) D[3 * c + a] = x[3 * node[a + 1] + c] - x[3 * node[0] + c];
     /* An inverted tet winds backwards. */
@@ -111,7 +112,7 @@ int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
 {
   flesh_winding *self = flesh_calloc(1, sizeof *self);
   *winding = self;
-  size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
+  size_t tets = (size_t)flesh_mesh_piece_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
   int(*all)[3] = flesh_malloc(sizeof *all * 6 * tets);
   if (self) {
     self->mesh = mesh;
@@ -124,8 +125,10 @@ int flesh_winding_create(const flesh_mesh *mesh, flesh_winding **winding)
     goto no_memory;
   for (size_t t = 0; t < tets; t++)
     for (int k = 0; k < 6; k++) {
-      int a = flesh_mesh_tets(mesh)[4 * t + edge_corners[k][0]];
-      int b = flesh_mesh_tets(mesh)[4 * t + edge_corners[k][1]];
+      int node[4];
+      flesh_mesh_piece(mesh, (int)t, node);
+      int a = node[edge_corners[k][0]];
+      int b = node[edge_corners[k][1]];
       int *row = all[6 * t + k];
       row[0] = a < b ? a : b;
       row[1] = a < b ? b : a;
@@ -183,8 +186,9 @@ void flesh_winding_destroy(flesh_winding **winding)
 static void deformation(const flesh_mesh *mesh, const double *x, int t, double F[9])
 {
   const double *X = flesh_mesh_positions(mesh);
-  const int *node = flesh_mesh_tets(mesh) + 4 * (size_t)t;
+  int node[4];
   double D[9], d[9], inverse[9];
+  flesh_mesh_piece(mesh, t, node);
   for (int c = 0; c < 3; c++)
     for (int a = 0; a < 3; a++) {
       D[3 * c + a] = X[3 * node[a + 1] + c] - X[3 * node[0] + c];
@@ -194,6 +198,16 @@ static void deformation(const flesh_mesh *mesh, const double *x, int t, double F
   flesh_mat3_multiply(d, inverse, F);
 }
 
+/* Between the nodes of a curved tet a piece can be flat or inverted at rest, and then tells nothing. */
+static int tells_nothing(const flesh_mesh *mesh, int piece)
+{
+  int node[4];
+  if (flesh_mesh_order(mesh) == 1) return 0;
+  flesh_mesh_piece(mesh, piece, node);
+  return !(flesh_tet_volume(flesh_mesh_positions(mesh), node) >
+           1e-3 * flesh_mesh_tet_volumes(mesh)[piece / 8]);
+}
+
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
 {
   /* tan(theta'/2) <= kappa tan(theta/2) for an angle theta that F with the singular values' ratio
@@ -201,19 +215,23 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
    * hence kappa >= 2, and among all F of that ratio tr(F^T F) / J^(2/3) is least, 7.5 / 10^(1/3),
    * for (2, sqrt 2.5, 1). */
   const double least = 7.5 / cbrt(10);
-  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
+  for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
     double F[9];
+    if (tells_nothing(mesh, t)) continue;
     deformation(mesh, x, t, F);
     double J = flesh_mat3_determinant(F), I_C = flesh_mat3_norm2(F);
     if (!(J > 0) || !(I_C * I_C * I_C < least * least * least * J * J) || I_C < collapsed) return 1;
   }
+  for (int t = 0; flesh_mesh_order(mesh) == 2 && t < flesh_mesh_tet_count(mesh); t++)
+    if (!(flesh_mesh_tet_jacobian(mesh, x, t) > 0)) return 1;
   return 0;
 }
 
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x)
 {
-  for (int t = 0; t < flesh_mesh_tet_count(mesh); t++) {
+  for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
     double F[9], C[9];
+    if (tells_nothing(mesh, t)) continue;
     deformation(mesh, x, t, F);
     flesh_mat3_cofactor(F, C);
     double I_C = flesh_mat3_norm2(F);
@@ -225,19 +243,25 @@ int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x)
 int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tangled)
 {
   const double pi = 3.14159265358979323846;
-  int tets = flesh_mesh_tet_count(self->mesh), count = 0;
+  const int pieces = flesh_mesh_piece_count(self->mesh);
+  int count = 0;
   sum_angles(self, x, self->now);
-  for (int t = 0; t < tets; t++) {
+  for (int t = 0; t < pieces; t++) {
     double F[9];
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
     deformation(self->mesh, x, t, F);
-    self->tangled[t] = flesh_tet_volume(x, flesh_mesh_tets(self->mesh) + 4 * (size_t)t) <= 0 ||
-                       flesh_mat3_norm2(F) < collapsed;
+    self->tangled[t] = !tells_nothing(self->mesh, t) &&
+                       (flesh_tet_volume(x, node) <= 0 || flesh_mat3_norm2(F) < collapsed);
     for (int k = 0; k < 6; k++) {
       int e = self->tet_edges[6 * (size_t)t + k];
       if (fabs(self->now[e] - self->rest[e]) > pi) self->tangled[t] = 1;
     }
-    count += self->tangled[t];
   }
+  /* Inverted where no piece shows it. */
+  for (int t = 0; flesh_mesh_order(self->mesh) == 2 && t < flesh_mesh_tet_count(self->mesh); t++)
+    if (flesh_mesh_tet_jacobian(self->mesh, x, t) <= 0) memset(self->tangled + 8 * (size_t)t, 1, 8);
+  for (int t = 0; t < pieces; t++) count += self->tangled[t];
   *tangled = self->tangled;
   return count;
 }
@@ -245,11 +269,11 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
 int flesh_winding_find_crushed(flesh_winding *self, const double *x, const uint8_t **tangled)
 {
   int count = 0;
-  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++) {
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
     double F[9], U[9], sigma[3], V[9];
     deformation(self->mesh, x, t, F);
     flesh_svd3(F, U, sigma, V);
-    count += self->tangled[t] = sigma[2] < crushed;
+    count += self->tangled[t] = !tells_nothing(self->mesh, t) && sigma[2] < crushed;
   }
   *tangled = self->tangled;
   return count;
@@ -259,10 +283,12 @@ int flesh_winding_find_crushed(flesh_winding *self, const double *x, const uint8
 static int grow(flesh_winding *self, int rings)
 {
   int nodes = flesh_mesh_node_count(self->mesh), count = 0;
-  const int *tets = flesh_mesh_tets(self->mesh);
   memset(self->moved, 0, sizeof(int) * (size_t)nodes);
-  for (int t = 0; t < flesh_mesh_tet_count(self->mesh); t++)
-    for (int a = 0; self->tangled[t] && a < 4; a++) self->moved[tets[4 * (size_t)t + a]] = 1;
+  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(self->mesh, t, node);
+    for (int a = 0; self->tangled[t] && a < 4; a++) self->moved[node[a]] = 1;
+  }
   /* 2 is a mark of this layer, so that one pass grows by one. */
   for (int ring = 0; ring < rings; ring++) {
     for (int e = 0; e < self->edges; e++) {

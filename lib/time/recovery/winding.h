@@ -30,7 +30,8 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
 
 /* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number;
- * `tangled` [tets] is theirs. */
+ * `tangled` [pieces] is theirs: at order 2 eight flat pieces stand for each tet (mesh/pieces.h), all
+ * of which are tangled where Bernstein bounds find J <= 0 in it. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
 /* The same for tets that are inverted or squeezed to less than a twentieth in some direction. What

@@ -19,12 +19,16 @@ static void check(const flesh_mesh *mesh)
   const int *tet = flesh_mesh_tets(mesh), *surface = flesh_mesh_surface(mesh, &triangles);
   fuzz_expect(nodes >= 4 && tets >= 1 && triangles >= 4, "a mesh without a body");
   for (int i = 0; i < 4 * tets; i++) fuzz_expect(tet[i] >= 0 && tet[i] < nodes, "a tet's node");
+  const int *edges = flesh_mesh_tet_edges(mesh);
+  fuzz_expect((flesh_mesh_order(mesh) == 2) == (edges != NULL), "an order without edges");
+  for (int i = 0; edges && i < 6 * tets; i++) fuzz_expect(edges[i] >= 0 && edges[i] < nodes, "an edge's node");
   for (int i = 0; i < 3 * triangles; i++)
     fuzz_expect(surface[i] >= 0 && surface[i] < nodes, "a triangle's node");
   for (int t = 0; t < tets; t++)
     fuzz_expect(flesh_mesh_tet_volumes(mesh)[t] > 0, "a volume that is not positive");
   flesh_mesh_info info;
   flesh_mesh_inspect(mesh, &info);
+  fuzz_expect(flesh_mesh_jacobians(mesh, flesh_mesh_positions(mesh), NULL, NULL, NULL) == 1, "J at rest");
   fuzz_expect(info.volume > 0 && info.worst_tet >= 0 && info.worst_tet < tets, "inspect");
 }
 
@@ -40,6 +44,9 @@ static void check_again(const flesh_mesh *mesh, const char *path)
                   !memcmp(flesh_mesh_tets(mesh), flesh_mesh_tets(again), sizeof(int[4]) * (size_t)tets) &&
                   !memcmp(flesh_mesh_regions(mesh), flesh_mesh_regions(again), sizeof(int) * (size_t)tets),
               "another mesh comes back");
+  const int *edges = flesh_mesh_tet_edges(mesh), *edges_again = flesh_mesh_tet_edges(again);
+  fuzz_expect(!edges == !edges_again && (!edges || !memcmp(edges, edges_again, sizeof(int[6]) * (size_t)tets)),
+              "other edges come back");
   for (int i = 0; i < 3 * nodes; i++)
     fuzz_expect(flesh_mesh_positions(mesh)[i] == flesh_mesh_positions(again)[i], "other positions come back");
   flesh_mesh_destroy(&again);

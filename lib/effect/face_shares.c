@@ -1,0 +1,124 @@
+/* face_shares.c: integrals of shape functions over flat triangles, and over the quarters of the curved faces of ten-node
+ * tets. */
+#include "effect/face_shares.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "math/mat3.h"
+
+static void add_flat(const double *X, const int n[3], double *shares)
+{
+  double d[2][3], normal[3];
+  for (int a = 0; a < 2; a++)
+    for (int c = 0; c < 3; c++) d[a][c] = X[3 * n[a + 1] + c] - X[3 * n[0] + c];
+  flesh_vec3_cross(d[0], d[1], normal);
+  for (int a = 0; a < 3; a++) shares[n[a]] += sqrt(flesh_vec3_dot(normal, normal)) / 6;
+}
+
+/* The rule of seven points that is exact for degree 5 (Radon 1948): barycentric coordinates and weights. */
+enum { RULE = 7 };
+static const double rule[RULE][4] = {
+    {1. / 3, 1. / 3, 1. / 3, 0.225},
+    {.05971587178976982, .47014206410511505, .47014206410511505, .13239415278850618},
+    {.47014206410511505, .05971587178976982, .47014206410511505, .13239415278850618},
+    {.47014206410511505, .47014206410511505, .05971587178976982, .13239415278850618},
+    {.79742698535308732, .10128650732345634, .10128650732345634, .12593918054482715},
+    {.10128650732345634, .79742698535308732, .10128650732345634, .12593918054482715},
+    {.10128650732345634, .10128650732345634, .79742698535308732, .12593918054482715}};
+
+/* Of a face's coordinates: those of the corners of its quarters, at its corners and then between its edges' nodes. */
+static const double quarters[4][3][3] = {{{1, 0, 0}, {.5, .5, 0}, {.5, 0, .5}},
+                                         {{.5, .5, 0}, {0, 1, 0}, {0, .5, .5}},
+                                         {{.5, 0, .5}, {0, .5, .5}, {0, 0, 1}},
+                                         {{.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}}};
+
+/* The shape functions of corners 0 1 2 and nodes on 01 12 20, and their derivatives by the coordinates. */
+static void shapes(const double L[3], double N[6], double by_L[6][3])
+{
+  for (int a = 0; a < 3; a++) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    N[a] = L[a] * (2 * L[a] - 1);
+    by_L[a][a] = 4 * L[a] - 1;
+    by_L[a][b] = by_L[a][c] = 0;
+    N[3 + a] = 4 * L[a] * L[b];
+    by_L[3 + a][a] = 4 * L[b];
+    by_L[3 + a][b] = 4 * L[a];
+    by_L[3 + a][c] = 0;
+  }
+}
+
+static void add_quarter(const double *X, const int node[6], int quarter, double *shares)
+{
+  for (int q = 0; q < RULE; q++) {
+    double L[3] = {0}, N[6], by_L[6][3], along[2][3] = {{0}}, normal[3];
+    for (int k = 0; k < 3; k++)
+      for (int i = 0; i < 3; i++) L[i] += rule[q][k] * quarters[quarter][k][i];
+    shapes(L, N, by_L);
+    for (int a = 0; a < 6; a++)
+      for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 3; i++)
+          along[k][i] += (by_L[a][k + 1] - by_L[a][0]) * (X[3 * node[a] + i] - X[3 * node[0] + i]);
+    flesh_vec3_cross(along[0], along[1], normal);
+    const double area = rule[q][3] * sqrt(flesh_vec3_dot(normal, normal)) / 8;
+    for (int a = 0; a < 6; a++) shares[node[a]] += area * N[a];
+  }
+}
+
+/* Triangles as they are found: the lowest node first, the winding kept. */
+typedef struct entry {
+  int node[3], number;
+} entry;
+
+static entry entry_of(const int n[3], int number)
+{
+  const int first = n[0] < n[1] ? (n[0] < n[2] ? 0 : 2) : (n[1] < n[2] ? 1 : 2);
+  return (entry){{n[first], n[(first + 1) % 3], n[(first + 2) % 3]}, number};
+}
+
+static int by_nodes(const void *a, const void *b)
+{
+  const entry *p = a, *q = b;
+  for (int i = 0; i < 3; i++)
+    if (p->node[i] != q->node[i]) return p->node[i] < q->node[i] ? -1 : 1;
+  return 0;
+}
+
+static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles, double *shares)
+{
+  int all;
+  const int *surface = flesh_mesh_surface(mesh, &all);
+  entry *entries = malloc(((size_t)all + 1) * sizeof *entries);
+  if (!entries) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", all);
+  for (int k = 0; k < all; k++) entries[k] = entry_of(surface + 3 * (size_t)k, k);
+  qsort(entries, (size_t)all, sizeof *entries, by_nodes);
+  int status = FLESH_OK;
+  for (int k = 0; !status && k < count; k++) {
+    const int *n = triangles + 3 * (size_t)k;
+    const entry wanted = entry_of(n, 0), *found = bsearch(&wanted, entries, (size_t)all, sizeof *entries, by_nodes);
+    if (!found) {
+      status = flesh_fail(FLESH_ERR_ARGUMENT,
+                          "the triangle (%d, %d, %d) is not one of the mesh's surface, on which a load on a mesh of "
+                          "order 2 must be", n[0], n[1], n[2]);
+      continue;
+    }
+    /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
+    const int *face = surface + 12 * (size_t)(found->number / 4);
+    const int node[6] = {face[0], face[4], face[8], face[1], face[5], face[2]};
+    add_quarter(flesh_mesh_positions(mesh), node, found->number % 4, shares);
+  }
+  free(entries);
+  return status;
+}
+
+int flesh_face_shares(const flesh_mesh *mesh, int count, const int *triangles, double *shares)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  for (int k = 0; k < 3 * count; k++)
+    if (triangles[k] < 0 || triangles[k] >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "node %d is loaded; the mesh has the nodes 0 to %d", triangles[k], nodes - 1);
+  if (flesh_mesh_order(mesh) == 2) return add_quadratic(mesh, count, triangles, shares);
+  for (int k = 0; k < count; k++) add_flat(flesh_mesh_positions(mesh), triangles + 3 * (size_t)k, shares);
+  return FLESH_OK;
+}

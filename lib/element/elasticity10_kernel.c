@@ -1,0 +1,275 @@
+/* elasticity10_kernel.c: energy, force and (projected) Hessian of ten-node tets, and the forces of rates against that
+ * Hessian, FLESH_LANES tets at a time; at every point by itself, or with a share of the volume term of the mean of J.
+ *
+ * With the mean J' of J over the tet of volume V, U the form's volume term over its modulus, s the share of it and w the
+ * volumes of the points, the energy is
+ *
+ *   sum of w (psi - s U(J)) + V s U(J'),
+ *
+ * so that forces are those of psi with psi_J - s U_J(J) + s U_J(J') in place of psi_J. The Hessian has psi_JJ - s U_JJ
+ * in place of psi_JJ, which is then as stiff as the shear modulus asks for, and V s U_JJ(J') b b^T beside it, b the
+ * gradient of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk
+ * modulus positive. */
+#include "element/tet10_lanes.h"
+#include "element/elastic_batch.h"
+#include "math/logarithm.h"
+
+/* A batch at all points. */
+typedef struct points {
+  batch at[POINTS];
+  flesh_real volume; /* of the tets */
+  flesh_real J;      /* their means */
+} points;
+
+INLINE void load(const flesh_batches *batches, int index, const double *x, points *p)
+{
+  ten all;
+  flesh_real sum = flesh_all(0), volume = flesh_all(0);
+  for (int q = 0; q < POINTS; q++) {
+    batch *b = &p->at[q];
+    if (q) b->t = p->at[0].t;
+    load_point(batches, index, q, &b->t);
+    if (q == 0) load_ten(&b->t, x, &all);
+    gradient_at(&b->t, &all, q, b->d, b->F);
+    find_invariants(b);
+    volume += b->t.volume;
+    sum += b->t.volume * b->J;
+  }
+  p->volume = volume;
+  p->J = sum / flesh_select(volume > 0, volume, flesh_all(1)); /* lanes that are not used */
+  p->J = flesh_select(volume > 0, p->J, p->at[0].J);
+}
+
+/* U and its derivatives. */
+INLINE void volume_term(flesh_volume_term term, flesh_real J, flesh_real *U, flesh_real *first, flesh_real *second)
+{
+  if (term == FLESH_VOLUME_LOGARITHMIC) {
+    flesh_real inverse = 1 / J, log_J = flesh_log(J);
+    *U = 0.5 * log_J * log_J;
+    *first = log_J * inverse;
+    *second = (1 - log_J) * inverse * inverse;
+    return;
+  }
+  *U = 0.5 * (J - 1) * (J - 1);
+  *first = J - 1;
+  *second = flesh_all(1);
+}
+
+/* psi at point q, less what the mean bears of it and with the pressure of that. */
+INLINE int psi_at(const flesh_batches *batches, int with_value, int mean, points *p, int q)
+{
+  batch *b = &p->at[q];
+  int status = find_psi(batches, with_value, b);
+  if (status || !mean) return status;
+  const flesh_volume_share *s = &batches->volume_shares[b->t.material];
+  flesh_real U, first, second, U_mean, pressure, stiffness;
+  volume_term(s->term, b->J, &U, &first, &second);
+  volume_term(s->term, p->J, &U_mean, &pressure, &stiffness);
+  b->psi.value -= s->share * U;
+  b->psi.J += s->share * (pressure - first);
+  b->psi.JJ -= s->share * second;
+  return FLESH_OK;
+}
+
+/* V s U(J') and V s U_JJ(J'). */
+INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
+{
+  const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
+  flesh_real U, first, second;
+  volume_term(s->term, p->J, &U, &first, &second);
+  *energy = s->share * p->volume * U;
+  *stiffness = s->share * p->volume * second;
+}
+
+/* The gradient of J' by the nodes. */
+INLINE void mean_gradient(const points *p, ten_forces *b)
+{
+  flesh_real inverse = 1 / flesh_select(p->volume > 0, p->volume, flesh_all(1));
+  open_forces(b);
+  for (int q = 0; q < POINTS; q++) {
+    flesh_real f[4][3], share = p->at[q].t.volume * inverse;
+    for (int i = 0; i < 3; i++) {
+      flesh_real C[3];
+      for (int j = 0; j < 3; j++) C[j] = share * p->at[q].C[3 * i + j];
+      force_row(&p->at[q].t, i, C, f);
+    }
+    add_virtual_forces(f, q, b);
+  }
+  close_forces(b);
+}
+
+INLINE int residual_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, double *r,
+                       double *sums)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  flesh_real sum = flesh_all(0), size = flesh_all(0);
+  tile_vector x, forces;
+  tile_gather(tiles, tile, at->x, x);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    points p;
+    ten_forces f;
+    load(batches, k, x, &p);
+    open_forces(&f);
+    for (int q = 0; q < POINTS; q++) {
+      const batch *b = &p.at[q];
+      int status = psi_at(batches, sums != NULL, mean, &p, q);
+      if (status) return status;
+      if (sums) {
+        sum += b->t.volume * b->psi.value;
+        size += b->t.volume * (flesh_abs(b->psi.value) + flesh_abs(b->psi.I) * b->I_C);
+      }
+      if (!r) continue;
+      flesh_real pI = 2 * b->t.volume * b->psi.I, pJ = b->t.volume * b->psi.J, of_point[4][3];
+      for (int i = 0; i < 3; i++) {
+        flesh_real P[3];
+        for (int j = 0; j < 3; j++) P[j] = pI * b->F[3 * i + j] + pJ * b->C[3 * i + j];
+        force_row(&b->t, i, P, of_point);
+      }
+      add_virtual_forces(of_point, q, &f);
+    }
+    if (sums && mean) {
+      flesh_real energy, stiffness;
+      mean_term(batches, &p, &energy, &stiffness);
+      sum += energy;
+      size += energy;
+    }
+    if (!r) continue;
+    close_forces(&f);
+    scatter_forces(&p.at[0].t, f.node, forces);
+  }
+  if (r) tile_add(tiles, tile, forces, r);
+  add_sums(sum, size, sums);
+  return FLESH_OK;
+}
+
+/* The blocks of virtual corners at a point, exact or filtered. */
+static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eigenvalue_filter filter, void *to)
+{
+  if (filter) {
+    flesh_real U[9], V[9];
+    flesh_spectrum spectrum;
+    int status = decompose(b, U, V, &spectrum);
+    if (status) return status;
+    filter = filter == FLESH_FILTER_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
+    if (flesh_any(flesh_spectrum_filter(&spectrum, filter))) {
+      spectral_blocks(b, U, V, &spectrum, scale, keep_block, to);
+      return FLESH_OK;
+    }
+  }
+  true_blocks(b, scale, keep_block, to);
+  return FLESH_OK;
+}
+
+INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, int mean,
+                       const double *position, tile_blocks *to)
+{
+  points p;
+  virtual_blocks blocks;
+  load(batches, index, position, &p);
+  for (int q = 0; q < POINTS; q++) {
+    int status = psi_at(batches, 0, mean, &p, q);
+    if (!status) status = blocks_at_point(&p.at[q], at->scale, at->filter, blocks.point[q]);
+    if (status) return status;
+  }
+  close_blocks(&blocks);
+  if (!mean) {
+    add_blocks(&p.at[0].t, &blocks, flesh_all(0), NULL, to);
+    return FLESH_OK;
+  }
+  ten_forces b;
+  flesh_real energy, stiffness;
+  mean_term(batches, &p, &energy, &stiffness);
+  if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
+  mean_gradient(&p, &b);
+  add_blocks(&p.at[0].t, &blocks, at->scale * stiffness, b.node, to);
+  return FLESH_OK;
+}
+
+INLINE int hessian_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, const int *slots,
+                      double *values)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  tile_vector x;
+  tile_blocks own;
+  tile_gather(tiles, tile, at->x, x);
+  tile_open(tiles, tile, &own);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    int status = add_hessian(batches, k, at, mean, x, &own);
+    if (status) return status;
+    tile_expect(tiles, tile, k, slots, values);
+  }
+  tile_close(tiles, tile, &own, at->anew, slots, values);
+  return FLESH_OK;
+}
+
+/* Forces of rates: P' at every point, and of the mean V s U_JJ (b . v) b, negative U_JJ clamped. */
+INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, double *r,
+                        double *sums)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  flesh_real sum = flesh_all(0);
+  tile_vector x, v, forces;
+  tile_gather(tiles, tile, at->x, x);
+  tile_gather(tiles, tile, at->v, v);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    points p;
+    ten rates;
+    ten_forces f, gradient;
+    flesh_real rate[POINTS][9], P[POINTS][9];
+    load(batches, k, x, &p);
+    load_ten(&p.at[0].t, v, &rates);
+    open_forces(&f);
+    for (int q = 0; q < POINTS; q++) {
+      const batch *b = &p.at[q];
+      flesh_real edges[3][3], of_point[4][3];
+      int status = psi_at(batches, 0, mean, &p, q);
+      if (status) return status;
+      gradient_at(&b->t, &rates, q, edges, rate[q]);
+      status = stress_rate(b, rate[q], P[q]);
+      if (status) return status;
+      for (int c = 0; c < 9; c++) P[q][c] *= at->scale * b->t.volume;
+      if (sums) sum += 0.5 * flesh_mat3_inner(rate[q], P[q]);
+      for (int i = 0; i < 3; i++) force_row(&b->t, i, P[q] + 3 * i, of_point);
+      add_virtual_forces(of_point, q, &f);
+    }
+    close_forces(&f);
+    if (mean) {
+      flesh_real energy, stiffness, J_rate = flesh_all(0);
+      mean_term(batches, &p, &energy, &stiffness);
+      stiffness = at->scale * flesh_spectrum_filtered(stiffness, FLESH_FILTER_CLAMP);
+      mean_gradient(&p, &gradient);
+      for (int a = 1; a < 10; a++) J_rate += flesh_vec3_dot(gradient.node[a], rates.node[a]);
+      if (sums) sum += 0.5 * stiffness * J_rate * J_rate;
+      for (int a = 0; a < 10; a++)
+        for (int i = 0; i < 3; i++) f.node[a][i] += stiffness * J_rate * gradient.node[a][i];
+    }
+    if (r) scatter_forces(&p.at[0].t, f.node, forces);
+  }
+  if (r) tile_add(tiles, tile, forces, r);
+  add_sums(sum, sum, sums);
+  return FLESH_OK;
+}
+
+#define KERNELS(name, mean)                                                                                            \
+  static COMPILED_ONCE int elastic_residual##name(const flesh_batches *batches, int tile, const flesh_tet_point *at,   \
+                                                  double *r, double *sums)                                             \
+  {                                                                                                                    \
+    return residual_of(batches, tile, at, mean, r, sums);                                                              \
+  }                                                                                                                    \
+  static COMPILED_ONCE int elastic_hessian##name(const flesh_batches *batches, int tile, const flesh_tet_point *at,    \
+                                                 const int *slots, double *values)                                     \
+  {                                                                                                                    \
+    return hessian_of(batches, tile, at, mean, slots, values);                                                         \
+  }                                                                                                                    \
+  static COMPILED_ONCE int stiffness_residual##name(const flesh_batches *batches, int tile, const flesh_tet_point *at, \
+                                                    double *r, double *sums)                                           \
+  {                                                                                                                    \
+    return stiffness_of(batches, tile, at, mean, r, sums);                                                             \
+  }                                                                                                                    \
+  const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10##name) = {elastic_residual##name, elastic_hessian##name};        \
+  const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10##name) = {stiffness_residual##name, elastic_hessian##name};
+
+KERNELS(, 0)
+KERNELS(_mean, 1)

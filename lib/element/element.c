@@ -1,0 +1,114 @@
+/* element.c: rest shapes of tets and volume terms of materials. */
+#include "element/element.h"
+
+#include <math.h>
+
+#include "base/error.h"
+#include "element/tet10.h"
+#include "material/form.h"
+#include "material/psi.h"
+#include "math/mat3.h"
+#include "mesh/mesh.h"
+
+const char *flesh_element_name(flesh_element element)
+{
+  static const char *const names[FLESH_ELEMENT_COUNT] = {"auto", "tet4", "tet10", "tet10-mean"};
+  return (unsigned)element < FLESH_ELEMENT_COUNT ? names[element] : "unknown";
+}
+
+int flesh_body_find_element(const flesh_body *body, flesh_element *element)
+{
+  const int order = flesh_mesh_order(body->mesh);
+  if ((unsigned)body->element >= FLESH_ELEMENT_COUNT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "there is no element number %d", (int)body->element);
+  *element = body->element;
+  if (*element == FLESH_ELEMENT_AUTO) *element = order == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
+  if ((*element == FLESH_ELEMENT_TET4) == (order == 1)) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "the element is %s, but the mesh has order %d; it must have order %d",
+                    flesh_element_name(*element), order, 3 - order);
+}
+
+/* Where VTK's edges 01 12 02 03 13 23 have the node between two corners. */
+static const int edge_of[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
+
+void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10])
+{
+  const int *corner = flesh_mesh_tets(mesh) + 4 * (size_t)tet, *edge = flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet;
+  int order[4] = {0, 1, 2, 3};
+  for (int i = 1; i < 4; i++)
+    for (int j = i; j > 0 && corner[order[j]] < corner[order[j - 1]]; j--) {
+      int swap = order[j];
+      order[j] = order[j - 1];
+      order[j - 1] = swap;
+    }
+  for (int a = 0, next = 4; a < 4; a++) {
+    nodes[a] = corner[order[a]];
+    for (int b = a + 1; b < 4; b++) nodes[next++] = edge[edge_of[order[a]][order[b]]];
+  }
+}
+
+void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double masses[55])
+{
+  const int *corner = flesh_mesh_tets(mesh) + 4 * (size_t)tet, *edge = flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet;
+  double M[10][10];
+  int nodes[10], place[10] = {0}; /* of a node in the mesh's order */
+  flesh_tet10_mass(mesh, tet, M);
+  flesh_tet10_nodes(mesh, tet, nodes);
+  for (int a = 0; a < 10; a++)
+    for (int b = 0; b < 10; b++)
+      if ((b < 4 ? corner[b] : edge[b - 4]) == nodes[a]) place[a] = b;
+  for (int a = 0; a < 10; a++)
+    for (int b = a; b < 10; b++) *masses++ = density * M[place[a]][place[b]];
+}
+
+int flesh_element_shapes(const flesh_mesh *mesh)
+{
+  if (flesh_mesh_order(mesh) == 1) return 1;
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++)
+    if (flesh_mesh_tet_curved(mesh)[e]) return FLESH_TET10_POINTS;
+  return 1;
+}
+
+/* D's columns are the edges; the rows of its inverse are the gradients, whichever way round the corners wind. */
+static double shape_of(const double D[9], double gradient[9]) { return flesh_mat3_inverse(D, gradient) / 6; }
+
+double flesh_tet4_shape(const double *X, const int node[4], double gradient[9])
+{
+  double D[9];
+  for (int i = 0; i < 3; i++)
+    for (int a = 0; a < 3; a++)
+      D[3 * i + a] = X[3 * (size_t)node[a + 1] + i] - X[3 * (size_t)node[0] + i];
+  return shape_of(D, gradient);
+}
+
+double flesh_tet10_shape(const double *X, const int node[10], int q, double gradient[9])
+{
+  static const int node_of[4][4] = {{0, 4, 5, 6}, {4, 1, 7, 8}, {5, 7, 2, 9}, {6, 8, 9, 3}};
+  double Y[4][3], D[9];
+  for (int a = 0; a < 4; a++)
+    for (int i = 0; i < 3; i++) {
+      Y[a][i] = -(X[3 * (size_t)node[a] + i] - X[3 * (size_t)node[0] + i]);
+      for (int k = 0; k < 4; k++)
+        Y[a][i] += 4 * (k == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR) *
+                   (X[3 * (size_t)node[node_of[a][k]] + i] - X[3 * (size_t)node[0] + i]);
+    }
+  for (int i = 0; i < 3; i++)
+    for (int a = 0; a < 3; a++) D[3 * i + a] = Y[a + 1][i] - Y[0][i];
+  return shape_of(D, gradient);
+}
+
+int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share)
+{
+  const int user = material->energy == FLESH_ENERGY_USER;
+  flesh_psi at;
+  *share = (flesh_volume_share){0, user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term};
+  if (user && !(fabs(material->lambda) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
+                      "material.lambda, or take the element tet10");
+  if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
+  int status = flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
+  if (status) return status;
+  share->share = fmax(0, material->lambda - 2 * (2 * at.I));
+  return FLESH_OK;
+}

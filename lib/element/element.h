@@ -1,0 +1,31 @@
+/* element.h: which element a body has, and what its kernels need to know of tets and materials. */
+#ifndef FLESH_ELEMENT_ELEMENT_H
+#define FLESH_ELEMENT_ELEMENT_H
+
+#include "element/tet_kernel.h"
+#include "flesh/body.h"
+
+/* The body's element, never AUTO; FLESH_ERR_ARGUMENT where the mesh has another order. */
+int flesh_body_find_element(const flesh_body *body, flesh_element *element);
+
+/* The nodes of a tet of ten: corners, ascending, then those on the edges 01 02 03 12 13 23 of these. */
+void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10]);
+
+/* The integrals of density N_a N_b over a tet of ten nodes in this order, a <= b, kg. */
+void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double masses[55]);
+
+/* How many shapes the kernels need of a tet: 1, or, where tets are curved, one of each point. */
+int flesh_element_shapes(const flesh_mesh *mesh);
+
+/* The gradients g_1, g_2, g_3 (rows) of the linear shape functions of corners at the positions X; returns the volume,
+ * negative where the corners wind the other way. */
+double flesh_tet4_shape(const double *X, const int node[4], double gradient[9]);
+
+/* The same of the virtual corners at point q of a tet of ten nodes. */
+double flesh_tet10_shape(const double *X, const int node[10], int q, double gradient[9]);
+
+/* What of the material's volume term the mean of J bears: all but twice the shear modulus, which stays with the points.
+ * FLESH_ERR_ARGUMENT for a user's psi without a lambda. */
+int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share);
+
+#endif

@@ -1,0 +1,100 @@
+/* viscous10_kernel.c: forces of ten-node tets against the rate of their strain, FLESH_LANES tets at a time. */
+#include "element/tet10_lanes.h"
+#include "element/viscous_batch.h"
+
+/* A batch's vectors, as far as they are there. */
+typedef struct near_ten {
+  ten x, v, x_frozen, v_frozen;
+} near_ten;
+
+INLINE void load_near(const tets *t, const flesh_tet_point *at, const nearby *near, near_ten *to)
+{
+  if (at->x) load_ten(t, near->x, &to->x);
+  load_ten(t, near->v, &to->v);
+  if (at->x_frozen) load_ten(t, near->x_frozen, &to->x_frozen);
+  if (at->x_frozen && at->v_frozen) load_ten(t, near->v_frozen, &to->v_frozen);
+}
+
+/* F, at rest I, and the rate G at point q. */
+INLINE void rate_at(const tets *t, const flesh_tet_point *at, const near_ten *near, int q, flesh_real F[9],
+                    flesh_real G[9])
+{
+  flesh_real edges[3][3];
+  gradients now;
+  if (at->x) gradient_at(t, &near->x, q, edges, now.F);
+  else flesh_mat3_identity(now.F);
+  gradient_at(t, &near->v, q, edges, now.rate);
+  if (at->x_frozen) gradient_at(t, &near->x_frozen, q, edges, now.frozen);
+  if (at->x_frozen && at->v_frozen) gradient_at(t, &near->v_frozen, q, edges, now.frozen_rate);
+  rate_of(at, &now, G);
+  for (int c = 0; c < 9; c++) F[c] = now.F[c];
+}
+
+static COMPILED_ONCE int residual_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                         double *sums)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  flesh_real sum = flesh_all(0);
+  nearby near;
+  tile_vector forces;
+  gather(tiles, tile, at, &near);
+  if (r) tile_clear(tiles, tile, forces);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    tets t;
+    near_ten of_batch;
+    ten_forces f;
+    open_forces(&f);
+    for (int q = 0; q < POINTS; q++) {
+      flesh_real F[9], G[9], S[9], of_point[4][3];
+      load_point(batches, k, q, &t);
+      if (q == 0) load_near(&t, at, &near, &of_batch);
+      rate_at(&t, at, &of_batch, q, F, G);
+      flesh_real density = stress(&at->viscous[t.material], G, S), scale = at->scale * t.volume;
+      if (sums) sum += scale * density;
+      for (int i = 0; i < 3; i++) {
+        flesh_real P[3];
+        flesh_mat3_transposed_times(S, F + 3 * i, P); /* row i of F S */
+        for (int j = 0; j < 3; j++) P[j] *= scale;
+        force_row(&t, i, P, of_point);
+      }
+      add_virtual_forces(of_point, q, &f);
+    }
+    if (!r) continue;
+    close_forces(&f);
+    scatter_forces(&t, f.node, forces);
+  }
+  if (r) tile_add(tiles, tile, forces, r);
+  add_sums(sum, sum, sums);
+  return FLESH_OK;
+}
+
+static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                          double *values)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  nearby near;
+  tile_blocks own;
+  if (at->x) gather(tiles, tile, at, &near);
+  tile_open(tiles, tile, &own);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    tets t;
+    near_ten of_batch;
+    virtual_blocks blocks;
+    for (int q = 0; q < POINTS; q++) {
+      flesh_real F[9], G[9], S[9];
+      load_point(batches, k, q, &t);
+      if (q == 0 && at->x) load_near(&t, at, &near, &of_batch);
+      if (at->x) rate_at(&t, at, &of_batch, q, F, G);
+      else flesh_mat3_identity(F);
+      turning_stress(&t, at, G, S);
+      viscous_blocks(&t, at, F, S, keep_block, blocks.point[q]);
+    }
+    close_blocks(&blocks);
+    add_blocks(&t, &blocks, flesh_all(0), NULL, &own);
+    tile_expect(tiles, tile, k, slots, values);
+  }
+  tile_close(tiles, tile, &own, at->anew, slots, values);
+  return FLESH_OK;
+}
+
+const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous10) = {residual_kernel, hessian_kernel};

@@ -1,0 +1,307 @@
+/* test_tet10.c: the batched kernels of ten-node tets (elasticity's, damping's, viscosity's, mass's), with every set of
+ * instructions that this machine has, against one tet at a time (tet10_reference.h); straight and curved, numbered in
+ * any order; tiles and threads; what is refused. */
+#include "tet10_reference.h"
+
+/* A system of what acts on this body, alone. */
+static int make_system(problem *p, kind kind, flesh_instructions instructions, flesh_system **system)
+{
+  flesh_body body = {.mesh = p->mesh,
+                     .density = p->density,
+                     .materials = p->materials,
+                     .tet_material = p->tet_material,
+                     .mass = kind == LUMPED ? FLESH_MASS_LUMPED : FLESH_MASS_CONSISTENT,
+                     .element = p->element,
+                     .instructions = instructions};
+  flesh_effect *effect = NULL;
+  CHECK_OK(flesh_system_create(p->mesh, system));
+  int status = kind == ELASTIC    ? flesh_effect_elasticity(&body, &effect)
+               : kind == REST     ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_REST, &effect)
+               : kind == CURRENT  ? flesh_effect_damping(&body, 0, stiffness, FLESH_STIFFNESS_CURRENT, &effect)
+               : kind == VISCOUS || kind == FROZEN ? flesh_effect_viscosity(&body, shear, bulk, &effect)
+                                  : flesh_effect_inertia(&body, &effect);
+  if (status) return status;
+  CHECK_OK(flesh_system_add_effect(*system, &effect));
+  CHECK_OK(flesh_system_finalize(*system));
+  return FLESH_OK;
+}
+
+/* What each kind must not read is somewhere else. */
+static flesh_point point_of(const problem *p, kind kind)
+{
+  const int viscous = kind == VISCOUS || kind == FROZEN;
+  return (flesh_point){.load = 1,
+                       .x = kind == ELASTIC || viscous ? p->x : p->v,
+                       .v = kind == ELASTIC || kind >= CONSISTENT ? p->x : p->v,
+                       .a = kind >= CONSISTENT ? p->v : p->x,
+                       .x_lag = kind == CURRENT ? p->x : p->v,
+                       .v_lag = p->x,
+                       .x_frozen = kind == FROZEN ? p->x_frozen : NULL,
+                       .v_frozen = kind == FROZEN ? p->v_frozen : NULL};
+}
+
+static flesh_shift shift_of(kind kind, int project)
+{
+  if (kind == VISCOUS || kind == FROZEN)
+    return (flesh_shift){.x = viscous_shift.x, .v = viscous_shift.v, .filter = project};
+  return (flesh_shift){.x = kind == ELASTIC, .v = kind > ELASTIC && kind < CONSISTENT, .a = kind >= CONSISTENT,
+                       .filter = project};
+}
+
+static double largest_of(const double *a, size_t n)
+{
+  double largest = 0;
+  for (size_t k = 0; k < n; k++) largest = fmax(largest, fabs(a[k]));
+  return largest;
+}
+
+/* The larger one, and what is no number once it is there. */
+static double worse(double a, double b) { return a <= b || isnan(b) ? b : a; }
+
+/* The largest difference from the reference, over the largest entry. */
+static double residual_error(const problem *p, const double *r)
+{
+  double worst = 0;
+  for (int d = 0; d < p->n; d++) worst = worse(worst, fabs(r[d] - p->r[d]));
+  return worst / largest_of(p->r, (size_t)p->n);
+}
+
+static double matrix_error(const problem *p, const flesh_block_matrix *A)
+{
+  double worst = 0;
+  size_t n = (size_t)p->n, found = 0, expected = 0;
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++, found += 9)
+      for (int c = 0; c < 9; c++) {
+        size_t row = (size_t)(3 * i + c / 3), column = (size_t)(3 * A->column[k] + c % 3);
+        worst = worse(worst, fabs(A->values[9 * (size_t)k + c] - p->K[row * n + column]));
+      }
+  for (size_t q = 0; q < n * n; q++) expected += q / n / 3 <= q % n / 3 && p->K[q] != 0;
+  CHECK(expected <= found); /* nothing of the reference lies outside the pattern */
+  return worst / largest_of(p->K, n * n);
+}
+
+/* The same bits by one pass. */
+static void check_both(const flesh_system *system, const flesh_point *point, const flesh_shift *shift, const double *r,
+                       double V)
+{
+  size_t bytes = (size_t)flesh_system_unknowns(system) * sizeof *r;
+  double *both = malloc(bytes), phi, magnitude;
+  CHECK_OK(flesh_system_evaluate(system, point, shift, both, &phi, &magnitude));
+  CHECK(phi == V && magnitude >= fabs(V) * (1 - 1e-14));
+  CHECK(!memcmp(both, r, bytes));
+  free(both);
+}
+
+static void compare(problem *p, kind kind, flesh_instructions instructions, const char *what)
+{
+  flesh_system *system;
+  flesh_block_matrix *A;
+  CHECK_OK(make_system(p, kind, instructions, &system));
+  CHECK_OK(flesh_system_matrix_create(system, &A));
+  const flesh_point point = point_of(p, kind);
+  double *r = malloc((size_t)p->n * sizeof *r), V, size, worst = 0;
+  for (int project = FLESH_FILTER_NONE; project <= FLESH_FILTER_ABSOLUTE; project++) {
+    const flesh_shift shift = shift_of(kind, project);
+    reference(p, kind, project);
+    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A));
+    worst = worse(worst, matrix_error(p, A));
+  }
+  const flesh_shift shift = shift_of(kind, 0);
+  CHECK_OK(flesh_system_residual(system, &point, r));
+  CHECK_OK(flesh_system_potential(system, &point, &shift, &V, &size));
+  check_both(system, &point, &shift, r, V);
+  const double scaled = V * (shift.v != 0 ? shift.v : 1) / p->energy;
+  printf("# %s %s %s %s: matrices %.1g, residual %.1g, energy %.1g\n", kind_names[kind],
+         flesh_instructions_name(instructions), flesh_element_name(p->element), what, worst, residual_error(p, r),
+         fabs(scaled - 1));
+  CHECK_BELOW(worst, 1e-12);
+  CHECK_BELOW(residual_error(p, r), 1e-13);
+  CHECK_NEAR(scaled, 1, 1e-12);
+  free(r);
+  flesh_block_matrix_destroy(&A);
+  flesh_system_destroy(&system);
+}
+
+static int available(int instructions)
+{
+  flesh_instructions usable;
+  return flesh_instructions_find((flesh_instructions)instructions, &usable) == FLESH_OK;
+}
+
+static void compare_all(problem *p, const char *what)
+{
+  for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
+    for (int kind = 0; kind < KINDS && available(set); kind++)
+      compare(p, (enum kind)kind, (flesh_instructions)set, what);
+}
+
+static void check_forms(double bend)
+{
+  for (int energy = 0; energy <= FLESH_ENERGY_USER; energy++)
+    for (int element = FLESH_ELEMENT_TET10; element <= FLESH_ELEMENT_TET10_MEAN; element++)
+      for (int wild = 0; wild < (flesh_psi_needs_volume((flesh_energy)energy) ? 1 : 2); wild++) {
+        problem p;
+        char what[64];
+        problem_open(energy, (flesh_element)element, (int[]){2, 1, 1}, bend, &p);
+        deform(&p, wild);
+        snprintf(what, sizeof what, "%s%s", flesh_energy_name((flesh_energy)energy), wild ? " wild" : "");
+        compare_all(&p, what);
+        problem_close(&p);
+      }
+}
+
+static void straight_batches_agree_with_single_tets(void) { check_forms(0); }
+
+static void curved_batches_agree_with_single_tets(void) { check_forms(0.02); }
+
+/* Tets that share nothing but their first `shared` corners: tiles run out of room for nodes or pairs. */
+static void tiles_run_out_of_room(void)
+{
+  for (int shared = 0; shared < 4; shared += 2) {
+    const int tets = 70, own = 4 - shared, nodes = shared + tets * own;
+    double *X = malloc(3 * (size_t)nodes * sizeof *X);
+    int *node = malloc(4 * (size_t)tets * sizeof *node);
+    for (int i = 0; i < nodes; i++) { /* around an axis, or on it */
+      const int on_axis = i < shared || i % own == 3;
+      const double angle = i / own + 1.1 * (i % own), height = i < shared ? i : on_axis;
+      const double corner[3] = {on_axis ? 0 : cos(angle), on_axis ? 0 : sin(angle), height};
+      for (int c = 0; c < 3; c++) X[3 * i + c] = corner[c] + 0.1 * uniform();
+    }
+    for (int k = 0; k < 4 * tets; k++) node[k] = k % 4 < shared ? k % 4 : shared + k / 4 * own + k % 4 - shared;
+    flesh_mesh *mesh;
+    problem p;
+    CHECK_OK(flesh_mesh_create(nodes, X, tets, node, NULL, &mesh));
+    problem_of(FLESH_ENERGY_S, FLESH_ELEMENT_TET10_MEAN, mesh, 0, &p);
+    p.K = malloc((size_t)p.n * (size_t)p.n * sizeof *p.K);
+    deform(&p, 1);
+    compare(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, "apart");
+    compare(&p, CONSISTENT, FLESH_INSTRUCTIONS_PORTABLE, "apart");
+    problem_close(&p);
+    free(X);
+    free(node);
+  }
+}
+
+static void check_threads(problem *p, kind kind)
+{
+  flesh_system *system;
+  flesh_block_matrix *A[2];
+  CHECK_OK(make_system(p, kind, FLESH_INSTRUCTIONS_AUTO, &system));
+  double *r[2], V[2], size;
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(flesh_system_matrix_create(system, &A[k]));
+    r[k] = malloc((size_t)p->n * sizeof *r[k]);
+  }
+  for (int count = 1; count <= 3; count++) {
+    int k = count > 1;
+    flesh_threads *threads;
+    CHECK_OK(flesh_threads_create(count, &threads));
+    flesh_point point = point_of(p, kind);
+    const flesh_shift shift = shift_of(kind, FLESH_FILTER_CLAMP);
+    point.threads = threads;
+    CHECK_OK(flesh_system_residual(system, &point, r[k]));
+    CHECK_OK(flesh_system_jacobian(system, &point, &shift, A[k]));
+    CHECK_OK(flesh_system_potential(system, &point, &shift, &V[k], &size));
+    check_both(system, &point, &shift, r[k], V[k]);
+    flesh_threads_destroy(&threads);
+    if (!k) continue;
+    CHECK(!memcmp(r[0], r[1], (size_t)p->n * sizeof *r[0]));
+    CHECK(!memcmp(A[0]->values, A[1]->values,
+                  (size_t)A[0]->row_start[A[0]->rows] * 9 * sizeof(double)));
+    CHECK(V[0] == V[1] && V[0] != 0);
+  }
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix_destroy(&A[k]);
+    free(r[k]);
+  }
+  flesh_system_destroy(&system);
+}
+
+/* A body of many pieces. */
+static void threads_give_the_same_bits(void)
+{
+  flesh_mesh *mesh;
+  problem p;
+  CHECK_OK(flesh_mesh_box((int[]){9, 8, 8}, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
+  problem_of(FLESH_ENERGY_S, FLESH_ELEMENT_TET10_MEAN, mesh, 0, &p);
+  p.K = NULL;
+  deform(&p, 1);
+  for (int kind = 0; kind < KINDS; kind++) check_threads(&p, (enum kind)kind);
+  p.element = FLESH_ELEMENT_TET10;
+  check_threads(&p, ELASTIC);
+  problem_close(&p);
+}
+
+static void bad_states_are_told_apart(void)
+{
+  for (int set = FLESH_INSTRUCTIONS_PORTABLE; set < FLESH_INSTRUCTIONS_COUNT; set++)
+    for (int energy = 0; energy < FLESH_ENERGY_COUNT && available(set); energy++)
+      for (int bad = 0; bad < 3; bad++) {
+        problem p;
+        flesh_system *system;
+        flesh_block_matrix *A;
+        double V, size;
+        problem_open(energy, FLESH_ELEMENT_TET10_MEAN, (int[]){2, 1, 1}, 0, &p);
+        CHECK_OK(make_system(&p, ELASTIC, (flesh_instructions)set, &system));
+        CHECK_OK(flesh_system_matrix_create(system, &A));
+        deform(&p, 0);
+        memcpy(p.x, flesh_mesh_positions(p.mesh), (size_t)p.n * sizeof *p.x);
+        double *moved = p.x + 3 * flesh_mesh_tet_edges(p.mesh)[6 * 7];
+        if (bad == 0) moved[0] += 10; /* inverts some of its tets */
+        else moved[1] = bad == 1 ? NAN : 1e200;
+        const flesh_point point = point_of(&p, ELASTIC);
+        const flesh_shift shift = shift_of(ELASTIC, 0), projected = shift_of(ELASTIC, 1);
+        const int needs_volume = flesh_psi_needs_volume((flesh_energy)energy);
+        const int expected = bad ? FLESH_NONFINITE : needs_volume ? FLESH_UNDEFINED : FLESH_OK;
+        CHECK(flesh_system_residual(system, &point, p.r) == expected);
+        CHECK(flesh_system_jacobian(system, &point, &shift, A) == expected);
+        CHECK(flesh_system_jacobian(system, &point, &projected, A) == expected);
+        CHECK(flesh_system_potential(system, &point, &shift, &V, &size) == expected);
+        flesh_block_matrix_destroy(&A);
+        flesh_system_destroy(&system);
+        problem_close(&p);
+      }
+}
+
+/* Elements that do not fit the mesh, and a user's psi that does not tell its volume term. */
+static void misfits_are_refused(void)
+{
+  problem p;
+  flesh_system *system = NULL;
+  problem_open(FLESH_ENERGY_USER, FLESH_ELEMENT_TET4, (int[]){1, 1, 1}, 0, &p);
+  CHECK(make_system(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, &system) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "the element is tet4");
+  flesh_system_destroy(&system);
+  p.element = FLESH_ELEMENT_COUNT;
+  CHECK(make_system(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, &system) == FLESH_ERR_ARGUMENT);
+  flesh_system_destroy(&system);
+  p.element = FLESH_ELEMENT_AUTO; /* with the mean of J */
+  CHECK_OK(make_system(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, &system));
+  flesh_system_destroy(&system);
+  p.materials[0].lambda = NAN;
+  CHECK(make_system(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, &system) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "lambda");
+  flesh_system_destroy(&system);
+  p.element = FLESH_ELEMENT_TET10;
+  CHECK_OK(make_system(&p, ELASTIC, FLESH_INSTRUCTIONS_AUTO, &system));
+  flesh_system_destroy(&system);
+  problem_close(&p);
+  flesh_mesh *box = test_box(1, 1, 1, 1, 1, 1);
+  flesh_material m = test_material(FLESH_ENERGY_S, 0.4);
+  flesh_effect *effect = NULL;
+  const double density[6] = {1, 1, 1, 1, 1, 1};
+  flesh_body body = {.mesh = box, .materials = &m, .density = density, .element = FLESH_ELEMENT_TET10};
+  CHECK(flesh_effect_elasticity(&body, &effect) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "order 1");
+  CHECK(!strcmp(flesh_element_name(FLESH_ELEMENT_TET10_MEAN), "tet10-mean"));
+  CHECK(!strcmp(flesh_element_name(FLESH_ELEMENT_COUNT), "unknown"));
+  flesh_mesh_destroy(&box);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(straight_batches_agree_with_single_tets),
+                   TEST(curved_batches_agree_with_single_tets), TEST(tiles_run_out_of_room),
+                   TEST(threads_give_the_same_bits), TEST(bad_states_are_told_apart), TEST(misfits_are_refused));
+}
