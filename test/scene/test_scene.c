@@ -233,6 +233,30 @@ static void without_inertia_the_scene_is_static(void)
   flesh_scene_destroy(&scene);
 }
 
+/* body.element puts nodes on the edges of a four-node mesh, after its own; statics take gravity's exact load. */
+static void elements_are_chosen(void)
+{
+  static const char text[] = "body: {mesh: bar.node, material: {energy: S, young: 1e5, poisson: 0.49}}\n"
+                             "effects: [inertia, gravity]\ntime: {method: backward-euler, end: 1}\n";
+  const char *const mean[] = {"body.element=tet10-mean"}, *const still[] = {"body.element=tet10", "time.method=static"};
+  flesh_scene *scene = NULL, *raised = NULL;
+  CHECK_OK(read_scene("element.yaml", text, 0, NULL, &scene));
+  CHECK_OK(read_scene("element.yaml", text, 1, mean, &raised));
+  const int nodes = flesh_mesh_node_count(flesh_scene_mesh(scene));
+  CHECK(flesh_mesh_order(flesh_scene_mesh(scene)) == 1 && flesh_mesh_order(flesh_scene_mesh(raised)) == 2);
+  CHECK(flesh_mesh_node_count(flesh_scene_mesh(raised)) > nodes);
+  CHECK(!memcmp(flesh_mesh_positions(flesh_scene_mesh(scene)), flesh_mesh_positions(flesh_scene_mesh(raised)),
+                3 * (size_t)nodes * sizeof(double)));
+  CHECK(flesh_scene_body(raised)->element == FLESH_ELEMENT_TET10_MEAN);
+  CHECK(flesh_scene_body(raised)->mass == FLESH_MASS_LUMPED);
+  flesh_scene_destroy(&raised);
+  CHECK_OK(read_scene("element.yaml", text, 2, still, &raised));
+  CHECK(flesh_scene_body(raised)->element == FLESH_ELEMENT_TET10);
+  CHECK(flesh_scene_body(raised)->mass == FLESH_MASS_CONSISTENT);
+  flesh_scene_destroy(&raised);
+  flesh_scene_destroy(&scene);
+}
+
 /* Elasticity's key speaks for all effects, also for those that stand before it. */
 static void instructions_are_the_scenes(void)
 {
@@ -556,7 +580,7 @@ int main(int argc, char **argv)
                    TEST(constants_are_matched_where_the_form_can_be),
                    TEST(a_form_has_a_full_name_too),
       TEST(regions_have_their_own_density_and_material), TEST(without_inertia_the_scene_is_static),
-      TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
+      TEST(elements_are_chosen), TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
       TEST(paths_start_at_the_scene_or_the_working_directory),
       TEST(resolving_again_changes_nothing), TEST(states_come_back_bit_for_bit),
       TEST(every_sample_of_an_effect_makes_a_scene), TEST(the_schema_lists_every_key),
