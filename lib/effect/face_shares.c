@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "math/mat3.h"
 
 static void add_flat(const double *X, const int n[3], double *shares)
@@ -89,7 +90,7 @@ static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles
 {
   int all;
   const int *surface = flesh_mesh_surface(mesh, &all);
-  entry *entries = malloc(((size_t)all + 1) * sizeof *entries);
+  entry *entries = flesh_malloc(((size_t)all + 1) * sizeof *entries);
   if (!entries) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a surface of %d triangles", all);
   for (int k = 0; k < all; k++) entries[k] = entry_of(surface + 3 * (size_t)k, k);
   qsort(entries, (size_t)all, sizeof *entries, by_nodes);
@@ -108,7 +109,7 @@ static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles
     const int node[6] = {face[0], face[4], face[8], face[1], face[5], face[2]};
     add_quarter(flesh_mesh_positions(mesh), node, found->number % 4, shares);
   }
-  free(entries);
+  flesh_free(entries);
   return status;
 }
 

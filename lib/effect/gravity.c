@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "element/body.h"
 
@@ -93,8 +94,8 @@ static void gravity_destroy(void *data)
 {
   gravity *self = data;
   if (!self) return;
-  free(self->force);
-  free(self);
+  flesh_free(self->force);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations gravity_operations = {
@@ -133,18 +134,18 @@ int flesh_effect_gravity(const flesh_body *body, const double acceleration[3],
                       acceleration[0], acceleration[1], acceleration[2]);
   int nodes = flesh_mesh_node_count(body->mesh), status = flesh_body_check_density(body);
   if (status) return status;
-  gravity *self = calloc(1, sizeof *self);
-  double *work = calloc((size_t)nodes * 3, sizeof *work);
-  if (self) self->force = malloc((size_t)nodes * 3 * sizeof *self->force);
+  gravity *self = flesh_calloc(1, sizeof *self);
+  double *work = flesh_calloc((size_t)nodes * 3, sizeof *work);
+  if (self) self->force = flesh_malloc((size_t)nodes * 3 * sizeof *self->force);
   if (!self || !work || !self->force) {
-    free(work);
+    flesh_free(work);
     gravity_destroy(self);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the weights of %d nodes", nodes);
   }
   self->nodes = nodes;
   memcpy(self->acceleration, acceleration, sizeof self->acceleration);
   weigh(body, acceleration, work, self->force);
-  free(work);
+  flesh_free(work);
   return flesh_effect_create(&gravity_operations, self, effect);
 }
 

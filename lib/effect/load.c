@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
 #include "effect/face_shares.h"
@@ -69,10 +70,10 @@ static void load_destroy(void *data)
 {
   load *self = data;
   if (!self) return;
-  free(self->nodes);
-  free(self->shares);
+  flesh_free(self->nodes);
+  flesh_free(self->shares);
   flesh_amplitude_clear(&self->amplitude);
-  free(self);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations force_operations = {
@@ -108,11 +109,11 @@ static int load_create(const flesh_body *body, int count, const int *nodes, cons
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s is (%g, %g, %g); it must be finite", name, vector[0], vector[1],
                       vector[2]);
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a %s needs something that it acts on", name);
-  load *self = calloc(1, sizeof *self);
+  load *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a load");
   int status = flesh_amplitude_take(amplitude, &self->amplitude);
-  self->nodes = malloc((size_t)count * sizeof *self->nodes);
-  self->shares = calloc((size_t)count, sizeof *self->shares);
+  self->nodes = flesh_malloc((size_t)count * sizeof *self->nodes);
+  self->shares = flesh_calloc((size_t)count, sizeof *self->shares);
   if (!status && (!self->nodes || !self->shares))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d nodes", count);
   for (int k = 0; !status && nodes && k < count; k++) {
@@ -152,15 +153,15 @@ int flesh_effect_traction(const flesh_body *body, int count, const int *triangle
   FLESH_NEED({body, "body"}, {triangles, "triangles"}, {traction, "traction"});
   int total = flesh_mesh_node_count(body->mesh);
   load *self = NULL;
-  double *areas = calloc((size_t)total, sizeof *areas);
-  int *nodes = calloc((size_t)total, sizeof *nodes), used = 0;
+  double *areas = flesh_calloc((size_t)total, sizeof *areas);
+  int *nodes = flesh_calloc((size_t)total, sizeof *nodes), used = 0;
   int status = areas && nodes ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a traction");
   if (!status) status = flesh_face_shares(body->mesh, count, triangles, areas);
   for (int i = 0; !status && i < total; i++)
     if (areas[i] != 0) nodes[used++] = i;
   if (!status) status = load_create(body, used, nodes, traction, "traction", amplitude, &self);
   for (int k = 0; !status && k < used; k++) self->shares[k] = areas[nodes[k]];
-  free(areas);
-  free(nodes);
+  flesh_free(areas);
+  flesh_free(nodes);
   return status ? status : flesh_effect_create(&traction_operations, self, effect);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/effect.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
@@ -105,7 +106,7 @@ static void drag_destroy(void *data)
   drag *self = data;
   if (!self) return;
   flesh_motion_clear(&self->target);
-  free(self);
+  flesh_free(self);
 }
 
 static const flesh_effect_operations drag_operations = {
@@ -231,11 +232,11 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
   if (!(fabs(point[0]) + fabs(point[1]) + fabs(point[2]) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "point is (%g, %g, %g); it must be finite", point[0],
                       point[1], point[2]);
-  drag *self = calloc(1, sizeof *self);
+  drag *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
   int status = flesh_motion_copy(target, &self->target);
   if (status) {
-    free(self);
+    flesh_free(self);
     return status;
   }
   status = attach(body->mesh, point, self);

@@ -92,7 +92,7 @@ bash_completes() {
     completes effects.spring.stiffness= flesh run scene.yaml --set effects.spring.st &&
     completes hht flesh run --method h && completes 'J stress speed none' flesh snap out --colour '' &&
     completes '' flesh run --out some && completes '' flesh run --max-seconds '' && completes '' flesh run some || return 1
-  completes box flesh mesh b && completes --origin flesh mesh box --or && completes export flesh sweep ex &&
+  completes box flesh mesh b && completes --origin flesh mesh box --ori && completes export flesh sweep ex &&
     completes csv flesh sweep export --format c && completes '' flesh run box || return 1
   for name in $(commands_of); do
     { echo "$name"; below "$name"; } >commands

@@ -104,7 +104,7 @@ static int number_parts(const flesh_winding *self, int *part)
  * by node. */
 size_t flesh_winding_room(const flesh_mesh *mesh)
 {
-  const size_t tets = (size_t)flesh_mesh_tet_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
+  const size_t tets = (size_t)flesh_mesh_piece_count(mesh), nodes = (size_t)flesh_mesh_node_count(mesh);
   return 4096 + 512 * tets + (256 + sizeof(flesh_rigid_fit)) * nodes;
 }
 
