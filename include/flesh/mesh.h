@@ -54,18 +54,20 @@ FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, co
  * the last two corners are swapped, the edges go with them. FLESH_ERR_FILE also where tets of one
  * edge have different nodes on it, two edges have one node, or a corner is on an edge, and where
  * the Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen,
- * Remacle & Geuzaine 2013). Returns new. */
+ * Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
                                           const int *tet_nodes, const int *regions,
                                           flesh_mesh **mesh);
 
 /* The mesh of order 2 that has a node in the middle of each edge of `mesh`, which has order 1
  * (FLESH_ERR_ARGUMENT otherwise). The nodes and tets stay; those on edges come after them, by
- * the edge's lower node, then by its higher, rising. Returns new. */
+ * the edge's lower node, then by its higher, rising. Returns new. Further errors:
+ * FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised);
 
 /* The mesh of order 1 that has the corners of `mesh`, which has order 2 (FLESH_ERR_ARGUMENT
- * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. */
+ * otherwise). The nodes that are on no edge stay in their order, and the tets. Returns new. Further
+ * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
@@ -101,7 +103,7 @@ FLESH_API int flesh_mesh_tet_count(const flesh_mesh *mesh);
 /* The arrays below belong to the mesh. */
 /* [3*nodes] rest positions, m. */
 FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
-/* 1 or 2. */
+/* 1 or 2. Cannot fail. */
 FLESH_API int flesh_mesh_order(const flesh_mesh *mesh);
 /* [4*tets] node indices: the corners. */
 FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
