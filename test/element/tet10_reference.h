@@ -190,10 +190,21 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
   return FLESH_OK;
 }
 
-/* lambda less twice what is the shear modulus of Neo, A, B, D, E and S, 1 for C and M without a volume term. */
+/* The shear modulus at small strain, 2 psi_I at rest. */
+static double shear_modulus(const flesh_material *m)
+{
+  const double n = 1 / m->links;
+  if (m->energy == FLESH_ENERGY_USER) return 0.5 + 0.02 * 6;
+  if (m->energy == FLESH_ENERGY_S) return 0.75 * m->mu;
+  if (m->energy != FLESH_ENERGY_AB) return m->mu;
+  return m->mu * (1 + 3 * n / 5 + 2 * 297 * n * n / 1050 + 2 * 2052 * n * n * n / 7000 +
+                  2 * 210195 * n * n * n * n / 673750);
+}
+
+/* lambda less twice the shear modulus, none for C and M without a volume term. */
 static split split_of(const problem *p, const flesh_material *m)
 {
-  const double mu = m->energy == FLESH_ENERGY_USER ? 0.5 + 0.02 * 6 : m->energy == FLESH_ENERGY_S ? 0.75 * m->mu : m->mu;
+  const double mu = shear_modulus(m);
   const int has = m->energy != FLESH_ENERGY_C && m->energy != FLESH_ENERGY_M;
   return (split){.whole = m,
                  .share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? fmax(0, m->lambda - 2 * mu) : 0,
