@@ -158,7 +158,7 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   const flesh_system *system = flesh_scene_system(base);
   for (int k = 0; at_rest && !status && k < flesh_system_effect_count(system); k++) {
     const flesh_effect_operations *effect = flesh_system_effect(system, k)->operations;
-    if (!effect->external && effect->role != FLESH_ROLE_INERTIA) continue;
+    if (effect->role != FLESH_ROLE_LOAD && effect->role != FLESH_ROLE_INERTIA) continue;
     snprintf(key, sizeof key, "effects.%s", effect->name);
     status = flesh_overrides_add(&overrides, key, "null");
   }

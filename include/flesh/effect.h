@@ -25,19 +25,24 @@
  *
  *   name           histories, reports, messages: columns and words; nothing is found by it
  *   role           untangling, first guesses, energy balance, IDA and ODE problems, histories
- *                  (energy at rest), the program's figures: see FLESH_ROLE_LIST
- *   external       flesh_system_load: the load that a solve's tolerance is measured against and
- *                  that gives IDA a speed where the body has no stiffness; the check of balance,
+ *                  (energy at rest), the program's figures: see FLESH_ROLE_LIST. Of LOAD also
+ *                  flesh_system_load, the load that a solve's tolerance is measured against and
+ *                  that gives IDA a speed where the body has no stiffness; and the check of balance,
  *                  which counts these forces by that load alone, and which takes those without a
  *                  `jacobian` for dead loads. The effect itself scales its force by point->load
- *   is_follower_load  statics, which repeats a solve until the lagged state stands still
- *   freezes        methods of order 2, which repeat theirs until the frozen state does
- *   depends_on_position_only  the line search, which keeps the potential of positions that it has
- *                  had; the energy balance, which takes it for the energy where one effect says so:
- *                  `energy` must be the potential times shift.x
- *   passive        the energy balance: whether the work of the effect is counted as put in
  *   energy         histories, the energy balance (NULL and not passive: the work of its forces
  *                  counts) and the search for stress at rest. No solve reads it
+ *   traits         FLESH_IS_PASSIVE: the energy balance, which does not count the work of the effect
+ *                  as put in. FLESH_IS_FOLLOWER_LOAD: statics, which repeats a solve until the lagged
+ *                  state stands still. FLESH_FREEZES: methods of order 2, which repeat theirs until
+ *                  the frozen state does. FLESH_DEPENDS_ON_POSITION_ONLY: the line search, which
+ *                  keeps the potential of positions that it has had; the energy balance, which takes
+ *                  it for the energy where one effect says so: `energy` must be the potential times
+ *                  shift.x
+ *   time           integrators, which end a step at an event; the energy balance (`carry`)
+ *   barrier        the line search and first iterates, which keep the body out of obstacles
+ *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
+ *   figures        histories and reports of memory
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
@@ -125,7 +130,8 @@ typedef struct flesh_effect flesh_effect;
  *               energy from it
  *   ELASTICITY  the body's own stress. Untangling and the search for stress at rest measure loads
  *               against it; its energy in the mesh's shape is what histories subtract
- *   LOAD        acts from outside: gravity, forces, tractions, pressures, springs
+ *   LOAD        acts from outside: gravity, forces, tractions, pressures, springs. Scaled by
+ *               point->load; convergence is measured against it
  *   DAMPING     dissipates: damping, viscosity
  *   CONTACT     keeps the body out of obstacles */
 #define FLESH_ROLE_LIST(X)                                                                         \
@@ -143,74 +149,47 @@ typedef enum flesh_role {
   FLESH_ROLE_COUNT
 } flesh_role;
 
-/* The operations of a kind of effect; unused ones are NULL. Return FLESH_OK, FLESH_UNDEFINED or
- * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative
- * status. */
-typedef struct flesh_effect_operations {
-  const char *name; /* as in a scene; for messages and columns only */
-  flesh_role role;
-  /* 1: a load from outside, scaled by point->load; convergence is measured against it. */
-  int external;
-  /* 1: what is lagged follows the shape (a load on a moving surface, not friction, whose past
+/* What else an effect says of itself; or'ed. */
+typedef enum flesh_trait {
+  /* It puts in no energy of its own: it depends on x and v alone, or it only dissipates. The work
+   * of others is counted as put in (flesh_energy_balance): what their energy changes by with t at a
+   * place or, without an energy, what their forces do. */
+  FLESH_IS_PASSIVE = 1,
+  /* What is lagged follows the shape (a load on a moving surface, not friction, whose past
    * matters): a static solve is repeated from its result until the lagged state stands still. */
-  int is_follower_load;
-  /* 1: something is frozen: methods of order 2 repeat their solves until the frozen state stands
+  FLESH_IS_FOLLOWER_LOAD = 2,
+  /* Something is frozen: methods of order 2 repeat their solves until the frozen state stands
    * still. */
-  int freezes;
-  /* 1: the potential is a function of x over shift.x, and expensive enough to be remembered
-   * where x has not changed. */
-  int depends_on_position_only;
-  /* 1: it puts in no energy of its own: it depends on x and v alone, or it only dissipates. 0: its
-   * work is counted as put in (flesh_energy_balance): what its energy changes by with t at a place
-   * or, without an energy, what its forces do. */
-  int passive;
-  /* For effects that stand for something that moves (an obstacle): how far that is carried at the
-   * nodes' places of `point` between two times, into dx [3*n], which comes with zeros. Returns 0,
-   * with dx untouched, where nothing moves. Its work is that of the forces at `point` along dx. */
-  int (*carry)(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to,
-               double *dx);
-  /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
-  const flesh_cells *(*cells)(const flesh_effect *effect);
-  int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
-  /* `slots`: pair k of the cells' has the block K->values + 9*slots[k], which is pair p of cell c
-   * for k = c*m + p where the cells ask for all; the diagonal block of node i is at
-   * 9*row_start[i]. */
-  int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                  flesh_block_matrix *K, const int *slots);
-  /* The same, but K's blocks of the cells' pairs become what `jacobian` adds to them, whatever they
-   * were: for one effect of a system, called before the others, so that they need not be cleared.
-   * NULL: they are. */
-  int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
-                       const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
-  /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
-   * measured against). NULL: the effect has none. */
-  int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                   double *phi, double *magnitude);
-  /* Residual and potential in one pass, for effects where that is cheaper than both: adds to r,
-   * *phi and *magnitude the same bits as `residual` and `potential`, beside which alone it may be.
-   * NULL: those two are called. */
-  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                  double *r, double *phi, double *magnitude);
-  int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
-  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
-   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
-   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
-   * the effect. */
-  int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
-                           const flesh_mesh *mesh, flesh_effect **restricted);
+  FLESH_FREEZES = 4,
+  /* The potential is a function of x over shift.x, and expensive enough to be remembered where x
+   * has not changed. */
+  FLESH_DEPENDS_ON_POSITION_ONLY = 8
+} flesh_trait;
+
+/* For effects that change with time by themselves. */
+typedef struct flesh_effect_time {
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
-  /* For effects that limit steps. The share of the straight step from x_from [3*n] at t_from to
-   * x_to at t_to that is feasible for all nodes; 1: all. NULL: it limits no step. */
+  /* For effects that stand for something that moves (an obstacle): how far that is carried at the
+   * nodes' places of `point` between two times, into dx [3*n], which comes with zeros. Returns 0,
+   * with dx untouched, where nothing moves. Its work is that of the forces at `point` along dx.
+   * NULL: it stands for nothing that moves. */
+  int (*carry)(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to,
+               double *dx);
+} flesh_effect_time;
+
+/* For effects that limit where the body can go: obstacles. */
+typedef struct flesh_effect_barrier {
+  /* The share of the straight step from x_from [3*n] at t_from to x_to at t_to that is feasible for
+   * all nodes; 1: all. NULL: it limits no step; then `push_out` and `tunnelled` are not asked. */
   double (*max_feasible_step)(const flesh_effect *effect, double t_from, const double *x_from,
                               double t_to, const double *x_to);
-  /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. Beside
-   * `max_feasible_step` only. */
+  /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. NULL: none. */
   void (*push_out)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                    double *x_to);
   /* Whether a body that was at x_from must have gone through something to be at x_to one step
-   * later, although its iterates found a way around. Beside `max_feasible_step` only. */
+   * later, although its iterates found a way around. NULL: never. */
   int (*tunnelled)(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
                    const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
@@ -224,15 +203,68 @@ typedef struct flesh_effect_operations {
    * from `low` to `high`, at most, m. Beside `clearance` only; NULL: it stands still. */
   double (*approach)(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                      const double high[3]);
-  /* What histories tell of the effect, in columns <effect>_<name>; ended by NULL. */
-  const char *const *report_names;
-  void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
+} flesh_effect_barrier;
+
+/* The same results for less time. */
+typedef struct flesh_effect_shortcuts {
+  /* Residual and potential in one pass, for effects where that is cheaper than both: adds to r,
+   * *phi and *magnitude the same bits as `residual` and `potential`, beside which alone it may be.
+   * NULL: those two are called. */
+  int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                  double *r, double *phi, double *magnitude);
+  /* As `jacobian`, but K's blocks of the cells' pairs become what that adds to them, whatever they
+   * were: for one effect of a system, called before the others, so that they need not be cleared.
+   * NULL: they are. */
+  int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
+                         const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
+  /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
+   * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
+   * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for
+   * the effect. */
+  int (*restrict_to_cells)(const flesh_effect *effect, int count, const int *chosen,
+                           const flesh_mesh *mesh, flesh_effect **restricted);
   /* The vector instructions that it works with, on which the last bits of its results depend.
    * NULL: those of the program. */
   flesh_instructions (*instructions)(const flesh_effect *effect);
-  void (*destroy)(void *data); /* frees `data` */
-  /* Bytes of `data` and what it owns. NULL: not told. */
+} flesh_effect_shortcuts;
+
+/* What is written about an effect. */
+typedef struct flesh_effect_figures {
+  /* Bytes of `data` and what it owns. NULL: not given. */
   size_t (*memory)(const flesh_effect *effect);
+  /* Columns <effect>_<name> of histories; ended by NULL. NULL: none. */
+  const char *const *report_names;
+  /* Their values, at the end of a step. Beside `report_names` only. */
+  void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
+} flesh_effect_figures;
+
+/* A kind of effect. What it has not is NULL or 0: a dead load is a name, a role, a residual, a
+ * potential and `destroy`. Operations that return a status return FLESH_OK, FLESH_UNDEFINED or
+ * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative
+ * status. */
+typedef struct flesh_effect_operations {
+  const char *name; /* as in a scene; for messages and columns only */
+  flesh_role role;
+  unsigned traits; /* flesh_trait, or'ed */
+  /* The nodes coupled by the Jacobian; NULL when only diagonal blocks are written or none. */
+  const flesh_cells *(*cells)(const flesh_effect *effect);
+  int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
+  /* `slots`: pair k of the cells' has the block K->values + 9*slots[k], which is pair p of cell c
+   * for k = c*m + p where the cells ask for all; the diagonal block of node i is at
+   * 9*row_start[i]. */
+  int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                  flesh_block_matrix *K, const int *slots);
+  /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
+   * measured against). NULL: the effect has none. */
+  int (*potential)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                   double *phi, double *magnitude);
+  int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
+  void (*destroy)(void *data); /* frees `data` */
+  /* What few effects have; borrowed, NULL: nothing of it. */
+  const flesh_effect_time *time;
+  const flesh_effect_barrier *barrier;
+  const flesh_effect_shortcuts *shortcuts;
+  const flesh_effect_figures *figures;
 } flesh_effect_operations;
 
 struct flesh_effect {

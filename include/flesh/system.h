@@ -58,13 +58,13 @@ FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role)
 /* Whether prescribed positions or effects change with time: then a scene without inertia is a
  * sequence of equilibria instead of one. Cannot fail. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
-/* Bytes that an effect holds (flesh_effect_operations.memory) with its places in the Jacobian;
+/* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;
  * 0 where it does not tell. */
 FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
-/* Whether some effect's lagged state follows the shape (flesh_effect_operations.is_follower_load).
+/* Whether some effect's lagged state follows the shape (FLESH_IS_FOLLOWER_LOAD).
  * Cannot fail. */
 FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
-/* Whether some effect freezes a state (flesh_effect_operations.freezes). Cannot fail. */
+/* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
 FLESH_API int flesh_system_freezes(const flesh_system *system);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
@@ -73,7 +73,7 @@ FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_residual(const flesh_system *system, const flesh_point *point,
                                     double *r);
-/* The same of the external effects alone: minus the applied load.
+/* The same of the effects of FLESH_ROLE_LOAD alone: minus the applied load.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_load(const flesh_system *system, const flesh_point *point, double *r);
 /* K = sum of the Jacobians, constraints not applied. K must be of this system's pattern.

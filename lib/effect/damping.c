@@ -98,16 +98,15 @@ static void damping_destroy(void *data)
 
 static const flesh_effect_operations damping_operations = {
     .name = "damping",
-    .passive = 1,
     .role = FLESH_ROLE_DAMPING,
+    .traits = FLESH_IS_PASSIVE,
     .cells = damping_cells,
     .residual = damping_residual,
     .jacobian = damping_jacobian,
     .potential = damping_potential,
-    .evaluate = damping_evaluate,
-    .instructions = damping_instructions,
     .destroy = damping_destroy,
-    .memory = damping_memory,
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = damping_evaluate, .instructions = damping_instructions},
+    .figures = &(const flesh_effect_figures){.memory = damping_memory},
 };
 
 /* d2 psi at rest: by the eigenvalue A_11 - A_12 = flip on changes of shape, A_11 + 2 A_12 on the change of volume, and

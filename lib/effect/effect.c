@@ -38,8 +38,8 @@ void flesh_effect_destroy(flesh_effect **effect)
 
 flesh_instructions flesh_effect_instructions(const flesh_effect *effect)
 {
-  return effect->operations->instructions ? effect->operations->instructions(effect)
-                                          : FLESH_INSTRUCTIONS_AUTO;
+  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
+  return shortcuts->instructions ? shortcuts->instructions(effect) : FLESH_INSTRUCTIONS_AUTO;
 }
 
 double flesh_interval_next_event(double from, double until, double t)

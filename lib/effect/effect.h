@@ -7,6 +7,36 @@
 /* The share of a feasible step that is taken: less than all, so that the body stays apart from obstacles. */
 static const double flesh_feasible_step_kept = 0.9;
 
+/* The optional tables of an effect's kind, which are never NULL here: what a kind has not is NULL or 0 in them. */
+static inline const flesh_effect_time *flesh_effect_in_time(const flesh_effect *effect)
+{
+  static const flesh_effect_time none = {0};
+  return effect->operations->time ? effect->operations->time : &none;
+}
+
+static inline const flesh_effect_barrier *flesh_effect_as_barrier(const flesh_effect *effect)
+{
+  static const flesh_effect_barrier none = {0};
+  return effect->operations->barrier ? effect->operations->barrier : &none;
+}
+
+static inline const flesh_effect_shortcuts *flesh_effect_shortcuts_of(const flesh_effect *effect)
+{
+  static const flesh_effect_shortcuts none = {0};
+  return effect->operations->shortcuts ? effect->operations->shortcuts : &none;
+}
+
+static inline const flesh_effect_figures *flesh_effect_figures_of(const flesh_effect *effect)
+{
+  static const flesh_effect_figures none = {0};
+  return effect->operations->figures ? effect->operations->figures : &none;
+}
+
+static inline int flesh_effect_has_trait(const flesh_effect *effect, flesh_trait trait)
+{
+  return (effect->operations->traits & (unsigned)trait) != 0;
+}
+
 /* Parts of an interval [from, until) as the next event after t. */
 double flesh_interval_next_event(double from, double until, double t);
 

@@ -113,20 +113,19 @@ static void elasticity_destroy(void *data)
 
 static const flesh_effect_operations elasticity_operations = {
     .name = "elasticity",
-    .passive = 1,
     .role = FLESH_ROLE_ELASTICITY,
-    .depends_on_position_only = 1,
+    .traits = FLESH_IS_PASSIVE | FLESH_DEPENDS_ON_POSITION_ONLY,
     .cells = elasticity_cells,
     .residual = elasticity_residual,
     .jacobian = elasticity_jacobian,
-    .jacobian_assign = elasticity_jacobian_anew,
     .potential = elasticity_potential,
-    .evaluate = elasticity_evaluate,
     .energy = elasticity_energy,
-    .restrict_to_cells = elasticity_part,
-    .instructions = elasticity_instructions,
     .destroy = elasticity_destroy,
-    .memory = elasticity_memory,
+    .shortcuts = &(const flesh_effect_shortcuts){.jacobian_assign = elasticity_jacobian_anew,
+                                                 .evaluate = elasticity_evaluate,
+                                                 .restrict_to_cells = elasticity_part,
+                                                 .instructions = elasticity_instructions},
+    .figures = &(const flesh_effect_figures){.memory = elasticity_memory},
 };
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)

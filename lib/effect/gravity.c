@@ -100,14 +100,13 @@ static void gravity_destroy(void *data)
 
 static const flesh_effect_operations gravity_operations = {
     .name = "gravity",
-    .passive = 1,
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
+    .traits = FLESH_IS_PASSIVE,
     .residual = gravity_residual,
     .potential = gravity_potential,
     .energy = gravity_energy,
     .destroy = gravity_destroy,
-    .memory = gravity_memory,
+    .figures = &(const flesh_effect_figures){.memory = gravity_memory},
 };
 
 /* M g, so that a free fall is rigid; `work` [3*nodes]. Of linear tets both masses give the same. */

@@ -60,17 +60,16 @@ static void inertia_destroy(void *data)
 
 static const flesh_effect_operations inertia_operations = {
     .name = "inertia",
-    .passive = 1,
     .role = FLESH_ROLE_INERTIA,
+    .traits = FLESH_IS_PASSIVE,
     .cells = inertia_cells,
     .residual = inertia_residual,
     .jacobian = inertia_jacobian,
     .potential = inertia_potential,
-    .evaluate = inertia_evaluate,
     .energy = inertia_energy,
-    .instructions = inertia_instructions,
     .destroy = inertia_destroy,
-    .memory = inertia_memory,
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = inertia_evaluate, .instructions = inertia_instructions},
+    .figures = &(const flesh_effect_figures){.memory = inertia_memory},
 };
 
 int flesh_effect_inertia(const flesh_body *body, flesh_effect **effect)

@@ -78,26 +78,24 @@ static void load_destroy(void *data)
 
 static const flesh_effect_operations force_operations = {
     .name = "force",
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
     .residual = load_residual,
     .potential = load_potential,
     .energy = load_energy,
-    .next_event = load_next_event,
     .destroy = load_destroy,
-    .memory = load_memory,
+    .time = &(const flesh_effect_time){.next_event = load_next_event},
+    .figures = &(const flesh_effect_figures){.memory = load_memory},
 };
 
 static const flesh_effect_operations traction_operations = {
     .name = "traction",
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
     .residual = load_residual,
     .potential = load_potential,
     .energy = load_energy,
-    .next_event = load_next_event,
     .destroy = load_destroy,
-    .memory = load_memory,
+    .time = &(const flesh_effect_time){.next_event = load_next_event},
+    .figures = &(const flesh_effect_figures){.memory = load_memory},
 };
 
 /* With room for `count` nodes, and their numbers where `nodes` is not NULL. */

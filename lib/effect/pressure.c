@@ -216,31 +216,29 @@ static void pressure_destroy(void *data)
 
 static const flesh_effect_operations closed_operations = {
     .name = "pressure",
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
     .cells = pressure_cells,
     .residual = pressure_residual,
     .jacobian = pressure_jacobian,
     .potential = pressure_potential,
     .energy = pressure_energy,
-    .next_event = pressure_next_event,
     .destroy = pressure_destroy,
-    .memory = pressure_memory,
+    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
+    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
 };
 
 /* A surface with a rim has no energy. */
 static const flesh_effect_operations open_operations = {
     .name = "pressure",
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
-    .is_follower_load = 1,
+    .traits = FLESH_IS_FOLLOWER_LOAD,
     .cells = pressure_cells,
     .residual = pressure_residual,
     .jacobian = pressure_jacobian,
     .potential = pressure_potential,
-    .next_event = pressure_next_event,
     .destroy = pressure_destroy,
-    .memory = pressure_memory,
+    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
+    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
 };
 
 /* A side of a triangle. */

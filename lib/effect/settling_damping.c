@@ -88,17 +88,17 @@ static void settling_destroy(void *data)
 
 static const flesh_effect_operations settling_operations = {
     .name = "settling_damping",
-    .passive = 1,
     .role = FLESH_ROLE_DAMPING,
+    .traits = FLESH_IS_PASSIVE,
     .cells = settling_cells,
     .residual = settling_residual,
     .jacobian = settling_jacobian,
     .potential = settling_potential,
-    .evaluate = settling_evaluate,
-    .instructions = settling_instructions,
-    .next_event = settling_next_event,
     .destroy = settling_destroy,
-    .memory = settling_memory,
+    .time = &(const flesh_effect_time){.next_event = settling_next_event},
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = settling_evaluate,
+                                                 .instructions = settling_instructions},
+    .figures = &(const flesh_effect_figures){.memory = settling_memory},
 };
 
 int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,

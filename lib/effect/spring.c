@@ -111,16 +111,15 @@ static void drag_destroy(void *data)
 
 static const flesh_effect_operations drag_operations = {
     .name = "spring",
-    .external = 1,
     .role = FLESH_ROLE_LOAD,
     .cells = drag_cells,
     .residual = drag_residual,
     .jacobian = drag_jacobian,
     .potential = drag_potential,
     .energy = drag_energy,
-    .next_event = drag_next_event,
     .destroy = drag_destroy,
-    .memory = drag_memory,
+    .time = &(const flesh_effect_time){.next_event = drag_next_event},
+    .figures = &(const flesh_effect_figures){.memory = drag_memory},
 };
 
 /* Barycentric weights of p in the tet with corners X0..X3. */

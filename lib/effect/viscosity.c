@@ -93,17 +93,16 @@ static void viscosity_destroy(void *data)
 
 static const flesh_effect_operations viscosity_operations = {
     .name = "viscosity",
-    .freezes = 1,
-    .passive = 1,
     .role = FLESH_ROLE_DAMPING,
+    .traits = FLESH_FREEZES | FLESH_IS_PASSIVE,
     .cells = viscosity_cells,
     .residual = viscosity_residual,
     .jacobian = viscosity_jacobian,
     .potential = viscosity_potential,
-    .evaluate = viscosity_evaluate,
-    .instructions = viscosity_instructions,
     .destroy = viscosity_destroy,
-    .memory = viscosity_memory,
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = viscosity_evaluate,
+                                                 .instructions = viscosity_instructions},
+    .figures = &(const flesh_effect_figures){.memory = viscosity_memory},
 };
 
 int flesh_effect_viscosity(const flesh_body *body, double shear, double bulk, flesh_effect **effect)

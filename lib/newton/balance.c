@@ -20,7 +20,7 @@ static int loads_are_dead(const flesh_equations *self)
 {
   for (int k = 0; k < flesh_system_effect_count(self->system); k++) {
     const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
-    if (can->external && can->jacobian) return 0;
+    if (can->role == FLESH_ROLE_LOAD && can->jacobian) return 0;
   }
   return 1;
 }
@@ -47,7 +47,7 @@ static int largest_force(flesh_equations *self, const double *u, double load, do
   for (int coupled = 0; coupled < 2; coupled++)
     for (int k = 0; k < flesh_system_effect_count(self->system) && !(*size >= enough); k++) {
       const flesh_effect_operations *can = flesh_system_effect(self->system, k)->operations;
-      if (!can->residual || can->external || coupled != (can->cells != NULL)) continue;
+      if (!can->residual || can->role == FLESH_ROLE_LOAD || coupled != (can->cells != NULL)) continue;
       int status = effect_norm(self, k, &point, &norm);
       if (status) return status;
       if (norm < INFINITY) *size = fmax(*size, norm);

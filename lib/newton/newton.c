@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "effect/effect.h"
 
 /* What an iteration does next. */
 typedef enum state { ASSEMBLE, SOLVE, REFRESH, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
@@ -203,7 +204,7 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
 {
   int sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
-    sums |= flesh_system_effect(system, k)->operations->restrict_to_cells != NULL;
+    sums |= flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
   return sums && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
          (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
 }

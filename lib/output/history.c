@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "effect/effect.h"
 
 struct flesh_history {
   int reports;     /* columns of what effects tell of themselves */
@@ -49,8 +50,8 @@ static void print_name(FILE *stream, const flesh_system *system, int index, cons
 static const char *const *report_names(const flesh_system *system, int index)
 {
   static const char *const none[] = {NULL};
-  const flesh_effect_operations *operations = flesh_system_effect(system, index)->operations;
-  return operations->report_names ? operations->report_names : none;
+  const flesh_effect_figures *figures = flesh_effect_figures_of(flesh_system_effect(system, index));
+  return figures->report_names ? figures->report_names : none;
 }
 
 int flesh_history_create(const char *path, const flesh_system *system, flesh_history **result)
@@ -134,8 +135,8 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
   double *values = history->values;
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);
-    if (!effect->operations->report_names) continue;
-    effect->operations->report(effect, &point, values);
+    if (!flesh_effect_figures_of(effect)->report_names) continue;
+    flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (const char *const *name = report_names(record->system, e); *name; name++) {
       putc(',', history->stream);
       flesh_number_print(history->stream, *values++);

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "base/parallel_vector.h"
+#include "effect/effect.h"
 
 /* Reaches are widened by rounding, of a part of the body's size. */
 static const double slack = 1e-9;
@@ -21,7 +22,7 @@ int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, f
   int some = 0;
   *self = (flesh_clearance){.system = system, .threads = threads, .n = flesh_system_unknowns(system),
                             .effects = flesh_system_effect_count(system)};
-  for (int k = 0; k < self->effects; k++) some |= flesh_system_effect(system, k)->operations->clearance != NULL;
+  for (int k = 0; k < self->effects; k++) some |= flesh_effect_as_barrier(flesh_system_effect(system, k))->clearance != NULL;
   if (!some) return FLESH_OK;
   self->x = flesh_malloc(((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
   if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
@@ -56,7 +57,8 @@ static double way_from_look(const flesh_clearance *self, const double *x)
 static double carried(const flesh_clearance *self, int k, double t)
 {
   const flesh_effect *effect = flesh_system_effect(self->system, k);
-  return effect->operations->approach ? effect->operations->approach(effect, self->t, t, self->low, self->high) : 0;
+  const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+  return barrier->approach ? barrier->approach(effect, self->t, t, self->low, self->high) : 0;
 }
 
 static void look(flesh_clearance *self, double t, const double *x)
@@ -73,7 +75,8 @@ static void look(flesh_clearance *self, double t, const double *x)
   for (int c = 0; c < 3; c++) size += fabs(self->low[c]) + fabs(self->high[c]);
   for (int k = 0; k < self->effects; k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
-    const double found = effect->operations->clearance ? effect->operations->clearance(effect, t, x) : 0;
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    const double found = barrier->clearance ? barrier->clearance(effect, t, x) : 0;
     self->free[k] = found > slack * (size + found) ? found - slack * (size + found) : 0;
     if (found == INFINITY) self->free[k] = INFINITY;
   }
@@ -83,7 +86,7 @@ static void look(flesh_clearance *self, double t, const double *x)
 static int is_used_up(const flesh_clearance *self, double t, double moved)
 {
   for (int k = 0; k < self->effects; k++)
-    if (flesh_system_effect(self->system, k)->operations->clearance &&
+    if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->clearance &&
         !(2 * (moved + carried(self, k, t)) < self->free[k]))
       return 1;
   return 0;
@@ -103,7 +106,7 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
   self->moved_most = 0;
   for (int k = 0; k < self->effects; k++) {
     self->left[k] = self->free[k] - moved - fmax(carried(self, k, t_lag), carried(self, k, t));
-    if (flesh_system_effect(self->system, k)->operations->max_feasible_step)
+    if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->max_feasible_step)
       self->least_left = fmin(self->least_left, self->left[k]);
   }
 }

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "effect/effect.h"
 #include "linear/block_matrix.h"
 #include "system/pattern.h"
 
@@ -167,7 +168,7 @@ static int check_anew(check *c, const flesh_shift *shift, double *worst)
   if (!K.values) return flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
   for (size_t k = 0; k < 9 * pairs; k++) K.values[9 * (size_t)c->slots[k / 9] + k % 9] = NAN;
   const flesh_point point = moved(c, shift, 0);
-  const int status = can->jacobian_assign(c->effect, &point, shift, &K, c->slots);
+  const int status = flesh_effect_shortcuts_of(c->effect)->jacobian_assign(c->effect, &point, shift, &K, c->slots);
   double error = 0, size = 0;
   for (size_t k = 0; k < numbers; k++) {
     error += (K.values[k] - c->K.values[k]) * (K.values[k] - c->K.values[k]);
@@ -190,7 +191,7 @@ static int check_evaluate(check *c, const flesh_shift *shift, double *worst)
   memset(c->dr, 0, c->unknowns * sizeof *c->dr);
   int status = can->residual(c->effect, &point, c->r);
   if (!status) status = can->potential(c->effect, &point, shift, &phi, &size);
-  if (!status) status = can->evaluate(c->effect, &point, shift, c->dr, &phi_both, &size_both);
+  if (!status) status = flesh_effect_shortcuts_of(c->effect)->evaluate(c->effect, &point, shift, c->dr, &phi_both, &size_both);
   if (status) return status;
   for (size_t d = 0; d < c->unknowns; d++) error += (c->dr[d] - c->r[d]) * (c->dr[d] - c->r[d]);
   const double off = fabs(phi_both - phi) + fabs(size_both - size);
@@ -244,18 +245,19 @@ static double negative_curvature(check *c)
 static int check_shift(check *c, int s, flesh_derivative_report *report)
 {
   const flesh_effect_operations *operations = c->effect->operations;
+  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(c->effect);
   const flesh_shift *shift = &flesh_check_shifts[s];
   int status = assemble(c, shift);
   if (status) return status;
   report->asymmetry = fmax(report->asymmetry, diagonal_asymmetry(&c->K));
-  if (operations->jacobian && operations->jacobian_assign && c->slots)
+  if (operations->jacobian && shortcuts->jacobian_assign && c->slots)
     status = check_anew(c, shift, &report->jacobian[s]);
   for (int d = 0; d < DIRECTIONS && !status; d++) {
     randomize(c, c->du, c->edge);
     if (operations->potential) status = check_potential(c, shift, &report->potential[s]);
     if (!status && operations->residual) status = check_jacobian(c, shift, &report->jacobian[s]);
   }
-  if (!status && operations->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
+  if (!status && shortcuts->evaluate) status = check_evaluate(c, shift, &report->evaluate[s]);
   if (status) return status;
   flesh_shift projected = *shift;
   projected.filter = 1;

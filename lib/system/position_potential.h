@@ -4,7 +4,7 @@
 
 #include "flesh/system.h"
 
-/* The sum over the effects whose potentials are of positions alone (flesh_effect_operations.depends_on_position_only),
+/* The sum over the effects whose potentials are of positions alone (FLESH_DEPENDS_ON_POSITION_ONLY),
  * and of the sizes of their terms. */
 typedef struct flesh_position_potential {
   int known;

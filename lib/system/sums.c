@@ -55,7 +55,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->residual || (external_only && !effect->operations->external)) continue;
+    if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = processor_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
@@ -113,7 +113,7 @@ static int add_jacobian(const flesh_system *system, int k, int anew, const flesh
   const flesh_effect_operations *can = e->effect->operations;
   const double start = processor_time(full->costs);
   int status = FLESH_OK;
-  if (anew) status = can->jacobian_assign(e->effect, full, shift, K, e->slots);
+  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, e->slots);
   else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, e->slots);
   count(full->costs, k, CALL_JACOBIAN, start);
   return status;
@@ -150,8 +150,9 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!effect->operations->potential || (effect->operations->depends_on_position_only && by_position->known)) continue;
-    flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
+    const int of_position = flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
+    if (!effect->operations->potential || (of_position && by_position->known)) continue;
+    flesh_position_potential *sum = &sums[of_position];
     const double start = processor_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
@@ -174,7 +175,8 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
                            const flesh_shift *shift, double *r, double *phi, double *magnitude)
 {
   const flesh_effect_operations *can = effect->operations;
-  if (can->evaluate) return can->evaluate(effect, point, shift, r, phi, magnitude);
+  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
+  if (shortcuts->evaluate) return shortcuts->evaluate(effect, point, shift, r, phi, magnitude);
   int status = can->residual ? can->residual(effect, point, r) : FLESH_OK;
   if (!status && can->potential) status = can->potential(effect, point, shift, phi, magnitude);
   return status;
@@ -192,7 +194,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     const int calls = (effect->operations->residual ? CALL_RESIDUAL : 0) |
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
     if (!calls) continue;
-    flesh_position_potential *sum = &sums[effect->operations->depends_on_position_only != 0];
+    flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = processor_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
@@ -216,12 +218,12 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
   const flesh_point full = with_lag(point);
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
-    of_position += system->entries[k].effect->operations->depends_on_position_only != 0;
+    of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     energies[k] = 0;
     if (!effect->operations->energy) continue;
-    if (of_position == 1 && effect->operations->depends_on_position_only) {
+    if (of_position == 1 && flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)) {
       energies[k] = by_position->phi;
       continue;
     }

@@ -66,7 +66,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (flesh_system_entry){.effect = *effect};
-  system->limits_step |= (*effect)->operations->max_feasible_step != NULL;
+  system->limits_step |= flesh_effect_as_barrier(*effect)->max_feasible_step != NULL;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -142,7 +142,7 @@ static int find_leader(flesh_system *system)
   system->leader = -1;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_system_entry *e = &system->entries[k];
-    if (!e->effect->operations->jacobian_assign || !e->slots) continue;
+    if (!flesh_effect_shortcuts_of(e->effect)->jacobian_assign || !e->slots) continue;
     const size_t pairs = flesh_pattern_pairs(cells_of(e->effect));
     if (pairs > most) most = pairs, system->leader = k;
   }
@@ -218,8 +218,9 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index)
 {
   const flesh_system_entry *e = &system->entries[index];
   const flesh_cells *cells = cells_of(e->effect);
-  if (!e->effect->operations->memory) return 0;
-  size_t bytes = e->effect->operations->memory(e->effect);
+  const flesh_effect_figures *figures = flesh_effect_figures_of(e->effect);
+  if (!figures->memory) return 0;
+  size_t bytes = figures->memory(e->effect);
   if (e->owns_slots) bytes += flesh_pattern_pairs(cells) * sizeof *e->slots;
   return bytes + sizeof *e + sizeof *e->effect;
 }
@@ -227,14 +228,14 @@ size_t flesh_system_effect_memory(const flesh_system *system, int index)
 int flesh_system_has_follower_loads(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
-    if (system->entries[k].effect->operations->is_follower_load) return 1;
+    if (flesh_effect_has_trait(system->entries[k].effect, FLESH_IS_FOLLOWER_LOAD)) return 1;
   return 0;
 }
 
 int flesh_system_freezes(const flesh_system *system)
 {
   for (int k = 0; k < system->entry_count; k++)
-    if (system->entries[k].effect->operations->freezes) return 1;
+    if (flesh_effect_has_trait(system->entries[k].effect, FLESH_FREEZES)) return 1;
   return 0;
 }
 
@@ -243,8 +244,8 @@ double flesh_system_next_event(const flesh_system *system, double t)
   double next = INFINITY;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->next_event)
-      next = fmin(next, effect->operations->next_event(effect, t));
+    const flesh_effect_time *in_time = flesh_effect_in_time(effect);
+    if (in_time->next_event) next = fmin(next, in_time->next_event(effect, t));
   }
   for (int k = 0; k < system->constraint_count; k++) {
     const flesh_constraint *c = &system->constraints[k];
@@ -267,8 +268,8 @@ double flesh_system_max_feasible_step(const flesh_system *system, double t_from,
   double way = 1;
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->max_feasible_step)
-      way = fmin(way, effect->operations->max_feasible_step(effect, t_from, x_from, t_to, x_to));
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    if (barrier->max_feasible_step) way = fmin(way, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
   }
   return way;
 }
@@ -279,8 +280,8 @@ int flesh_system_tunnelled(const flesh_system *system, double t_from, const doub
   int passed = 0;
   for (int k = 0; system->limits_step && k < system->entry_count && !passed; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->tunnelled)
-      passed = effect->operations->tunnelled(effect, t_from, x_from, t_to, x_to);
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    if (barrier->tunnelled) passed = barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
   }
   return passed;
 }
@@ -290,8 +291,8 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
 {
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->push_out)
-      effect->operations->push_out(effect, t_from, x_from, t_to, x_to);
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    if (barrier->push_out) barrier->push_out(effect, t_from, x_from, t_to, x_to);
   }
 }
 
@@ -301,7 +302,8 @@ int flesh_system_check(const flesh_system *system, double t, const double *x)
   int status = FLESH_OK;
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (effect->operations->check) status = effect->operations->check(effect, t, x);
+    const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
+    if (barrier->check) status = barrier->check(effect, t, x);
   }
   return status;
 }

@@ -5,13 +5,15 @@
 #include <math.h>
 #include <string.h>
 
+#include "effect/effect.h"
 #include "system/clearance.h"
 #include "system/position_potential.h"
 
-static flesh_work_kind kind_of(const flesh_effect_operations *can)
+static flesh_work_kind kind_of(const flesh_effect *effect)
 {
-  if (can->passive) return 0;
-  if (can->carry || !can->energy) return can->residual ? FLESH_WORK_OF_FORCES : 0;
+  const flesh_effect_operations *can = effect->operations;
+  if (flesh_effect_has_trait(effect, FLESH_IS_PASSIVE)) return 0;
+  if (flesh_effect_in_time(effect)->carry || !can->energy) return can->residual ? FLESH_WORK_OF_FORCES : 0;
   return FLESH_WORK_IN_TIME;
 }
 
@@ -19,7 +21,7 @@ int flesh_system_work_kinds(const flesh_system *system)
 {
   int kinds = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
-    kinds |= (int)kind_of(flesh_system_effect(system, k)->operations);
+    kinds |= (int)kind_of(flesh_system_effect(system, k));
   return kinds;
 }
 
@@ -37,18 +39,18 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    const flesh_effect_operations *can = effect->operations;
+    const flesh_effect_time *in_time = flesh_effect_in_time(effect);
     const double *along = u ? u : full.v;
     double share = u ? 1 : h, sum = 0;
-    if (kind_of(can) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(full.clearance, k)) continue;
-    if (can->carry) {
+    if (kind_of(effect) != FLESH_WORK_OF_FORCES || flesh_clearance_holds(full.clearance, k)) continue;
+    if (in_time->carry) {
       memset(carried, 0, n * sizeof *carried);
-      if (!can->carry(effect, &full, begin, end, carried)) continue;
+      if (!in_time->carry(effect, &full, begin, end, carried)) continue;
       along = carried;
       share = u ? 1 : 1 / moment;
     }
     memset(r, 0, n * sizeof *r);
-    int status = can->residual(effect, &full, r);
+    int status = effect->operations->residual(effect, &full, r);
     if (status) return status;
     for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
     *work -= share * sum;
@@ -62,7 +64,7 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    if (kind_of(effect->operations) != FLESH_WORK_IN_TIME) continue;
+    if (kind_of(effect) != FLESH_WORK_IN_TIME) continue;
     double known[2] = {energies ? energies[k] : 0, energies ? energies[k] : 0};
     for (int end = 0; end < 2; end++) {
       const double t = end ? t_to : t_from;

@@ -14,7 +14,7 @@ typedef enum flesh_work_kind {
 int flesh_system_work_kinds(const flesh_system *system);
 
 /* Work, J, over a step from t_from to t_to by the forces that effects have at `point`: those without an energy (-r.u),
- * and those that stand for something that moves (-r.dx with its displacement dx, flesh_effect_operations.carry). `u`
+ * and those that stand for something that moves (-r.dx with its displacement dx, flesh_effect_time.carry). `u`
  * [3*n] is the body's displacement over the step; NULL: body and obstacles are as fast as at `point`, which is within
  * the step. Overwrites scratch [2 * 3*n]. */
 int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *point, double t_from, double t_to,

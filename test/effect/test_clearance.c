@@ -37,19 +37,21 @@ static int counted_evaluate(const flesh_effect *effect, const flesh_point *point
                             double *phi, double *magnitude)
 {
   evaluations++;
-  return contact->evaluate(effect, point, shift, r, phi, magnitude);
+  return contact->shortcuts->evaluate(effect, point, shift, r, phi, magnitude);
 }
 
 static double counted_clearance(const flesh_effect *effect, double t, const double *x)
 {
   looks++;
-  return contact->clearance(effect, t, x);
+  return contact->barrier->clearance(effect, t, x);
 }
 
 typedef struct run {
   test_body b;
   flesh_integrator *integrator;
   flesh_effect_operations operations;
+  flesh_effect_shortcuts shortcuts;
+  flesh_effect_barrier barrier;
 } run;
 
 /* A cube with the velocity v; the obstacle moves as `motion` says (NULL: it does not). */
@@ -70,8 +72,12 @@ static void begin(flesh_method method, int shape, const flesh_motion *motion, co
   contact = effect->operations;
   r->operations = *contact;
   r->operations.residual = counted_residual;
-  r->operations.evaluate = counted_evaluate;
-  r->operations.clearance = always ? NULL : counted_clearance;
+  r->shortcuts = *contact->shortcuts;
+  r->shortcuts.evaluate = counted_evaluate;
+  r->operations.shortcuts = &r->shortcuts;
+  r->barrier = *contact->barrier;
+  r->barrier.clearance = always ? NULL : counted_clearance;
+  r->operations.barrier = &r->barrier;
   effect->operations = &r->operations;
   CHECK_OK(flesh_system_add_effect(r->b.system, &effect));
   CHECK_OK(flesh_system_finalize(r->b.system));
@@ -178,7 +184,7 @@ static void clearances_are_bounds(void)
           low[d % 3] = fmin(low[d % 3], x[d]);
           high[d % 3] = fmax(high[d % 3], x[d]);
         }
-        const double room = contact->clearance(effect, t0, x), carried = contact->approach(effect, t0, t1, low, high);
+        const double room = contact->barrier->clearance(effect, t0, x), carried = contact->barrier->approach(effect, t0, t1, low, high);
         const double most = 3 * test_uniform(&random);
         for (int i = 0; i < r.b.n; i += 3) {
           double square = 0;
@@ -195,7 +201,7 @@ static void clearances_are_bounds(void)
                                    .v_lag = v, .t_lag = t1};
         double energy = 0;
         wrong += contact->energy(effect, &point, &energy) != FLESH_OK || energy != 0;
-        wrong += contact->max_feasible_step(effect, t0, x, t1, r.b.state.x) < 1;
+        wrong += contact->barrier->max_feasible_step(effect, t0, x, t1, r.b.state.x) < 1;
       }
       free(x);
       free(v);

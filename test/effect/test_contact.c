@@ -252,7 +252,7 @@ static void threads_give_the_same_bits(void)
       memset(both, 0, bytes);
       CHECK_OK(effect->operations->residual(effect, &point, r[k]));
       CHECK_OK(effect->operations->potential(effect, &point, &shift, &phi[k], &size[k]));
-      CHECK_OK(effect->operations->evaluate(effect, &point, &shift, both, &phi_both, &size_both));
+      CHECK_OK(effect->operations->shortcuts->evaluate(effect, &point, &shift, both, &phi_both, &size_both));
       CHECK_OK(flesh_system_jacobian(b.system, &point, &shift, K[k]));
       CHECK(!memcmp(both, r[k], bytes) && phi_both == phi[k] && size_both == size[k]);
       flesh_threads_destroy(&threads);
@@ -318,7 +318,7 @@ static void what_rests_presses_with_its_weight(void)
     contact_force(&b, effect, force);
     CHECK_NEAR(force[2], 9810, 9810e-6);
     CHECK_OK(flesh_system_check(b.system, 0, b.state.x));
-    effect->operations->report(effect, &(flesh_point){.load = 1, .x = b.state.x}, values);
+    effect->operations->figures->report(effect, &(flesh_point){.load = 1, .x = b.state.x}, values);
     CHECK_NEAR(values[2], 9810, shape == 0 ? 9810e-6 : 300);
     CHECK(values[0] > 0 && values[0] < 0.03 && values[1] > 0);
     printf("# shape %d: force (%.3g, %.3g, %.9g) N, gap %.3g m, %g nodes, %d Newton steps\n", shape, force[0], force[1],

@@ -105,10 +105,10 @@ static void long_capsules_stop_faces(void)
       CHECK_OK(flesh_effect_contact(&b.body, &options, &o, &effect));
       double *x = malloc((size_t)b.n * sizeof *x);
       for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + (d % 3 == 2);
-      const double way = effect->operations->max_feasible_step(effect, 0, b.state.x, 0, x);
+      const double way = effect->operations->barrier->max_feasible_step(effect, 0, b.state.x, 0, x);
       if (place == 3) printf("# %g radii: way %.4g\n", lengths[l] / radius, way);
       CHECK(way < 0.5 && way > 0.45);
-      CHECK(effect->operations->tunnelled(effect, 0, b.state.x, 0, x));
+      CHECK(effect->operations->barrier->tunnelled(effect, 0, b.state.x, 0, x));
       free(x);
       flesh_effect_destroy(&effect);
       test_body_destroy(&b);

@@ -126,7 +126,12 @@ static int count_both(const flesh_effect *effect, const flesh_point *point, cons
 }
 
 static const flesh_effect_operations counting_operations = {
-    .name = "counting", .passive = 1, .residual = count_residual, .potential = count_potential, .evaluate = count_both};
+    .name = "counting",
+    .traits = FLESH_IS_PASSIVE,
+    .residual = count_residual,
+    .potential = count_potential,
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = count_both},
+};
 
 /* The guard's first try and KINSOL's residual are one evaluation: no point is gone over twice. */
 static void guarded_steps_evaluate_once(void)
@@ -189,7 +194,7 @@ static void memory_is_what_was_allocated(void)
     const size_t before = held;
     CHECK_OK(k ? flesh_effect_viscosity(&b.body, 1, 1, &effect)
                : flesh_effect_damping(&b.body, 1, 1, FLESH_STIFFNESS_CURRENT, &effect));
-    const size_t taken = held - before, told = effect->operations->memory(effect);
+    const size_t taken = held - before, told = effect->operations->figures->memory(effect);
     printf("# %s tells %zu bytes and holds %zu\n", effect->operations->name, told, taken);
     if (COUNTS_MEMORY) CHECK(told <= taken && (double)(taken - told) < 0.03 * (double)taken);
     flesh_effect_destroy(&effect);
@@ -201,7 +206,7 @@ static void memory_is_what_was_allocated(void)
   const size_t before_contact = requested;
   CHECK_OK(flesh_obstacle_sphere((double[]){0, 0, -3}, 1, &ball));
   CHECK_OK(flesh_effect_contact(&b.body, &options, &ball, &effect));
-  const size_t asked = requested - before_contact, contact_told = effect->operations->memory(effect);
+  const size_t asked = requested - before_contact, contact_told = effect->operations->figures->memory(effect);
   printf("# contact tells %zu bytes and asked for %zu\n", contact_told, asked);
   if (COUNTS_MEMORY) CHECK(contact_told <= asked && contact_told > asked / 4);
   flesh_effect_destroy(&effect);

@@ -274,7 +274,7 @@ static void calm_winds_down_and_lets_be(void)
     make(test_box(1, 1, 1, 1, 1, 1), FLESH_MASS_LUMPED, UNDAMPED, 0, 0, &b);
     flesh_effect *effect = NULL;
     CHECK_OK(flesh_effect_settling_damping(&b.body, 3, k ? 0.4 : 0, -INFINITY, k ? INFINITY : 0.5, &effect));
-    CHECK(!effect->operations->energy && effect->operations->next_event(effect, 0) == (k ? INFINITY : 0.5));
+    CHECK(!effect->operations->energy && effect->operations->time->next_event(effect, 0) == (k ? INFINITY : 0.5));
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
     CHECK_OK(flesh_system_finalize(b.system));
     for (int d = 0; d < b.n; d++) b.state.v[d] = d % 3 == 0;

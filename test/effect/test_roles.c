@@ -1,5 +1,6 @@
 /* test_roles.c: effects are known by their roles: a mass and an elasticity of the user's own, under names of their own,
- * are to every part of the library what the built-in ones are. */
+ * are to every part of the library what the built-in ones are, and so is a load with the least that an effect has. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "body.h"
@@ -63,7 +64,7 @@ static void mass_destroy(void *data)
 
 static const flesh_effect_operations mass_operations = {.name = "my mass",
                                                         .role = FLESH_ROLE_INERTIA,
-                                                        .passive = 1,
+                                                        .traits = FLESH_IS_PASSIVE,
                                                         .residual = mass_residual,
                                                         .jacobian = mass_jacobian,
                                                         .potential = mass_potential,
@@ -111,7 +112,7 @@ static void tissue_destroy(void *data)
 
 static const flesh_effect_operations tissue_operations = {.name = "my tissue",
                                                           .role = FLESH_ROLE_ELASTICITY,
-                                                          .passive = 1,
+                                                          .traits = FLESH_IS_PASSIVE,
                                                           .cells = tissue_cells,
                                                           .residual = tissue_residual,
                                                           .jacobian = tissue_jacobian,
@@ -282,9 +283,69 @@ static void roles_that_do_not_exist_are_refused(void)
   CHECK_TEXT(flesh_error_text(), "role");
 }
 
+/* A weight of the nodes: name, role, residual, potential, destroy, and nothing else. */
+static int weight_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const masses *self = effect->data;
+  for (int i = 0; i < self->nodes; i++) r[3 * i + 2] += point->load * 9.81 * self->mass[i];
+  return FLESH_OK;
+}
+
+static int weight_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                            double *magnitude)
+{
+  const masses *self = effect->data;
+  for (int i = 0; i < self->nodes && shift->x != 0; i++) {
+    const double value = point->load * 9.81 * self->mass[i] * point->x[3 * i + 2] / shift->x;
+    *phi += value;
+    *magnitude += fabs(value);
+  }
+  return FLESH_OK;
+}
+
+static const flesh_effect_operations weight_operations = {.name = "weight", .role = FLESH_ROLE_LOAD,
+                                                          .residual = weight_residual,
+                                                          .potential = weight_potential, .destroy = mass_destroy};
+
+/* A body of 2000 kg that falls for 0.1 s: its weight is the load that tolerances are measured against, and its work
+ * is the kinetic energy; by IDA, too, no energy comes from nowhere. */
+static void five_members_are_a_load(void)
+{
+  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_ADAPTIVE};
+  for (int m = 0; m < 2; m++) {
+    test_body b;
+    flesh_integrator *integrator = NULL;
+    flesh_solver_options options;
+    flesh_derivative_report report;
+    open_body(BUILT_IN, FLESH_ENERGY_S, &b);
+    add_masses(&b, 1);
+    flesh_effect *last = (flesh_effect *)flesh_system_effect(b.system, flesh_system_effect_count(b.system) - 1);
+    last->operations = &weight_operations;
+    CHECK_OK(flesh_system_finalize(b.system));
+    CHECK_OK(flesh_effect_check_derivatives(last, b.mesh, 0, b.state.x, 1, &report));
+    CHECK(flesh_derivative_report_passes(&report, 1e-6) && report.potential[0] < 1e-6 && report.potential[1] < 1e-6);
+    double *r = malloc(sizeof *r * (size_t)b.n), sum = 0;
+    const flesh_point point = {.load = 0.5, .x = b.state.x, .v = b.state.v, .a = b.state.v};
+    CHECK_OK(flesh_system_load(b.system, &point, r));
+    for (int i = 2; i < b.n; i += 3) sum += r[i];
+    CHECK_NEAR(sum, 0.5 * 2000 * 9.81, 1e-8);
+    free(r);
+    flesh_solver_options_default(&options);
+    CHECK_OK(flesh_integrator_create(b.system, methods[m], &options, &integrator));
+    for (int k = 0; k < 5; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.02, NULL));
+    CHECK_NEAR(b.state.v[2], -0.981, 1e-6);
+    const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+    CHECK(balance->gain == 0);
+    if (m == 0) CHECK_NEAR(balance->supplied, 2000 * 0.981 * 0.981 / 2, 1e-3); /* exact by the midpoint rule */
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(untangling_finds_them), TEST(first_guesses_weigh_them),
                    TEST(the_energy_balance_knows_their_motion), TEST(motions_need_a_mass_of_any_name),
-                   TEST(energies_are_told_from_rest), TEST(roles_that_do_not_exist_are_refused));
+                   TEST(energies_are_told_from_rest), TEST(roles_that_do_not_exist_are_refused),
+                   TEST(five_members_are_a_load));
 }

@@ -546,13 +546,13 @@ static void threads_give_the_same_bits(void)
 
 /* An effect of the same cells that asks for all pairs. */
 static const flesh_cells *all_pairs(const flesh_effect *effect) { return effect->data; }
-
 static size_t no_memory(const flesh_effect *effect) { return (void)effect, 0; }
 
 /* Effects of one body have the same cells, whose places in the matrix the system keeps once. */
 static void places_are_kept_once(void)
 {
-  static const flesh_effect_operations operations = {.name = "all pairs", .cells = all_pairs, .memory = no_memory};
+  static const flesh_effect_figures empty = {.memory = no_memory};
+  static const flesh_effect_operations operations = {.name = "all pairs", .cells = all_pairs, .figures = &empty};
   problem p;
   problem_open(FLESH_ENERGY_S, (int[]){3, 2, 2}, &p);
   flesh_body body = {.mesh = p.mesh, .density = p.density, .materials = p.materials,
@@ -573,7 +573,7 @@ static void places_are_kept_once(void)
   CHECK_OK(flesh_system_finalize(system));
   for (int k = 0; k < 5; k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    const size_t beside = flesh_system_effect_memory(system, k) - effect->operations->memory(effect);
+    const size_t beside = flesh_system_effect_memory(system, k) - effect->operations->figures->memory(effect);
     CHECK((beside >= slots) == (k == 0 || k == 4));
     if (k == 4) CHECK(beside >= (size_t)cells.count * 10 * sizeof(int));
   }

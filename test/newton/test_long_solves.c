@@ -61,7 +61,8 @@ static const flesh_effect_operations barred = {.name = "spring",
                                                .residual = spring_residual,
                                                .jacobian = spring_jacobian,
                                                .potential = spring_potential,
-                                               .max_feasible_step = spring_way};
+                                               .barrier = &(const flesh_effect_barrier){
+                                                   .max_feasible_step = spring_way}};
 
 /* One step with the special node at 1. */
 static int solve(const flesh_effect_operations *operations, spring *s, const flesh_solver_options *options,

@@ -66,7 +66,7 @@ static void parts_add_up(void)
     flesh_mesh *half = NULL;
     flesh_effect *part = NULL;
     CHECK_OK(flesh_mesh_create(n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &half));
-    CHECK_OK(effect->operations->restrict_to_cells(effect, count, chosen, half, &part));
+    CHECK_OK(effect->operations->shortcuts->restrict_to_cells(effect, count, chosen, half, &part));
     CHECK_OK(part->operations->residual(part, &point, sum));
     flesh_effect_destroy(&part);
     flesh_mesh_destroy(&half);

@@ -135,15 +135,14 @@ static void wind_destroy(void *data)
 static const flesh_effect_operations wind_operations = {
     .name = "wind",
     .role = FLESH_ROLE_LOAD,
-    .external = 1,
-    .is_follower_load = 1,
+    .traits = FLESH_IS_FOLLOWER_LOAD,
     .cells = wind_cells,
     .residual = wind_residual,
     .jacobian = wind_jacobian,
     .potential = wind_potential,
-    .next_event = wind_next_event,
     .destroy = wind_destroy,
-    .memory = wind_memory,
+    .time = &(const flesh_effect_time){.next_event = wind_next_event},
+    .figures = &(const flesh_effect_figures){.memory = wind_memory},
 };
 
 static int take_triangles(wind *self, const flesh_mesh *mesh, int count, const int *triangles)
