@@ -159,6 +159,19 @@ static int set_order(flesh_mesh **mesh, int order)
   return FLESH_OK;
 }
 
+/* Cuts each tet into eight, `times` times. */
+static int refine(flesh_mesh **mesh, int times)
+{
+  for (int k = 0; k < times; k++) {
+    flesh_mesh *finer;
+    int status = flesh_mesh_refine(*mesh, &finer);
+    if (status) return status;
+    flesh_mesh_destroy(mesh);
+    *mesh = finer;
+  }
+  return FLESH_OK;
+}
+
 static int refuse_order(const char *command, int order)
 {
   return flesh_command_refuse(command, "--order is %d; it must be 1 or 2", order);
@@ -166,9 +179,10 @@ static int refuse_order(const char *command, int order)
 
 static int command_convert(int argc, char **argv)
 {
-  int order = 0;
+  int order = 0, times = 0;
   const flesh_option options[] = {
       {"order", "N", FLESH_OPTION_COUNT, &order, "1: tets of four nodes; 2: of ten (default: as in IN)"},
+      {"refine", "N", FLESH_OPTION_COUNT, &times, "times that each tet is cut into eight (default 0)"},
       {.name = NULL}};
   const flesh_usage usage = {
       .command = "mesh convert",
@@ -180,7 +194,11 @@ static int command_convert(int argc, char **argv)
           "tags keep their order; inverted tets are flipped; unused nodes are kept. An existing\n"
           "OUT is replaced only when the new one is complete.\n"
           "--order 2 puts a node in the middle of each edge, behind the others; --order 1 leaves\n"
-          "the nodes on edges out.\n",
+          "the nodes on edges out.\n"
+          "--refine N cuts each tet into eight, N times, around the diagonal that leaves the least\n"
+          "stretched tets: nodes stay and come first, the children of tet t are 8t to 8t + 7 and\n"
+          "have its region, curved edges keep their curve. The scene's key body.refine does the\n"
+          "same while a scene is read.\n",
       .positional_min = 2,
       .positional_max = 2,
       .options = options};
@@ -190,6 +208,7 @@ static int command_convert(int argc, char **argv)
   flesh_mesh *mesh = NULL;
   int status = flesh_output_prepare_from(argv[2], 1, argv + 1, NULL);
   if (!status) status = flesh_mesh_read(argv[1], &mesh);
+  if (!status) status = refine(&mesh, times);
   if (!status) status = set_order(&mesh, order);
   code = status ? flesh_command_fail(usage.command, status) : write_and_say(usage.command, mesh, argv[2]);
   flesh_mesh_destroy(&mesh);

@@ -76,23 +76,6 @@ int flesh_scene_make_absolute(flesh_scene *scene, char **path)
   return *path ? FLESH_OK : no_memory(scene->path);
 }
 
-int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh)
-{
-  const flesh_element element = (flesh_element)scene->keys.body.element;
-  const int order = flesh_mesh_order(*mesh);
-  flesh_mesh *raised = NULL;
-  if (element == FLESH_ELEMENT_TET4 && order == 2)
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the tets have ten nodes, which body.element tet4 has not; it must be tet10 or tet10-mean, or the "
-                      "mesh one of four-node tets (flesh mesh --order 1)");
-  if (element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4 || order == 2) return FLESH_OK;
-  int status = flesh_mesh_raise_order(*mesh, &raised);
-  if (status) return status;
-  flesh_mesh_destroy(mesh);
-  *mesh = raised;
-  return FLESH_OK;
-}
-
 static int read_mesh(flesh_scene *scene)
 {
   const flesh_key *body = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, body));
@@ -156,7 +139,7 @@ static int read_start(flesh_scene *scene)
       flesh_key_at(start->children, offsetof(flesh_scene_keys, start.state) - start->offset);
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, start->offset);
   place = flesh_scene_place(place, start->children, state->offset);
-  int status = flesh_state_read(scene->keys.start.state, nodes, &scene->start);
+  int status = flesh_scene_read_state(scene, &scene->start);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.start.state);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", start->name, state->name)
                 : FLESH_OK;

@@ -39,9 +39,11 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
 
-/* Puts nodes on the edges of a mesh that was read where body.element asks for them; FLESH_ERR_ARGUMENT where the mesh
- * has them and the element has not. */
+/* Refines a mesh that was read as body.refine asks for, and puts nodes on its edges where body.element does;
+ * FLESH_ERR_ARGUMENT where the mesh has them and the element has not. */
 int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh);
+/* Reads start.state into `state`; one of the nodes of body.mesh as it was read is interpolated. */
+int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 /* Densities and materials of their tets; scene->materials has room for one of each, from
  * material_count on; `base` is the body's or -1. */
 int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material);

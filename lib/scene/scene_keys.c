@@ -146,6 +146,14 @@ static const flesh_key body_table[] = {
             "the mean of J over a tet, as true at poisson_ratio 0.4999 as at 0.3; auto: tet4 where the mesh has four "
             "nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of four-node tets gets a node "
             "in the middle of each edge, after its own nodes"},
+    {.name = "refine",
+     .type = FLESH_KEY_INTEGER,
+     AT(body.refine),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "0",
+     .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see what part of a result is the "
+            "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; a start state of "
+            "the mesh as it was is interpolated"},
     {.name = "material",
      .type = FLESH_KEY_OBJECT,
      AT(body.material),

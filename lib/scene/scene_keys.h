@@ -29,6 +29,7 @@ typedef struct flesh_scene_keys {
     double density;
     int mass; /* flesh_mass */
     int element; /* flesh_element */
+    int refine;  /* times that each tet is cut into eight */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
   } body;

@@ -24,6 +24,8 @@ check() {
   fi
 }
 
+"$flesh" mesh convert --refine 1 "$meshes/two_regions.mesh" fine_regions.mesh > out 2>&1
+"$flesh" mesh convert --refine 1 "$reference/ball_finer.msh" fine_ball.msh >> out 2>&1
 check help 0 'Usage: flesh mesh COMMAND' --help
 check box_help 0 '--cells NX,NY,NZ' box --help
 check info_help 0 'radius ratio' info --help
@@ -72,6 +74,12 @@ check kept 0 'ten.msh: 75 nodes, 24 tets of ten nodes' convert ten.node ten.msh
 check curved 0 'tets           50 of ten nodes, 50 of them curved' info "$reference/ball_finer.msh"
 check curved_volume 0 'volume         4.1505767 m^3' info "$reference/ball_finer.msh"
 check scaled_jacobian 0 'scaled J       0.02036 at least, in tet 48' info "$reference/ball_finer.msh"
+check refined 0 'fine.mesh: 2673 nodes, 12288 tets, 1 region' convert --refine 1 "$meshes/bar_16x4x4.mesh" fine.mesh
+check refined_twice 0 'fine.mesh: 125 nodes, 384 tets, 1 region' convert --refine 2 "$meshes/cube_of_six_tets.mesh" fine.mesh
+check refined_regions 0 'region 2      8 tets, 0.16666667 m^3' info fine_regions.mesh
+check refined_order 0 'fine.mesh: 729 nodes, 384 tets of ten nodes, 1 region' convert --refine 2 --order 2 "$meshes/cube_of_six_tets.mesh" fine.mesh
+check refined_curved 0 'tets           400 of ten nodes, 400 of them curved' info fine_ball.msh
+check refined_curved_volume 0 'volume         4.1505767 m^3' info fine_ball.msh
 check third_order 2 '--order is 3; it must be 1 or 2' convert --order 3 ten.msh ten.node
 check third_order_box 2 '--order is 3; it must be 1 or 2' box --cells 1,1,1 --size 1,1,1 --order 3 --out no.msh
 echo nonsense > bad.msh
@@ -79,7 +87,7 @@ check bad_mesh 3 "bad.msh:1: 'nonsense' begins no known mesh format" info bad.ms
 
 # Nothing is left behind by what failed.
 number=$((number + 1))
-if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh c.ele c.mesh c.node four.mesh out ten.ele ten.msh ten.node ' ]; then
+if [ "$(ls | tr '\n' ' ')" = 'b.ele b.node bad.msh bar.msh c.ele c.mesh c.node fine.mesh fine_ball.msh fine_regions.mesh four.mesh out ten.ele ten.msh ten.node ' ]; then
   echo "ok $number - only_what_was_asked_for"
 else
   echo "not ok $number - only_what_was_asked_for"

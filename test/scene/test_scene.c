@@ -132,7 +132,7 @@ static void overrides_change_what_they_name(void)
                  "effects.spring=null");
   CHECK_OVERRIDE("      until: .inf\ntime:", "body.material=null", "body.regions=null");
   CHECK_OVERRIDE(
-      "  mass: lumped\n  element: auto\n  material:\n    energy: S\n    constants: matched\n    young: 7\n",
+      "  mass: lumped\n  element: auto\n  refine: 0\n  material:\n    energy: S\n    constants: matched\n    young: 7\n",
       "body.material=null", "body.material.energy=S", "body.material.young=7",
       "body.material.poisson=0");
   CHECK_OVERRIDE("velocity: [0, 0, 0]", "start.velocity=null", "start.state=null");

@@ -257,6 +257,8 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_mesh_create_quadratic, mesh, (1, any, 1, any, any, NULL));
   REFUSES(flesh_mesh_raise_order, mesh, (NULL, any));
   REFUSES(flesh_mesh_raise_order, raised, (any, NULL));
+  REFUSES(flesh_mesh_refine, mesh, (NULL, any));
+  REFUSES(flesh_mesh_refine, refined, (any, NULL));
   REFUSES(flesh_mesh_lower_order, mesh, (NULL, any));
   REFUSES(flesh_mesh_lower_order, lowered, (any, NULL));
   REFUSES(flesh_mesh_box, cells, (NULL, any, any, any));

@@ -1,0 +1,69 @@
+/* fit.c: the mesh of a body as body.refine and body.element want it, and a start state that was given for the mesh as
+ * it was. */
+#include <stdio.h>
+
+#include "base/error.h"
+#include "mesh/refine.h"
+#include "scene/scene.h"
+
+enum { MOST_REFINED = 10 };
+
+/* The next mesh on the way from the mesh that was read to the one that is wanted; *next is NULL where it is that. */
+static int next_mesh(const flesh_scene *scene, const flesh_mesh *mesh, int refined, flesh_mesh **next)
+{
+  const flesh_element element = (flesh_element)scene->keys.body.element;
+  *next = NULL;
+  if (refined < scene->keys.body.refine) return flesh_mesh_refine(mesh, next);
+  if (element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4 || flesh_mesh_order(mesh) == 2) return FLESH_OK;
+  return flesh_mesh_raise_order(mesh, next);
+}
+
+int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh)
+{
+  if (scene->keys.body.element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the tets have ten nodes, which body.element tet4 has not; it must be tet10 or tet10-mean, or the "
+                      "mesh one of four-node tets (flesh mesh --order 1)");
+  if (scene->keys.body.refine > MOST_REFINED)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body.refine is %d; it must be 0 to %d", scene->keys.body.refine,
+                      MOST_REFINED);
+  for (int refined = 0;; refined++) {
+    flesh_mesh *next;
+    int status = next_mesh(scene, *mesh, refined, &next);
+    if (status || !next) return status;
+    flesh_mesh_destroy(mesh);
+    *mesh = next;
+  }
+}
+
+/* Takes the state, of the nodes of *mesh, all the way to the scene's mesh; *mesh is replaced on the way. */
+static int interpolate(const flesh_scene *scene, flesh_mesh **mesh, flesh_state *state)
+{
+  for (int refined = 0;; refined++) {
+    flesh_mesh *next;
+    int status = next_mesh(scene, *mesh, refined, &next);
+    if (status || !next) return status;
+    status = flesh_mesh_refine_field(*mesh, state->x);
+    if (!status) status = flesh_mesh_refine_field(*mesh, state->v);
+    flesh_mesh_destroy(mesh);
+    *mesh = next;
+    if (status) return status;
+  }
+}
+
+int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state)
+{
+  const char *path = scene->keys.start.state;
+  const int nodes = flesh_mesh_node_count(scene->mesh);
+  int status = flesh_state_read(path, nodes, state);
+  if (status != FLESH_ERR_FILE || scene->part_count) return status;
+  flesh_mesh *mesh = NULL;
+  char words[1024];
+  snprintf(words, sizeof words, "%s", flesh_error_text());
+  status = flesh_mesh_read(scene->keys.body.mesh, &mesh);
+  const int given = status ? 0 : flesh_mesh_node_count(mesh);
+  if (given && given < nodes && !flesh_state_read(path, given, state)) status = interpolate(scene, &mesh, state);
+  else status = flesh_fail(FLESH_ERR_FILE, "%s", words);
+  flesh_mesh_destroy(&mesh);
+  return status;
+}
