@@ -217,6 +217,12 @@ typedef struct flesh_effect_shortcuts {
    * NULL: they are. */
   int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
                          const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
+  /* For effects whose Jacobian contains one stiff term of every cell: describes their rows, without
+   * values, and writes the values [rows.count][nodes_per_row][3] of those in the matrix that
+   * `jacobian` gives there. NULL, both: none. */
+  void (*stiff_rows)(const flesh_effect *effect, flesh_stiff_rows *rows);
+  void (*stiff_values)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                       float *values);
   /* For effects that are a sum over their cells, which are tets: a new effect of the cells `chosen`
    * [count], ascending, alone; they are the tets of `mesh` in this order. It lives no longer than
    * this one and `mesh`. NULL: where few nodes are solved for alone, a quadratic model stands for

@@ -16,11 +16,15 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  FLESH_PRECONDITIONER_AUTO,      /* two-level, or IC on meshes of a few hundred nodes */
+  /* Two-level, or IC on meshes of a few hundred nodes; round it the volume projection where that takes less work. */
+  FLESH_PRECONDITIONER_AUTO,
   FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements trilinear in the cells of a grid */
   FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
-  FLESH_PRECONDITIONER_NONE
+  FLESH_PRECONDITIONER_NONE,
+  /* That of AUTO for what is left without the stiff volume terms of nearly incompressible ten-node tets, which are
+   * projected out. Without such terms it is AUTO. */
+  FLESH_PRECONDITIONER_VOLUME_PROJECTION
 } flesh_preconditioner;
 
 /* As in a scene. NULL: no such kind. */

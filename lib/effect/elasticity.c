@@ -1,5 +1,6 @@
 /* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected)
  * Hessian. */
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -95,6 +96,28 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
   return status;
 }
 
+static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *rows)
+{
+  const flesh_tets *tets = effect->data;
+  const flesh_batches *batches = &tets->batches;
+  *rows = (flesh_stiff_rows){.nodes_per_row = batches->nodes_per_tet, .nodes = batches->nodes};
+  if (!tets->kernels->elastic->rows_kernel) return;
+  rows->count = tets->cells.count;
+  rows->first_main = 4;
+  for (int k = 0; k < tets->materials; k++) {
+    const flesh_volume_share *s = &batches->volume_shares[k];
+    if (s->moderate > 0) rows->ratio = fmax(rows->ratio, s->share / s->moderate);
+  }
+}
+
+static void elasticity_stiff_values(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                    float *values)
+{
+  const flesh_tets *tets = effect->data;
+  const flesh_tet_point at = {.x = point->x, .scale = shift->x};
+  flesh_tets_rows(tets, tets->kernels->elastic, &at, point->threads, values);
+}
+
 static flesh_instructions elasticity_instructions(const flesh_effect *effect)
 {
   return ((const flesh_tets *)effect->data)->instructions;
@@ -124,6 +147,8 @@ static const flesh_effect_operations elasticity_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.jacobian_assign = elasticity_jacobian_anew,
                                                  .evaluate = elasticity_evaluate,
                                                  .restrict_to_cells = elasticity_part,
+                                                 .stiff_rows = elasticity_stiff_rows,
+                                                 .stiff_values = elasticity_stiff_values,
                                                  .instructions = elasticity_instructions},
     .figures = &(const flesh_effect_figures){.memory = elasticity_memory},
 };

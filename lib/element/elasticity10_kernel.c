@@ -203,6 +203,30 @@ INLINE int hessian_of(const flesh_batches *batches, int tile, const flesh_tet_po
   return FLESH_OK;
 }
 
+/* Of the mean's term in the Hessian, what is stiffer than the form else. */
+INLINE void rows_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  tile_vector x;
+  tile_gather(tiles, tile, at->x, x);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    const int first = batches->first[k], used = batches->first[k + 1] - first;
+    points p;
+    ten_forces b;
+    flesh_real energy, stiffness;
+    load(batches, k, x, &p);
+    mean_term(batches, &p, &energy, &stiffness);
+    mean_gradient(&p, &b);
+    stiffness = at->scale * (stiffness - batches->volume_shares[p.at[0].t.material].moderate * p.volume);
+    const flesh_real factor = flesh_sqrt(flesh_select(stiffness > 0, stiffness, flesh_all(0)));
+    for (int a = 0; a < 10; a++)
+      for (int i = 0; i < 3; i++) {
+        const flesh_real value = factor * b.node[a][i];
+        for (int l = 0; l < used; l++) rows[30 * (size_t)(first + l) + (size_t)(3 * a + i)] = (float)flesh_lane(value, l);
+      }
+  }
+}
+
 /* Forces of rates: P' at every point, and of the mean V s U_JJ (b . v) b, negative U_JJ clamped. */
 INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, double *r,
                         double *sums)
@@ -252,7 +276,7 @@ INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_
   return FLESH_OK;
 }
 
-#define KERNELS(name, mean)                                                                                            \
+#define KERNELS(name, mean, rows)                                                                                      \
   static COMPILED_ONCE int elastic_residual##name(const flesh_batches *batches, int tile, const flesh_tet_point *at,   \
                                                   double *r, double *sums)                                             \
   {                                                                                                                    \
@@ -268,8 +292,13 @@ INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_
   {                                                                                                                    \
     return stiffness_of(batches, tile, at, mean, r, sums);                                                             \
   }                                                                                                                    \
-  const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10##name) = {elastic_residual##name, elastic_hessian##name};        \
-  const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10##name) = {stiffness_residual##name, elastic_hessian##name};
+  const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10##name) = {elastic_residual##name, elastic_hessian##name, rows};  \
+  const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10##name) = {stiffness_residual##name, elastic_hessian##name, NULL};
 
-KERNELS(, 0)
-KERNELS(_mean, 1)
+static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
+{
+  rows_of(batches, tile, at, rows);
+}
+
+KERNELS(, 0, NULL)
+KERNELS(_mean, 1, elastic_rows)

@@ -150,5 +150,5 @@ static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int ti
   return FLESH_OK;
 }
 
-const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic) = {elastic_residual, elastic_hessian};
-const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness) = {stiffness_residual, elastic_hessian};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic) = {elastic_residual, elastic_hessian, NULL};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness) = {stiffness_residual, elastic_hessian, NULL};

@@ -97,11 +97,14 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
   return shape_of(D, gradient);
 }
 
+/* Of the shear modulus: with it and the points' own share lambda is that of Poisson's ratio 0.45. */
+static const double MODERATE = 7;
+
 int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share)
 {
   const int user = material->energy == FLESH_ENERGY_USER;
   flesh_psi at;
-  *share = (flesh_volume_share){0, user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term};
+  *share = (flesh_volume_share){.term = user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term};
   if (user && !(fabs(material->lambda) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
@@ -109,6 +112,8 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
   if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
   int status = flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
   if (status) return status;
-  share->share = fmax(0, material->lambda - 2 * (2 * at.I));
+  const double shear = 2 * at.I;
+  share->share = fmax(0, material->lambda - 2 * shear);
+  share->moderate = fmin(share->share, MODERATE * shear);
   return FLESH_OK;
 }

@@ -183,8 +183,8 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   return FLESH_OK;
 }
 
-static const flesh_tet_kernel consistent = {residual_kernel, hessian_kernel};
-static const flesh_tet_kernel consistent_ten = {residual_of_ten, hessian_kernel};
+static const flesh_tet_kernel consistent = {residual_kernel, hessian_kernel, NULL};
+static const flesh_tet_kernel consistent_ten = {residual_of_ten, hessian_kernel, NULL};
 
 static const flesh_tet_kernel *kernel_of(const flesh_mass_matrix *mass)
 {

@@ -138,6 +138,33 @@ int flesh_tets_hessian(const flesh_tets *self, const flesh_tet_kernel *kernel,
   return run_pieces(&j, threads, hessian_of_piece);
 }
 
+typedef struct rows_job {
+  const flesh_tets *self;
+  const flesh_tet_kernel *kernel;
+  const flesh_tet_point *at;
+  float *rows;
+  int first_piece;
+} rows_job;
+
+static void rows_of_piece(void *data, int task)
+{
+  const rows_job *j = data;
+  const int *tile = j->self->piece_tile + j->first_piece + task;
+  for (int k = tile[0]; k < tile[1]; k++)
+    j->kernel->rows_kernel(&j->self->batches, k, j->at, j->rows);
+}
+
+void flesh_tets_rows(const flesh_tets *self, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
+                     flesh_threads *threads, float *rows)
+{
+  const flesh_tet_order *order = &self->order;
+  rows_job j = {.self = self, .kernel = kernel, .at = at, .rows = rows};
+  for (int c = 0; c < order->rounds; c++) {
+    j.first_piece = order->round_first[c];
+    flesh_threads_run(threads, order->round_first[c + 1] - j.first_piece, rows_of_piece, &j);
+  }
+}
+
 static const flesh_tet_kernels *kernels_for(flesh_instructions instructions, flesh_element element)
 {
 #ifdef FLESH_HAVE_X86_64

@@ -37,6 +37,10 @@ int flesh_tets_hessian(const flesh_tets *tets, const flesh_tet_kernel *kernel,
                             const flesh_tet_point *at, flesh_threads *threads, const int *slots,
                             double *values);
 
+/* A kernel's rows of all tets, [tets][nodes_per_tet][3], in the order of the batches. */
+void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
+                     flesh_threads *threads, float *rows);
+
 /* What an effect's `evaluate` adds for a kernel whose potential is a function of velocities: to r unless
  * NULL, and to *phi and *magnitude unless shift_v is 0. */
 int flesh_tets_dissipate(const flesh_tets *tets, const flesh_tet_kernel *kernel, const flesh_tet_point *at,

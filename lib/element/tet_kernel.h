@@ -34,7 +34,8 @@ typedef struct flesh_tiles {
 
 /* What the mean of J over a tet bears of the volume term: `share` U(J), U = (J-1)^2/2 or (log J)^2/2. */
 typedef struct flesh_volume_share {
-  double share; /* Pa, not negative */
+  double share;    /* Pa, not negative */
+  double moderate; /* Pa, the part of it that is no stiffer than the rest of the form */
   flesh_volume_term term;
 } flesh_volume_share;
 
@@ -86,6 +87,9 @@ typedef struct flesh_tet_kernel {
    * all tiles' pairs. */
   int (*hessian_kernel)(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
                       double *values);
+  /* rows [tets][nodes_per_tet][3] of the tile's tets: b of each tet's stiff term b b^T in that matrix; 0: it has none.
+   * NULL: no tet ever has. */
+  void (*rows_kernel)(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows);
 } flesh_tet_kernel;
 
 typedef struct flesh_tet_kernels {

@@ -69,4 +69,4 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   return FLESH_OK;
 }
 
-const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous) = {residual_kernel, hessian_kernel};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_viscous) = {residual_kernel, hessian_kernel, NULL};

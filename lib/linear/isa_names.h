@@ -14,6 +14,7 @@
 #define flesh_pcg_guided FLESH_OF_ISA(flesh_pcg_guided)
 
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)
+#define flesh_preconditioner_project FLESH_OF_ISA(flesh_preconditioner_project)
 #define flesh_preconditioner_destroy FLESH_OF_ISA(flesh_preconditioner_destroy)
 #define flesh_power_to_one FLESH_OF_ISA(flesh_power_to_one)
 #define flesh_preconditioner_setup FLESH_OF_ISA(flesh_preconditioner_setup)
@@ -45,6 +46,22 @@
 #define flesh_coarse_cholesky_at FLESH_OF_ISA(flesh_coarse_cholesky_at)
 #define flesh_coarse_cholesky_factor FLESH_OF_ISA(flesh_coarse_cholesky_factor)
 #define flesh_coarse_cholesky_solve FLESH_OF_ISA(flesh_coarse_cholesky_solve)
+
+#define flesh_sparse_cholesky_create FLESH_OF_ISA(flesh_sparse_cholesky_create)
+#define flesh_sparse_cholesky_clear FLESH_OF_ISA(flesh_sparse_cholesky_clear)
+#define flesh_sparse_cholesky_memory FLESH_OF_ISA(flesh_sparse_cholesky_memory)
+#define flesh_sparse_cholesky_zero FLESH_OF_ISA(flesh_sparse_cholesky_zero)
+#define flesh_sparse_cholesky_entry FLESH_OF_ISA(flesh_sparse_cholesky_entry)
+#define flesh_sparse_cholesky_factor FLESH_OF_ISA(flesh_sparse_cholesky_factor)
+#define flesh_sparse_cholesky_solve FLESH_OF_ISA(flesh_sparse_cholesky_solve)
+
+#define flesh_volume_projection_create FLESH_OF_ISA(flesh_volume_projection_create)
+#define flesh_volume_projection_destroy FLESH_OF_ISA(flesh_volume_projection_destroy)
+#define flesh_volume_projection_memory FLESH_OF_ISA(flesh_volume_projection_memory)
+#define flesh_volume_projection_setup FLESH_OF_ISA(flesh_volume_projection_setup)
+#define flesh_volume_projection_matrix FLESH_OF_ISA(flesh_volume_projection_matrix)
+#define flesh_volume_projection_before FLESH_OF_ISA(flesh_volume_projection_before)
+#define flesh_volume_projection_after FLESH_OF_ISA(flesh_volume_projection_after)
 
 #define flesh_product_create FLESH_OF_ISA(flesh_product_create)
 #define flesh_product_clear FLESH_OF_ISA(flesh_product_clear)

@@ -12,6 +12,7 @@
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
+#include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
@@ -24,6 +25,8 @@ struct flesh_preconditioner_data {
   int by_diagonal; /* no shift helped: the diagonal blocks serve */
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
+  flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
+  int projects;         /* it serves for the matrix at hand */
   flesh_threads *threads;
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   float *r;         /* [4*rows] where vectors come in the mesh's order */
@@ -73,6 +76,16 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   return status;
 }
 
+int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
+                                 const flesh_stiff_rows *rows, const double *positions)
+{
+  flesh_bisection halves = {0};
+  int status = flesh_bisection_create(A, &halves);
+  if (!status) status = flesh_volume_projection_create(A, rows, positions, &halves, self->threads, &self->projection);
+  flesh_bisection_clear(&halves);
+  return status;
+}
+
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
@@ -82,6 +95,7 @@ void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
   flesh_free((*preconditioner)->z);
   flesh_cholesky_destroy(&(*preconditioner)->cholesky);
   flesh_coarse_destroy(&(*preconditioner)->coarse);
+  flesh_volume_projection_destroy(&(*preconditioner)->projection);
   flesh_free(*preconditioner);
   *preconditioner = NULL;
 }
@@ -91,9 +105,8 @@ double flesh_power_to_one(double x) { return x > 0 && x < INFINITY ? ldexp(1, -i
 /* Of an inverse block's entries: products with them stay in the range of single precision. */
 static const double LARGEST = 1e30;
 
-static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
+static void invert_blocks(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  self->by_diagonal = 1;
   for (int k = 0; k < self->rows; k++) {
     const double *of_A = A->values + 9 * (size_t)A->row_start[k];
     double block[9], inverse[9] = {0};
@@ -104,6 +117,24 @@ static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix
     for (int e = 0; e < 9; e++)
       self->inverse[9 * (size_t)k + (size_t)e] = (float)fmin(fmax(inverse[e], -LARGEST), LARGEST);
   }
+}
+
+static void set_jacobi(flesh_preconditioner_data *self, const flesh_block_matrix *A)
+{
+  self->by_diagonal = 1;
+  invert_blocks(self, A);
+}
+
+/* A without its stiff terms, where the projection takes care of them. */
+static const flesh_block_matrix *project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
+                                         const uint8_t *fixed)
+{
+  self->projects = 0;
+  if (!self->projection) return A;
+  const flesh_block_matrix *soft = flesh_volume_projection_matrix(self->projection, A, fixed);
+  invert_blocks(self, soft);
+  self->projects = flesh_volume_projection_setup(self->projection, self->scale, self->inverse) == FLESH_OK;
+  return self->projects ? soft : A;
 }
 
 /* Shifts are tried one by one, each twice the last. The first is not zero, where that may serve: pivots that are just
@@ -139,6 +170,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
+  A = project(self, A, fixed);
   if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
     set_jacobi(self, A);
     return FLESH_OK;
@@ -180,18 +212,33 @@ static int by_blocks(const flesh_preconditioner_data *self)
   return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
 }
 
-double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
+/* Of what is left without the stiff terms, or of all. */
+static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (by_blocks(self)) return solve_blocks(self, r);
   return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
+}
+
+static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
+{
+  if (!by_blocks(self)) flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
+  else if (z != self->z + 4 * (size_t)begin) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+}
+
+double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)
+{
+  if (!self->projects) return solve_soft(self, r);
+  solve_soft(self, flesh_volume_projection_before(self->projection, r));
+  soft_result(self, 0, self->rows, self->z);
+  return flesh_volume_projection_after(self->projection, r, self->z);
 }
 
 double flesh_preconditioner_scale(const flesh_preconditioner_data *self) { return self->scale; }
 
 void flesh_preconditioner_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
-  if (by_blocks(self)) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
-  else flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
+  if (self->projects) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+  else soft_result(self, begin, end, z);
 }
 
 void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r, double *z)
@@ -215,5 +262,6 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
   return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
-         (self->coarse ? flesh_coarse_memory(self->coarse) : 0);
+         (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
+         (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }

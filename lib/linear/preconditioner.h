@@ -12,6 +12,8 @@
 
 /* What AUTO means for a mesh of so many nodes; any other kind is itself. */
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes);
+/* Whether the kind takes stiff rows out of the matrix: where it is asked to, or AUTO where that pays. */
+int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows);
 /* By kind; NULL ends them. */
 extern const char *const flesh_preconditioner_names[];
 
@@ -26,6 +28,10 @@ double flesh_power_to_one(double x);
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
+/* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a volume
+ * projection; all memory included. Not for NONE. `positions` [3*A->rows] at rest. */
+int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
+                                 const flesh_stiff_rows *rows, const double *positions);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 
 /* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's

@@ -7,17 +7,26 @@
 /* From so many nodes on there is a coarse level. */
 enum { FEWEST_NODES = 600 };
 
-const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", NULL};
-static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names == FLESH_PRECONDITIONER_NONE + 2,
+const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
+/* From this stiffness ratio of rows on they are taken out. */
+static const double STIFF = 6;
+
+static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names == FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
               "a name of every preconditioner");
 
 const char *flesh_preconditioner_name(flesh_preconditioner kind)
 {
-  return (unsigned)kind <= FLESH_PRECONDITIONER_NONE ? flesh_preconditioner_names[kind] : NULL;
+  return (unsigned)kind <= FLESH_PRECONDITIONER_VOLUME_PROJECTION ? flesh_preconditioner_names[kind] : NULL;
 }
 
 flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int nodes)
 {
-  if (kind != FLESH_PRECONDITIONER_AUTO) return kind;
+  if (kind != FLESH_PRECONDITIONER_AUTO && kind != FLESH_PRECONDITIONER_VOLUME_PROJECTION) return kind;
   return nodes >= FEWEST_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
+}
+
+int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows)
+{
+  if (!rows->count) return 0;
+  return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= STIFF);
 }

@@ -8,6 +8,20 @@
  * with their like. */
 static const double DEEP = 3;
 
+/* The system's stiff rows, where the preconditioner is to take them out. */
+static int take_rows(flesh_direction *self)
+{
+  const flesh_system *system = self->equations->system;
+  int status = flesh_system_stiff_rows_create(system, &self->rows);
+  if (status) return status;
+  if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows)) {
+    flesh_system_stiff_rows_clear(&self->rows);
+    return FLESH_OK;
+  }
+  return self->linear->preconditioner_project(self->preconditioner, self->equations->K, &self->rows,
+                                              flesh_mesh_positions(flesh_system_mesh(system)));
+}
+
 int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
                          flesh_direction *self)
 {
@@ -20,6 +34,7 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
                                                    flesh_mesh_positions(flesh_system_mesh(system)), equations->threads,
                                                    &self->preconditioner);
   if (!status) status = self->linear->pcg_space_create(equations->K, 1, equations->threads, &self->pcg);
+  if (!status) status = take_rows(self);
   if (status) flesh_direction_clear(self);
   return status;
 }
@@ -30,6 +45,7 @@ void flesh_direction_clear(flesh_direction *self)
     self->linear->preconditioner_destroy(&self->preconditioner);
     self->linear->pcg_space_destroy(&self->pcg);
   }
+  flesh_system_stiff_rows_clear(&self->rows);
   flesh_direct_destroy(&self->direct);
   flesh_direct_destroy(&self->fallback);
   memset(self, 0, sizeof *self);
@@ -39,6 +55,7 @@ size_t flesh_direction_memory(const flesh_direction *self)
 {
   size_t bytes = 0;
   if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
+  bytes += flesh_system_stiff_rows_memory(&self->rows);
   if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   if (self->fallback) bytes += flesh_direct_memory(self->fallback);
@@ -54,8 +71,20 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
 {
   self->same_matrix = 0;
   int status = flesh_equations_assemble(self->equations, u, filter);
-  if (!status) self->filter = filter, self->assembled = 1;
-  return status;
+  if (status) return status;
+  self->filter = filter;
+  self->assembled = 1;
+  if (self->rows.count) {
+    const flesh_point point = flesh_equations_point(self->equations, u);
+    flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->rows);
+  }
+  return FLESH_OK;
+}
+
+void flesh_direction_overwritten(flesh_direction *self)
+{
+  self->same_matrix = 0;
+  for (size_t d = 0; d < 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row; d++) self->rows.values[d] = 0;
 }
 
 int flesh_direction_factor(flesh_direction *self, int single)

@@ -6,6 +6,7 @@
 #include "newton/equations.h"
 #include "linear/direct.h"
 #include "linear/linear.h"
+#include "system/stiff_rows.h"
 
 typedef enum flesh_direction_kind {
   FLESH_DIRECTION_NEWTON,            /* of the true Hessian */
@@ -29,6 +30,7 @@ typedef struct flesh_direction {
   flesh_solve_stats *stats;            /* borrowed */
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
+  flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner takes them out; else count 0 */
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
   flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
@@ -55,6 +57,8 @@ void flesh_direction_begin_stage(flesh_direction *direction);
 
 /* Assembles K at u [n] with the filter. */
 int flesh_direction_assemble(flesh_direction *direction, const double *u, flesh_eigenvalue_filter filter);
+/* K is another matrix than flesh_direction_assemble made. */
+void flesh_direction_overwritten(flesh_direction *direction);
 /* Factors K, or makes its preconditioner; `single`: PCG may round K. FLESH_NOT_POSITIVE where a direct solver finds it
  * indefinite. */
 int flesh_direction_factor(flesh_direction *direction, int single);

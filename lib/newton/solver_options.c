@@ -39,7 +39,7 @@ int flesh_solver_options_check(const flesh_solver_options *o)
                   {"max_linear", o->max_linear, 1, INT_MAX},
                   {"max_cutbacks", o->max_cutbacks, 0, 30},
                   {"linear_solver", o->linear_solver, 0, FLESH_LINEAR_CHOLMOD},
-                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_NONE},
+                  {"preconditioner", o->preconditioner, 0, FLESH_PRECONDITIONER_VOLUME_PROJECTION},
                   {"project", o->project, 0, FLESH_PROJECT_NEVER},
                   {"eigenvalue_filter", o->eigenvalue_filter, 0, FLESH_FILTER_AUTO},
                   {"line_search", o->line_search, 0, FLESH_LINE_SEARCH_RESIDUAL},

@@ -1,0 +1,47 @@
+/* sparse_cholesky.h: the exact factor L L^T of a sparse symmetric positive definite matrix of numbers, in single
+ * precision, by dense panels. */
+#ifndef FLESH_LINEAR_SPARSE_CHOLESKY_H
+#define FLESH_LINEAR_SPARSE_CHOLESKY_H
+
+#include <stddef.h>
+
+#include "linear/dissection.h"
+#include "linear/isa_names.h"
+
+/* Panels are the columns of a part of the dissection: L is dense in the part's own rows and in those below that any of
+ * its columns has, column by column, the own rows first. */
+typedef struct flesh_sparse_cholesky {
+  int n, panels;
+  int highest, widest; /* rows and columns of panels */
+  int *place;      /* [n] of each row in the order of elimination */
+  int *first;      /* [panels+1] of the panels in that order */
+  int *part;       /* [n] the panel of each row in that order */
+  int *below_start; /* [panels+1] in `below` */
+  int *below;      /* rows in that order, ascending in a panel */
+  size_t *start;   /* [panels+1] of the panels in `values` */
+  int *stride;     /* [panels] from column to column */
+  float *values;   /* of the matrix, then of L; zero above the diagonal */
+  float *inverse;  /* [n] 1/L_ii, in the order of elimination */
+  float *x;        /* [n] right-hand side and solution, likewise */
+  int *target;     /* [highest] where a panel's rows are in another */
+  float *packed;   /* [4*widest] */
+  float *column;   /* [highest] */
+} flesh_sparse_cholesky;
+
+/* All memory, for rows as flesh_dissection_create takes them. To be cleared also when it fails: FLESH_ERR_MEMORY. */
+int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours, const double *points,
+                                 flesh_sparse_cholesky *cholesky);
+void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *cholesky);
+size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *cholesky);
+
+/* All entries 0. */
+void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *cholesky);
+/* Where the entry of two rows, neighbours or the same, is in `values`. */
+size_t flesh_sparse_cholesky_entry(const flesh_sparse_cholesky *cholesky, int row, int other);
+
+/* 0 where the matrix is not positive definite, or too nearly so. */
+int flesh_sparse_cholesky_factor(flesh_sparse_cholesky *cholesky);
+/* x becomes the solution. */
+void flesh_sparse_cholesky_solve(flesh_sparse_cholesky *cholesky);
+
+#endif

@@ -1,0 +1,44 @@
+/* volume_projection.h: takes stiff terms out of a matrix, so that what is left is easy to precondition.
+ *
+ * A = A_r + B^T B, B of stiff rows. With D the diagonal blocks of A_r on the rows' main nodes, elsewhere infinite,
+ * P = D^-1 B^T and S = I + B P, an approximation M_r of A_r becomes one of A:
+ *
+ *   A^-1 ~ (I - B^T S^-1 P^T)^T M_r^-1 (I - B^T S^-1 P^T) + P S^-2 P^T.
+ *
+ * The factors in parentheses take out what B feels: B (I - P S^-1 B) = S^-1 B. Positive definite whatever S is. The
+ * projection is that of deflation and balancing (Mandel 1993; Nicolaides 1987) with P for a coarse space of as many
+ * vectors as rows. */
+#ifndef FLESH_LINEAR_VOLUME_PROJECTION_H
+#define FLESH_LINEAR_VOLUME_PROJECTION_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "flesh/block_matrix.h"
+#include "flesh/threads.h"
+#include "linear/bisection.h"
+#include "linear/isa_names.h"
+
+typedef struct flesh_volume_projection flesh_volume_projection;
+
+/* For matrices of A's pattern with these rows, all memory included; `rows` (its values change) and `threads` (may be
+ * NULL) are borrowed, `halves` may be forgotten. `positions` [3*A->rows] at rest. Returns new. */
+int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
+                                   const flesh_bisection *halves, flesh_threads *threads,
+                                   flesh_volume_projection **projection);
+void flesh_volume_projection_destroy(flesh_volume_projection **projection);
+size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
+
+/* A_r = A - B^T B, the rows' values zero at the fixed dofs [3*A->rows] (NULL: none). It stays until the next call. */
+const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection *projection,
+                                                         const flesh_block_matrix *A, const uint8_t *fixed);
+/* Then S, of scale times the matrices, with inverse [9*A->rows] the inverse blocks of scale A_r by the mesh's numbers
+ * of the nodes. FLESH_NOT_POSITIVE where single precision does not tell S from a singular matrix. */
+int flesh_volume_projection_setup(flesh_volume_projection *projection, double scale, const float *inverse);
+
+/* Vectors of four lanes a node as the halves order them, about 1. `before` returns (I - B^T S^-1 P^T) r, kept inside;
+ * with M_r^-1 times that in z, `after` makes the whole of it and returns r.z. */
+const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
+double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
+
+#endif

@@ -1,0 +1,72 @@
+/* stiff_rows.c: effects' stiff rows, one after the other. */
+#include "system/stiff_rows.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/memory.h"
+#include "effect/effect.h"
+
+/* The effect's rows, where it has any and they are like the others. */
+static int has_rows(const flesh_effect *effect, int nodes_per_row, flesh_stiff_rows *own)
+{
+  *own = (flesh_stiff_rows){0};
+  const flesh_effect_shortcuts *shortcuts = flesh_effect_shortcuts_of(effect);
+  if (shortcuts->stiff_rows) shortcuts->stiff_rows(effect, own);
+  return own->count > 0 && (!nodes_per_row || own->nodes_per_row == nodes_per_row);
+}
+
+int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows *rows)
+{
+  flesh_stiff_rows own;
+  *rows = (flesh_stiff_rows){0};
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    if (!has_rows(flesh_system_effect(system, k), rows->nodes_per_row, &own)) continue;
+    rows->nodes_per_row = own.nodes_per_row;
+    rows->first_main = own.first_main;
+    rows->count += own.count;
+    rows->ratio = fmax(rows->ratio, own.ratio);
+  }
+  if (!rows->count) return FLESH_OK;
+  const size_t m = (size_t)rows->nodes_per_row, all = (size_t)rows->count * m;
+  int *nodes = flesh_huge_pages_alloc(all * sizeof *nodes);
+  rows->nodes = nodes;
+  rows->values = flesh_huge_pages_calloc(3 * all * sizeof *rows->values);
+  if (!nodes || !rows->values) {
+    flesh_system_stiff_rows_clear(rows);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the stiff terms of %zu nodes", all);
+  }
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    if (!has_rows(flesh_system_effect(system, k), rows->nodes_per_row, &own)) continue;
+    memcpy(nodes, own.nodes, (size_t)own.count * m * sizeof *nodes);
+    nodes += (size_t)own.count * m;
+  }
+  return FLESH_OK;
+}
+
+void flesh_system_stiff_rows_clear(flesh_stiff_rows *rows)
+{
+  flesh_free((void *)rows->nodes);
+  flesh_free(rows->values);
+  *rows = (flesh_stiff_rows){0};
+}
+
+void flesh_system_stiff_values(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
+                               flesh_stiff_rows *rows)
+{
+  flesh_stiff_rows own;
+  float *values = rows->values;
+  for (int k = 0; k < flesh_system_effect_count(system) && rows->count; k++) {
+    const flesh_effect *effect = flesh_system_effect(system, k);
+    if (!has_rows(effect, rows->nodes_per_row, &own)) continue;
+    flesh_effect_shortcuts_of(effect)->stiff_values(effect, point, shift, values);
+    values += 3 * (size_t)own.count * (size_t)own.nodes_per_row;
+  }
+}
+
+size_t flesh_system_stiff_rows_memory(const flesh_stiff_rows *rows)
+{
+  return (size_t)rows->count * (size_t)rows->nodes_per_row * (sizeof *rows->nodes + 3 * sizeof *rows->values);
+}
