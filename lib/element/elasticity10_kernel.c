@@ -222,7 +222,8 @@ INLINE void rows_of(const flesh_batches *batches, int tile, const flesh_tet_poin
     for (int a = 0; a < 10; a++)
       for (int i = 0; i < 3; i++) {
         const flesh_real value = factor * b.node[a][i];
-        for (int l = 0; l < used; l++) rows[30 * (size_t)(first + l) + (size_t)(3 * a + i)] = (float)flesh_lane(value, l);
+        float *to = rows + 30 * (size_t)first + 3 * a + i;
+        for (int l = 0; l < used; l++) to[30 * l] = (float)flesh_lane(value, l);
       }
   }
 }

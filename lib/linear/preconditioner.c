@@ -222,7 +222,8 @@ static double solve_soft(flesh_preconditioner_data *self, const float *r)
 static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
   if (!by_blocks(self)) flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
-  else if (z != self->z + 4 * (size_t)begin) memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
+  else if (z != self->z + 4 * (size_t)begin)
+    memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
 }
 
 double flesh_preconditioner_solve(flesh_preconditioner_data *self, const float *r)

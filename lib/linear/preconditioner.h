@@ -28,8 +28,8 @@ double flesh_power_to_one(double x);
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
-/* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a volume
- * projection; all memory included. Not for NONE. `positions` [3*A->rows] at rest. */
+/* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
+ * volume projection; all memory included. Not for NONE. `positions` [3*A->rows] at rest. */
 int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);

@@ -7,11 +7,13 @@
 /* From so many nodes on there is a coarse level. */
 enum { FEWEST_NODES = 600 };
 
-const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic", "jacobi", "none", "volume-projection", NULL};
+const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic",  "jacobi",
+                                                   "none", "volume-projection", NULL};
 /* From this stiffness ratio of rows on they are taken out. */
 static const double STIFF = 6;
 
-static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names == FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
+static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names ==
+                  FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
               "a name of every preconditioner");
 
 const char *flesh_preconditioner_name(flesh_preconditioner kind)

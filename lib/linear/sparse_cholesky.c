@@ -29,7 +29,10 @@ static int compare_int(const void *a, const void *b)
 
 static int own_rows(const flesh_sparse_cholesky *self, int k) { return self->first[k + 1] - self->first[k]; }
 
-static int below_rows(const flesh_sparse_cholesky *self, int k) { return self->below_start[k + 1] - self->below_start[k]; }
+static int below_rows(const flesh_sparse_cholesky *self, int k)
+{
+  return self->below_start[k + 1] - self->below_start[k];
+}
 
 /* Lists of rows while they are found. */
 typedef struct search {
@@ -228,7 +231,8 @@ static int factor_columns(flesh_sparse_cholesky *self, int k, int column, int wi
     for (int c = 0; c < wide; c++) {
       float *at = own + (size_t)c * stride + i;
       flesh_float16 sum = AT(at);
-      for (int d = 0; d < c; d++) sum -= AT(own + (size_t)d * stride + i) * own[(size_t)d * stride + (size_t)(column + c)];
+      for (int d = 0; d < c; d++)
+        sum -= AT(own + (size_t)d * stride + i) * own[(size_t)d * stride + (size_t)(column + c)];
       sum *= self->inverse[self->first[k] + column + c];
       if (i + ASIDE <= high) AT(at) = sum;
       else
