@@ -11,7 +11,7 @@ const flesh_tet_kernels FLESH_OF_ISA(flesh_kernels)[FLESH_ELEMENT_COUNT] = {
                              .stiffness = &FLESH_OF_ISA(flesh_stiffness10),
                              .viscous = &FLESH_OF_ISA(flesh_viscous10)},
     [FLESH_ELEMENT_TET10_MEAN] = {.lanes = FLESH_LANES,
-                                  .elastic = &FLESH_OF_ISA(flesh_elastic10_mean),
-                                  .stiffness = &FLESH_OF_ISA(flesh_stiffness10_mean),
+                                  .elastic = &FLESH_OF_ISA(flesh_elastic10),
+                                  .stiffness = &FLESH_OF_ISA(flesh_stiffness10),
                                   .viscous = &FLESH_OF_ISA(flesh_viscous10)},
 };
