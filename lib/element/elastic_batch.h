@@ -138,7 +138,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
     x[0][i] = flesh_all(0);
   }
   const int mixed = flesh_any(IJ != 0); /* not in most forms */
-#pragma GCC unroll 3
+  FLESH_UNROLL(3)
   for (int a = 0, n = 0; a < 3; a++) {
     flesh_real u[3], w[3];
     for (int i = 0; i < 3; i++) {
@@ -149,7 +149,7 @@ INLINE void true_blocks(const batch *b, double factor, take_block *take, void *t
       u[i] += IJ * q[a][i];
       w[i] += IJ * p[a][i];
     }
-#pragma GCC unroll 3
+    FLESH_UNROLL(3)
     for (int c = a + 1; c < 4; c++, n++) {
       flesh_real K[9], diagonal = same * flesh_vec3_dot(g[a], g[c]);
       for (int i = 0; i < 3; i++) {
@@ -212,9 +212,9 @@ INLINE void spectral_blocks(const batch *b, const flesh_real U[9], const flesh_r
   }
   for (int i = 0; i < 3; i++) g[0][i] = -(g[1][i] + g[2][i] + g[3][i]);
   flesh_spectrum_scale(spectrum, factor * b->t.volume);
-#pragma GCC unroll 3
+  FLESH_UNROLL(3)
   for (int a = 0, n = 0; a < 3; a++)
-#pragma GCC unroll 3
+    FLESH_UNROLL(3)
     for (int c = a + 1; c < 4; c++, n++) {
       flesh_real B[9], UB[9], K[9];
       flesh_spectrum_block(spectrum, g[a], g[c], B);

@@ -10,7 +10,7 @@
  * in place of psi_JJ, which is then as stiff as the shear modulus asks for, and V s U_JJ(J') b b^T beside it, b the
  * gradient of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk
  * modulus positive. */
-#include "element/tet10_lanes.h"
+#include "element/tet10_blocks.h"
 #include "element/elastic_batch.h"
 #include "math/logarithm.h"
 
@@ -21,7 +21,7 @@ typedef struct points {
   flesh_real J;      /* their means */
 } points;
 
-INLINE void load(const flesh_batches *batches, int index, const double *x, points *p)
+static COMPILED_ONCE void load(const flesh_batches *batches, int index, const double *x, points *p)
 {
   ten all;
   flesh_real sum = flesh_all(0), volume = flesh_all(0);
@@ -55,19 +55,22 @@ INLINE void volume_term(flesh_volume_term term, flesh_real J, flesh_real *U, fle
   *second = flesh_all(1);
 }
 
-/* psi at point q, less what the mean bears of it and with the pressure of that. */
-INLINE int psi_at(const flesh_batches *batches, int with_value, int mean, points *p, int q)
+/* psi at every point, less what the mean bears of it and with the pressure of that. */
+static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int with_value, points *p)
 {
-  batch *b = &p->at[q];
-  int status = find_psi(batches, with_value, b);
-  if (status || !mean) return status;
-  const flesh_volume_share *s = &batches->volume_shares[b->t.material];
-  flesh_real U, first, second, U_mean, pressure, stiffness;
-  volume_term(s->term, b->J, &U, &first, &second);
-  volume_term(s->term, p->J, &U_mean, &pressure, &stiffness);
-  b->psi.value -= s->share * U;
-  b->psi.J += s->share * (pressure - first);
-  b->psi.JJ -= s->share * second;
+  for (int q = 0; q < POINTS; q++) {
+    batch *b = &p->at[q];
+    int status = find_psi(batches, with_value, b);
+    if (status) return status;
+    if (!batches->volume_shares) continue;
+    const flesh_volume_share *s = &batches->volume_shares[b->t.material];
+    flesh_real U, first, second, U_mean, pressure, stiffness;
+    volume_term(s->term, b->J, &U, &first, &second);
+    volume_term(s->term, p->J, &U_mean, &pressure, &stiffness);
+    b->psi.value -= s->share * U;
+    b->psi.J += s->share * (pressure - first);
+    b->psi.JJ -= s->share * second;
+  }
   return FLESH_OK;
 }
 
@@ -82,7 +85,7 @@ INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real 
 }
 
 /* The gradient of J' by the nodes. */
-INLINE void mean_gradient(const points *p, ten_forces *b)
+static COMPILED_ONCE void mean_gradient(const points *p, ten_forces *b)
 {
   flesh_real inverse = 1 / flesh_select(p->volume > 0, p->volume, flesh_all(1));
   open_forces(b);
@@ -98,8 +101,8 @@ INLINE void mean_gradient(const points *p, ten_forces *b)
   close_forces(b);
 }
 
-INLINE int residual_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, double *r,
-                       double *sums)
+static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                          double *sums)
 {
   const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0), size = flesh_all(0);
@@ -110,11 +113,11 @@ INLINE int residual_of(const flesh_batches *batches, int tile, const flesh_tet_p
     points p;
     ten_forces f;
     load(batches, k, x, &p);
+    int status = find_psi_of_points(batches, sums != NULL, &p);
+    if (status) return status;
     open_forces(&f);
     for (int q = 0; q < POINTS; q++) {
       const batch *b = &p.at[q];
-      int status = psi_at(batches, sums != NULL, mean, &p, q);
-      if (status) return status;
       if (sums) {
         sum += b->t.volume * b->psi.value;
         size += b->t.volume * (flesh_abs(b->psi.value) + flesh_abs(b->psi.I) * b->I_C);
@@ -128,7 +131,7 @@ INLINE int residual_of(const flesh_batches *batches, int tile, const flesh_tet_p
       }
       add_virtual_forces(of_point, q, &f);
     }
-    if (sums && mean) {
+    if (sums && batches->volume_shares) {
       flesh_real energy, stiffness;
       mean_term(batches, &p, &energy, &stiffness);
       sum += energy;
@@ -161,20 +164,20 @@ static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eig
   return FLESH_OK;
 }
 
-INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at, int mean,
-                       const double *position, tile_blocks *to)
+static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                     const double *position, tile_blocks *to)
 {
   points p;
-  virtual_blocks blocks;
+  corner_blocks of_corners;
+  ten_blocks of_nodes;
   load(batches, index, position, &p);
-  for (int q = 0; q < POINTS; q++) {
-    int status = psi_at(batches, 0, mean, &p, q);
-    if (!status) status = blocks_at_point(&p.at[q], at->scale, at->filter, blocks.point[q]);
-    if (status) return status;
-  }
-  close_blocks(&blocks);
-  if (!mean) {
-    add_blocks(&p.at[0].t, &blocks, flesh_all(0), NULL, to);
+  int status = find_psi_of_points(batches, 0, &p);
+  for (int q = 0; q < POINTS && !status; q++)
+    status = blocks_at_point(&p.at[q], at->scale, at->filter, of_corners.point[q]);
+  if (status) return status;
+  blocks_of_nodes(&of_corners, of_nodes);
+  if (!batches->volume_shares) {
+    add_blocks(&p.at[0].t, of_nodes, to);
     return FLESH_OK;
   }
   ten_forces b;
@@ -182,12 +185,12 @@ INLINE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_
   mean_term(batches, &p, &energy, &stiffness);
   if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
   mean_gradient(&p, &b);
-  add_blocks(&p.at[0].t, &blocks, at->scale * stiffness, b.node, to);
+  add_blocks_and_product(&p.at[0].t, of_nodes, at->scale * stiffness, b.node, to);
   return FLESH_OK;
 }
 
-INLINE int hessian_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, const int *slots,
-                      double *values)
+static int elastic_hessian(const flesh_batches *batches, int tile, const flesh_tet_point *at, const int *slots,
+                           double *values)
 {
   const flesh_tiles *tiles = &batches->tiles;
   tile_vector x;
@@ -195,7 +198,7 @@ INLINE int hessian_of(const flesh_batches *batches, int tile, const flesh_tet_po
   tile_gather(tiles, tile, at->x, x);
   tile_open(tiles, tile, &own);
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
-    int status = add_hessian(batches, k, at, mean, x, &own);
+    int status = add_hessian(batches, k, at, x, &own);
     if (status) return status;
     tile_expect(tiles, tile, k, slots, values);
   }
@@ -204,7 +207,7 @@ INLINE int hessian_of(const flesh_batches *batches, int tile, const flesh_tet_po
 }
 
 /* Of the mean's term in the Hessian, what is stiffer than the form else. */
-INLINE void rows_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
+static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
 {
   const flesh_tiles *tiles = &batches->tiles;
   tile_vector x;
@@ -229,8 +232,8 @@ INLINE void rows_of(const flesh_batches *batches, int tile, const flesh_tet_poin
 }
 
 /* Forces of rates: P' at every point, and of the mean V s U_JJ (b . v) b, negative U_JJ clamped. */
-INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, int mean, double *r,
-                        double *sums)
+static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at,
+                                            double *r, double *sums)
 {
   const flesh_tiles *tiles = &batches->tiles;
   flesh_real sum = flesh_all(0);
@@ -244,23 +247,22 @@ INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_
     ten_forces f, gradient;
     flesh_real rate[POINTS][9], P[POINTS][9];
     load(batches, k, x, &p);
+    int status = find_psi_of_points(batches, 0, &p);
     load_ten(&p.at[0].t, v, &rates);
     open_forces(&f);
-    for (int q = 0; q < POINTS; q++) {
+    for (int q = 0; q < POINTS && !status; q++) {
       const batch *b = &p.at[q];
       flesh_real edges[3][3], of_point[4][3];
-      int status = psi_at(batches, 0, mean, &p, q);
-      if (status) return status;
       gradient_at(&b->t, &rates, q, edges, rate[q]);
       status = stress_rate(b, rate[q], P[q]);
-      if (status) return status;
       for (int c = 0; c < 9; c++) P[q][c] *= at->scale * b->t.volume;
       if (sums) sum += 0.5 * flesh_mat3_inner(rate[q], P[q]);
       for (int i = 0; i < 3; i++) force_row(&b->t, i, P[q] + 3 * i, of_point);
       add_virtual_forces(of_point, q, &f);
     }
+    if (status) return status;
     close_forces(&f);
-    if (mean) {
+    if (batches->volume_shares) {
       flesh_real energy, stiffness, J_rate = flesh_all(0);
       mean_term(batches, &p, &energy, &stiffness);
       stiffness = at->scale * flesh_spectrum_filtered(stiffness, FLESH_FILTER_CLAMP);
@@ -277,29 +279,6 @@ INLINE int stiffness_of(const flesh_batches *batches, int tile, const flesh_tet_
   return FLESH_OK;
 }
 
-#define KERNELS(name, mean, rows)                                                                                      \
-  static COMPILED_ONCE int elastic_residual##name(const flesh_batches *batches, int tile, const flesh_tet_point *at,   \
-                                                  double *r, double *sums)                                             \
-  {                                                                                                                    \
-    return residual_of(batches, tile, at, mean, r, sums);                                                              \
-  }                                                                                                                    \
-  static COMPILED_ONCE int elastic_hessian##name(const flesh_batches *batches, int tile, const flesh_tet_point *at,    \
-                                                 const int *slots, double *values)                                     \
-  {                                                                                                                    \
-    return hessian_of(batches, tile, at, mean, slots, values);                                                         \
-  }                                                                                                                    \
-  static COMPILED_ONCE int stiffness_residual##name(const flesh_batches *batches, int tile, const flesh_tet_point *at, \
-                                                    double *r, double *sums)                                           \
-  {                                                                                                                    \
-    return stiffness_of(batches, tile, at, mean, r, sums);                                                             \
-  }                                                                                                                    \
-  const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10##name) = {elastic_residual##name, elastic_hessian##name, rows};  \
-  const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10##name) = {stiffness_residual##name, elastic_hessian##name, NULL};
-
-static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, const flesh_tet_point *at, float *rows)
-{
-  rows_of(batches, tile, at, rows);
-}
-
-KERNELS(, 0, NULL)
-KERNELS(_mean, 1, elastic_rows)
+const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10) = {elastic_residual, elastic_hessian, NULL};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10_mean) = {elastic_residual, elastic_hessian, elastic_rows};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10) = {stiffness_residual, elastic_hessian, NULL};

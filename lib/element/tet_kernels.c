@@ -12,6 +12,6 @@ const flesh_tet_kernels FLESH_OF_ISA(flesh_kernels)[FLESH_ELEMENT_COUNT] = {
                              .viscous = &FLESH_OF_ISA(flesh_viscous10)},
     [FLESH_ELEMENT_TET10_MEAN] = {.lanes = FLESH_LANES,
                                   .elastic = &FLESH_OF_ISA(flesh_elastic10_mean),
-                                  .stiffness = &FLESH_OF_ISA(flesh_stiffness10_mean),
+                                  .stiffness = &FLESH_OF_ISA(flesh_stiffness10),
                                   .viscous = &FLESH_OF_ISA(flesh_viscous10)},
 };

@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "base/isa.h"
+#include "base/unroll.h"
 #include "element/tile.h"
 #include "math/mat3.h"
 
@@ -22,7 +23,7 @@
 
 extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_stiffness),
     FLESH_OF_ISA(flesh_viscous), FLESH_OF_ISA(flesh_elastic10), FLESH_OF_ISA(flesh_stiffness10),
-    FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_elastic10_mean), FLESH_OF_ISA(flesh_stiffness10_mean);
+    FLESH_OF_ISA(flesh_viscous10);
 
 /* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
  * out of the caches. */
@@ -68,11 +69,11 @@ INLINE void gradient_of_edges(const tets *t, flesh_real d[3][3], flesh_real F[9]
 INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
 {
   const double *place[4][FLESH_LANES];
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int a = 0; a < 4; a++)
-#pragma GCC unroll 8
+    FLESH_UNROLL(8)
     for (int l = 0; l < FLESH_LANES; l++) place[a][l] = x + t->node[ELEMENT_NODES * l + a];
-#pragma GCC unroll 3
+  FLESH_UNROLL(3)
   for (int a = 1; a < 4; a++) {
     flesh_real edge[4];
     flesh_load_from(place[0], place[a], edge);
@@ -95,11 +96,11 @@ INLINE void force_row(const tets *t, int i, const flesh_real P[3], flesh_real f[
 /* Adds every lane's forces f [nodes][3] to those of its tile. */
 INLINE void scatter_forces(const tets *t, flesh_real f[ELEMENT_NODES][3], double *r)
 {
-#pragma GCC unroll 10
+  FLESH_UNROLL(10)
   for (int a = 0; a < ELEMENT_NODES; a++) {
     flesh_real v[4] = {f[a][0], f[a][1], f[a][2], flesh_all(0)};
     double *place[FLESH_LANES];
-#pragma GCC unroll 8
+    FLESH_UNROLL(8)
     for (int l = 0; l < FLESH_LANES; l++) place[l] = r + t->node[ELEMENT_NODES * l + a];
     flesh_add_four(place, v);
   }
@@ -113,7 +114,7 @@ INLINE void add_block(const tets *t, const flesh_real block[9], int pair, tile_b
     for (int c = 0; c < FLESH_LANES; c++) by_tet[part][c] = block[part * FLESH_LANES + c];
     flesh_transpose(by_tet[part]);
   }
-#pragma GCC unroll 8
+  FLESH_UNROLL(8)
   for (int l = 0; l < FLESH_LANES; l++) {
     const size_t place = t->pair[ELEMENT_PAIRS * l + pair];
     for (int part = 0; part < 8 / FLESH_LANES; part++)

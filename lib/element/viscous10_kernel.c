@@ -1,5 +1,5 @@
 /* viscous10_kernel.c: forces of ten-node tets against the rate of their strain, FLESH_LANES tets at a time. */
-#include "element/tet10_lanes.h"
+#include "element/tet10_blocks.h"
 #include "element/viscous_batch.h"
 
 /* A batch's vectors, as far as they are there. */
@@ -7,7 +7,7 @@ typedef struct near_ten {
   ten x, v, x_frozen, v_frozen;
 } near_ten;
 
-INLINE void load_near(const tets *t, const flesh_tet_point *at, const nearby *near, near_ten *to)
+static COMPILED_ONCE void load_near(const tets *t, const flesh_tet_point *at, const nearby *near, near_ten *to)
 {
   if (at->x) load_ten(t, near->x, &to->x);
   load_ten(t, near->v, &to->v);
@@ -16,8 +16,8 @@ INLINE void load_near(const tets *t, const flesh_tet_point *at, const nearby *ne
 }
 
 /* F, at rest I, and the rate G at point q. */
-INLINE void rate_at(const tets *t, const flesh_tet_point *at, const near_ten *near, int q, flesh_real F[9],
-                    flesh_real G[9])
+static COMPILED_ONCE void rate_at(const tets *t, const flesh_tet_point *at, const near_ten *near, int q,
+                                  flesh_real F[9], flesh_real G[9])
 {
   flesh_real edges[3][3];
   gradients now;
@@ -79,7 +79,8 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
     tets t;
     near_ten of_batch;
-    virtual_blocks blocks;
+    corner_blocks of_corners;
+    ten_blocks of_nodes;
     for (int q = 0; q < POINTS; q++) {
       flesh_real F[9], G[9], S[9];
       load_point(batches, k, q, &t);
@@ -87,10 +88,10 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
       if (at->x) rate_at(&t, at, &of_batch, q, F, G);
       else flesh_mat3_identity(F);
       turning_stress(&t, at, G, S);
-      viscous_blocks(&t, at, F, S, keep_block, blocks.point[q]);
+      viscous_blocks(&t, at, F, S, keep_block, of_corners.point[q]);
     }
-    close_blocks(&blocks);
-    add_blocks(&t, &blocks, flesh_all(0), NULL, &own);
+    blocks_of_nodes(&of_corners, of_nodes);
+    add_blocks(&t, of_nodes, &own);
     tile_expect(tiles, tile, k, slots, values);
   }
   tile_close(tiles, tile, &own, at->anew, slots, values);

@@ -9,6 +9,8 @@
 #include <math.h>
 #include <stdint.h>
 
+#include "base/unroll.h"
+
 #ifndef FLESH_LANES
 #define FLESH_LANES 1
 #endif
@@ -116,9 +118,9 @@ static inline void flesh_exchange(int step, flesh_real *a, flesh_real *b)
 /* Lane l of vector c becomes lane c of vector l. */
 static inline void flesh_transpose(flesh_real v[FLESH_LANES])
 {
-#pragma GCC unroll 3
+  FLESH_UNROLL(3)
   for (int step = 1; step < FLESH_LANES; step *= 2)
-#pragma GCC unroll 8
+    FLESH_UNROLL(8)
     for (int k = 0; k < FLESH_LANES; k++)
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
@@ -132,9 +134,9 @@ typedef double flesh_four __attribute__((vector_size(32), may_alias));
 /* From four numbers of a lane side by side to the same number of all lanes, and back. */
 static inline void flesh_mix_four(flesh_real v[4])
 {
-#pragma GCC unroll 2
+  FLESH_UNROLL(2)
   for (int step = 1; step < 4 && step < FLESH_LANES; step *= 2)
-#pragma GCC unroll 4
+    FLESH_UNROLL(4)
     for (int k = 0; k < 4; k++)
       if (!(k & step)) flesh_exchange(step, &v[k], &v[k + step]);
 }
@@ -160,10 +162,10 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
   /* Lanes in an order that shuffles of quarters turn into the right one. */
   static const int low[4] = {0, 1, 4, 5};
   flesh_real by_lane[4], even[2], odd[2];
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++)
     by_lane[k] = flesh_two_fours(place[low[k]], place[low[k] + 2]) - flesh_two_fours(from[low[k]], from[low[k] + 2]);
-#pragma GCC unroll 2
+  FLESH_UNROLL(2)
   for (int h = 0; h < 2; h++) {
     even[h] = __builtin_shufflevector(by_lane[2 * h], by_lane[2 * h + 1], 0, 8, 2, 10, 4, 12, 6, 14);
     odd[h] = __builtin_shufflevector(by_lane[2 * h], by_lane[2 * h + 1], 1, 9, 3, 11, 5, 13, 7, 15);
@@ -173,7 +175,7 @@ static inline void flesh_load_from(const double *const from[FLESH_LANES], const 
   v[2] = __builtin_shufflevector(even[0], even[1], 2, 3, 6, 7, 10, 11, 14, 15);
   v[3] = __builtin_shufflevector(odd[0], odd[1], 2, 3, 6, 7, 10, 11, 14, 15);
 #elif FLESH_LANES == 4
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++) v[k] = *(const flesh_real_at *)place[k] - *(const flesh_real_at *)from[k];
   flesh_mix_four(v);
 #else /* what is mixed from `from` serves for other places, too */
@@ -193,12 +195,12 @@ static inline void flesh_add_four(double *const place[FLESH_LANES], flesh_real v
 {
   flesh_mix_four(v);
 #if FLESH_LANES == 8
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++) *(flesh_four *)place[k] += __builtin_shufflevector(v[k], v[k], 0, 1, 2, 3);
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++) *(flesh_four *)place[k + 4] += __builtin_shufflevector(v[k], v[k], 4, 5, 6, 7);
 #elif FLESH_LANES == 4
-#pragma GCC unroll 4
+  FLESH_UNROLL(4)
   for (int k = 0; k < 4; k++) *(flesh_real_at *)place[k] += v[k];
 #else
   for (int k = 0; k < 4; k++) *(flesh_real_at *)(place[k % 2] + (k & 2)) += v[k];
