@@ -113,7 +113,7 @@ const flesh_hardcases_case flesh_hardcases_case_table[] = {
    .effects = "  - gravity: {acceleration: [0, 0, -9810]}\n",
    .doc = "gravity 1000 times the usual for half a second, then none"},
   {.name = "drag1e6", .group = "loads", .flags = PINNED, .step = 1. / 60, .seconds = 2.5,
-   .effects = "  - spring: {point: [0.2, 0.1, 0.1], stiffness: 5e9, until: 0.5,\n"
+   .effects = "  - spring: {point: [0.2, 0.1, 0.1], radius: 0, stiffness: 5e9, until: 0.5,\n"
               "      target: [{time: 0, position: [0.2, 0.1, 0.1]}, "
               "{time: 0.25, position: [0.4, 0.2, 0.1]}]}\n",
    .doc = "a spring a million times stiffer than the body pulls a corner away and lets go"},
@@ -135,7 +135,7 @@ const flesh_hardcases_case flesh_hardcases_case_table[] = {
   {.name = "gap", .group = "obstacles", .step = 1. / 60, .seconds = 2.5,
    .effects = "  - contact: {capsule: {from: [0.3, -1, 0.13], to: [0.3, 2, 0.13], radius: 0.05}}\n"
               "  - contact: {capsule: {from: [0.3, -1, -0.03], to: [0.3, 2, -0.03], radius: 0.05}}\n"
-              "  - spring: {point: [0.2, 0.05, 0.05], stiffness: 5e4, until: 0.75,\n"
+              "  - spring: {point: [0.2, 0.05, 0.05], radius: 0, stiffness: 5e4, until: 0.75,\n"
               "      target: [{time: 0, position: [0.2, 0.05, 0.05]}, "
               "{time: 0.5, position: [0.8, 0.05, 0.05]}]}\n",
    .doc = "pulled by a point of its front through a gap of 0.6 of its height, and let go"},

@@ -95,6 +95,16 @@ static void warn_of_locking(const flesh_body *body)
          largest, locking[k].poisson, locking[k].coarse, locking[k].fine);
 }
 
+static void describe_springs(const flesh_system *system)
+{
+  for (int k = 0; k < flesh_system_effect_count(system); k++) {
+    double p[3], radius = flesh_effect_spring_radius(flesh_system_effect(system, k), p);
+    if (isnan(radius)) continue;
+    if (radius > 0) printf("spring: pulls within %.4g m of (%.4g, %.4g, %.4g)\n", radius, p[0], p[1], p[2]);
+    else printf("spring: pulls at (%.4g, %.4g, %.4g) alone\n", p[0], p[1], p[2]);
+  }
+}
+
 /* What will be simulated. */
 static void describe(const flesh_scene *scene)
 {
@@ -112,6 +122,7 @@ static void describe(const flesh_scene *scene)
   if (bodies > 1)
     printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
   flesh_materials_print(stdout, scene);
+  describe_springs(flesh_scene_system(scene));
   warn_of_locking(flesh_scene_body(scene));
   const char *preconditioner = flesh_preconditioner_used(scene);
   if (preconditioner) printf("preconditioner: %s\n", preconditioner);

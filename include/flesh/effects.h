@@ -35,10 +35,25 @@ FLESH_API const double *flesh_effect_acceleration(const flesh_effect *effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
  * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
- * [N/m], while from <= t < until. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * [N/m], while from <= t < until. A force at a point has no limit as the mesh is refined: it digs a
+ * dent that deepens (Kelvin 1848). Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
+
+/* The same on all of the body within `radius`, m, of that point p, as far as it is connected with p
+ * there: V = load k/2 sum of w_a |x_a - X_a - (target(t) - p)|^2, where w_a >= 0, of sum 1, is the
+ * node's share of the rest volume under (1 - s^2)^2, s = |X - p|/radius. A body that moves without
+ * turning is pulled as by the spring at p, and what is pulled converges under refinement.
+ * `radius` 0: at p alone, as above; NaN: a twentieth of the longest side of the box round the body
+ * (of several the one that p is on). Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_spring_within(const flesh_body *body, const double point[3], double radius,
+                                         double stiffness, const flesh_motion *target, double from,
+                                         double until, flesh_effect **effect);
+
+/* The radius of a spring, m, and in point [3] (may be NULL) where it is fixed; NaN, and nothing, of
+ * every other effect. */
+FLESH_API double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
 
 /* Which stiffness damps: that of the rest shape, or that of the lagged state. */
 typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;

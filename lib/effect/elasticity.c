@@ -1,5 +1,4 @@
-/* elasticity.c: V(x) = sum over linear tets of volume * psi(F), its gradient and (projected)
- * Hessian. */
+/* elasticity.c: V(x) = sum over tets of volume * psi(F), its gradient and (projected) Hessian. */
 #include <math.h>
 #include <string.h>
 
@@ -90,7 +89,8 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
   int status = flesh_effect_elasticity(&(flesh_body){.mesh = mesh,
                                                      .materials = tets->batches.materials,
                                                      .tet_material = material,
-                                                     .instructions = tets->instructions},
+                                                     .instructions = tets->instructions,
+                                                     .element = tets->element},
                                        part);
   flesh_free(material);
   return status;

@@ -1,4 +1,8 @@
-/* spring.c: a spring from a point of the body to a moving target: the mouse pull. */
+/* spring.c: a spring from a point of the body, or from all of it within a radius, to a moving target: the mouse pull.
+ *
+ * A force at a point digs deeper the finer the mesh is: the displacement under it has no limit (Kelvin 1848). Within a
+ * radius each node takes its share w_a of the stiffness to its own target, which lies from the spring's as the node does
+ * from the point: V = k/2 sum w_a |x_a - X_a - (target - p)|^2, the sum an integral over the rest shape. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -7,31 +11,36 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/spring_weights.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
 #include "skin/locator.h"
 
-typedef struct drag {
-  int count;          /* 4 or 10 nodes of a tet, or 3 of a surface triangle */
-  int nodes[10];      /* ascending */
-  double weights[10]; /* sum 1: p(x) = sum weights x */
+typedef struct spring {
+  int count;       /* 4 or 10 nodes of a tet, or 3 of a surface triangle; within a radius any number */
+  int *nodes;      /* [count] ascending */
+  double *weights; /* [count] sum 1: p(x) = sum weights x */
+  int tet;         /* one that the point is in or on */
+  double point[3]; /* in or on the body, m */
+  double radius;   /* 0: at the point alone */
+  const double *X; /* borrowed from the mesh */
   flesh_cells cells;
   double stiffness, from, until;
   flesh_motion target;
-} drag;
+} spring;
 
-static const flesh_cells *drag_cells(const flesh_effect *effect)
+static const flesh_cells *spring_cells(const flesh_effect *effect)
 {
-  const drag *self = effect->data;
+  const spring *self = effect->data;
   return &self->cells;
 }
 
-static int active(const drag *self, double t) { return self->from <= t && t < self->until; }
+static int active(const spring *self, double t) { return self->from <= t && t < self->until; }
 
 /* p(x) - target(t). */
-static void extension(const drag *self, const flesh_point *point, double d[3])
+static void extension(const spring *self, const flesh_point *point, double d[3])
 {
   flesh_motion_at(&self->target, point->t, d);
   for (int c = 0; c < 3; c++) {
@@ -41,9 +50,9 @@ static void extension(const drag *self, const flesh_point *point, double d[3])
   }
 }
 
-static int drag_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+static int spring_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  const drag *self = effect->data;
+  const spring *self = effect->data;
   if (!active(self, point->t)) return FLESH_OK;
   double d[3];
   extension(self, point, d);
@@ -53,10 +62,10 @@ static int drag_residual(const flesh_effect *effect, const flesh_point *point, d
   return FLESH_OK;
 }
 
-static int drag_jacobian(const flesh_effect *effect, const flesh_point *point,
+static int spring_jacobian(const flesh_effect *effect, const flesh_point *point,
                          const flesh_shift *shift, flesh_block_matrix *K, const int *slots)
 {
-  const drag *self = effect->data;
+  const spring *self = effect->data;
   if (!active(self, point->t)) return FLESH_OK;
   double k = shift->x * point->load * self->stiffness;
   for (int a = 0; a < self->count; a++)
@@ -66,9 +75,9 @@ static int drag_jacobian(const flesh_effect *effect, const flesh_point *point,
   return FLESH_OK;
 }
 
-static int drag_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+static int spring_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
 {
-  const drag *self = effect->data;
+  const spring *self = effect->data;
   *energy = 0;
   if (!active(self, point->t)) return FLESH_OK;
   double d[3];
@@ -77,49 +86,128 @@ static int drag_energy(const flesh_effect *effect, const flesh_point *point, dou
   return FLESH_OK;
 }
 
-static int drag_potential(const flesh_effect *effect, const flesh_point *point,
+static int spring_potential(const flesh_effect *effect, const flesh_point *point,
                           const flesh_shift *shift, double *phi, double *magnitude)
 {
   if (shift->x == 0) return FLESH_OK;
   double energy;
-  drag_energy(effect, point, &energy);
+  spring_energy(effect, point, &energy);
   *phi += energy / shift->x;
   *magnitude += energy / shift->x;
   return FLESH_OK;
 }
 
-static double drag_next_event(const flesh_effect *effect, double t)
+static double spring_next_event(const flesh_effect *effect, double t)
 {
-  const drag *self = effect->data;
+  const spring *self = effect->data;
   return fmin(flesh_interval_next_event(self->from, self->until, t),
               flesh_motion_next_event(&self->target, t));
 }
 
-static size_t drag_memory(const flesh_effect *effect)
+/* x_a - X_a - (target(t) - p). */
+static void extension_of(const spring *self, const flesh_point *point, const double target[3], int a, double d[3])
 {
-  const drag *self = effect->data;
-  return sizeof *self + (size_t)self->target.count * sizeof *self->target.keyframes;
+  const size_t node = 3 * (size_t)self->nodes[a];
+  for (int c = 0; c < 3; c++) d[c] = (point->x[node + c] - self->X[node + c]) - (target[c] - self->point[c]);
 }
 
-static void drag_destroy(void *data)
+static int region_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
-  drag *self = data;
+  const spring *self = effect->data;
+  if (!active(self, point->t)) return FLESH_OK;
+  double target[3], d[3];
+  flesh_motion_at(&self->target, point->t, target);
+  for (int a = 0; a < self->count; a++) {
+    extension_of(self, point, target, a, d);
+    for (int c = 0; c < 3; c++)
+      r[3 * (size_t)self->nodes[a] + c] += point->load * self->stiffness * self->weights[a] * d[c];
+  }
+  return FLESH_OK;
+}
+
+static int region_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                           flesh_block_matrix *K, const int *slots)
+{
+  const spring *self = effect->data;
+  (void)slots;
+  if (!active(self, point->t)) return FLESH_OK;
+  for (int a = 0; a < self->count; a++) {
+    double *block = K->values + 9 * (size_t)K->row_start[self->nodes[a]];
+    for (int c = 0; c < 3; c++) block[4 * c] += shift->x * point->load * self->stiffness * self->weights[a];
+  }
+  return FLESH_OK;
+}
+
+static int region_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  const spring *self = effect->data;
+  *energy = 0;
+  if (!active(self, point->t)) return FLESH_OK;
+  double target[3], d[3], sum = 0;
+  flesh_motion_at(&self->target, point->t, target);
+  for (int a = 0; a < self->count; a++) {
+    extension_of(self, point, target, a, d);
+    sum += self->weights[a] * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  }
+  *energy = point->load * self->stiffness / 2 * sum;
+  return FLESH_OK;
+}
+
+static int region_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                            double *phi, double *magnitude)
+{
+  if (shift->x == 0) return FLESH_OK;
+  double energy;
+  region_energy(effect, point, &energy);
+  *phi += energy / shift->x;
+  *magnitude += energy / shift->x;
+  return FLESH_OK;
+}
+
+static size_t spring_memory(const flesh_effect *effect)
+{
+  const spring *self = effect->data;
+  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->weights) +
+         (size_t)self->target.count * sizeof *self->target.keyframes;
+}
+
+static void spring_destroy(void *data)
+{
+  spring *self = data;
   if (!self) return;
   flesh_motion_clear(&self->target);
+  flesh_free(self->nodes);
+  flesh_free(self->weights);
   flesh_free(self);
 }
 
-static const flesh_effect_operations drag_operations = {
+static const flesh_effect_time times = {.next_event = spring_next_event};
+static const flesh_effect_figures figures = {.memory = spring_memory};
+
+static const flesh_effect_operations point_operations = {
     .name = "spring",
     .role = FLESH_ROLE_LOAD,
-    .cells = drag_cells,
-    .residual = drag_residual,
-    .jacobian = drag_jacobian,
-    .potential = drag_potential,
-    .energy = drag_energy,
-    .destroy = drag_destroy,
-    .time = &(const flesh_effect_time){.next_event = drag_next_event},
-    .figures = &(const flesh_effect_figures){.memory = drag_memory},
+    .cells = spring_cells,
+    .residual = spring_residual,
+    .jacobian = spring_jacobian,
+    .potential = spring_potential,
+    .energy = spring_energy,
+    .destroy = spring_destroy,
+    .time = &times,
+    .figures = &figures,
+};
+
+/* Diagonal blocks alone. */
+static const flesh_effect_operations region_operations = {
+    .name = "spring",
+    .role = FLESH_ROLE_LOAD,
+    .residual = region_residual,
+    .jacobian = region_jacobian,
+    .potential = region_potential,
+    .energy = region_energy,
+    .destroy = spring_destroy,
+    .time = &times,
+    .figures = &figures,
 };
 
 /* Barycentric weights of p in the tet with corners X0..X3. */
@@ -142,7 +230,7 @@ static void barycentric(const double *X[4], const double p[3], double weights[4]
 }
 
 /* The tet that holds p, of four nodes; none where p lies outside. */
-static void attach_inside(const flesh_mesh *mesh, const double p[3], drag *self)
+static void attach_inside(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[4];
   const int *tets = flesh_mesh_tets(mesh);
@@ -152,13 +240,14 @@ static void attach_inside(const flesh_mesh *mesh, const double p[3], drag *self)
     barycentric(corner, p, w);
     if (!(fmin(fmin(w[0], w[1]), fmin(w[2], w[3])) >= 0)) continue;
     self->count = 4;
+    self->tet = e;
     memcpy(self->nodes, tets + 4 * e, 4 * sizeof *tets);
     memcpy(self->weights, w, sizeof w);
   }
 }
 
 /* The point of the surface that is nearest to p, and the triangle it is on. */
-static void attach_surface(const flesh_mesh *mesh, const double p[3], drag *self, double nearest[3])
+static void attach_surface(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   const double *X = flesh_mesh_positions(mesh), *corner[3];
   int triangles;
@@ -171,26 +260,27 @@ static void attach_surface(const flesh_mesh *mesh, const double p[3], drag *self
     if (!(distance < best)) continue;
     best = distance;
     self->count = 3;
+    self->tet = flesh_mesh_surface_tets(mesh)[k];
     memcpy(self->nodes, surface + 3 * k, 3 * sizeof *surface);
     memcpy(self->weights, w, sizeof w);
-    for (int c = 0; c < 3; c++) nearest[c] = w[0] * corner[0][c] + w[1] * corner[1][c] + w[2] * corner[2][c];
+    for (int c = 0; c < 3; c++) self->point[c] = w[0] * corner[0][c] + w[1] * corner[1][c] + w[2] * corner[2][c];
   }
 }
 
 /* The same for tets of ten nodes: the point goes with their quadratic map. */
-static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *self)
+static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   flesh_locator *locator;
   flesh_place place;
-  double nearest[3];
   int status = flesh_locator_create(mesh, &locator);
   if (status) return status;
   flesh_locator_find(locator, p, -1, &place);
   if (!(place.distance == 0)) {
-    attach_surface(mesh, p, self, nearest);
-    flesh_locator_find(locator, nearest, -1, &place);
+    attach_surface(mesh, p, self);
+    flesh_locator_find(locator, self->point, -1, &place);
   }
   if (place.tet >= 0) {
+    self->tet = place.tet;
     self->count = flesh_mesh_tet_nodes(mesh, place.tet, self->nodes);
     flesh_tet10_weights(place.weights, self->weights);
   }
@@ -200,13 +290,16 @@ static int attach_quadratic(const flesh_mesh *mesh, const double p[3], drag *sel
 
 /* Attaches to the tet that holds p, or where p lies outside the body to the nearest point of its
  * surface. */
-static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
+static int attach(const flesh_mesh *mesh, const double p[3], spring *self)
 {
-  double nearest[3];
   int status = FLESH_OK;
+  memcpy(self->point, p, sizeof self->point);
+  self->nodes = flesh_calloc(10, sizeof *self->nodes);
+  self->weights = flesh_calloc(10, sizeof *self->weights);
+  if (!self->nodes || !self->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
   if (flesh_mesh_order(mesh) == 2) status = attach_quadratic(mesh, p, self);
   else attach_inside(mesh, p, self);
-  if (!status && !self->count) attach_surface(mesh, p, self, nearest);
+  if (!status && !self->count) attach_surface(mesh, p, self);
   for (int i = 1; i < self->count; i++)
     for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
       int node = self->nodes[j];
@@ -217,12 +310,39 @@ static int attach(const flesh_mesh *mesh, const double p[3], drag *self)
   return status;
 }
 
-int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
-                      const flesh_motion *target, double from, double until, flesh_effect **effect)
+/* Takes all nodes that have a share in what is within the radius around the point. */
+static int widen(const flesh_mesh *mesh, spring *self)
 {
-  FLESH_NEED({effect, "effect"});
-  *effect = NULL;
-  FLESH_NEED({body, "body"}, {point, "point"});
+  const int nodes = flesh_mesh_node_count(mesh);
+  double *shares = flesh_calloc((size_t)nodes, sizeof *shares), *weights = NULL;
+  int *chosen = NULL, count = 0;
+  int status = shares ? flesh_spring_weights(mesh, self->tet, self->point, self->radius, shares)
+                      : flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
+  for (int i = 0; !status && i < nodes; i++) count += shares[i] > 0;
+  if (!status) {
+    chosen = flesh_malloc((size_t)count * sizeof *chosen);
+    weights = flesh_malloc((size_t)count * sizeof *weights);
+    if (!chosen || !weights) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring on %d nodes", count);
+  }
+  count = 0;
+  for (int i = 0; !status && i < nodes; i++)
+    if (shares[i] > 0) chosen[count] = i, weights[count++] = shares[i];
+  flesh_free(shares);
+  if (status) {
+    flesh_free(chosen);
+    flesh_free(weights);
+    return status;
+  }
+  flesh_free(self->nodes);
+  flesh_free(self->weights);
+  self->nodes = chosen;
+  self->weights = weights;
+  self->count = count;
+  return FLESH_OK;
+}
+
+static int check(const double point[3], double radius, double stiffness, double from, double until)
+{
   if (!(stiffness > 0 && stiffness <= DBL_MAX))
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g N/m; it must be positive", stiffness);
   if (!(until > from))
@@ -231,21 +351,51 @@ int flesh_effect_spring(const flesh_body *body, const double point[3], double st
   if (!(fabs(point[0]) + fabs(point[1]) + fabs(point[2]) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "point is (%g, %g, %g); it must be finite", point[0],
                       point[1], point[2]);
-  drag *self = flesh_calloc(1, sizeof *self);
-  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag effect");
-  int status = flesh_motion_copy(target, &self->target);
-  if (status) {
-    flesh_free(self);
-    return status;
-  }
-  status = attach(body->mesh, point, self);
-  if (status) {
-    drag_destroy(self);
-    return status;
-  }
-  self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
+  if (!(isnan(radius) || (radius >= 0 && radius <= DBL_MAX)))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "radius is %g m; it must be 0, for a spring at the point alone, or positive",
+                      radius);
+  return FLESH_OK;
+}
+
+int flesh_effect_spring_within(const flesh_body *body, const double point[3], double radius, double stiffness,
+                               const flesh_motion *target, double from, double until, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {point, "point"});
+  int status = check(point, radius, stiffness, from, until);
+  if (status) return status;
+  spring *self = flesh_calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
+  self->X = flesh_mesh_positions(body->mesh);
   self->stiffness = stiffness;
   self->from = from;
   self->until = until;
-  return flesh_effect_create(&drag_operations, self, effect);
+  status = flesh_motion_copy(target, &self->target);
+  if (!status) status = attach(body->mesh, point, self);
+  self->radius = isnan(radius) ? flesh_spring_radius(body, self->tet) : radius;
+  if (!status && self->radius > 0) status = widen(body->mesh, self);
+  if (status) {
+    spring_destroy(self);
+    return status;
+  }
+  self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
+  return flesh_effect_create(self->radius > 0 ? &region_operations : &point_operations, self, effect);
+}
+
+int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
+                      const flesh_motion *target, double from, double until, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {point, "point"});
+  return flesh_effect_spring_within(body, point, 0, stiffness, target, from, until, effect);
+}
+
+double flesh_effect_spring_radius(const flesh_effect *effect, double point[3])
+{
+  if (effect->operations != &point_operations && effect->operations != &region_operations) return NAN;
+  const spring *self = effect->data;
+  for (int c = 0; point && c < 3; c++) point[c] = self->point[c];
+  return self->radius;
 }

@@ -8,12 +8,14 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/sort.h"
 #include "effect/effect.h"
+#include "mesh/pieces.h"
 #include "newton/background.h"
 #include "system/pattern.h"
 
 enum {
-  RINGS = 2,       /* of neighbours around the nodes that carry the residual */
+  RINGS = 2,       /* of neighbours around the nodes that carry the residual; of tets of ten nodes half as many */
   ITERATIONS = 60, /* at most */
   WORTH = 2        /* and no more than cost about as much as so many of the whole */
 };
@@ -29,6 +31,7 @@ typedef struct subdomain {
   int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
   int nodes, *global; /* [nodes] number in the whole */
   int tets, *tet;     /* [tets] which of the cells */
+  int per_cell;       /* 4 or 10 nodes */
   double *x;          /* [3*nodes] where it starts */
   flesh_mesh *mesh;
   flesh_system *system;
@@ -42,69 +45,137 @@ static int no_memory(const subdomain *self)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for a subdomain of %d nodes", self->nodes);
 }
 
-static int has_free_node(const subdomain *self, const int tet[4])
+static int has_free_node(const subdomain *self, const int *tet)
 {
-  return self->state[tet[0]] == FREE || self->state[tet[1]] == FREE || self->state[tet[2]] == FREE ||
-         self->state[tet[3]] == FREE;
+  for (int a = 0; a < self->per_cell; a++)
+    if (self->state[tet[a]] == FREE) return 1;
+  return 0;
 }
 
 static double square(const double r[3]) { return r[0] * r[0] + r[1] * r[1] + r[2] * r[2]; }
 
-/* Frees the nodes that carry the residual and their neighbours, RINGS of them, and holds the next. Returns how many are
+/* Frees the nodes that carry the residual and their neighbours, RINGS deep, and holds the next. Returns how many are
  * free. */
 static int choose_nodes(subdomain *self, const double *r)
 {
   const int nodes = flesh_system_unknowns(self->whole->system) / 3;
+  const int rings = self->per_cell == 10 ? RINGS / 2 : RINGS;
   double largest = 0;
   int count = 0;
   for (int i = 0; i < nodes; i++) largest = fmax(largest, square(r + 3 * i));
   for (int i = 0; i < nodes; i++)
     self->state[i] = square(r + 3 * i) > carries * carries * largest ? FREE : OUTSIDE;
-  for (int ring = 0; ring <= RINGS; ring++) {
+  for (int ring = 0; ring <= rings; ring++) {
     for (int e = 0; e < self->cells->count; e++) {
-      const int *tet = self->cells->nodes + 4 * (size_t)e;
-      for (int a = 0; a < 4 && has_free_node(self, tet); a++)
+      const int *tet = self->cells->nodes + self->per_cell * (size_t)e;
+      for (int a = 0; a < self->per_cell && has_free_node(self, tet); a++)
         if (self->state[tet[a]] == OUTSIDE) self->state[tet[a]] = HELD;
     }
-    for (int i = 0; i < nodes && ring < RINGS; i++)
+    for (int i = 0; i < nodes && ring < rings; i++)
       if (self->state[i] == HELD) self->state[i] = FREE;
   }
   for (int i = 0; i < nodes; i++) count += self->state[i] == FREE;
   return count;
 }
 
+/* A tet of the whole's mesh by its corners, ascending. */
+typedef struct known_tet {
+  int corner[4], tet;
+} known_tet;
+
+static int by_corners(const void *a, const void *b)
+{
+  const known_tet *p = a, *q = b;
+  for (int i = 0; i < 4; i++)
+    if (p->corner[i] != q->corner[i]) return p->corner[i] < q->corner[i] ? -1 : 1;
+  return 0;
+}
+
+static void sort_corners(int corner[4])
+{
+  for (int i = 1; i < 4; i++)
+    for (int j = i; j > 0 && corner[j] < corner[j - 1]; j--) {
+      const int swap = corner[j];
+      corner[j] = corner[j - 1], corner[j - 1] = swap;
+    }
+}
+
+/* At order 2 cells name their nodes in rising order, which does not tell what edges they are on: the mesh's own tets do.
+ * Into own [10*tets]. */
+static int find_ten_nodes(const subdomain *self, const flesh_mesh *mesh, int *own)
+{
+  known_tet *known = flesh_malloc((size_t)self->tets * sizeof *known);
+  uint8_t *is_corner = flesh_calloc((size_t)flesh_mesh_node_count(mesh), 1);
+  int count = 0;
+  if (!known || !is_corner) {
+    flesh_free(known), flesh_free(is_corner);
+    return no_memory(self);
+  }
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
+    int node[10];
+    flesh_mesh_tet_nodes(mesh, e, node);
+    for (int a = 0; a < 4; a++) is_corner[node[a]] = 1;
+    if (!has_free_node(self, node)) continue;
+    memcpy(known[count].corner, node, sizeof known[count].corner);
+    sort_corners(known[count].corner);
+    known[count++].tet = e;
+  }
+  flesh_sort(known, (size_t)count, sizeof *known, by_corners);
+  for (int k = 0; k < self->tets; k++) {
+    const int *cell = self->cells->nodes + 10 * (size_t)self->tet[k];
+    known_tet wanted = {.tet = 0};
+    for (int a = 0, found = 0; a < 10; a++)
+      if (is_corner[cell[a]]) wanted.corner[found++] = cell[a];
+    int low = 0, high = count - 1;
+    while (low < high) {
+      const int middle = low + (high - low) / 2;
+      if (by_corners(&known[middle], &wanted) < 0) low = middle + 1;
+      else high = middle;
+    }
+    flesh_mesh_tet_nodes(mesh, known[low].tet, own + 10 * (size_t)k);
+    for (int a = 0; a < 10; a++) own[10 * (size_t)k + a] = self->local[own[10 * (size_t)k + a]];
+  }
+  flesh_free(known), flesh_free(is_corner);
+  return FLESH_OK;
+}
+
 /* Numbers its nodes, and makes its mesh of its elements. */
 static int make_mesh(subdomain *self)
 {
   const flesh_mesh *mesh = flesh_system_mesh(self->whole->system);
+  const int m = self->per_cell;
   for (int i = 0; i < flesh_mesh_node_count(mesh); i++)
     if (self->state[i] != OUTSIDE) {
       self->global[self->nodes] = i;
       self->local[i] = self->nodes++;
     }
   for (int e = 0; e < self->cells->count; e++)
-    if (has_free_node(self, self->cells->nodes + 4 * (size_t)e)) self->tet[self->tets++] = e;
+    if (has_free_node(self, self->cells->nodes + m * (size_t)e)) self->tet[self->tets++] = e;
   double *X = flesh_malloc(3 * (size_t)self->nodes * sizeof *X);
-  int *own = flesh_malloc(4 * (size_t)self->tets * sizeof *own);
+  int *own = flesh_malloc((size_t)m * (size_t)self->tets * sizeof *own);
   int status = X && own ? FLESH_OK : no_memory(self);
   for (int i = 0; i < self->nodes && !status; i++)
     memcpy(X + 3 * i, flesh_mesh_positions(mesh) + 3 * (size_t)self->global[i], 3 * sizeof *X);
-  for (int k = 0; k < 4 * self->tets && !status; k++)
+  for (int k = 0; k < 4 * self->tets && m == 4 && !status; k++)
     own[k] = self->local[self->cells->nodes[4 * (size_t)self->tet[k / 4] + k % 4]];
-  if (!status) status = flesh_mesh_create(self->nodes, X, self->tets, own, NULL, &self->mesh);
+  if (!status && m == 10) status = find_ten_nodes(self, mesh, own);
+  if (!status)
+    status = m == 4 ? flesh_mesh_create(self->nodes, X, self->tets, own, NULL, &self->mesh)
+                    : flesh_mesh_create_quadratic(self->nodes, X, self->tets, own, NULL, &self->mesh);
   flesh_free(X);
   flesh_free(own);
   return status;
 }
 
-/* Whether an effect is a sum over the subdomain's elements, which have four nodes, and others. */
+/* Whether an effect is a sum over the subdomain's elements, which are the mesh's tets, and others. */
 static int is_sum(const subdomain *self, const flesh_effect *effect)
 {
   if (!flesh_effect_shortcuts_of(effect)->restrict_to_cells) return 0;
   const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
-  if (cells->nodes_per_cell != 4) return 0;
+  if (cells->nodes_per_cell != self->per_cell) return 0;
   return !known || (cells->count == known->count &&
-                    !memcmp(cells->nodes, known->nodes, 4 * (size_t)known->count * sizeof *cells->nodes));
+                    !memcmp(cells->nodes, known->nodes,
+                            (size_t)self->per_cell * (size_t)known->count * sizeof *cells->nodes));
 }
 
 static int add_part(subdomain *self, const flesh_effect *effect)
@@ -279,6 +350,7 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
 int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u, const double *r, double *w)
 {
   subdomain self = {.parent = parent, .whole = parent->equations};
+  self.per_cell = flesh_mesh_order(flesh_system_mesh(self.whole->system)) == 2 ? 10 : 4;
   memset(w, 0, (size_t)self.whole->n * sizeof *w);
   for (int k = 0; k < flesh_system_effect_count(self.whole->system) && !self.cells; k++) {
     const flesh_effect *effect = flesh_system_effect(self.whole->system, k);
@@ -292,8 +364,8 @@ int flesh_subdomain_solve(const flesh_subdomain_parent *parent, const double *u,
   return status;
 }
 
-/* A body that is solved for as a whole takes 1222 bytes for each tet of a block of 20 736; these are addresses, which
- * cost nothing where they are not used. */
+/* A body that is solved for as a whole takes 1222 bytes for each tet of a block of 20 736, of ten nodes several times
+ * that; these are addresses, which cost nothing where they are not used. */
 flesh_reserve *flesh_subdomain_reserve(const flesh_system *system)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
@@ -301,5 +373,6 @@ flesh_reserve *flesh_subdomain_reserve(const flesh_system *system)
   size_t sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     sums += flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
-  return flesh_reserve_create((1 << 20) + 1024 * nodes + (2048 + 1024 * sums) * tets);
+  const size_t of_tet = flesh_mesh_order(mesh) == 2 ? 16384 : 2048;
+  return flesh_reserve_create((1 << 20) + 1024 * nodes + (of_tet + 1024 * sums) * tets);
 }

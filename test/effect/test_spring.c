@@ -245,6 +245,9 @@ static void bad_arguments_are_sentences(void)
     CHECK(effect == NULL);                        \
   } while (0)
   REFUSED(flesh_effect_spring(&b.body, point, 0, &target, 0, 1, &effect), "stiffness is 0 N/m");
+  REFUSED(flesh_effect_spring_within(&b.body, point, -1, 5, &target, 0, 1, &effect), "radius is -1 m");
+  REFUSED(flesh_effect_spring_within(&b.body, point, INFINITY, 5, &target, 0, 1, &effect), "radius is inf m");
+  REFUSED(flesh_effect_spring_within(&b.body, point, 1e-300, 5, &target, 0, 1, &effect), "radius is 1e-300 m");
   REFUSED(flesh_effect_spring(&b.body, point, NAN, &target, 0, 1, &effect), "stiffness is nan N/m");
   REFUSED(flesh_effect_spring(&b.body, point, 1, &target, 1, 1, &effect), "until is 1 s");
   REFUSED(flesh_effect_spring(&b.body, point, 1, &target, NAN, 1, &effect), "until is 1 s");
