@@ -29,7 +29,6 @@ static int load_potential(const flesh_effect *effect, const flesh_point *point, 
 }
 
 static const flesh_effect_operations load_operations = {.name = "nodal load",
-                                                        .external = 1,
                                                         .role = FLESH_ROLE_LOAD,
                                                         .residual = load_residual,
                                                         .potential = load_potential,
