@@ -8,10 +8,10 @@
 #include "body.h"
 #include "test.h"
 
-/* A grid of n x n x n/4 cells of six tets each. */
-static inline flesh_mesh *cook_mesh(int n, flesh_element element)
+/* A grid of cells of six tets each, along, across, through. */
+static inline flesh_mesh *cook_mesh(const int cells[3], flesh_element element)
 {
-  flesh_mesh *box = test_box(n, n, n / 4, 1, 1, 1), *mesh = NULL, *raised = NULL;
+  flesh_mesh *box = test_box(cells[0], cells[1], cells[2], 1, 1, 1), *mesh = NULL, *raised = NULL;
   const int nodes = flesh_mesh_node_count(box);
   double *X = malloc(3 * (size_t)nodes * sizeof *X);
   for (int i = 0; i < nodes; i++) {
@@ -30,11 +30,11 @@ static inline flesh_mesh *cook_mesh(int n, flesh_element element)
 }
 
 /* The slab held at X = 0 under `traction` [Pa] upwards at X = 48 mm; elasticity of the element. */
-static inline void cook_make(int n, flesh_element element, flesh_material material, double traction, test_body *b)
+static inline void cook_make(const int cells[3], flesh_element element, flesh_material material, double traction, test_body *b)
 {
   int all, count = 0;
   flesh_effect *effect = NULL;
-  CHECK_OK(test_body_create(cook_mesh(n, element), material, 1000, FLESH_MASS_CONSISTENT, 0, b));
+  CHECK_OK(test_body_create(cook_mesh(cells, element), material, 1000, FLESH_MASS_CONSISTENT, 0, b));
   flesh_system_destroy(&b->system);
   b->body.element = element;
   const double *X = flesh_mesh_positions(b->mesh);
