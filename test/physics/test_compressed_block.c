@@ -63,8 +63,8 @@ static void make(int cells, flesh_element element, const flesh_material *materia
   free(pressed);
 }
 
-/* How far the corner under the pressure goes down at every load, as shares of the height. */
-static void press(int cells, flesh_element element, double down[LOADS])
+/* How far the corner under the pressure goes down at the first `count` loads, as shares of the height. */
+static void press(int cells, flesh_element element, int count, double down[LOADS])
 {
   block_constants own = {.mu = 80.194e6};
   flesh_material material;
@@ -76,7 +76,7 @@ static void press(int cells, flesh_element element, double down[LOADS])
   material.lambda = own.kappa; /* what tet10-mean takes a mean of */
   make(cells, element, &material, &b);
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
-  for (int k = 0; k < LOADS; k++) {
+  for (int k = 0; k < count; k++) {
     flesh_solve_stats stats = {0};
     CHECK_OK(flesh_integrator_step(integrator, &b.state, loads[k] - b.state.t, &stats));
     down[k] = NAN;
@@ -110,21 +110,25 @@ static void read_reference(double down[LOADS])
   if (file) fclose(file);
 }
 
-/* Hexahedra of 4 and of 8 cells an edge differ by up to .6 %. */
+/* 384 tets have the nodes of 4 hexahedra an edge, whose last figure is off by 1.4 % of that of 8 as well; 1296 tets are
+ * within .3 %, and .8 % at the last. The others beside: tet10 is off to either side, tet4 hardly gives way. */
 static void blocks_are_compressed_as_by_another_code(void)
 {
-  double expected[LOADS], mean[LOADS], pointwise[LOADS], linear[LOADS];
+  double expected[LOADS], mean[LOADS], pointwise[LOADS], linear[LOADS], worst = 0;
   read_reference(expected);
-  press(4, FLESH_ELEMENT_TET10_MEAN, mean);
-  press(4, FLESH_ELEMENT_TET10, pointwise);
-  press(4, FLESH_ELEMENT_TET4, linear);
+  press(4, FLESH_ELEMENT_TET10_MEAN, LOADS, mean);
+  press(4, FLESH_ELEMENT_TET10, LOADS - 1, pointwise);
+  press(4, FLESH_ELEMENT_TET4, LOADS - 1, linear);
   for (int k = 0; k < LOADS; k++) {
-    printf("# p/p0 %g: deal.II %.5f; tet10-mean %+.2f %%, tet10 %+.2f %%, tet4 %+.2f %%\n", loads[k], expected[k],
-           100 * (mean[k] / expected[k] - 1), 100 * (pointwise[k] / expected[k] - 1),
+    printf("# p/p0 %g: deal.II %.5f; tet10-mean %+.2f %%\n", loads[k], expected[k], 100 * (mean[k] / expected[k] - 1));
+    CHECK_NEAR(mean[k] / expected[k], 1, k < LOADS - 1 ? 0.01 : 0.02);
+    if (k == LOADS - 1) break;
+    printf("# tet10 %+.2f %%, tet4 %+.2f %%\n", 100 * (pointwise[k] / expected[k] - 1),
            100 * (linear[k] / expected[k] - 1));
-    CHECK_NEAR(mean[k] / expected[k], 1, 0.01);
-    CHECK(linear[k] < 0.8 * expected[k]);
+    worst = fmax(worst, fabs(pointwise[k] / expected[k] - 1));
+    CHECK_BELOW(linear[k], 0.1 * expected[k]);
   }
+  CHECK(worst > 0.03);
 }
 
 int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(blocks_are_compressed_as_by_another_code)); }
