@@ -1,0 +1,167 @@
+/* test_orders.c: how fast the elements converge, in the L2 norm of displacement, to a large smooth motion with the body
+ * force and the tractions that hold a body of form S in it (manufactured.h), on irregular meshes. */
+#include "manufactured.h"
+
+/* Nodal forces that are given: a dead load. */
+typedef struct nodal_load {
+  int n;
+  const double *X;
+  double force[];
+} nodal_load;
+
+static int load_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const nodal_load *self = effect->data;
+  for (int d = 0; d < self->n; d++) r[d] -= point->load * self->force[d];
+  return FLESH_OK;
+}
+
+static int load_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  const nodal_load *self = effect->data;
+  for (int d = 0; d < self->n && shift->x != 0; d++) {
+    const double term = point->load * self->force[d] * (point->x[d] - self->X[d]) / shift->x;
+    *phi -= term;
+    *magnitude += fabs(term);
+  }
+  return FLESH_OK;
+}
+
+static const flesh_effect_operations load_operations = {.name = "nodal load",
+                                                        .role = FLESH_ROLE_LOAD,
+                                                        .residual = load_residual,
+                                                        .potential = load_potential,
+                                                        .destroy = free};
+
+/* A cube of n cells an edge, its inner corners moved by up to a tenth of a cell. */
+static flesh_mesh *irregular_cube(int n, flesh_element element)
+{
+  flesh_mesh *box = test_box(n, n, n, 1, 1, 1), *mesh = NULL, *raised = NULL;
+  const int corners = flesh_mesh_node_count(box);
+  double *X = malloc(3 * (size_t)corners * sizeof *X);
+  memcpy(X, flesh_mesh_positions(box), 3 * (size_t)corners * sizeof *X);
+  test_jitter(3 * corners, 0.1 / n, 7, X);
+  for (int d = 0; d < 3 * corners; d++) {
+    const double at = flesh_mesh_positions(box)[d];
+    if (at < 1e-9 || at > 1 - 1e-9) X[d] = at < 0.5 ? 0 : 1;
+  }
+  CHECK_OK(flesh_mesh_create(corners, X, flesh_mesh_tet_count(box), flesh_mesh_tets(box), NULL, &mesh));
+  free(X);
+  flesh_mesh_destroy(&box);
+  if (element == FLESH_ELEMENT_TET4) return mesh;
+  CHECK_OK(flesh_mesh_raise_order(mesh, &raised));
+  flesh_mesh_destroy(&mesh);
+  return raised;
+}
+
+/* Elasticity, the load, and the nodes on all faces but X = 1 where the motion has them. */
+static void make(int n, flesh_element element, double poisson, const manufactured *m, test_body *b)
+{
+  CHECK_OK(test_body_create(irregular_cube(n, element), test_material(FLESH_ENERGY_S, poisson), 1000,
+                            FLESH_MASS_CONSISTENT, 0, b));
+  flesh_system_destroy(&b->system);
+  b->body.element = element;
+  const double *X = flesh_mesh_positions(b->mesh);
+  nodal_load *load = malloc(sizeof *load + (size_t)b->n * sizeof *load->force);
+  flesh_effect *effect = NULL;
+  load->n = b->n;
+  load->X = X;
+  manufactured_load(m, &b->material, b->mesh, load->force);
+  CHECK_OK(flesh_system_create(b->mesh, &b->system));
+  CHECK_OK(flesh_effect_elasticity(&b->body, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_effect_create(&load_operations, load, &effect));
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  for (int i = 0; i < b->n / 3; i++) {
+    jet y[3];
+    manufactured_place(m, X + 3 * i, y);
+    flesh_keyframe key = {.t = 0};
+    for (int c = 0; c < 3; c++) key.translation[c] = y[c].value - X[3 * i + c];
+    for (int c = 0; c < 3; c++) b->state.x[3 * i + c] = y[c].value; /* near the equilibrium */
+    const double *at = X + 3 * i;
+    if (at[0] != 0 && at[1] != 0 && at[1] != 1 && at[2] != 0 && at[2] != 1) continue;
+    CHECK_OK(flesh_system_add_prescribed_motion(b->system, 1, &i, FLESH_AXES_ALL,
+                                                &(flesh_motion){.count = 1, .keyframes = &key}, -INFINITY, INFINITY));
+  }
+  CHECK_OK(flesh_system_finalize(b->system));
+}
+
+/* How far the equilibrium is from the motion, root mean square, m. */
+static double error_of(int n, flesh_element element, double poisson, double swell)
+{
+  test_body b;
+  flesh_integrator *integrator = NULL;
+  const flesh_solver_options options = test_options(1e-9);
+  const flesh_material material = test_material(FLESH_ENERGY_S, poisson);
+  const manufactured m = {.shear = 0.12, .swell = swell * material.mu / material.lambda};
+  flesh_solve_stats stats = {0};
+  make(n, element, poisson, &m, &b);
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK_OK(flesh_integrator_step(integrator, &b.state, 0, &stats));
+  const double error = manufactured_distance(&m, b.mesh, b.state.x);
+  printf("# %s, nu %g, swell %g, %d cells an edge: %.4g m (%d Newton, %d linear)\n", flesh_element_name(element), poisson,
+         swell, n, error, stats.newton, stats.linear);
+  flesh_integrator_destroy(&integrator);
+  test_body_destroy(&b);
+  return error;
+}
+
+/* The slope of log error over log size, by least squares over three meshes; the last error too. */
+static double order_of(flesh_element element, double poisson, double swell, const int cells[3], double *last)
+{
+  double x[3], y[3], xx = 0, xy = 0;
+  for (int k = 0; k < 3; k++) {
+    *last = error_of(cells[k], element, poisson, swell);
+    x[k] = -log(cells[k]);
+    y[k] = log(*last);
+  }
+  const double middle = (x[0] + x[1] + x[2]) / 3;
+  for (int k = 0; k < 3; k++) {
+    xx += (x[k] - middle) * (x[k] - middle);
+    xy += (x[k] - middle) * y[k];
+  }
+  printf("# %s, nu %g, swell %g: order %.2f\n", flesh_element_name(element), poisson, swell, xy / xx);
+  return xy / xx;
+}
+
+static const int coarse[3] = {2, 4, 6}, fine[3] = {4, 8, 12};
+
+/* Volumes change by up to a tenth. */
+static void orders_are_those_of_the_shape_functions(void)
+{
+  double error;
+  CHECK_NEAR(order_of(FLESH_ELEMENT_TET4, 0.3, 0.1, fine, &error), 2, 0.15);
+  CHECK_NEAR(order_of(FLESH_ELEMENT_TET10, 0.3, 0.1, coarse, &error), 3, 0.2);
+  CHECK(order_of(FLESH_ELEMENT_TET10_MEAN, 0.3, 0.1, coarse, &error) >= 2.7);
+}
+
+/* Where the motion keeps every volume, the means of J are as exact as the motion at any Poisson's ratio. The others
+ * lock: they have not reached their orders with these meshes. */
+static void orders_stay_near_incompressibility(void)
+{
+  double mean, pointwise, linear;
+  CHECK(order_of(FLESH_ELEMENT_TET10_MEAN, 0.3, 0, coarse, &mean) >= 2.7);
+  CHECK(order_of(FLESH_ELEMENT_TET10_MEAN, 0.4999, 0, coarse, &mean) >= 2.7);
+  CHECK_BELOW(order_of(FLESH_ELEMENT_TET10, 0.4999, 0, coarse, &pointwise), 2.5);
+  CHECK_BELOW(order_of(FLESH_ELEMENT_TET4, 0.4999, 0, coarse, &linear), 1.7);
+  CHECK_BELOW(4 * mean, pointwise);
+  CHECK_BELOW(30 * mean, linear);
+}
+
+/* A pressure that is constant in each tet errs with the size of the tets, and with it what it strains: displacements are
+ * of second order where the pressure varies by as much as the shear modulus, although their shape functions could do
+ * better. */
+static void varying_pressures_cost_an_order(void)
+{
+  double error;
+  const double order = order_of(FLESH_ELEMENT_TET10_MEAN, 0.4999, 0.1, coarse, &error);
+  CHECK(order >= 1.9);
+  CHECK_BELOW(error, 5e-4);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(orders_are_those_of_the_shape_functions), TEST(orders_stay_near_incompressibility),
+                   TEST(varying_pressures_cost_an_order));
+}
