@@ -276,10 +276,37 @@ static void choose_step(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *
   meshes->step = best->step;
 }
 
+/* A coarser scene that starts elsewhere, as one does that has a start state of its own, is another motion. */
+static int check_starts(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
+{
+  const double same = 0.01; /* of the motion */
+  int status = FLESH_OK;
+  for (int k = 0; k < meshes->row_count && !status; k++) {
+    flesh_accuracy_mesh_row *row = &meshes->rows[k];
+    flesh_accuracy_track track = {0};
+    char path[1500];
+    if (!row->source || !row->done || row->status || meshes->method < 0) continue;
+    states_path(plan, k, path);
+    status = flesh_accuracy_track_read(path, &track);
+    if (status) break;
+    flesh_accuracy_track first = track, last = {0};
+    first.times = 1;
+    status = flesh_accuracy_track_open(track.times, track.unknowns, &last);
+    const size_t size = sizeof(double) * (size_t)track.unknowns;
+    for (int t = 0; t < track.times && !status; t++) memcpy(last.x + (size_t)t * (size_t)track.unknowns, plan->measure.start, size);
+    if (!status && apart(plan, &first, &last) > same * apart(plan, &track, &last))
+      row->status = FLESH_ERR_ARGUMENT;
+    flesh_accuracy_track_close(&last);
+    flesh_accuracy_track_close(&track);
+  }
+  return status;
+}
+
 static int judge(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
 {
   flesh_accuracy_track limits[FLESH_ELEMENT_COUNT] = {{0}};
-  int status = find_reference(plan, meshes, limits);
+  int status = check_starts(plan, meshes);
+  if (!status) status = find_reference(plan, meshes, limits);
   for (int k = 0; k < meshes->row_count && !status && meshes->first; k++) {
     flesh_accuracy_mesh_row *row = &meshes->rows[k];
     flesh_accuracy_track track = {0};
@@ -297,7 +324,6 @@ static int judge(const flesh_accuracy_plan *plan, flesh_accuracy_meshes *meshes)
   return status;
 }
 
-/* Without `path` the states stay where they are named after. */
 static void remove_states(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes)
 {
   char path[1500];

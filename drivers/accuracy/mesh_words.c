@@ -21,7 +21,7 @@ static const char *status_word(const flesh_accuracy_mesh_row *row)
   if (!row->done) return "not run";
   if (row->crashed_by) return "crashed";
   if (row->status == FLESH_ERR_BUDGET) return "out of budget";
-  if (row->status == FLESH_ERR_ARGUMENT) return "refused";
+  if (row->status == FLESH_ERR_ARGUMENT) return row->source && row->cpu_s >= 0 ? "starts elsewhere" : "refused";
   if (row->status) return "failed";
   return row->below ? "below reference" : "complete";
 }

@@ -77,10 +77,23 @@ END
   [ -s swing/verdict.txt ] && between 0.15 "$(value error_over_motion tet4 24 swing/mesh.csv)" 1
 }
 
+# A coarser scene from another start would be another motion, not a coarser mesh.
+another_start_is_another_motion() {
+  expect 0 "$flesh" accuracy swing.yaml --mesh --coarser swing.yaml --mesh-seconds 0.1 --quick --reference-seconds 0.1 \
+    --methods newmark --steps 1/50,1/100 --out same || return 1
+  ! grep 'starts elsewhere' same/mesh.csv || return 1
+  "$flesh" run swing.yaml --set time.end=1/50 --out moved --no-frames --quiet && grep -v '^#' moved/state.txt >moved.txt || return 1
+  sed 's|^time|start: {state: moved.txt}\ntime|' swing.yaml >moved.yaml
+  expect 0 "$flesh" accuracy swing.yaml --mesh --coarser moved.yaml --mesh-seconds 0.1 --quick --reference-seconds 0.1 \
+    --methods newmark --steps 1/50,1/100 --out moved_from || return 1
+  [ "$(grep -c 'moved.yaml.*starts elsewhere' moved_from/mesh.csv)" -eq 3 ]
+}
+
 bad_usage_is_refused() {
   expect 2 "$flesh" accuracy sag.yaml --out none && has stderr.txt 'no inertia.*(--mesh)' &&
     expect 2 "$flesh" accuracy swing.yaml --coarser small.yaml --out none && has stderr.txt '--coarser is given without --mesh' &&
     expect 3 "$flesh" accuracy sag.yaml --mesh --coarser none.yaml --out none && has stderr.txt none.yaml && [ ! -e none ]
 }
 
-run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps bad_usage_is_refused
+run_tests an_equilibrium_is_judged the_errors_are_those_of_runs a_motion_is_judged_beside_its_steps another_start_is_another_motion \
+  bad_usage_is_refused
