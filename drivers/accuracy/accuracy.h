@@ -107,6 +107,9 @@ enum { FLESH_ACCURACY_LIMIT = 32 };
 
 typedef struct flesh_accuracy_plan {
   const char *scene, *finer, *out;
+  int mesh;              /* the error of the mesh is measured too */
+  double mesh_seconds;   /* to spend on it */
+  const flesh_texts *coarser; /* further meshes for it */
   const flesh_texts *overrides;
   int method_count, methods[FLESH_ACCURACY_LIMIT];
   int step_count, tolerance_count; /* steps from the longest to the shortest */

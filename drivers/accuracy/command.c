@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "accuracy/accuracy.h"
+#include "accuracy/mesh.h"
 #include "base/error.h"
 #include "shared/inputs.h"
 #include "shared/interrupt.h"
@@ -65,6 +66,11 @@ static const char details[] =
     "  difference               [m] other prices: rms distance from the same run with every solve "
     "to rounding\n"
     "  front_time, front_residuals   1: no other run is as good for less cpu_s, fewer residuals\n"
+    "With --mesh the scene runs on its mesh and with all tets cut into eight, again and again, with tet4, tet10 and\n"
+    "tet10-mean, by the method and step of least CPU time for 1 % of the motion. What tet10-mean converges to\n"
+    "(Richardson's extrapolation of the last two or three meshes) is the reference, what tet10 converges to checks\n"
+    "it. A scene without inertia is taken for its equilibrium. mesh.csv has a row per mesh and element, mesh.txt the\n"
+    "answer in words, work_mesh.png what accuracy of the mesh costs. It is measured again with --resume.\n"
     "orders.csv (fitted orders with standard errors), verdict.txt, accuracy.json (all of it, for "
     "--resume),\n"
     "reference.states, steps/ (the adaptive methods' own steps), and pictures: work_time, "
@@ -215,10 +221,12 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   const flesh_scene_time *time = flesh_scene_times(scene);
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   status = spare_inputs(plan, plan->scene, scene);
-  if (!status && !flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA))
-    status =
-        flesh_fail(FLESH_ERR_ARGUMENT,
-                   "%s: the scene has no inertia, so nothing is integrated in time", plan->scene);
+  const int in_time = flesh_system_has_role(flesh_scene_system(scene), FLESH_ROLE_INERTIA);
+  if (!status && !in_time && !plan->mesh)
+    status = flesh_fail(FLESH_ERR_ARGUMENT,
+                        "%s: the scene has no inertia, so nothing is integrated in time; the error of its mesh alone can "
+                        "be measured (--mesh)",
+                        plan->scene);
   if (!status)
     status = read_values("tolerances", tolerances, plan->tolerances, &plan->tolerance_count);
   if (!status && steps) status = read_values("steps", steps, plan->steps, &plan->step_count);
@@ -230,7 +238,8 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
     else status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     free(start.x);
     free(start.v);
-    if (!status) status = plan_times(plan, time, start.t);
+    if (!status && in_time) status = plan_times(plan, time, start.t);
+    if (!status && !in_time) plan->method_count = 0, plan->representative = -1, plan->grid = (flesh_accuracy_grid){.count = 1};
     plan->mass = flesh_scene_body(scene)->mass == FLESH_MASS_LUMPED ? "body.mass=lumped"
                                                                     : "body.mass=consistent";
     flesh_mesh_info info;
@@ -293,15 +302,76 @@ static int run_and_draw(flesh_accuracy_plan *plan)
   return FLESH_OK;
 }
 
+/* Meshes and elements, in words, a table and a picture. */
+static int compare_meshes(const flesh_accuracy_plan *plan)
+{
+  flesh_accuracy_meshes *meshes = calloc(1, sizeof *meshes);
+  if (!meshes) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  meshes->sources[meshes->source_count++] = plan->scene;
+  for (int k = 0; k < plan->coarser->count; k++) meshes->sources[meshes->source_count++] = plan->coarser->values[k];
+  meshes->seconds = plan->mesh_seconds;
+  int status = flesh_accuracy_run_meshes(plan, meshes);
+  flesh_accuracy_choice timed[3];
+  for (int s = 0; s < 3 && !status; s++) {
+    timed[s] = flesh_accuracy_choose(plan, meshes, flesh_accuracy_shares[s]);
+    if (!timed[s].mesh || timed[s].measured) continue;
+    const double took = flesh_accuracy_time_mesh(plan, meshes, timed[s].mesh, timed[s].step);
+    if (flesh_interrupt_signal()) status = flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted while the meshes were run");
+    if (!isnan(took)) timed[s].cpu_s = took, timed[s].measured = 1;
+  }
+  if (!status) status = flesh_accuracy_write_meshes(plan, meshes);
+  if (!status) status = flesh_accuracy_write_mesh_verdict(plan, meshes, timed);
+  if (!status && meshes->first) status = flesh_plot_accept("accuracy", flesh_accuracy_draw_meshes(plan, meshes));
+  if (!status) printf("results: %s/mesh.csv, %s/mesh.txt%s\n", plan->out, plan->out, meshes->first ? ", work_mesh.png" : "");
+  free(meshes);
+  return status;
+}
+
+/* The coarser scenes must stand too. */
+static int check_coarser(const flesh_accuracy_plan *plan)
+{
+  int status = FLESH_OK;
+  if (plan->coarser->count && !plan->mesh)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given without --mesh, which it is for");
+  if (plan->coarser->count >= FLESH_ACCURACY_MESH_LEVELS)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "--coarser is given more than %d times", FLESH_ACCURACY_MESH_LEVELS - 1);
+  for (int k = 0; k < plan->coarser->count && !status; k++) {
+    flesh_scene *scene = NULL;
+    const char *path = plan->coarser->values[k];
+    status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &scene);
+    if (!status) status = spare_inputs(plan, path, scene);
+    flesh_scene_destroy(&scene);
+  }
+  return status;
+}
+
 static int compare(flesh_accuracy_plan *plan)
 {
   flesh_folder_claim claim = {.descriptor = -1};
+  const int in_time = plan->method_count > 0;
   int status = flesh_accuracy_make_rows(plan);
   if (!status) status = check_finer(plan);
+  if (!status) status = check_coarser(plan);
   if (!status) status = flesh_output_claim(plan->out, "accuracy", &claim);
-  if (!status) status = run_and_draw(plan);
+  if (!status && in_time) status = run_and_draw(plan);
+  if (!status && plan->mesh) status = compare_meshes(plan);
   flesh_folder_claim_release(&claim);
   return status;
+}
+
+/* All of it, with the lists of methods, steps and tolerances (NULL: the default); the exit code. */
+static int run(flesh_accuracy_plan *plan, const char *methods, const char *steps, const char *tolerances)
+{
+  if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 60 : 600;
+  if (!(plan->reference_seconds > 0)) plan->reference_seconds = plan->quick ? 10 : 60;
+  if (!(plan->mesh_seconds > 0)) plan->mesh_seconds = plan->quick ? 20 : 120;
+  if (!tolerances) tolerances = plan->quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
+  flesh_interrupt_watch();
+  int status = read_methods(methods, plan);
+  if (!status) status = prepare(plan, steps, tolerances);
+  if (!status) status = compare(plan);
+  const int code = status ? flesh_command_fail("accuracy", status) : 0;
+  return status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15 ? 143 : code;
 }
 
 int flesh_command_accuracy(int argc, char **argv)
@@ -309,10 +379,14 @@ int flesh_command_accuracy(int argc, char **argv)
   const char *methods = &(FLESH_ACCURACY_METHOD_LIST(METHOD_NAME))[1], *tolerances = NULL, *steps = NULL;
   flesh_overrides overrides;
   flesh_accuracy_plan plan = {.out = "out/accuracy"};
+  const char **coarser_room = calloc((size_t)argc + 1, sizeof *coarser_room);
+  flesh_texts coarser = {.values = coarser_room};
   int status = flesh_overrides_open(&overrides, argc);
   if (status) return flesh_command_fail("accuracy", status);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
-  if (!words) {
+  if (!words || !coarser_room) {
+    free(words);
+    free(coarser_room);
     flesh_overrides_close(&overrides);
     return flesh_command_fail("accuracy", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
   }
@@ -324,10 +398,12 @@ int flesh_command_accuracy(int argc, char **argv)
       {"tolerances", "LIST", FLESH_OPTION_TEXT, &tolerances,
        "of the adaptive methods (default 1e-2,1e-3,...,1e-6; to 1e-4 with --quick)"},
       {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
-       "of the others, in s (default twice the scene's, the scene's, "
-       "its half, "
-       "... to its 64th; to its 8th with --quick)"},
+       "of the others, in s (default twice the scene's, the scene's, its half, ... to its 64th; to its 8th with --quick)"},
       {"finer", "SCENE2", FLESH_OPTION_TEXT, &plan.finer, "the same scene on a finer mesh"},
+      {"mesh", NULL, FLESH_OPTION_SWITCH, &plan.mesh, "measure the error of the mesh too, with tet4, tet10, tet10-mean"},
+      {"coarser", "SCENE2", FLESH_OPTION_LIST, &coarser, "the same scene on a coarser mesh, for --mesh"},
+      {"mesh-seconds", "S", FLESH_OPTION_POSITIVE, &plan.mesh_seconds,
+       "how long meshes are refined, beyond what two of each element need (default 120; 20 with --quick)"},
       {"repeat", "N", FLESH_OPTION_COUNT, &plan.repeat, "runs of each, for the times"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick, "fewer settings, one run each: minutes"},
       {"resume", NULL, FLESH_OPTION_SWITCH, &plan.resume,
@@ -347,18 +423,12 @@ int flesh_command_accuracy(int argc, char **argv)
   if (code == FLESH_OPTIONS_GO_ON) {
     plan.scene = argv[1];
     plan.overrides = &overrides.texts;
-    if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 60 : 600;
-    if (!(plan.reference_seconds > 0)) plan.reference_seconds = plan.quick ? 10 : 60;
-    if (!tolerances) tolerances = plan.quick ? "1e-2,1e-3,1e-4" : "1e-2,1e-3,1e-4,1e-5,1e-6";
-    flesh_interrupt_watch();
-    status = read_methods(methods, &plan);
-    if (!status) status = prepare(&plan, steps, tolerances);
-    if (!status) status = compare(&plan);
-    code = status ? flesh_command_fail("accuracy", status) : 0;
-    if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+    plan.coarser = &coarser;
+    code = run(&plan, methods, steps, tolerances);
   }
   flesh_accuracy_measure_close(&plan.measure);
   free(plan.rows);
+  free(coarser_room);
   free(words);
   flesh_overrides_close(&overrides);
   return code;

@@ -2,8 +2,12 @@
 #ifndef FLESH_DRIFT_DRIFT_H
 #define FLESH_DRIFT_DRIFT_H
 
+#include <stdio.h>
+
 #include "flesh/material.h"
+#include "flesh/scene.h"
 #include "shared/options.h"
+#include "shared/overrides.h"
 
 typedef enum flesh_drift_solver {
   FLESH_DRIFT_GUARDED, /* the scene's own solver */
@@ -18,11 +22,11 @@ typedef struct flesh_drift_variant {
 } flesh_drift_variant;
 
 typedef struct flesh_drift_case {
-  int scene, variant, poisson; /* indices into the plan */
+  int scene, variant, poisson; /* indices into the plan; a scene is one on one mesh with one element */
   flesh_drift_solver solver;
   /* Figures; NaN where there is none. Plain data: they come through a pipe from the process that ran it. */
   struct flesh_drift_figures {
-    int status, exit_code, tets, steps, max_inverted, first_inverted_step;
+    int status, exit_code, element, tets, nodes, steps, max_inverted, first_inverted_step;
     double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, min_J;
     double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
     double stressed_rest; /* flesh_figures.stressed_rest, J */
@@ -32,11 +36,19 @@ typedef struct flesh_drift_case {
   } figures;
 } flesh_drift_case;
 
+/* A scene on one mesh with one element. */
+typedef struct flesh_drift_scene {
+  const char *path;
+  char name[96];    /* unique and short */
+  char element[16]; /* body.element; empty: as the scene says */
+  char refine[16];  /* body.refine; likewise */
+  int point_load;   /* something pulls at single nodes: its figures do not converge under refinement */
+} flesh_drift_scene;
+
 typedef struct flesh_drift_plan {
   const char *out;
-  int scene_count;
-  const char *const *scenes; /* paths */
-  char (*names)[64];         /* [scenes] unique short names */
+  int scene_count;           /* files x elements x refinements */
+  flesh_drift_scene *scenes; /* [scene_count] */
   int variant_count;
   const flesh_drift_variant *variants;
   int poisson_count;
@@ -67,6 +79,30 @@ int flesh_drift_run(flesh_drift_plan *plan);
 
 /* drift.csv and the table on stdout. */
 int flesh_drift_write_table(const flesh_drift_plan *plan);
+/* Which part of a figure is the mesh's. The finest scene is the one whose element is the most accurate (tet10-mean, then
+ * tet10, then tet4), of these the one with the most nodes; it is judged by the next one in that order. */
+typedef struct flesh_drift_part {
+  const flesh_drift_case *best, *next; /* of the finest scene and of the next, both complete; else NULL */
+  double value;                        /* largest change of volume of `best` */
+  double unsure;                       /* as far as the mesh may be off, from how far `next` is; NaN: not known */
+} flesh_drift_part;
+/* The scene at `place` (0: the finest) of that order; -1: there are fewer. Figures must be there. */
+int flesh_drift_finest(const flesh_drift_plan *plan, int place);
+/* Of a variant at a Poisson's ratio with the solver. */
+flesh_drift_part flesh_drift_mesh_part(const flesh_drift_plan *plan, int poisson, int variant, flesh_drift_solver solver);
+const flesh_drift_case *flesh_drift_find(const flesh_drift_plan *plan, int scene, int poisson, int variant,
+                                         flesh_drift_solver solver);
+/* The verdict's words. */
+void flesh_drift_say(const flesh_drift_plan *plan, FILE *stream);
+
+/* Fills plan->scenes from the files and the lists of --elements and --refine (may be empty). FLESH_ERR_ARGUMENT. */
+int flesh_drift_make_scenes(int count, char *const *paths, const char *elements, const char *refine,
+                            flesh_drift_plan *plan);
+/* Reads a scene of the plan as it stands, with its element and refinement. */
+int flesh_drift_read(const flesh_drift_plan *plan, int scene, flesh_scene **read);
+/* The plan's overrides and those of the scene; to be closed. */
+int flesh_drift_overrides(const flesh_drift_plan *plan, int scene, flesh_overrides *overrides);
+
 /* volume_*.png, worst_*.png, shapes_*.png. FLESH_ERR_FILE without gnuplot. */
 int flesh_drift_draw(const flesh_drift_plan *plan);
 int flesh_drift_draw_volumes(const flesh_drift_plan *plan, int scene, int poisson);

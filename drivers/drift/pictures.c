@@ -128,7 +128,7 @@ static int draw_worst(const flesh_drift_plan *plan, int scene, int variant,
       add_panel(plan, c, FRAME_WORST, flesh_scene_mesh(drawn), &bodies[count++]);
     }
   char name[160];
-  snprintf(name, sizeof name, "worst_%s_%s_%s", plan->names[scene],
+  snprintf(name, sizeof name, "worst_%s_%s_%s", plan->scenes[scene].name,
            flesh_energy_name(plan->variants[variant].energy),
            flesh_constants_name(plan->variants[variant].constants));
   int status = draw_panels(plan, name, drawn, count, bodies, plan->poisson_count);
@@ -150,7 +150,7 @@ static int draw_shapes(const flesh_drift_plan *plan, int scene, int poisson, fle
       add_panel(plan, c, kind, flesh_scene_mesh(drawn), &bodies[count++]);
     }
   char name[160];
-  snprintf(name, sizeof name, "shapes_%s_%g_%s", plan->names[scene], plan->poissons[poisson],
+  snprintf(name, sizeof name, "shapes_%s_%g_%s", plan->scenes[scene].name, plan->poissons[poisson],
            flesh_drift_solver_name(solver));
   int status = draw_panels(plan, name, drawn, count, bodies, plan->variant_count);
   free_panels(room, bodies);
@@ -162,7 +162,7 @@ int flesh_drift_draw(const flesh_drift_plan *plan)
   flesh_plot_outcome outcome = {0};
   for (int s = 0; s < plan->scene_count; s++) {
     flesh_scene *scene = NULL;
-    int status = flesh_scene_read(plan->scenes[s], plan->overrides->count, plan->overrides->values, &scene);
+    int status = flesh_drift_read(plan, s, &scene);
     flesh_plot_note(&outcome, status);
     if (status) continue;
     for (int p = 0; p < plan->poisson_count; p++) {

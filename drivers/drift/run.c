@@ -30,7 +30,7 @@ void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
 void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
 {
   const flesh_drift_variant *v = &plan->variants[c->variant];
-  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->names[c->scene], flesh_energy_name(v->energy),
+  snprintf(folder, 256, "runs/%s_%s_%s_%g_%s", plan->scenes[c->scene].name, flesh_energy_name(v->energy),
            flesh_constants_name(v->constants), plan->poissons[c->poisson],
            flesh_drift_solver_name(c->solver));
 }
@@ -120,8 +120,8 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
   flesh_overrides overrides;
   char material[256], key[128];
   flesh_scene *base = NULL;
-  const char *path = plan->scenes[c->scene];
-  int status = flesh_scene_read(path, plan->overrides->count, plan->overrides->values, &base);
+  const char *path = plan->scenes[c->scene].path;
+  int status = flesh_drift_read(plan, c->scene, &base);
   if (status) return status;
   const flesh_body *body = flesh_scene_body(base);
   if (!body->materials) {
@@ -134,13 +134,11 @@ static int read_scene(const flesh_drift_plan *plan, const flesh_drift_case *c, i
     status = flesh_material_small_strain(&body->materials[0], &mu, &lambda, NULL);
     young = mu * (3 * lambda + 2 * mu) / (lambda + mu);
   }
-  if (!status) status = flesh_overrides_open(&overrides, plan->overrides->count);
+  if (!status) status = flesh_drift_overrides(plan, c->scene, &overrides);
   if (status) {
     flesh_scene_destroy(&base);
     return status;
   }
-  for (int k = 0; k < plan->overrides->count; k++)
-    overrides.texts.values[overrides.texts.count++] = plan->overrides->values[k];
   snprintf(material, sizeof material, "{energy: %s, constants: %s, young: %.17g, poisson: %.17g}",
            flesh_energy_name(v->energy), flesh_constants_name(v->constants), young,
            plan->poissons[c->poisson]);
@@ -245,11 +243,15 @@ static void run_case(const flesh_drift_plan *plan, const flesh_drift_case *c,
   flesh_drift_case_folder(plan, c, folder);
   snprintf(path, sizeof path, "%s/%s", plan->out, folder);
   const flesh_observer watching = {watch, &w};
-  const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene],
+  const flesh_runner_options options = {.out = path, .scene_path = plan->scenes[c->scene].path,
                                         .max_seconds = plan->max_seconds, .no_frames = 1, .quiet = 1,
                                         .observer_count = 1, .observers = &watching};
   flesh_runner_run(scene, &options, &figures, &outcome);
   f->tets = flesh_mesh_tet_count(mesh);
+  f->nodes = flesh_mesh_node_count(mesh);
+  f->element = flesh_scene_body(scene)->element;
+  if (f->element == FLESH_ELEMENT_AUTO)
+    f->element = flesh_mesh_order(mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
   note_run(&figures, &outcome, &w, f);
   if (flesh_material_rest_ratio(flesh_scene_body(scene)->materials, &f->rest_volume_ratio_theory))
     f->rest_volume_ratio_theory = NAN;
@@ -305,7 +307,7 @@ static void show_progress(const flesh_drift_plan *plan, int done, const flesh_dr
   if (!isatty(STDERR_FILENO)) return;
   flesh_drift_variant_title(plan->variants[c->variant], title);
   fprintf(stderr, "\r\033[K%d of %d  %s, %s, poisson %g, %s: %s", done, plan->case_count,
-          plan->names[c->scene], title, plan->poissons[c->poisson], flesh_drift_solver_name(c->solver),
+          plan->scenes[c->scene].name, title, plan->poissons[c->poisson], flesh_drift_solver_name(c->solver),
           flesh_drift_status_word(c));
   if (done == plan->case_count) fputs("\r\033[K", stderr);
   fflush(stderr);

@@ -151,8 +151,8 @@ int flesh_drift_draw_volumes(const flesh_drift_plan *plan, int scene, int poisso
   double range[2];
   find_range(count, all, range);
   int lines = status ? 0 : make_series(plan, count, all, range, series);
-  snprintf(name, sizeof name, "volume_%s_%g", plan->names[scene], plan->poissons[poisson]);
-  snprintf(title, sizeof title, "%s: volume against time, Poisson's ratio %g", plan->names[scene],
+  snprintf(name, sizeof name, "volume_%s_%g", plan->scenes[scene].name, plan->poissons[poisson]);
+  snprintf(title, sizeof title, "%s: volume against time, Poisson's ratio %g", plan->scenes[scene].name,
            plan->poissons[poisson]);
   snprintf(extra, sizeof extra, "set yrange [%.6g:%.6g]\n", range[0], range[1]);
   const flesh_plot_lines plot = {title, "time t [s]", "volume / volume of the mesh", extra, lines, series};

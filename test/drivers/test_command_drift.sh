@@ -98,7 +98,48 @@ END
   has stdout.txt 'regions.yaml: body.material alone is varied; the materials of its regions stay'
 }
 
+# On four-node tets of this mesh S changes far too much; the verdict speaks of the ten-node tets on the finer mesh.
+meshes_and_elements_are_told_apart() {
+  "$flesh" mesh box --cells 4,1,1 --size 0.4,0.1,0.1 --out beam.msh >/dev/null || return 1
+  cat >beam.yaml <<'END'
+body:
+  mesh: beam.msh
+  material: {energy: S, young: 1e4, poisson: 0.4}
+effects:
+  - inertia: {}
+  - gravity: {acceleration: [0, 0, -9.81]}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {step: 1/30, end: 1/6}
+END
+  expect 0 "$flesh" drift beam.yaml --energies B,S,D --poisson 0.49 --solvers guarded --elements tet4,tet10-mean \
+    --refine 0,1 --out meshes || return 1
+  [ "$(lines meshes/drift.csv)" -eq 17 ] && has meshes/drift.csv 'stressed_rest_J,element,nodes,finest,mesh_part,mesh_unsure$' &&
+    has meshes/verdict.txt '^beam_tet10-mean_refined1 (tet10-mean, 192 tets), the finest of 4; .*beam_tet10-mean_refined0 (tet10-mean, 24 tets) says$' &&
+    has meshes/verdict.txt 'of this order stands: ' && has meshes/verdict.txt 'beam_tet4_refined0 (tet4, 24 tets) [0-9.]* (+' || return 1
+  # Rows of the finest have no part; the others' is what they are off it.
+  awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
+    { key = $at["energy"] $at["constants"] }
+    $at["finest"] == 1 { best[key] = $at["max_volume_drift"]; n += $at["mesh_part"] == 0 && $at["mesh_unsure"] > 0 &&
+                         $at["element"] == "tet10-mean" && $at["nodes"] == 425 }
+    { drift[NR] = $at["max_volume_drift"]; part[NR] = $at["mesh_part"]; of[NR] = key }
+    END { for (r in drift) { d = drift[r] - best[of[r]] - part[r]; if (d * d > 1e-20) exit 1 } exit n != 4 }' meshes/drift.csv ||
+    { cat meshes/drift.csv; return 1; }
+  # One mesh alone claims nothing of itself.
+  expect 0 "$flesh" drift beam.yaml --energies S --poisson 0.49 --solvers guarded --out alone || return 1
+  has alone/verdict.txt 'One mesh and one element' && has alone/verdict.txt 'Four-node tets lock at poisson 0.49' &&
+    ! grep -q '±' alone/verdict.txt || return 1
+  ! grep -q 'single nodes' alone/verdict.txt || return 1
+  # A spring that pulls at a tet alone converges to nothing.
+  sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
+    beam.yaml >pulled.yaml
+  expect 0 "$flesh" drift pulled.yaml --energies S --poisson 0.4 --solvers guarded --out pulled || return 1
+  has pulled/verdict.txt 'pulled has a load at single nodes'
+}
+
 bad_lists_are_refused() {
+  expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet5 && has stderr.txt "--elements is 'tet4,tet5'" &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --elements tet4,tet4 &&
+    expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --refine 0,9 && has stderr.txt "--refine is '0,9'" || return 1
   expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --poisson 0.3,0.5 && has stderr.txt "'0.5'.*(-1, 0.5)" &&
     expect 2 "$flesh" drift "$scenes/finger_pull_coarse.yaml" --energies B,X &&
       has stderr.txt "--energies: energy is 'X'" &&
@@ -113,4 +154,4 @@ bad_lists_are_refused() {
 
 run_tests the_comparison_ends_well the_table_has_the_promised_columns guarded_runs_survive a_failed_run_is_a_row \
   the_figures_are_physical pictures_are_drawn volumes_say_what_they_show nothing_is_minus_zero no_free_rest_is_an_empty_field materials_of_regions_are_told_apart \
-  bad_lists_are_refused
+  meshes_and_elements_are_told_apart bad_lists_are_refused

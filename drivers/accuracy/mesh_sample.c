@@ -1,0 +1,144 @@
+/* mesh_sample.c: runs a scene on another mesh and keeps where the nodes of the scene's own mesh go. */
+#include "accuracy/mesh_sample.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "base/error.h"
+#include "mesh/pieces.h"
+#include "mesh/shape.h"
+#include "skin/locator.h"
+
+/* Where every point lies in the mesh. */
+static int locate(flesh_accuracy_sampler *s)
+{
+  flesh_locator *locator = NULL;
+  int status = flesh_locator_create(s->mesh, &locator), hint = -1;
+  for (int p = 0; p < s->count && !status; p++) {
+    flesh_place place;
+    flesh_locator_find(locator, s->points + 3 * (size_t)p, hint, &place);
+    hint = place.tet;
+    int *nodes = s->nodes + 10 * (size_t)p;
+    double *weights = s->weights + 10 * (size_t)p;
+    if (flesh_mesh_tet_nodes(s->mesh, place.tet, nodes) == 4) {
+      memcpy(weights, place.weights, 4 * sizeof *weights);
+      for (int a = 4; a < 10; a++) nodes[a] = nodes[0], weights[a] = 0;
+    } else {
+      flesh_tet10_weights(place.weights, weights);
+    }
+  }
+  flesh_locator_destroy(&locator);
+  return status;
+}
+
+/* The times of the plan's grid, or every few of them so that 128 suffice and fit. */
+static void choose_times(const flesh_accuracy_plan *plan, int points, flesh_accuracy_grid *grid)
+{
+  const int most = (int)fmin(128, fmax(flesh_accuracy_room(3 * points) / 2, 16));
+  *grid = plan->grid;
+  if (grid->count < 2) return;
+  const int every = (grid->count + most - 2) / most;
+  grid->interval *= every > 1 ? every : 1;
+  grid->count = (int)ceil((grid->end - grid->start) / grid->interval - 1e-6) + 1;
+}
+
+int flesh_accuracy_sampler_open(const flesh_accuracy_plan *plan, const flesh_scene *scene,
+                                flesh_accuracy_sampler *sampler)
+{
+  const size_t count = (size_t)plan->measure.nodes;
+  *sampler = (flesh_accuracy_sampler){.mesh = flesh_scene_mesh(scene), .points = plan->measure.rest, .count = (int)count};
+  choose_times(plan, (int)count, &sampler->grid);
+  sampler->nodes = malloc(10 * count * sizeof *sampler->nodes);
+  sampler->weights = malloc(10 * count * sizeof *sampler->weights);
+  if (!sampler->nodes || !sampler->weights) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu points", count);
+  int status = flesh_accuracy_track_open(sampler->grid.count, 3 * (int)count, &sampler->track);
+  return status ? status : locate(sampler);
+}
+
+void flesh_accuracy_sampler_close(flesh_accuracy_sampler *sampler)
+{
+  free(sampler->nodes);
+  free(sampler->weights);
+  flesh_accuracy_track_close(&sampler->track);
+  *sampler = (flesh_accuracy_sampler){0};
+}
+
+/* Where the points are at the time `at` of the track: the place of rest, moved by the mesh's displacement there. */
+static void keep(flesh_accuracy_sampler *s, int at, double t, const double *x)
+{
+  const double *X = flesh_mesh_positions(s->mesh);
+  double *to = s->track.x + (size_t)at * (size_t)s->track.unknowns;
+  s->track.t[at] = t;
+  for (int p = 0; p < s->count; p++)
+    for (int c = 0; c < 3; c++) {
+      double moved = s->points[3 * p + c];
+      for (int a = 0; a < 10; a++) {
+        const size_t d = 3 * (size_t)s->nodes[10 * p + a] + (size_t)c;
+        moved += s->weights[10 * p + a] * (x[d] - X[d]);
+      }
+      to[3 * p + c] = moved;
+    }
+}
+
+/* Every time is that of the first state at or after it: fixed steps of all meshes fall on the same. */
+static int see(void *data, const flesh_state *state)
+{
+  flesh_accuracy_sampler *s = data;
+  while (s->next < s->grid.count) {
+    const int last = s->next == s->grid.count - 1;
+    const double due = last ? s->grid.end : s->grid.start + s->next * s->grid.interval;
+    if (state->t < due - 1e-9 * (s->grid.end - s->grid.start)) break;
+    keep(s, s->next++, state->t, state->x);
+  }
+  return FLESH_OK;
+}
+
+static double cpu_now(void)
+{
+  struct timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int solve(const flesh_scene *scene, flesh_accuracy_sampler *sampler, double *cpu_s)
+{
+  const flesh_system *system = flesh_scene_system(scene);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  flesh_state state = {.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
+  flesh_integrator *integrator = NULL;
+  int status = state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for a state");
+  if (!status) flesh_scene_start(scene, &state);
+  const double started = cpu_now();
+  if (!status) status = flesh_integrator_create(system, FLESH_METHOD_STATIC, flesh_scene_solver(scene), &integrator);
+  if (!status) status = flesh_integrator_step(integrator, &state, flesh_scene_times(scene)->end, NULL);
+  *cpu_s = cpu_now() - started;
+  if (status > 0) status = flesh_fail(FLESH_ERR_SOLVE, "no equilibrium was found: %s", flesh_status_text(status));
+  if (!status && sampler) keep(sampler, 0, 0, state.x);
+  flesh_integrator_destroy(&integrator);
+  free(state.x);
+  free(state.v);
+  return status;
+}
+
+int flesh_accuracy_sample(const flesh_accuracy_plan *plan, const flesh_scene *scene, flesh_accuracy_sampler *sampler,
+                          double *cpu_s)
+{
+  enum { MOST = 5 };
+  const int in_time = flesh_scene_times(scene)->method != FLESH_METHOD_STATIC;
+  double spent = 0;
+  int status = FLESH_OK;
+  *cpu_s = INFINITY;
+  for (int k = 0; k < MOST && !status && (!k || spent < 0.2); k++) {
+    const flesh_accuracy_watch watch = {see, sampler, 0};
+    flesh_accuracy_cost cost = {0};
+    flesh_accuracy_sampler *first = k ? NULL : sampler;
+    if (in_time)
+      status = flesh_accuracy_integrate(scene, &plan->grid, plan->max_seconds, NULL, first ? &watch : NULL, &cost);
+    else status = solve(scene, first, &cost.cpu_s);
+    spent += cost.cpu_s;
+    *cpu_s = fmin(*cpu_s, cost.cpu_s);
+  }
+  return status;
+}
