@@ -1,0 +1,2 @@
+"""own_effect.py: later"""
+OwnEffect = None
