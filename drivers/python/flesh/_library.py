@@ -59,7 +59,7 @@ def sundials_function(name):
 
 
 def null_communicator():
-    """What SUNContext_Create takes for no MPI: 0, or from 7.0 on, where SUNDIALS has MPI, that MPI's null communicator."""
+    """What SUNContext_Create takes for no MPI: 0, or from 7.0 on, where SUNDIALS has MPI, MPI's null communicator."""
     if not _declarations.COMMUNICATOR_OF_MPI:
         return ffi.NULL
     try:  # Open MPI: the address of an object

@@ -24,6 +24,11 @@ class Error(Exception):
         if status is not None:
             self.status = status
 
+    @property
+    def name(self) -> str:
+        """Name of the status, as in C: "FLESH_ERR_ARGUMENT"."""
+        return text(lib.flesh_status_name(self.status))
+
 
 class RecoverableError(Error):
     """A positive status: nothing was modified, a shorter step or another state may succeed."""
@@ -112,7 +117,7 @@ def _classes(above):
 _BY_STATUS = {cls.status: cls for cls in _classes(Error) if cls.status}
 
 
-def by_status(status):
+def by_status(status: int) -> type:
     """The class of a status; Error for one that has none.
 
     >>> by_status(-3).__name__

@@ -96,7 +96,8 @@ class Material:
         made = cls.__new__(cls)
         made._struct, made._keep = ffi.new("flesh_material *"), ()
         call(lib.flesh_material_from_lame, _one_of("flesh_energy", form, lib.flesh_energy_from_name, "form"),
-             _one_of("flesh_constants", constants, lib.flesh_constants_from_name, "constants"), mu, lambda_, made._struct)
+             _one_of("flesh_constants", constants, lib.flesh_constants_from_name, "constants"), mu, lambda_,
+             made._struct)
         return made
 
     @classmethod
@@ -248,6 +249,7 @@ def _psi_function(psi):
         try:
             out.value, out.I, out.J, out.II, out.IJ, out.JJ = value
         except (TypeError, ValueError):
-            raise ArgumentError(f"psi({I_C:g}, {J:g}) returned {value!r}; it must be (value, I, J, II, IJ, JJ)") from None
+            raise ArgumentError(f"psi({I_C:g}, {J:g}) returned {value!r}; it must be "
+                                "(value, I, J, II, IJ, JJ)") from None
     function = _callbacks.status_callback("int(double, double, const struct flesh_material *, flesh_psi *)", evaluate)
     return function, (function, psi)

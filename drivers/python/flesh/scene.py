@@ -117,7 +117,8 @@ class Scene:
     def from_text(cls, yaml: str, overrides=None, folder=os.curdir, name: str = "scene") -> "Scene":
         """From YAML or JSON text; `name` stands for it in messages."""
         count, rows, _keep = _overrides(overrides)
-        made = create("flesh_scene", lib.flesh_scene_read_text, yaml.encode(), path_bytes(_named(name, folder)), count, rows)
+        made = create("flesh_scene", lib.flesh_scene_read_text, yaml.encode(), path_bytes(_named(name, folder)), count,
+                      rows)
         return cls.__new__(cls)._take(made)
 
     @property
@@ -152,7 +153,7 @@ class Scene:
     @property
     def system(self) -> System:
         """The sum of its effects and constraints, finished."""
-        return System._of(lib.flesh_scene_system(self._pointer), self.mesh, self)
+        return System._of(lib.flesh_scene_system(self._pointer), self)
 
     @property
     def solver(self) -> SolverOptions:

@@ -3,7 +3,7 @@ and the y' = f(t, y) of CVODE, ARKODE or scipy.integrate.
 
 These are the library's own functions for SUNDIALS, with numpy arrays for its vectors and scipy.sparse for its matrices.
 A problem belongs to one thread at a time."""
-from typing import NamedTuple, Optional, Tuple
+from typing import TYPE_CHECKING, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from ._library import ffi, lib, null_communicator, sundials_function
 from .errors import ArgumentError, SundialsError
 from .options import SolverOptions, SolveStats
 from .system import Shift, State, System
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 __all__ = ["KinsolProblem", "IdaProblem", "OdeProblem", "Scales"]
 
@@ -132,7 +135,7 @@ class KinsolProblem(_Problem):
         call(lib.flesh_kinsol_residual, at, out, self._pointer)
         return r
 
-    def jacobian(self, u):
+    def jacobian(self, u) -> "scipy.sparse.csc_matrix":
         """dr/du at u as a scipy.sparse.csc_matrix, N/m."""
         keep = self._in(u, "u")
 
@@ -223,7 +226,7 @@ class IdaProblem(_Motion):
         call(lib.flesh_ida_residual, float(t), at, derivative, out, self._pointer)
         return r
 
-    def jacobian(self, t: float, cj: float, y, yp):
+    def jacobian(self, t: float, cj: float, y, yp) -> "scipy.sparse.csc_matrix":
         """dF/dy + cj dF/dy' as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]."""
         first, second = self._in(y, "y"), self._in(yp, "yp")
 
@@ -268,7 +271,7 @@ class OdeProblem(_Motion):
         call(lib.flesh_ode_rhs, float(t), at, out, self._pointer)
         return ydot
 
-    def jacobian(self, t: float, y):
+    def jacobian(self, t: float, y) -> "scipy.sparse.csc_matrix":
         """df/dy as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]; lumped mass alone, as it is full otherwise."""
         keep = self._in(y, "y")
 

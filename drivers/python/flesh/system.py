@@ -1,5 +1,5 @@
 """system.py: the sum of the effects on a body with its constraints, evaluated at a point; states, shifts, threads."""
-from typing import Callable, List, NamedTuple, Optional
+from typing import TYPE_CHECKING, Callable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from .errors import ArgumentError
 from .mesh import Mesh
 from .motion import Motion
 from .options import FILTERS
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 __all__ = ["State", "Shift", "Point", "Threads", "Potential", "PrescribedMotion", "System"]
 
@@ -178,9 +181,11 @@ class System:
             self.add(effect)
 
     @classmethod
-    def _of(cls, pointer_, mesh, owner):
+    def _of(cls, pointer_, owner):
+        """One that is finished and belongs to `owner`."""
         made = cls.__new__(cls)
-        made._pointer, made.mesh, made._keep, made._finished = pointer_, mesh, [owner], True
+        made._pointer, made._keep, made._finished = pointer_, [owner], True
+        made.mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
         return made
 
     def add(self, effect: Effect) -> "System":
@@ -287,7 +292,7 @@ class System:
         call(lib.flesh_system_load, self._ready(), at._struct, pointer(r))
         return r
 
-    def jacobian(self, x, v=None, a=None, *, shift: Shift = Shift(), **point):
+    def jacobian(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> "scipy.sparse.csr_matrix":
         """shift.x dr/dx + shift.v dr/dv + shift.a dr/da, N/m, as a scipy.sparse.csr_matrix [3*nodes, 3*nodes].
 
         Constraints are not applied: `free` names the dofs to solve for.
@@ -304,7 +309,7 @@ class System:
         call(lib.flesh_system_potential, self._ready(), at._struct, Shift(*shift)._struct(), out, out + 1)
         return Potential(*out)
 
-    def evaluate(self, x, v=None, a=None, *, shift: Shift = Shift(), **point):
+    def evaluate(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> Tuple[np.ndarray, Potential]:
         """Residual [nodes, 3] and Potential together, the same bits as by `residual` and `potential`."""
         at, out, r = self._point(x, v, a, point), ffi.new("double[2]"), np.zeros((self.mesh.node_count, 3))
         call(lib.flesh_system_evaluate, self._ready(), at._struct, Shift(*shift)._struct(), pointer(r), out, out + 1)
