@@ -317,27 +317,6 @@ static void paths_start_at_the_scene_or_the_working_directory(void)
   if (chdir(before)) abort();
 }
 
-static void text_in_memory_reads_as_its_file_would(void)
-{
-  static const char text[] = "body: {mesh: ../bar.node, density: 7}\neffects: [gravity]\n";
-  flesh_scene *scene = NULL;
-  mkdir(file_path("below"), 0777);
-  CHECK_OK(flesh_scene_read(write_text("below/scene.yaml", text), 1, (const char *[]){"body.density=9"}, &scene));
-  char *read = resolved(scene);
-  flesh_scene_destroy(&scene);
-  if (remove(file_path("below/scene.yaml"))) abort(); /* the folder counts, not the file */
-  CHECK_OK(flesh_scene_read_text(text, file_path("below/scene.yaml"), 1, (const char *[]){"body.density=9"}, &scene));
-  char *given = resolved(scene);
-  CHECK_TEXT(read, "density: 9");
-  CHECK(!strcmp(read, given));
-  free(read);
-  free(given);
-  flesh_scene_destroy(&scene);
-  CHECK(flesh_scene_read_text("body: {mesh: bar.node,\n  densty: 7}\n", "note", 0, NULL, &scene) == FLESH_ERR_ARGUMENT);
-  CHECK(!scene);
-  CHECK_TEXT(flesh_error_text(), "note:2:3: body.densty");
-}
-
 static void resolving_again_changes_nothing(void)
 {
   static const char text[] =
@@ -603,7 +582,7 @@ int main(int argc, char **argv)
       TEST(regions_have_their_own_density_and_material), TEST(without_inertia_the_scene_is_static),
       TEST(elements_are_chosen), TEST(instructions_are_the_scenes), TEST(aliases_repeat_what_they_name),
       TEST(paths_start_at_the_scene_or_the_working_directory),
-      TEST(text_in_memory_reads_as_its_file_would), TEST(resolving_again_changes_nothing), TEST(states_come_back_bit_for_bit),
+      TEST(resolving_again_changes_nothing), TEST(states_come_back_bit_for_bit),
       TEST(every_sample_of_an_effect_makes_a_scene), TEST(the_schema_lists_every_key),
       TEST(the_json_schema_is_json_and_lists_every_key), TEST(every_default_is_valid),
       TEST(up_is_against_gravity));
