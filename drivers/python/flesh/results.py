@@ -25,11 +25,11 @@ __all__ = ["Table", "RunResult", "DriftResult", "AccuracyResult", "HardcasesResu
 
 def _column(values):
     """Whole numbers, else numbers with NaN for what is empty, else texts."""
-    for kind in (np.int64, np.float64):
-        try:
-            return np.array(values, dtype=kind)
-        except (TypeError, ValueError, OverflowError):
-            pass
+    try:
+        if all(isinstance(value, (str, int)) for value in values):
+            return np.array([int(value) for value in values], dtype=np.int64)
+    except (ValueError, OverflowError):
+        pass
     try:
         return np.array([np.nan if value in ("", None) else float(value) for value in values])
     except (TypeError, ValueError):
@@ -62,8 +62,9 @@ class Table(Mapping):
     def _of_query(cls, path, query, parameters=()):
         if not os.path.exists(path):
             raise FileError(f"{os.fspath(path)}: there is no such database")
-        connection = sqlite3.connect(f"file:{os.path.abspath(path)}?mode=ro", uri=True)
+        connection = sqlite3.connect(os.fspath(path))
         try:
+            connection.execute("PRAGMA query_only = on")
             cursor = connection.execute(query, parameters)
             return cls._of_rows([column[0] for column in cursor.description], cursor.fetchall())
         except sqlite3.Error as error:
@@ -245,7 +246,7 @@ def accuracy(scene, out, overrides: Optional[Mapping] = None, **options) -> Accu
 
 
 def hardcases(out, overrides: Optional[Mapping] = None, **options) -> HardcasesResult:
-    """`flesh hardcases`: the hard cases: hardcases(out, cases="collapse*", quick=True)."""
+    """`flesh hardcases`: the hard cases: hardcases(out, cases="jitter20", quick=True)."""
     program("hardcases", *_arguments(out, overrides, options))
     return HardcasesResult(out)
 

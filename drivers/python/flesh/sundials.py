@@ -216,7 +216,7 @@ class IdaProblem(_Motion):
         return y, yp
 
     def curvature(self, y, yp) -> float:
-        """|y''| at a start, root mean square in units of the scales, 1/s^2."""
+        """|y''| right after a start, root mean square in units of the scales, 1/s^2; inf where it has no value."""
         (_x, at), (_d, derivative) = self._in(y, "y"), self._in(yp, "yp")
         return call_value(lib.flesh_ida_curvature, self._pointer, at, derivative)
 
