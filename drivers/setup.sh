@@ -52,6 +52,21 @@ clang tool clang proves that another has none
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
+python3-pytest python pytest runs the tests of the Python package
+python3-matplotlib python matplotlib draws in its examples
+python3-pandas python pandas has its tables
+python3-nbclient python nbclient executes its notebook
+python3-ipykernel python ipykernel executes its notebook
+END
+  python_packages
+}
+
+# What the Python package needs where it is imported; to build it takes nothing.
+python_packages() {
+  cat <<'END'
+python3-numpy python numpy arrays for Python
+python3-cffi python cffi calls the library from Python
+python3-scipy python scipy sparse matrices for Python
 END
 }
 

@@ -31,6 +31,11 @@ typedef struct flesh_scene flesh_scene;
  * "--set path=value: ..."), FLESH_ERR_FILE for a bad file or mesh. Returns new. */
 FLESH_API int flesh_scene_read(const char *path, int count, const char *const *overrides,
                                flesh_scene **scene);
+/* The same of `text` in memory, which is only read: `path` is its name in messages, and relative paths
+ * in it are relative to the folder of `path`, where nothing needs to be. Returns new.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_scene_read_text(const char *text, const char *path, int count,
+                                    const char *const *overrides, flesh_scene **scene);
 /* NULL-safe; sets *scene to NULL. */
 FLESH_API void flesh_scene_destroy(flesh_scene **scene);
 

@@ -41,13 +41,13 @@ static int load_text(const char *path, char **text, size_t *size)
 /* The tree of the file with the overrides applied. */
 static int read_tree(flesh_scene *scene, int count, const char *const *overrides, flesh_node **root)
 {
-  char *text;
-  size_t size;
-  int status = load_text(scene->path, &text, &size);
+  char *loaded = NULL;
+  size_t size = scene->text ? strlen(scene->text) : 0;
+  int status = scene->text ? FLESH_OK : load_text(scene->path, &loaded, &size);
   if (status) return status;
   flesh_source source = {scene->path, 0};
-  status = flesh_yaml_parse(&scene->arena, text, size, &source, root);
-  free(text);
+  status = flesh_yaml_parse(&scene->arena, scene->text ? scene->text : loaded, size, &source, root);
+  free(loaded);
   if (status) return status;
   flesh_key as_key = {.type = FLESH_KEY_OBJECT, .children = flesh_scene_table};
   char expected[FLESH_EXPECTATION_SIZE];
@@ -221,18 +221,38 @@ int flesh_scene_check_keys(const char *path, int count, const char *const *overr
   return status;
 }
 
+/* `text`: NULL where the file is to be read. */
+static int make_scene(const char *text, const char *path, int count, const char *const *overrides, flesh_scene **scene)
+{
+  flesh_scene *made = calloc(1, sizeof *made);
+  if (!made) return no_memory(path);
+  made->path = flesh_arena_text(&made->arena, path, strlen(path));
+  made->text = text;
+  int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
+  made->text = NULL; /* the caller's */
+  if (status) flesh_scene_destroy(&made);
+  else *scene = made;
+  return status;
+}
+
 int flesh_scene_read(const char *path, int count, const char *const *overrides, flesh_scene **scene)
 {
   FLESH_NEED({scene, "scene"});
   *scene = NULL;
   FLESH_NEED({path, "path"});
-  flesh_scene *made = calloc(1, sizeof *made);
-  if (!made) return no_memory(path);
-  made->path = flesh_arena_text(&made->arena, path, strlen(path));
-  int status = made->path ? read_scene(made, count, overrides) : no_memory(path);
-  if (status) flesh_scene_destroy(&made);
-  else *scene = made;
-  return status;
+  return make_scene(NULL, path, count, overrides, scene);
+}
+
+int flesh_scene_read_text(const char *text, const char *path, int count, const char *const *overrides,
+                          flesh_scene **scene)
+{
+  FLESH_NEED({scene, "scene"});
+  *scene = NULL;
+  FLESH_NEED({text, "text"}, {path, "path"});
+  if (strlen(text) > MAX_FILE)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s: the text has %zu bytes; a scene has at most %d", path, strlen(text),
+                      MAX_FILE);
+  return make_scene(text, path, count, overrides, scene);
 }
 
 void flesh_scene_destroy(flesh_scene **scene)

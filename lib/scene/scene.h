@@ -8,6 +8,7 @@
 struct flesh_scene {
   flesh_arena arena;
   const char *path;       /* of the scene's file */
+  const char *text;       /* what stands in for the file while it is read; NULL: nothing */
   const flesh_node *root; /* its text with the overrides applied */
   flesh_scene_keys keys;  /* every value in force */
   flesh_mesh *mesh;

@@ -29,7 +29,8 @@
  * flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2, flesh_ode_jacobian w3,
  * flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
- * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_skin_frames_close frames,
+ * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
+ * flesh_skin_frames_close frames,
  * flesh_surface_write x. */
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
@@ -209,6 +210,9 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ode_sunlinsol_create, solver, (any, any, NULL));
   REFUSES(flesh_scene_read, path, (NULL, 1, any, any));
   REFUSES(flesh_scene_read, scene, (any, 1, any, NULL));
+  REFUSES(flesh_scene_read_text, text, (NULL, any, 1, any, any));
+  REFUSES(flesh_scene_read_text, path, (any, NULL, 1, any, any));
+  REFUSES(flesh_scene_read_text, scene, (any, any, 1, any, NULL));
   REFUSES(flesh_state_read, path, (NULL, 1, any));
   REFUSES(flesh_state_read, state, (any, 1, NULL));
   REFUSES(flesh_state_write, path, (NULL, 1, any));

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""declarations.py: the C declarations of the public headers, as cffi reads them.
+
+    declarations.py OUT DEPFILE ABI_HEADER COMPILER [ARGUMENT...]
+
+The compiler preprocesses all public headers with its own arguments; what stems from include/flesh stays, so that
+every struct, enum and function of the library is known to Python by the header's own words and none by a copy of them.
+SUNDIALS' types, of which the callback layer's functions take pointers only, and the few of its functions that make
+vectors, matrices and a context, are declared here. Writes the Python module OUT, and what it was made from into
+DEPFILE. Needs nothing beside Python itself."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+# What the headers of the callback layer name: numbers, and pointers to what only SUNDIALS looks into.
+SUNDIALS_TYPES = """
+typedef double sunrealtype;
+typedef int{index}_t sunindextype;
+typedef int booleantype;
+typedef int sunbooleantype;
+typedef struct SUNContext_ *SUNContext;
+typedef struct _generic_N_Vector *N_Vector;
+typedef struct _generic_SUNMatrix *SUNMatrix;
+typedef struct _generic_SUNLinearSolver *SUNLinearSolver;
+"""
+
+# Functions of the SUNDIALS that libflesh is linked with (a communicator is an integer or a pointer), and C's own that
+# frees what the library hands out.
+OTHER_FUNCTIONS = """
+void free(void *memory);
+int SUNContext_Create(void *communicator, SUNContext *context);
+int SUNContext_Free(SUNContext *context);
+N_Vector N_VMake_Serial(sunindextype length, double *values, SUNContext context);
+void N_VDestroy(N_Vector vector);
+SUNMatrix SUNSparseMatrix(sunindextype rows, sunindextype columns, sunindextype entries, int type, SUNContext context);
+sunindextype *SUNSparseMatrix_IndexValues(SUNMatrix matrix);
+sunindextype *SUNSparseMatrix_IndexPointers(SUNMatrix matrix);
+double *SUNSparseMatrix_Data(SUNMatrix matrix);
+void SUNMatDestroy(SUNMatrix matrix);
+"""
+
+HEADERS = ("flesh.h", "kinsol.h", "ida.h", "ode.h")
+
+# Stand-ins for SUNDIALS' headers, so that its types need not be taken apart and MPI need not be found.
+SUNDIALS_CONFIG = """
+#define SUNDIALS_VERSION_MAJOR {major}
+#define SUNDIALS_VERSION_MINOR {minor}
+#define SUNDIALS_DOUBLE_PRECISION
+#define SUNDIALS_INT{index}_T
+#define SUNDIALS_MPI_ENABLED {mpi}
+"""
+SUNDIALS_HEADERS = ("linearsolver", "matrix", "nvector", "types", "version", "context")
+
+
+def defined(header):
+    """The macros of a header whose values are numbers or texts."""
+    with open(header, encoding="utf-8") as file:
+        return dict(re.findall(r"^#define (\w+) ([\w\".]+)", file.read(), re.M))
+
+
+def preprocess(compiler, values, out, depfile):
+    """The text of the public headers after the preprocessor, without what they include from elsewhere."""
+    source = "".join(f"#include <flesh/{name}>\n" for name in HEADERS)
+    with tempfile.TemporaryDirectory() as folder:
+        os.mkdir(os.path.join(folder, "sundials"))
+        for name in ("config", *SUNDIALS_HEADERS):
+            with open(os.path.join(folder, "sundials", f"sundials_{name}.h"), "w", encoding="utf-8") as file:
+                if name == "config":
+                    file.write(SUNDIALS_CONFIG.format(**values))
+        # System headers are no dependencies, nor are they what is kept.
+        text = subprocess.run([*compiler, "-isystem", folder, "-E", "-MMD", "-MF", depfile, "-MT", out, "-x", "c", "-"],
+                              input=source, stdout=subprocess.PIPE, check=True, universal_newlines=True).stdout
+    kept, ours = [], False
+    for line in text.splitlines():
+        marker = re.match(r'# \d+ "(.*)"', line)
+        if marker:
+            ours = os.path.basename(os.path.dirname(marker.group(1))) == "flesh"
+        elif ours and line.strip():
+            kept.append(line)
+    text = re.sub(r'__attribute__\s*\(\(\w+(\("\w+"\))?\)\)\s*', "", "\n".join(kept))
+    return re.sub(r"\n{2,}", "\n", text)
+
+
+def main(out, depfile, abi_header, *compiler):
+    abi = defined(abi_header)
+    values = {key: abi[f"FLESH_SUNDIALS_{name}"] for key, name in
+              {"major": "VERSION_MAJOR", "minor": "VERSION_MINOR", "index": "INDEX_SIZE", "mpi": "MPI"}.items()}
+    include = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "include", "flesh")
+    version = defined(os.path.join(include, "version.h"))["FLESH_VERSION_STRING"]
+    text = preprocess(compiler, values, out, depfile)
+    with open(out, "w", encoding="utf-8") as file:
+        file.write('"""The public headers of flesh in C, made by declarations.py when the library was built."""\n')
+        file.write(f"VERSION = {version}\n")
+        file.write(f"SUNDIALS_VERSION = {abi['FLESH_SUNDIALS_VERSION']}\n")
+        file.write(f"COMMUNICATOR_OF_MPI = {values['mpi'] == '1' and int(values['major']) >= 7}\n")
+        file.write(f'HEADERS = r"""{SUNDIALS_TYPES.format(index=values["index"])}{text}\n"""\n')
+        file.write(f'OTHERS = r"""{OTHER_FUNCTIONS}"""\n')
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,59 @@
+"""flesh: dynamics of soft, nearly incompressible bodies, from Python.
+
+    import flesh
+    scene = flesh.Scene("bar.yaml")
+    for step in scene.steps():
+        print(step.t, step.x[-1, 2])
+
+Arrays are numpy's: positions and velocities are [nodes, 3], units are SI. What the library hands out are views that
+cannot be written to and keep their owner alive. Every failure is an exception with the library's sentence (flesh.Error
+and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in order.
+
+    Mesh, Surface, Skin                 geometry from arrays or files
+    Material, Body                      energy densities, built-in or your own, and what a body is made of
+    Inertia, Elasticity, Gravity, ...   effects; OwnEffect for those written in Python
+    System, State, Point, Shift         their sum: residual, Jacobian (scipy.sparse), potential
+    Scene                               all of it from YAML, a file or a dict
+    Integrator, equilibrium             steps and statics
+    run, steps, History, Frames         a run as a loop or as an iterator, and what it writes
+    KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
+    run_scene, drift, accuracy, sweep   the program's comparisons as tables
+"""
+from . import body, effects, errors, integrator, material, mesh, motion, options, output, own_effect, results, scene
+from . import sundials, surface, system
+from ._library import ffi, lib, text
+from .body import *
+from .effects import *
+from .errors import *
+from .integrator import *
+from .material import *
+from .mesh import *
+from .motion import *
+from .options import *
+from .output import *
+from .own_effect import *
+from .results import *
+from .scene import *
+from .sundials import *
+from .surface import *
+from .system import *
+
+__version__ = text(lib.flesh_version())
+__all__ = ["__version__", "set_error_handler"]
+for _module in (body, effects, errors, integrator, material, mesh, motion, options, output, own_effect, results, scene,
+                sundials, surface, system):
+    __all__ += _module.__all__
+
+_handler = None
+
+
+def set_error_handler(handler) -> None:
+    """Has handler(status, sentence) called for every failure that the library records; None: nobody is told.
+
+    A positive status is a try that may still be mended. It may be called from threads of the library.
+    """
+    global _handler
+    function = ffi.NULL if handler is None else ffi.callback(
+        "flesh_error_handler", lambda _data, status, sentence: handler(status, text(sentence)))
+    lib.flesh_set_error_handler(function, ffi.NULL)
+    _handler = function  # after the call: another thread may still be within the one before

@@ -1,0 +1,189 @@
+"""_arrays.py: numpy arrays for the library's pointers and back, and its plain structs as Python objects.
+
+Arrays that are handed to the library are used where they lie when they are contiguous and of the right type; arrays
+that it hands out are views which keep their owner alive."""
+import difflib
+
+import numpy as np
+
+from ._library import ffi, text
+from .errors import ArgumentError
+
+_TYPES = {"double": np.float64, "int": np.intc, "uint8_t": np.uint8}
+
+
+def doubles(values, shape, name):
+    """A contiguous float64 array of `shape`, from anything that has as many numbers; None in shape: any length."""
+    return _array(values, np.float64, shape, name)
+
+
+def integers(values, shape, name):
+    """A contiguous array of C ints of `shape`. ArgumentError where a value is no whole number."""
+    given = np.asarray(values)
+    if given.dtype.kind not in "iu" and given.size:
+        raise ArgumentError(f"{name} has values of type {given.dtype}; they must be whole numbers")
+    return _array(given, np.intc, shape, name)
+
+
+def _array(values, kind, shape, name):
+    try:
+        given = np.ascontiguousarray(values, dtype=kind)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(f"{name} is no array of numbers: {error}") from None
+    rest = int(np.prod([n for n in shape if n is not None], dtype=np.int64))
+    whole = tuple(given.size // max(rest, 1) if n is None else n for n in shape)
+    flat = given.ndim == 1 and len(shape) > 1
+    if given.size != int(np.prod(whole, dtype=np.int64)) or not (flat or given.shape == whole):
+        wanted = ", ".join("any" if n is None else str(n) for n in shape)
+        raise ArgumentError(f"{name} has shape {given.shape}; it must be ({wanted})")
+    return given.reshape(whole)
+
+
+def pointer(array, kind="double"):
+    """The C pointer to an array's numbers, which keeps the array alive; NULL for None."""
+    return ffi.NULL if array is None else ffi.from_buffer(f"{kind}[]", array)
+
+
+def writable(array, shape, name):
+    """`array` itself, into which the library is to write. ArgumentError where that cannot be."""
+    if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape or \
+            not array.flags.c_contiguous or not array.flags.writeable:
+        raise ArgumentError(f"{name} must be a writable, contiguous array of doubles of shape {shape}")
+    return array
+
+
+class _Memory:
+    """Memory of the library, with what owns it: numpy keeps this as the base of a view."""
+
+    def __init__(self, address, shape, kind, owner, read_only):
+        self.owner = owner
+        self.__array_interface__ = {"version": 3, "shape": shape, "typestr": np.dtype(kind).str,
+                                    "data": (address, read_only)}
+
+
+def view(address, shape, kind, owner, read_only=True):
+    """An array that shows the library's memory; as long as it lives, so does `owner`."""
+    kind = _TYPES[kind]
+    if not address or 0 in shape:
+        return np.zeros(shape, kind)
+    return np.asarray(_Memory(int(ffi.cast("uintptr_t", address)), tuple(shape), kind, owner, read_only))
+
+
+class Names:
+    """The values of a C enum by the words that scenes and Python use for them."""
+
+    def __init__(self, enum, prefix, name_function=None):
+        self.enum = enum
+        self.words = {}
+        for value, name in sorted(ffi.typeof(enum).elements.items()):
+            word = name_function and text(name_function(value))
+            if name.startswith(prefix) and not name.endswith("_COUNT") and word != "unknown":
+                self.words[word or name[len(prefix):].lower()] = value
+        self._by_value = {value: word for word, value in self.words.items()}
+        self._plain = {word.lower().replace("-", "_"): value for word, value in self.words.items()}
+
+    def value(self, word, name):
+        """The number of a word. ArgumentError, with the words that there are, for any other."""
+        if word in self.words:
+            return self.words[word]
+        found = self._plain.get(word.lower().replace("-", "_")) if isinstance(word, str) else None
+        if found is None:
+            raise ArgumentError(f"{name} is {word!r}; it must be one of {', '.join(self.words)}")
+        return found
+
+    def word(self, value):
+        """The word of a number."""
+        return self._by_value.get(int(value), str(int(value)))
+
+
+class Field:
+    """A member of a struct as an attribute of its Python object: numbers, arrays, or words of an enum."""
+
+    def __init__(self, doc, names=None):
+        self.__doc__ = doc
+        self.names = names
+
+    def __set_name__(self, owner, name):
+        self.name = name
+        self.member = name.rstrip("_")
+
+    def __get__(self, instance, owner=None):
+        if instance is None:
+            return self
+        value = getattr(instance._struct, self.member)
+        if self.names:
+            return self.names.word(value)
+        if isinstance(value, (int, float)):
+            return value
+        kind = ffi.typeof(value)
+        if kind.kind == "array":
+            return view(value, (kind.length,), kind.item.cname, instance, read_only=isinstance(instance, Record))
+        return text(value) if kind.cname == "char *" else value
+
+    def __set__(self, instance, value):
+        if isinstance(instance, Record):
+            raise AttributeError(f"{type(instance).__name__}.{self.name} can only be read")
+        try:
+            setattr(instance._struct, self.member, self.names.value(value, self.name) if self.names else value)
+        except (TypeError, OverflowError) as error:
+            raise ArgumentError(f"{self.name} is {value!r}: {error}") from None
+
+
+class Struct:
+    """A plain C struct. Its attributes are the members that the header declares."""
+    _ctype = ""
+
+    @classmethod
+    def fields(cls):
+        """Names of its attributes, in their order."""
+        return [name for above in reversed(cls.__mro__) for name, field in vars(above).items()
+                if isinstance(field, Field)]
+
+    def as_dict(self):
+        """Names and values of all attributes; arrays are copied."""
+        values = {name: getattr(self, name) for name in self.fields()}
+        return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+
+    def __repr__(self):
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self.as_dict().items())})"
+
+
+class Record(Struct):
+    """A struct that the library fills in and Python reads: a copy, so that it stays as it was."""
+
+    def __init__(self, struct=None):
+        self._struct = ffi.new(f"{self._ctype} *")
+        if struct is not None:
+            self._struct[0] = struct[0]
+
+
+class Options(Struct):
+    """A struct of options: begins with the library's defaults; keywords change them."""
+
+    def __init__(self, **values):
+        self._struct = ffi.new(f"{self._ctype} *")
+        self._default()
+        for name, value in values.items():
+            self._set(name, value)
+
+    def _default(self):
+        raise NotImplementedError
+
+    def _set(self, name, value):
+        if name not in self.fields():
+            near = difflib.get_close_matches(name, self.fields(), 1)
+            raise ArgumentError(f"{type(self).__name__} has no {name!r}" + (f"; did you mean {near[0]!r}?" if near else
+                                f"; it has {', '.join(self.fields())}"))
+        setattr(self, name, value)
+
+    def __setattr__(self, name, value):
+        if not name.startswith("_") and name not in self.fields():
+            self._set(name, value)
+        super().__setattr__(name, value)
+
+    @classmethod
+    def _copy(cls, struct):
+        """From the library's struct."""
+        made = cls()
+        made._struct[0] = struct[0]
+        return made

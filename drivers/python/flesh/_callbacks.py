@@ -1,0 +1,94 @@
+"""_callbacks.py: Python functions that the library calls, and what becomes of the exceptions they raise.
+
+An exception cannot pass through C. It is kept, the callback returns a status that ends the call, and the wrapper of
+the call raises it again. The library may call an energy density from threads of its own; what is raised there is
+raised by the next wrapper that returns."""
+import threading
+
+from ._library import ffi, lib
+from .errors import RecoverableError, of
+
+_kept = {}  # by thread: the first exception since its last call of the library
+_foreign = []  # of threads that never call the library by themselves
+_callers = set()  # threads that do
+
+
+def _keep(error):
+    thread = threading.get_ident()
+    if thread in _callers:
+        _kept.setdefault(thread, error)
+    else:
+        _foreign.append(error)
+
+
+def _failed(_kind, error, _trace):
+    if isinstance(error, RecoverableError):
+        return error.status
+    _keep(error)
+    return lib.FLESH_ERR_INTERRUPTED
+
+
+def _failed_silently(_kind, error, _trace):
+    _keep(error)
+
+
+def status_callback(kind, function):
+    """A C function of type `kind` that calls `function` and returns a status; None stands for success."""
+    def call(*arguments):
+        return function(*arguments) or 0
+    return ffi.callback(kind, call, error=lib.FLESH_ERR_INTERRUPTED, onerror=_failed)
+
+
+def value_callback(kind, function, default=None):
+    """A C function of type `kind` that returns no status: `default` where `function` raises."""
+    if default is None:
+        return ffi.callback(kind, function, onerror=_failed_silently)
+    return ffi.callback(kind, function, error=default, onerror=_failed_silently)
+
+
+def raise_kept():
+    """Raises what a callback of the calls just made has raised."""
+    error = _kept.pop(threading.get_ident(), None)
+    if error is None and _foreign:
+        error = _foreign.pop(0)
+        _foreign.clear()
+    if error is not None:
+        raise error
+
+
+def begin():
+    """Tells that this thread calls the library, so that what its callbacks raise is kept for it."""
+    _callers.add(threading.get_ident())
+
+
+def call(function, *arguments):
+    """Calls a function that returns a status; raises what a callback raised, or the status's exception."""
+    _callers.add(threading.get_ident())
+    status = function(*arguments)
+    if _kept or _foreign:
+        raise_kept()
+    if status:
+        raise of(status)
+
+
+def call_value(function, *arguments):
+    """Calls a function that returns no status but may call back; raises what a callback raised."""
+    _callers.add(threading.get_ident())
+    value = function(*arguments)
+    if _kept or _foreign:
+        raise_kept()
+    return value
+
+
+def create(kind, function, *arguments):
+    """Calls a constructor, whose last argument is a `kind **`; returns the new `kind *`."""
+    out = ffi.new(f"{kind} **")
+    call(function, *arguments, out)
+    return out[0]
+
+
+def owned(kind, pointer, destroy):
+    """`pointer` with `destroy(kind **)` called when nothing refers to it any more."""
+    def free(address):
+        destroy(ffi.new(f"{kind} **", address))
+    return ffi.gc(pointer, free)

@@ -1,0 +1,237 @@
+"""effects.py: what may act on a body: the effects that come with the library."""
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from ._arrays import Field, Names, Record, doubles, integers, pointer, view
+from ._callbacks import call, create, owned
+from ._library import ffi, lib, text
+from .body import Body
+from .errors import ArgumentError
+from .mesh import Mesh
+from .motion import Amplitude, Motion, Obstacle
+
+__all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
+           "Traction", "Pressure", "Contact", "DerivativeReport", "EffectCost", "ROLES"]
+
+_ROLES = Names("flesh_role", "FLESH_ROLE_")
+ROLES = tuple(_ROLES.words)
+"""What an effect may be to a body."""
+_INSTRUCTIONS = Names("flesh_instructions", "FLESH_INSTRUCTIONS_", lib.flesh_instructions_name)
+
+
+class DerivativeReport(Record):
+    """How far an effect's potential, residual and Jacobian are from belonging together: relative errors.
+
+    The two columns are the shifts of statics and of backward Euler with h = 1/60 s. NaN: the effect lacks that.
+    """
+    _ctype = "flesh_derivative_report"
+    potential: np.ndarray = Field("[2] of the residual as the gradient of the potential")
+    jacobian: np.ndarray = Field("[2] of the Jacobian as the derivative of the residual")
+    evaluate: np.ndarray = Field("[2] of residual and potential in one pass")
+    asymmetry: float = Field("of the diagonal blocks")
+    negative: float = Field("most negative curvature of the projected Jacobian over its largest")
+
+    def passes(self, tolerance: float = 1e-6) -> bool:
+        """Whether every error that was measured is below `tolerance`."""
+        return bool(lib.flesh_derivative_report_passes(self._struct, tolerance))
+
+
+class EffectCost(NamedTuple):
+    """What an effect was asked for."""
+    name: str
+    residuals: int
+    jacobians: int
+    potentials: int
+    energies: int
+    cpu_s: float  # 0 unless Integrator.time_effects was called
+
+
+class Effect:
+    """Something that acts on a body. A system takes it; then it lives as long as the system.
+
+    Every effect is a residual r(t, x, v, a), a gradient of its potential, and a Jacobian. To write one of your own,
+    derive from OwnEffect.
+    """
+
+    def _take(self, made, *keep):
+        self._pointer = owned("flesh_effect", made, lib.flesh_effect_destroy)
+        self._keep = keep
+        self._owner = None
+        return self
+
+    @classmethod
+    def _of(cls, pointer_, owner) -> "Effect":
+        """One that belongs to `owner`."""
+        made = Effect.__new__(Effect)
+        made._pointer, made._keep, made._owner = pointer_, (), owner
+        return made
+
+    def _give(self, owner):
+        """The pointer for a function that takes it; from then on it is `owner`'s."""
+        if self._owner is not None:
+            raise ArgumentError(f"a system has taken this effect ({self.name}) already; each system needs its own")
+        pointer_ = self._pointer
+        ffi.gc(pointer_, None)
+        self._owner, self._pointer = owner, ffi.NULL
+        return ffi.new("flesh_effect **", pointer_)
+
+    @property
+    def _operations(self):
+        return self._pointer.operations
+
+    @property
+    def name(self) -> str:
+        """As in histories and messages."""
+        return text(self._operations.name)
+
+    @property
+    def role(self) -> str:
+        """What it is to the body: one of ROLES."""
+        return _ROLES.word(self._operations.role)
+
+    @property
+    def instructions(self) -> str:
+        """Vector instructions that it uses; "auto" where it leaves them to the compiler."""
+        return _INSTRUCTIONS.word(lib.flesh_effect_instructions(self._pointer))
+
+    def check_derivatives(self, mesh: Mesh, x, t: float = 0.0, seed: int = 1) -> DerivativeReport:
+        """Whether residual, potential and Jacobian belong together, by differences at x [nodes, 3] m and t s.
+
+        x should be generic, not the rest state, where gradients vanish. Raises what the effect does where it cannot be
+        evaluated (UndefinedError: choose another x).
+        """
+        report = DerivativeReport()
+        call(lib.flesh_effect_check_derivatives, self._pointer, mesh._pointer, float(t),
+             pointer(doubles(x, (mesh.node_count, 3), "x")), seed, report._struct)
+        return report
+
+    def __repr__(self):
+        return f"<flesh.{type(self).__name__} {self.name!r}, {self.role}>"
+
+
+def _vector(values, name):
+    return pointer(doubles(values, (3,), name))
+
+
+def _amplitude(amplitude: Optional[Amplitude]):
+    return ffi.NULL if amplitude is None else amplitude._struct
+
+
+class Inertia(Effect):
+    """r = M a, lumped or consistent as the body says."""
+
+    def __init__(self, body: Body):
+        self._take(create("flesh_effect", lib.flesh_effect_inertia, body._struct), body)
+
+
+class Elasticity(Effect):
+    """r = dV/dx, V the sum of volume * psi(F)."""
+
+    def __init__(self, body: Body):
+        self._take(create("flesh_effect", lib.flesh_effect_elasticity, body._struct), body)
+
+
+class Gravity(Effect):
+    """r = -load M g with the acceleration g [3], m/s^2."""
+
+    def __init__(self, body: Body, acceleration=(0, 0, -9.81)):
+        self._take(create("flesh_effect", lib.flesh_effect_gravity, body._struct,
+                          _vector(acceleration, "acceleration")), body)
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """[3] m/s^2."""
+        return view(lib.flesh_effect_acceleration(self._pointer), (3,), "double", self)
+
+
+class Spring(Effect):
+    """A spring of `stiffness` N/m from the body's point nearest to `point` [3] m at rest to a moving target.
+
+    `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s.
+    """
+
+    def __init__(self, body: Body, point, stiffness: float, target, start: float = 0.0, until: float = np.inf):
+        motion = target if isinstance(target, Motion) else Motion.fixed(target)
+        self._take(create("flesh_effect", lib.flesh_effect_spring, body._struct, _vector(point, "point"),
+                          float(stiffness), motion._struct, float(start), float(until)), body)
+
+
+class Damping(Effect):
+    """Rayleigh damping r = mass M v + stiffness K v; mass in 1/s, stiffness in s; K "rest" or "current"."""
+
+    def __init__(self, body: Body, mass: float = 0.0, stiffness: float = 0.0, stiffness_at: str = "rest"):
+        kinds = Names("flesh_stiffness", "FLESH_STIFFNESS_")
+        self._take(create("flesh_effect", lib.flesh_effect_damping, body._struct, float(mass), float(stiffness),
+                          kinds.value(stiffness_at, "stiffness_at")), body)
+
+
+class SettlingDamping(Effect):
+    """Winds a motion down: r = rate w M v, rate in 1/s, w from 0 to 1 as the speed goes from speed/2 to speed m/s."""
+
+    def __init__(self, body: Body, rate: float, speed: float = 0.0, start: float = 0.0, until: float = np.inf):
+        self._take(create("flesh_effect", lib.flesh_effect_settling_damping, body._struct, float(rate), float(speed),
+                          float(start), float(until)), body)
+
+
+class Viscosity(Effect):
+    """Kelvin-Voigt damping by the rate of the Green strain; shear and bulk viscosities in Pa s."""
+
+    def __init__(self, body: Body, shear: float = 0.0, bulk: float = 0.0):
+        self._take(create("flesh_effect", lib.flesh_effect_viscosity, body._struct, float(shear), float(bulk)), body)
+
+
+class Force(Effect):
+    """A dead load of `force` [3] N in all, shared evenly by `nodes` [count]."""
+
+    def __init__(self, body: Body, nodes, force, amplitude: Optional[Amplitude] = None):
+        chosen = integers(nodes, (None,), "nodes")
+        self._take(create("flesh_effect", lib.flesh_effect_force, body._struct, len(chosen), pointer(chosen, "int"),
+                          _vector(force, "force"), _amplitude(amplitude)), body)
+
+
+class Traction(Effect):
+    """A dead load of `traction` [3] Pa per area at rest on `triangles` [count, 3] of the mesh's surface."""
+
+    def __init__(self, body: Body, triangles, traction, amplitude: Optional[Amplitude] = None):
+        chosen = integers(triangles, (None, 3), "triangles")
+        self._take(create("flesh_effect", lib.flesh_effect_traction, body._struct, len(chosen), pointer(chosen, "int"),
+                          _vector(traction, "traction"), _amplitude(amplitude)), body)
+
+
+class Pressure(Effect):
+    """A pressure, Pa, on the deformed `triangles` [count, 3], wound outwards."""
+
+    def __init__(self, body: Body, triangles, pressure: float, amplitude: Optional[Amplitude] = None):
+        chosen = integers(triangles, (None, 3), "triangles")
+        self._take(create("flesh_effect", lib.flesh_effect_pressure, body._struct, len(chosen), pointer(chosen, "int"),
+                          float(pressure), _amplitude(amplitude)), body)
+
+
+class Contact(Effect):
+    """Keeps a body out of an obstacle, which it takes.
+
+    Args:
+        stiffness: Pa; None: three times the body's largest shear modulus.
+        thickness: m, distance at which the push begins; None: 1/20 of the mean surface edge.
+        friction: Coulomb's coefficient.
+        slip_speed: m/s, below which friction is viscous.
+    """
+
+    def __init__(self, body: Body, obstacle: Obstacle, stiffness: Optional[float] = None,
+                 thickness: Optional[float] = None, friction: Optional[float] = None,
+                 slip_speed: Optional[float] = None):
+        options = ffi.new("flesh_contact_options *")
+        lib.flesh_contact_options_default(options)
+        for name, value in (("stiffness", stiffness), ("thickness", thickness), ("friction", friction),
+                            ("slip_speed", slip_speed)):
+            if value is not None:
+                setattr(options, name, float(value))
+        taken = obstacle._give(self)
+        self._take(create("flesh_effect", lib.flesh_effect_contact, body._struct, options, taken), body)
+        obstacle._pointer = lib.flesh_effect_obstacle(self._pointer)
+
+    @property
+    def obstacle(self) -> Obstacle:
+        """What the body is kept out of."""
+        return Obstacle._of(lib.flesh_effect_obstacle(self._pointer), self)

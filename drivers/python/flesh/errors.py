@@ -1,0 +1,132 @@
+"""errors.py: an exception for every status of the library, with the library's own sentence.
+
+A sentence says where, what, and what would be valid: `scene.yaml:12:9: body.material.poisson is 0.5; it must be in
+(-1, 0.5)`. In a function of your own that the library calls (an effect, an energy density), raising one of the
+recoverable ones returns its status, so that a shorter step is tried; any other exception ends the call and comes out
+of it."""
+from ._library import lib, text
+
+__all__ = ["Error", "RecoverableError", "UndefinedError", "NonFiniteError", "NotConvergedError", "NotPositiveError",
+           "ArgumentError", "OutOfMemoryError", "FileError", "SolveError", "IntegratorError", "BudgetError",
+           "NonFiniteRunError", "InterruptedError_", "SundialsError", "EnergyError", "ProgramError", "by_status"]
+
+
+class Error(Exception):
+    """What the library refuses or could not do.
+
+    Attributes:
+        status: the flesh_status, an int; 0 where the failure was found before the library was called.
+    """
+    status = 0
+
+    def __init__(self, message="", status=None):
+        super().__init__(message or (text(lib.flesh_status_text(self.status)) if self.status else ""))
+        if status is not None:
+            self.status = status
+
+    @property
+    def name(self) -> str:
+        """Name of the status, as in C: "FLESH_ERR_ARGUMENT"."""
+        return text(lib.flesh_status_name(self.status))
+
+
+class RecoverableError(Error):
+    """A positive status: nothing was modified, a shorter step or another state may succeed."""
+
+
+class UndefinedError(RecoverableError):
+    """The energy is undefined at this state (J <= 0, or within an obstacle)."""
+    status = lib.FLESH_UNDEFINED
+
+
+class NonFiniteError(RecoverableError):
+    """A number is not finite."""
+    status = lib.FLESH_NONFINITE
+
+
+class NotConvergedError(RecoverableError):
+    """The iteration limit was reached before the tolerance."""
+    status = lib.FLESH_NOT_CONVERGED
+
+
+class NotPositiveError(RecoverableError):
+    """The matrix is not positive definite."""
+    status = lib.FLESH_NOT_POSITIVE
+
+
+class ArgumentError(Error, ValueError):
+    """Invalid argument or scene."""
+    status = lib.FLESH_ERR_ARGUMENT
+
+
+class OutOfMemoryError(Error, MemoryError):
+    """Out of memory."""
+    status = lib.FLESH_ERR_MEMORY
+
+
+class FileError(Error, OSError):
+    """Invalid or unreadable file or mesh."""
+    status = lib.FLESH_ERR_FILE
+
+
+class SolveError(Error):
+    """The nonlinear solve failed; Integrator.failure has everything that is known."""
+    status = lib.FLESH_ERR_SOLVE
+
+
+class IntegratorError(Error):
+    """The time integrator failed."""
+    status = lib.FLESH_ERR_INTEGRATOR
+
+
+class BudgetError(Error):
+    """The budget is spent."""
+    status = lib.FLESH_ERR_BUDGET
+
+
+class NonFiniteRunError(Error):
+    """A non-finite number ended the run."""
+    status = lib.FLESH_ERR_NONFINITE
+
+
+class InterruptedError_(Error):
+    """Interrupted by a stop function."""
+    status = lib.FLESH_ERR_INTERRUPTED
+
+
+class SundialsError(Error):
+    """A SUNDIALS function failed, or another version is loaded."""
+    status = lib.FLESH_ERR_SUNDIALS
+
+
+class EnergyError(Error):
+    """The energy grew although nothing put it in."""
+    status = lib.FLESH_ERR_ENERGY
+
+
+class ProgramError(Error):
+    """A command of the program ended with an exit code other than 0; `status` is that code."""
+
+
+def _classes(above):
+    for cls in above.__subclasses__():
+        yield cls
+        yield from _classes(cls)
+
+
+_BY_STATUS = {cls.status: cls for cls in _classes(Error) if cls.status}
+
+
+def by_status(status: int) -> type:
+    """The class of a status; Error for one that has none.
+
+    >>> by_status(-3).__name__
+    'FileError'
+    """
+    return _BY_STATUS.get(status, Error)
+
+
+def of(status):
+    """The exception of a status that a call of the library has just returned in this thread."""
+    sentence = text(lib.flesh_error_text()) or text(lib.flesh_status_text(status))
+    return by_status(status)(sentence, status)

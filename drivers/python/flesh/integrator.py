@@ -1,0 +1,184 @@
+"""integrator.py: time stepping and statics."""
+from typing import Callable, List, NamedTuple, Optional
+
+import numpy as np
+
+from . import _callbacks
+from ._arrays import view
+from ._callbacks import call, call_value, create, owned
+from ._library import ffi, lib, text
+from .effects import EffectCost
+from .errors import ArgumentError
+from .options import (METHOD_NAMES, AdaptiveOptions, EnergyBalance, Failure, MethodOptions, Progress, SolverOptions,
+                      SolveStats)
+from .system import State, System
+
+__all__ = ["Integrator", "InternalStep", "equilibrium"]
+
+
+class InternalStep(NamedTuple):
+    """One internal step of an adaptive method. The arrays are the library's: copy what is to last."""
+    t: float  # its end, s
+    h: float  # its length, s
+    order: int
+    rejected: int  # attempts thrown away before it because they erred too much
+    convergence_failures: int  # and because Newton did not converge
+    x: np.ndarray  # [nodes, 3] m
+    v: np.ndarray  # [nodes, 3] m/s
+
+
+def _no_stop():
+    return 0
+
+
+class Integrator:
+    """Takes states of a system forward in time; belongs to one thread at a time.
+
+    Ctrl-C ends a step: KeyboardInterrupt is raised and the state is that of the last part that was finished.
+
+    Args:
+        system: is finished if it was not.
+        method: one of METHODS: "backward-euler", "bdf2", ..., "static".
+        options: how solves go; SolverOptions() by default.
+        method_options: of newmark and hht.
+        adaptive: of the adaptive methods.
+        observe: called with every InternalStep of an adaptive method.
+        stop: called often while a step is made, without arguments; to return something true ends the step with
+            InterruptedError_.
+    """
+
+    def __init__(self, system: System, method: str = "backward-euler", options: Optional[SolverOptions] = None, *,
+                 method_options: Optional[MethodOptions] = None, adaptive: Optional[AdaptiveOptions] = None,
+                 observe: Optional[Callable[[InternalStep], None]] = None, stop: Optional[Callable] = None):
+        self.system = system
+        options = SolverOptions() if options is None else options
+        made = create("flesh_integrator", lib.flesh_integrator_create, system._ready(),
+                      METHOD_NAMES.value(method, "method"), options._struct)
+        self._pointer = owned("flesh_integrator", made, lib.flesh_integrator_destroy)
+        self.stop = stop
+        if method_options is not None:
+            self.set_method_options(method_options)
+        if adaptive is not None or observe is not None:
+            self.set_adaptive(adaptive or AdaptiveOptions(), observe)
+
+    @property
+    def stop(self) -> Optional[Callable]:
+        """What is asked while a step is made; None: only Ctrl-C ends one."""
+        return self._asked
+
+    @stop.setter
+    def stop(self, function: Optional[Callable]):
+        asked = function or _no_stop
+        # Python handles signals while it runs this function: KeyboardInterrupt is raised in it.
+        self._stop = _callbacks.status_callback(
+            "int(void *)", lambda _data: lib.FLESH_ERR_INTERRUPTED if asked() else 0)
+        lib.flesh_integrator_set_stop(self._pointer, self._stop, ffi.NULL)
+        self._asked = function
+
+    def set_method_options(self, options: MethodOptions) -> None:
+        """Replaces the defaults of newmark and hht and restarts the method."""
+        call(lib.flesh_integrator_set_method_options, self._pointer, options._struct)
+
+    def set_adaptive(self, options: AdaptiveOptions, observe: Optional[Callable[[InternalStep], None]] = None) -> None:
+        """Replaces the defaults of the adaptive methods; `observe` is called with every InternalStep."""
+        copy = AdaptiveOptions._copy(options._struct)
+        copy._struct.observe = ffi.NULL
+        if observe is not None:
+            def told(_data, step):
+                shape = (self.system.mesh.node_count, 3)
+                observe(InternalStep(step.t, step.h, step.order, step.rejected, step.convergence_failures,
+                                     view(step.state.x, shape, "double", self),
+                                     view(step.state.v, shape, "double", self)))
+            self._observe = _callbacks.status_callback("int(void *, const flesh_internal_step *)", told)
+            copy._struct.observe = self._observe
+        call(lib.flesh_integrator_set_adaptive, self._pointer, copy._struct)
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        return METHOD_NAMES.word(lib.flesh_integrator_method(self._pointer))
+
+    def step(self, state: State, h: float) -> SolveStats:
+        """Takes the state from t to t + h s, in place; statics: to equilibrium at t + h.
+
+        Raises:
+            SolveError, IntegratorError, EnergyError, ...: the step could not be made; the state is that of the last
+                success, t included, and `failure` has everything that is known.
+            KeyboardInterrupt: Ctrl-C; likewise.
+        """
+        stats = SolveStats()
+        call(lib.flesh_integrator_step, self._pointer, state._checked(self.system.mesh.node_count), float(h),
+             stats._struct)
+        return stats
+
+    def _costs(self):
+        return lib.flesh_integrator_costs(self._pointer)
+
+    def time_effects(self, on: bool = True) -> None:
+        """Has the CPU time of every effect measured from now on."""
+        self._costs().timed = int(on)
+
+    @property
+    def costs(self) -> List[EffectCost]:
+        """What every effect was asked for since the integrator was made."""
+        costs = self._costs()
+        return [EffectCost(effect.name, c.residuals, c.jacobians, c.potentials, c.energies, c.cpu_s)
+                for k, effect in enumerate(self.system.effects) for c in [costs.effects[k]]]
+
+    @property
+    def warning(self) -> Optional[str]:
+        """What a user should know about the steps so far although none failed; None when nothing."""
+        return text(lib.flesh_integrator_warning(self._pointer))
+
+    @property
+    def energy_balance(self) -> EnergyBalance:
+        """Energy, work put in, and what came from nowhere."""
+        return EnergyBalance(lib.flesh_integrator_energy_balance(self._pointer))
+
+    def set_max_energy_gain(self, gain: float) -> None:
+        """The gain (see EnergyBalance) from which on a step ends with EnergyError; inf: never."""
+        call(lib.flesh_integrator_set_max_energy_gain, self._pointer, float(gain))
+
+    def energies(self, state: State) -> Optional[np.ndarray]:
+        """[effects] J at the state that the last step has led to; None where they are not known there."""
+        values = call_value(lib.flesh_integrator_energies, self._pointer, state._checked(self.system.mesh.node_count))
+        return view(values, (self.system.effect_count,), "double", self).copy() if values else None
+
+    @property
+    def progress(self) -> Progress:
+        """Where a step that is being made stands; for a `stop` to ask."""
+        return Progress(ffi.new("flesh_progress *", lib.flesh_integrator_progress(self._pointer)))
+
+    @property
+    def failure(self) -> Failure:
+        """Of the last failed step."""
+        return Failure(lib.flesh_integrator_failure(self._pointer))
+
+    @property
+    def memory(self) -> int:
+        """Bytes held by now."""
+        return lib.flesh_integrator_memory(self._pointer)
+
+    @property
+    def kinsol(self) -> int:
+        """Address of the KINSOL memory inside, for KINSet... and KINGet... by ctypes or cffi."""
+        return int(ffi.cast("uintptr_t", lib.flesh_integrator_kinsol(self._pointer)))
+
+    @property
+    def ida(self) -> int:
+        """Address of the IDA memory inside an adaptive method's integrator; 0 for other methods."""
+        return int(ffi.cast("uintptr_t", lib.flesh_integrator_ida(self._pointer)))
+
+
+def equilibrium(system: System, start: Optional[State] = None, options: Optional[SolverOptions] = None,
+                t: float = 0.0) -> State:
+    """The equilibrium of a system at t s, as a new state; begins at `start`, by default the mesh's shape.
+
+    Raises:
+        SolveError: none was found.
+    """
+    state = State.at_rest(system.mesh) if start is None else start.copy()
+    if t < state.t:
+        raise ArgumentError(f"t is {t:g} s; it must be at least that of the start, {state.t:g} s")
+    Integrator(system, "static", options).step(state, t - state.t)
+    return state

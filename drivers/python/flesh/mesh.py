@@ -1,0 +1,235 @@
+"""mesh.py: tetrahedral meshes: made from arrays, read, written, measured."""
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from ._arrays import Field, Record, doubles, integers, pointer, view
+from ._callbacks import call, create, owned
+from ._library import ffi, lib, path_bytes
+from .errors import ArgumentError
+
+__all__ = ["Mesh", "MeshInfo", "Jacobians"]
+
+
+class MeshInfo(Record):
+    """What was found while a mesh was made, and what its shape is like. Lengths in m, volumes in m^3."""
+    _ctype = "flesh_mesh_info"
+    nodes: int = Field("number of nodes")
+    tets: int = Field("number of tets")
+    triangles: int = Field("of the surface")
+    flipped: int = Field("tets whose winding was inverted and has been flipped")
+    unused_nodes: int = Field("nodes that no tet uses")
+    regions: int = Field("distinct region tags")
+    volume: float = Field("m^3")
+    low: np.ndarray = Field("[3] lower corner of the box around the nodes that tets use, m")
+    high: np.ndarray = Field("[3] upper corner, m")
+    edge_min: float = Field("shortest edge between corners, m")
+    edge_mean: float = Field("mean edge, m")
+    edge_max: float = Field("longest edge, m")
+    radius_ratio_min: float = Field("least 3 * inradius / circumradius; 1 for a regular tet")
+    radius_ratio_mean: float = Field("mean of that")
+    worst_tet: int = Field("the tet with radius_ratio_min")
+    order: int = Field("1 or 2")
+    curved: int = Field("tets with a curved edge")
+    scaled_jacobian_min: float = Field("smallest over largest Jacobian of a tet's map, 1 where all edges are straight")
+    most_bent_tet: int = Field("the tet with scaled_jacobian_min")
+
+
+class Jacobians(NamedTuple):
+    """J = (volume now) / (volume at rest) of the tets of a mesh."""
+    J: np.ndarray  # [tets]
+    least: float  # the smallest; NaN where one is NaN
+    worst: int  # its tet
+    inverted: int  # tets without J > 0
+
+
+class Mesh:
+    """A mesh of tets with four nodes (order 1) or ten (order 2); const once made.
+
+    Arrays that it hands out are views that cannot be written to and keep the mesh alive.
+
+    Args:
+        positions: [nodes, 3] rest positions, m.
+        tets: [tets, 4] or [tets, 10] node indices from 0; of ten the last six lie on the edges 01, 12, 02, 03, 13, 23.
+        regions: [tets] tags, or None for 0 everywhere.
+
+    Raises:
+        FileError: a flat or doubled tet, a node out of range, a number that is not finite, an empty mesh.
+        ArgumentError: an array of another shape.
+    """
+
+    def __init__(self, positions, tets, regions=None):
+        x = doubles(positions, (None, 3), "positions")
+        width = np.shape(tets)[-1] if np.ndim(tets) == 2 else 4
+        if width not in (4, 10):
+            raise ArgumentError(f"tets has shape {np.shape(tets)}; it must be (any, 4) or (any, 10)")
+        nodes = integers(tets, (None, width), "tets")
+        tags = None if regions is None else integers(regions, (len(nodes),), "regions")
+        make = lib.flesh_mesh_create if width == 4 else lib.flesh_mesh_create_quadratic
+        self._take(create("flesh_mesh", make, len(x), pointer(x), len(nodes), pointer(nodes, "int"),
+                          pointer(tags, "int")))
+
+    def _take(self, made, owner=None):
+        """Owns `made`, or with `owner` keeps that alive which does."""
+        self._pointer = made if owner is not None else owned("flesh_mesh", made, lib.flesh_mesh_destroy)
+        self._owner = owner
+        return self
+
+    @classmethod
+    def _of(cls, made, owner=None) -> "Mesh":
+        return cls.__new__(cls)._take(made, owner)
+
+    @classmethod
+    def box(cls, cells, size, origin=(0, 0, 0)) -> "Mesh":
+        """A regular grid of cells[0] x cells[1] x cells[2] boxes of six tets each, filling `size` [3] m from `origin`.
+
+        Node (i, j, k) has the number (k*(ny+1) + j)*(nx+1) + i.
+        """
+        return cls._of(create("flesh_mesh", lib.flesh_mesh_box, pointer(integers(cells, (3,), "cells"), "int"),
+                              pointer(doubles(size, (3,), "size")), pointer(doubles(origin, (3,), "origin"))))
+
+    @classmethod
+    def read(cls, path) -> "Mesh":
+        """Reads TetGen (.node, .ele), Gmsh (.msh 2.2, 4.1), Medit (.mesh) or a plain list, recognised by content.
+
+        Raises:
+            FileError: with file and line.
+        """
+        return cls._of(create("flesh_mesh", lib.flesh_mesh_read, path_bytes(path)))
+
+    def write(self, path) -> None:
+        """Writes .node/.ele (TetGen), .msh (Gmsh 4.1) or .mesh (Medit) by the suffix; whole or not at all."""
+        call(lib.flesh_mesh_write, self._pointer, path_bytes(path))
+
+    def raise_order(self) -> "Mesh":
+        """The mesh of order 2 that has a node in the middle of each edge of this one of order 1."""
+        return self._of(create("flesh_mesh", lib.flesh_mesh_raise_order, self._pointer))
+
+    def lower_order(self) -> "Mesh":
+        """The mesh of order 1 that has the corners of this one of order 2."""
+        return self._of(create("flesh_mesh", lib.flesh_mesh_lower_order, self._pointer))
+
+    def refine(self) -> "Mesh":
+        """The mesh whose tets are those of this one cut into eight each; its nodes stay and come first."""
+        return self._of(create("flesh_mesh", lib.flesh_mesh_refine, self._pointer))
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return lib.flesh_mesh_node_count(self._pointer)
+
+    @property
+    def tet_count(self) -> int:
+        """Number of tets."""
+        return lib.flesh_mesh_tet_count(self._pointer)
+
+    @property
+    def order(self) -> int:
+        """1: four nodes a tet; 2: ten."""
+        return lib.flesh_mesh_order(self._pointer)
+
+    def _view(self, address, shape, kind):
+        return view(address, shape, kind, self)
+
+    @property
+    def positions(self) -> np.ndarray:
+        """[nodes, 3] rest positions, m."""
+        return self._view(lib.flesh_mesh_positions(self._pointer), (self.node_count, 3), "double")
+
+    @property
+    def tets(self) -> np.ndarray:
+        """[tets, 4] nodes at the corners."""
+        return self._view(lib.flesh_mesh_tets(self._pointer), (self.tet_count, 4), "int")
+
+    @property
+    def tet_edges(self) -> Optional[np.ndarray]:
+        """[tets, 6] nodes on the edges 01, 12, 02, 03, 13, 23; None at order 1."""
+        edges = lib.flesh_mesh_tet_edges(self._pointer)
+        return self._view(edges, (self.tet_count, 6), "int") if edges else None
+
+    @property
+    def tet_nodes(self) -> np.ndarray:
+        """[tets, 4] or [tets, 10] all nodes of every tet, a new array at order 2."""
+        return self.tets if self.order == 1 else np.hstack((self.tets, self.tet_edges))
+
+    @property
+    def tet_curved(self) -> np.ndarray:
+        """[tets] 1 where an edge's node is off its middle."""
+        return self._view(lib.flesh_mesh_tet_curved(self._pointer), (self.tet_count,), "uint8_t")
+
+    @property
+    def regions(self) -> np.ndarray:
+        """[tets] region tags."""
+        return self._view(lib.flesh_mesh_regions(self._pointer), (self.tet_count,), "int")
+
+    @property
+    def tet_volumes(self) -> np.ndarray:
+        """[tets] rest volumes, m^3, all positive."""
+        return self._view(lib.flesh_mesh_tet_volumes(self._pointer), (self.tet_count,), "double")
+
+    @property
+    def surface(self) -> np.ndarray:
+        """[triangles, 3] boundary triangles, outward by the right-hand rule; at order 2 four flat ones a face."""
+        count = ffi.new("int *")
+        corners = lib.flesh_mesh_surface(self._pointer, count)
+        return self._view(corners, (count[0], 3), "int")
+
+    @property
+    def surface_tets(self) -> np.ndarray:
+        """[triangles] the tet behind each boundary triangle."""
+        return self._view(lib.flesh_mesh_surface_tets(self._pointer), (len(self.surface),), "int")
+
+    @property
+    def node_used(self) -> np.ndarray:
+        """[nodes] 1 where some tet uses the node, else 0."""
+        return self._view(lib.flesh_mesh_node_used(self._pointer), (self.node_count,), "uint8_t")
+
+    @property
+    def info(self) -> MeshInfo:
+        """Counts, size and quality; every call measures the whole mesh."""
+        info = MeshInfo()
+        lib.flesh_mesh_inspect(self._pointer, info._struct)
+        return info
+
+    def nodes_in_box(self, low, high) -> np.ndarray:
+        """[count] nodes whose rest positions lie in the box from `low` [3] to `high` [3], m, its faces included."""
+        x = self.positions
+        return np.flatnonzero(((x >= np.asarray(low)) & (x <= np.asarray(high))).all(axis=1)).astype(np.intc)
+
+    def _at(self, x):
+        return doubles(x, (self.node_count, 3), "x")
+
+    def volume(self, x) -> float:
+        """Volume with the nodes at `x` [nodes, 3], m^3: the sum of the signed volumes of the tets."""
+        return lib.flesh_mesh_volume(self._pointer, pointer(self._at(x)))
+
+    def jacobians(self, x) -> Jacobians:
+        """J of every tet with the nodes at `x` [nodes, 3]; at order 2 a bound of the smallest det F in it."""
+        J = np.empty(self.tet_count)
+        worst, inverted = ffi.new("int *"), ffi.new("int *")
+        least = lib.flesh_mesh_jacobians(self._pointer, pointer(self._at(x)), pointer(J), worst, inverted)
+        return Jacobians(J, least, worst[0], inverted[0])
+
+    def distance_from_rest(self, x) -> float:
+        """Largest distance of a node at `x` [nodes, 3] from rest after the best rigid fit, over the longest side."""
+        return lib.flesh_mesh_distance_from_rest(self._pointer, pointer(self._at(x)))
+
+    def _densities(self, density):
+        values = np.asarray(density, dtype=float)
+        return doubles(np.full(self.tet_count, values) if values.ndim == 0 else values, (self.tet_count,), "density")
+
+    def lumped_mass(self, density) -> np.ndarray:
+        """[nodes] lumped mass, kg, of a density [tets] or one for all, kg/m^3."""
+        mass = np.empty(self.node_count)
+        lib.flesh_mesh_lumped_mass(self._pointer, pointer(self._densities(density)), pointer(mass))
+        return mass
+
+    def consistent_mass_times(self, density, x) -> np.ndarray:
+        """[nodes, 3] M x with the consistent mass of a density [tets] or one for all, kg/m^3; x [nodes, 3]."""
+        y = np.empty((self.node_count, 3))
+        lib.flesh_mesh_consistent_mass_times(self._pointer, pointer(self._densities(density)), pointer(self._at(x)),
+                                             pointer(y))
+        return y
+
+    def __repr__(self):
+        return f"<flesh.Mesh of order {self.order}: {self.node_count} nodes, {self.tet_count} tets>"

@@ -1,0 +1,219 @@
+"""output.py: runs, as a loop with observers or as an iterator, and the files that a run writes."""
+import threading
+from typing import Callable, Iterable, Iterator, NamedTuple, Optional
+
+import numpy as np
+
+from . import _callbacks
+from ._arrays import view
+from ._callbacks import call, create
+from ._library import ffi, lib, path_bytes
+from .integrator import Integrator
+from .mesh import Mesh
+from .options import SolveStats
+from .surface import Skin, Surface
+from .system import State, System
+
+__all__ = ["StepRecord", "run", "steps", "History", "Frames", "SkinFrames"]
+
+
+class StepRecord(NamedTuple):
+    """An accepted step as it is told; step 0 is the start. Its arrays are copies, which may be kept."""
+    step: int
+    t: float  # s
+    h: float  # s; 0 at the start
+    last: bool  # the run ends here
+    x: np.ndarray  # [nodes, 3] m
+    v: np.ndarray  # [nodes, 3] m/s
+    J: np.ndarray  # [tets] volume now over volume at rest
+    energies: np.ndarray  # [effects] J
+    rest_energies: np.ndarray  # [effects] J, of those whose energy at rest is only the formula's constant; else 0
+    volume: float  # m^3
+    rest_volume: float  # m^3
+    min_J: float
+    min_J_tet: int
+    inverted: int  # tets with J <= 0
+    stats: SolveStats
+
+    @classmethod
+    def _of(cls, record, mesh, effects):
+        nodes = (mesh.node_count, 3)
+
+        def copy(address, shape):
+            return view(address, shape, "double", None).copy()
+        return cls(record.step, record.state.t, record.h, bool(record.last), copy(record.state.x, nodes),
+                   copy(record.state.v, nodes), copy(record.J, (mesh.tet_count,)), copy(record.energies, (effects,)),
+                   copy(record.rest_energies, (effects,)), record.volume, record.rest_volume, record.min_J,
+                   record.min_J_tet, record.inverted, SolveStats(record.stats))
+
+
+class _File:
+    """Something that writes while a run goes on: an observer, and a context that closes it."""
+    _close = _observe = None
+
+    def _open(self, kind, function, *arguments):
+        self._kind, self._pointer = kind, create(kind, function, *arguments)
+
+    def close(self) -> None:
+        """Completes the files. FileError when not all could be written."""
+        if self._pointer:
+            out, self._pointer = ffi.new(f"{self._kind} **", self._pointer), ffi.NULL
+            call(type(self)._close, out)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_error):
+        self.close()
+
+    def __del__(self):
+        pointer_ = getattr(self, "_pointer", None)
+        if pointer_:
+            type(self)._close(ffi.new(f"{self._kind} **", pointer_))
+
+
+class History(_File):
+    """history.csv: a header and a row per step, flushed as it is written. Hand it to run() or steps()."""
+    _close, _observe = lib.flesh_history_close, lib.flesh_history_observe
+
+    def __init__(self, path, system: System):
+        self._keep = system
+        self._open("flesh_history", lib.flesh_history_create, path_bytes(path), system._ready())
+
+
+class Frames(_File):
+    """frame_000000.vtu ... and frames.pvd in `directory`: the start, every `every`-th step and the last one."""
+    _close, _observe = lib.flesh_frames_close, lib.flesh_frames_observe
+
+    def __init__(self, directory, mesh: Mesh, every: int = 1):
+        self._keep = mesh
+        self._open("flesh_frames", lib.flesh_frames_create, path_bytes(directory), mesh._pointer, every)
+
+
+class SkinFrames(_File):
+    """The skin as it moves: `formats` are some of "obj", "pc2" (Blender's Mesh Cache) and "vtu"."""
+    _close, _observe = lib.flesh_skin_frames_close, lib.flesh_skin_frames_observe
+
+    def __init__(self, directory, skin: Skin, surface: Surface, formats=("vtu",), every: int = 1):
+        self._keep = (skin, surface)
+        bits = {"obj": lib.FLESH_SKIN_OBJ, "pc2": lib.FLESH_SKIN_PC2, "vtu": lib.FLESH_SKIN_VTU}
+        self._open("flesh_skin_frames", lib.flesh_skin_frames_create, path_bytes(directory), skin._pointer,
+                   surface._pointer, sum(bits[name] for name in set(formats)), every)
+
+    def add(self, number: int, state: State) -> None:
+        """Writes a state that comes from elsewhere as frame `number`."""
+        call(lib.flesh_skin_frames_add, self._pointer, number, state._checked(len(state.x)))
+
+    def abandon(self) -> None:
+        """Closes without the point cache."""
+        out, self._pointer = ffi.new("flesh_skin_frames **", self._pointer), ffi.NULL
+        lib.flesh_skin_frames_abandon(out)
+
+    @staticmethod
+    def remove(directory) -> None:
+        """Removes what an earlier run left under these names in `directory`."""
+        lib.flesh_skin_frames_remove(path_bytes(directory))
+
+
+class _Run:
+    """The options of one run, with what must live as long."""
+
+    def __init__(self, integrator, state, h, end, observers, stop):
+        system = integrator.system
+        self.keep = (integrator, state, observers)
+        self.functions = []
+        self.observers = ffi.new("flesh_observer[]", max(len(observers), 1))
+        for slot, observer in zip(self.observers, observers):
+            if isinstance(observer, _File):
+                slot.observe, slot.data = type(observer)._observe, observer._pointer
+            else:
+                slot.observe = self._told(observer, system)
+        self.options = ffi.new("flesh_run_options *", {"h": float(h), "end": float(end),
+                                                       "observer_count": len(observers),
+                                                       "observers": self.observers})
+        # Python handles signals while it runs this function: Ctrl-C ends the run between steps, too.
+        self.stop = _callbacks.status_callback("int(void *)",
+                                               lambda _data: lib.FLESH_ERR_INTERRUPTED if stop and stop() else 0)
+        self.options.stop = self.stop
+        self.steps = ffi.new("int *")
+        self.arguments = (system._ready(), integrator._pointer, self.options,
+                          state._checked(system.mesh.node_count), self.steps)
+
+    def _told(self, observer, system):
+        def told(_data, record):
+            observer(StepRecord._of(record, system.mesh, system.effect_count))
+        self.functions.append(_callbacks.status_callback("int(void *, const flesh_step_record *)", told))
+        return self.functions[-1]
+
+    def go(self):
+        call(lib.flesh_run, *self.arguments)
+        return self.steps[0]
+
+
+def run(integrator: Integrator, state: State, h: float, end: float,
+        observers: Iterable[Callable[[StepRecord], None]] = (), stop: Optional[Callable] = None) -> int:
+    """Steps of h s from state.t to `end` s, the last one shortened to hit it; returns the number of steps.
+
+    A static integrator on a system that does not move makes one solve, to `end`. The state changes in place and is
+    always that of the last success, also after an exception or Ctrl-C.
+
+    Args:
+        observers: History, Frames, SkinFrames or functions of a StepRecord; told of the start, then of every step.
+        stop: asked between and within steps, without arguments; something true ends the run with InterruptedError_.
+    """
+    return _Run(integrator, state, h, end, list(observers), stop).go()
+
+
+def steps(integrator: Integrator, state: State, h: float, end: float,
+          observers: Iterable = ()) -> Iterator[StepRecord]:
+    """The same run as an iterator of StepRecords, the first of which is the start.
+
+    The run waits while the loop's body works, so that it may look at `state`; to leave the loop ends the run. The
+    library's own loop runs in a thread of its own meanwhile, in which effects written in Python are called.
+    """
+    return _Steps(integrator, state, h, end, list(observers)).records()
+
+
+class _Steps:
+    def __init__(self, integrator, state, h, end, observers):
+        self.ready, self.wanted = threading.Semaphore(0), threading.Semaphore(0)
+        self.record, self.error, self.left, self.done = None, None, False, False
+        self.run = _Run(integrator, state, h, end, [*observers, self._told], lambda: self.left)
+        self.integrator = integrator
+
+    def _told(self, record):
+        if self.left:
+            return
+        self.record = record
+        self.ready.release()
+        self.wanted.acquire()
+
+    def _work(self):
+        self.wanted.acquire()
+        try:
+            if not self.left:
+                self.run.go()
+        except BaseException as error:  # handed to the thread that iterates
+            self.error = error
+        self.done = True
+        self.ready.release()
+
+    def records(self):
+        thread = threading.Thread(target=self._work, name="flesh.steps", daemon=True)
+        thread.start()
+        asked = self.integrator.stop
+        self.integrator.stop = lambda: self.left or (asked and asked())
+        try:
+            while True:
+                self.wanted.release()
+                self.ready.acquire()  # Ctrl-C interrupts this
+                if self.done:
+                    break
+                yield self.record
+        finally:
+            self.left = self.left or not self.done
+            self.wanted.release()
+            thread.join()
+            self.integrator.stop = asked
+        if self.error is not None:
+            raise self.error

@@ -1,0 +1,237 @@
+"""own_effect.py: effects written in Python."""
+from typing import Optional
+
+import numpy as np
+
+from . import _callbacks
+from ._arrays import integers, pointer, view
+from ._callbacks import create
+from ._library import ffi, lib
+from .effects import Effect, _ROLES
+from .errors import ArgumentError
+from .mesh import Mesh
+from .options import FILTERS
+from .system import Shift
+
+__all__ = ["OwnEffect", "PointView"]
+
+
+class PointView:
+    """Where an effect is evaluated. Its arrays are the library's, for the time of the call: copy what is to last.
+
+    Attributes:
+        t, load: s; the factor of external loads.
+        x, v, a: [nodes, 3] m, m/s, m/s^2.
+        x_lag, v_lag, t_lag: the last accepted state.
+        x_frozen, v_frozen: where what has no potential is frozen; v_frozen is None where that is at rest.
+    """
+    __slots__ = ("t", "load", "x", "v", "a", "x_lag", "v_lag", "t_lag", "x_frozen", "v_frozen")
+
+    def __init__(self, point, nodes):
+        self.t, self.load, self.t_lag = point.t, point.load, point.t_lag
+        for name in ("x", "v", "a", "x_lag", "v_lag", "x_frozen", "v_frozen"):
+            address = getattr(point, name)
+            setattr(self, name, view(address, (nodes, 3), "double", None) if address else None)
+
+
+# Traits by their Python names.
+_TRAITS = {"passive": "FLESH_IS_PASSIVE", "is_follower_load": "FLESH_IS_FOLLOWER_LOAD", "freezes": "FLESH_FREEZES",
+           "depends_on_position_only": "FLESH_DEPENDS_ON_POSITION_ONLY"}
+
+# The operations that a class may define, by the table of the library they stand in.
+_CORE = ("residual", "jacobian", "potential", "energy")
+_TIME = ("next_event", "carry")
+_BARRIER = ("max_feasible_step", "push_out", "tunnelled", "check", "clearance", "approach")
+
+
+def _member_type(struct, name):
+    return next(field.type for member, field in ffi.typeof(struct).item.fields if member == name)
+
+
+class OwnEffect(Effect):
+    """An effect of your own: derive from it, define `residual` and what else it has, and add it to a system.
+
+        class Wind(flesh.OwnEffect):
+            name, role = "wind", "load"
+            def residual(self, point):
+                return -point.load * self.force          # [nodes, 3] N: a gradient, not a force
+            def potential(self, point, shift):
+                return -point.load * self.force * point.x / shift.x   # its terms; they are summed
+
+    A derived class may define, beside `residual`:
+
+        jacobian(self, point, shift): of every cell the matrix [count, 3k, 3k], N/m: shift.x dr/dx + shift.v dr/dv +
+            shift.a dr/da of its k nodes, symmetric; without `cells` the diagonal blocks [nodes, 3, 3]
+        potential(self, point, shift): phi with d phi = r . du, J, or an array of terms that are summed
+        energy(self, point): the physical energy, J
+        next_event(self, t): first time after t at which it stops being smooth, s
+        carry(self, point, t_from, t_to): [nodes, 3] m, how far what it stands for is carried; None: it stands still
+        max_feasible_step(self, t_from, x_from, t_to, x_to): the share of a straight step that is feasible
+        push_out(self, t_from, x_from, t_to, x_to): x_to [nodes, 3] with the nodes moved that cannot get there
+        tunnelled(self, t_from, x_from, t_to, x_to): whether the body must have gone through something
+        check(self, t, x): raises ArgumentError where the body cannot be
+        clearance(self, t, x): how much farther than where it is felt the body is, m
+        approach(self, t_from, t_to, low, high): how far it is carried, as seen from a box, at most, m
+        report(self, point): a number for each of `report_names`
+
+    Raising UndefinedError or NonFiniteError in them lets the library try a shorter step. Any other exception ends the
+    call and comes out of it. They are called in the thread that steps, with the interpreter's lock.
+
+    Class attributes: `name`; `role`, one of flesh.ROLES; `passive`, `is_follower_load`, `freezes`,
+    `depends_on_position_only` (see include/flesh/effect.h); `report_names`, columns of histories.
+
+    Args:
+        mesh: of the body.
+        cells: [count, k] the nodes that the Jacobian couples; None: only diagonal blocks.
+    """
+    name: str = "own"
+    role: str = "other"
+    passive = is_follower_load = freezes = depends_on_position_only = False
+    report_names = ()
+
+    def __init__(self, mesh: Mesh, cells=None):
+        self.mesh = mesh
+        self._nodes = mesh.node_count
+        self._alive = []
+        operations = self._table = ffi.new("flesh_effect_operations *")
+        operations.name = self._hold(ffi.new("char[]", self.name.encode()))
+        operations.role = _ROLES.value(self.role, "role")
+        operations.traits = sum(getattr(lib, trait) for name, trait in _TRAITS.items() if getattr(self, name))
+        if cells is not None:
+            self._set_cells(cells)
+        if not self._defines("residual"):
+            raise ArgumentError(f"{type(self).__name__} has no method residual; an effect must have one")
+        for name in _CORE:
+            self._set(operations, name)
+        for table, names in (("time", _TIME), ("barrier", _BARRIER)):
+            if any(self._defines(name) for name in names):
+                part = self._hold(ffi.new(f"flesh_effect_{table} *"))
+                for name in names:
+                    self._set(part, name)
+                setattr(operations, table, part)
+        if self.report_names:
+            self._set_report(operations)
+        self._take(create("flesh_effect", lib.flesh_effect_create, operations, ffi.NULL), self._alive, operations)
+
+    def _defines(self, name):
+        return callable(getattr(self, name, None))
+
+    def _hold(self, thing):
+        self._alive.append(thing)
+        return thing
+
+    def _set(self, table, name):
+        if self._defines(name):
+            returns_status = name in _CORE or name == "check"
+            make = _callbacks.status_callback if returns_status else _callbacks.value_callback
+            setattr(table, name, self._hold(make(_member_type(table, name), getattr(self, f"_call_{name}"))))
+
+    def _set_report(self, operations):
+        names = self._hold([ffi.new("char[]", name.encode()) for name in self.report_names] + [ffi.NULL])
+        part = self._hold(ffi.new("flesh_effect_figures *"))
+        part.report_names = self._hold(ffi.new("char *[]", names))
+        part.report = self._hold(_callbacks.value_callback(_member_type(part, "report"), self._call_report))
+        operations.figures = part
+
+    def _set_cells(self, cells):
+        self._width = np.shape(cells)[-1] if np.ndim(cells) == 2 else 0
+        nodes = integers(cells, (None, self._width), "cells")
+        if not nodes.size or nodes.min() < 0 or nodes.max() >= self._nodes:
+            raise ArgumentError(f"cells must be [count, k] node numbers from 0 to {self._nodes - 1}")
+        # The library's cells have their nodes ascending; the matrices come in the order given.
+        self._order = np.argsort(nodes, axis=1, kind="stable")
+        self._cell_nodes = np.ascontiguousarray(np.take_along_axis(nodes, self._order, 1))
+        if (np.diff(self._cell_nodes, axis=1) == 0).any():
+            raise ArgumentError("a cell names a node twice")
+        struct = self._hold(ffi.new("flesh_cells *"))
+        struct.count, struct.nodes_per_cell = nodes.shape
+        struct.nodes = pointer(self._cell_nodes, "int")
+        callback = ffi.callback("const flesh_cells *(const flesh_effect *)", lambda _effect: struct)
+        self._table.cells = self._hold(callback)
+
+    @classmethod
+    def tet_cells(cls, mesh: Mesh) -> np.ndarray:
+        """[tets, 4] or [tets, 10] ascending nodes of every tet: the cells of an effect that goes tet by tet."""
+        cells = ffi.new("flesh_cells *")
+        _callbacks.call(lib.flesh_cells_of_tets, mesh._pointer, cells)
+        nodes = view(cells.nodes, (cells.count, cells.nodes_per_cell), "int", None).copy()
+        lib.flesh_cells_clear(cells)
+        return nodes
+
+    # What the library calls: `_effect` is this one.
+
+    def _array(self, address, writable=False):
+        return view(address, (self._nodes, 3), "double", None, read_only=not writable)
+
+    def _point(self, point):
+        return PointView(point, self._nodes)
+
+    @staticmethod
+    def _shift(shift):
+        return Shift(shift.x, shift.v, shift.a, FILTERS.word(shift.filter))
+
+    def _shaped(self, value, shape, name):
+        array = np.asarray(value, dtype=float)
+        if array.shape != shape:
+            raise ArgumentError(f"{type(self).__name__}.{name} returned an array of shape {array.shape}; "
+                                f"it must be {shape}")
+        return array
+
+    def _call_residual(self, _effect, point, r):
+        self._array(r, True)[...] += self._shaped(self.residual(self._point(point)), (self._nodes, 3), "residual")
+
+    def _call_jacobian(self, _effect, point, shift, K, slots):
+        given = self.jacobian(self._point(point), self._shift(shift))
+        blocks = view(K.values, (K.row_start[K.rows], 3, 3), "double", None, read_only=False)
+        if not hasattr(self, "_cell_nodes"):
+            starts = view(K.row_start, (K.rows,), "int", None)
+            blocks[starts] += self._shaped(given, (self._nodes, 3, 3), "jacobian")
+            return
+        count, k = self._cell_nodes.shape
+        cell = self._shaped(given, (count, 3 * k, 3 * k), "jacobian").reshape(count, k, 3, k, 3)
+        which, row, column = np.arange(count)[:, None], *np.triu_indices(k)
+        pairs = cell[which, self._order[:, row], :, self._order[:, column], :]
+        places = view(slots, (count, len(row)), "int", None)
+        np.add.at(blocks, places.ravel(), pairs.reshape(-1, 3, 3))
+
+    def _call_potential(self, _effect, point, shift, phi, magnitude):
+        terms = np.asarray(self.potential(self._point(point), self._shift(shift)), dtype=float)
+        phi[0] += terms.sum()
+        magnitude[0] += np.abs(terms).sum()
+
+    def _call_energy(self, _effect, point, energy):
+        energy[0] = float(self.energy(self._point(point)))
+
+    def _call_next_event(self, _effect, t):
+        return float(self.next_event(t))
+
+    def _call_carry(self, _effect, point, t_from, t_to, dx):
+        moved = self.carry(self._point(point), t_from, t_to)
+        if moved is None:
+            return 0
+        self._array(dx, True)[...] += self._shaped(moved, (self._nodes, 3), "carry")
+        return 1
+
+    def _call_max_feasible_step(self, _effect, t_from, x_from, t_to, x_to):
+        return float(self.max_feasible_step(t_from, self._array(x_from), t_to, self._array(x_to)))
+
+    def _call_push_out(self, _effect, t_from, x_from, t_to, x_to):
+        to = self._array(x_to, True)
+        to[...] = self._shaped(self.push_out(t_from, self._array(x_from), t_to, to.copy()), (self._nodes, 3), "push_out")
+
+    def _call_tunnelled(self, _effect, t_from, x_from, t_to, x_to):
+        return int(bool(self.tunnelled(t_from, self._array(x_from), t_to, self._array(x_to))))
+
+    def _call_check(self, _effect, t, x):
+        self.check(t, self._array(x))
+
+    def _call_clearance(self, _effect, t, x):
+        return float(self.clearance(t, self._array(x)))
+
+    def _call_approach(self, _effect, t_from, t_to, low, high):
+        return float(self.approach(t_from, t_to, np.array(list(low[0:3])), np.array(list(high[0:3]))))
+
+    def _call_report(self, _effect, point, values):
+        given = np.atleast_1d(np.asarray(self.report(self._point(point)), dtype=float))
+        view(values, (len(self.report_names),), "double", None, read_only=False)[...] = \
+            self._shaped(given, (len(self.report_names),), "report")

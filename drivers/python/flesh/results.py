@@ -1,0 +1,265 @@
+"""results.py: what the program writes (histories, drift, accuracy, hard cases, sweeps) as tables; and the program.
+
+A table's columns are numpy arrays; to_pandas() gives a pandas.DataFrame where pandas is installed."""
+import csv
+import glob
+import json
+import os
+import sqlite3
+import subprocess
+from typing import TYPE_CHECKING, Dict, Iterator, List, Mapping, Optional
+
+import numpy as np
+
+from . import _location
+from .errors import ArgumentError, FileError, ProgramError
+from .scene import Scene, _flow
+from .system import State
+
+if TYPE_CHECKING:
+    import pandas
+
+__all__ = ["Table", "RunResult", "DriftResult", "AccuracyResult", "HardcasesResult", "SweepResult", "program",
+           "run_scene", "drift", "accuracy", "hardcases", "sweep"]
+
+
+def _column(values):
+    """Whole numbers, else numbers with NaN for what is empty, else texts."""
+    try:
+        if all(isinstance(value, (str, int)) for value in values):
+            return np.array([int(value) for value in values], dtype=np.int64)
+    except (ValueError, OverflowError):
+        pass
+    try:
+        return np.array([np.nan if value in ("", None) else float(value) for value in values])
+    except (TypeError, ValueError):
+        return np.array(["" if value is None else value for value in values], dtype=object)
+
+
+class Table(Mapping):
+    """Columns by name: table["t"] is an array [rows]. What is empty is NaN in a column of numbers."""
+
+    def __init__(self, columns: Mapping):
+        self._columns = {name: np.asarray(values) for name, values in columns.items()}
+
+    @classmethod
+    def _of_rows(cls, names, rows):
+        return cls({name: _column([row[k] for row in rows]) for k, name in enumerate(names)})
+
+    @classmethod
+    def read(cls, path) -> "Table":
+        """Reads a CSV file with a header row. FileError where it is none."""
+        try:
+            with open(path, newline="", encoding="utf-8") as file:
+                rows = list(csv.reader(file))
+        except OSError as error:
+            raise FileError(f"{os.fspath(path)}: {error.strerror}") from None
+        if not rows or any(len(row) != len(rows[0]) for row in rows):
+            raise FileError(f"{os.fspath(path)}: not a table: rows of different lengths, or none")
+        return cls._of_rows(rows[0], rows[1:])
+
+    @classmethod
+    def _of_query(cls, path, query, parameters=()):
+        if not os.path.exists(path):
+            raise FileError(f"{os.fspath(path)}: there is no such database")
+        connection = sqlite3.connect(os.fspath(path))
+        try:
+            connection.execute("PRAGMA query_only = on")
+            cursor = connection.execute(query, parameters)
+            return cls._of_rows([column[0] for column in cursor.description], cursor.fetchall())
+        except sqlite3.Error as error:
+            raise FileError(f"{os.fspath(path)}: {error}") from None
+        finally:
+            connection.close()
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        try:
+            return self._columns[name]
+        except KeyError:
+            raise KeyError(f"{name!r}; there are {', '.join(self._columns)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(next(iter(self._columns.values()))) if self._columns else 0
+
+    def where(self, **values) -> "Table":
+        """The rows whose columns have these values: table.where(energy="S")."""
+        chosen = np.ones(self.rows, bool)
+        for name, value in values.items():
+            chosen &= self[name] == value
+        return Table({name: column[chosen] for name, column in self._columns.items()})
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The same as a pandas.DataFrame (Debian's python3-pandas)."""
+        import pandas
+        return pandas.DataFrame(dict(self._columns))
+
+    def __repr__(self):
+        return f"<flesh.Table of {self.rows} rows: {', '.join(self._columns)}>"
+
+
+def _text(folder, name):
+    try:
+        with open(os.path.join(folder, name), encoding="utf-8") as file:
+            return file.read()
+    except OSError as error:
+        raise FileError(f"{os.path.join(folder, name)}: {error.strerror}") from None
+
+
+class RunResult:
+    """The folder of a run.
+
+    Attributes:
+        folder: its path.
+        history: Table of history.csv, a row per step.
+        result: result.json as a dict: status, figures, provenance.
+    """
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.history = Table.read(os.path.join(folder, "history.csv"))
+        self.result: Dict = json.loads(_text(folder, "result.json"))
+
+    @property
+    def state(self) -> State:
+        """The last state."""
+        path = os.path.join(self.folder, "state.txt")
+        rows = sum(1 for line in _text(self.folder, "state.txt").splitlines() if line.strip() and line[0] != "#")
+        return State.read(path, rows)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with every value in force."""
+        return Scene(os.path.join(self.folder, "scene.yaml"))
+
+    @property
+    def frames(self) -> List[str]:
+        """Paths of its frames in their order."""
+        return sorted(glob.glob(os.path.join(glob.escape(self.folder), "frames", "frame_*.vtu")))
+
+
+class DriftResult:
+    """The folder of a comparison of energies: `table` of drift.csv, `verdict` in words, `run(scene=..., ...)`."""
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.table = Table.read(os.path.join(folder, "drift.csv"))
+        self.verdict = _text(folder, "verdict.txt")
+
+    @property
+    def runs(self) -> Dict[str, RunResult]:
+        """Its runs by the names of their folders."""
+        folders = sorted(glob.glob(os.path.join(glob.escape(self.folder), "runs", "*")))
+        return {os.path.basename(one): RunResult(one) for one in folders
+                if os.path.exists(os.path.join(one, "history.csv"))}
+
+
+class AccuracyResult:
+    """The folder of a comparison of methods: `table` of accuracy.csv, `orders` of orders.csv, `verdict` in words."""
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.table = Table.read(os.path.join(folder, "accuracy.csv"))
+        self.orders = Table.read(os.path.join(folder, "orders.csv"))
+        self.verdict = _text(folder, "verdict.txt")
+
+
+class HardcasesResult:
+    """The folder of a battery of hard cases: `table` of hardcases.csv, `verdict` in words."""
+
+    def __init__(self, folder):
+        self.folder = os.fspath(folder)
+        self.table = Table.read(os.path.join(folder, "hardcases.csv"))
+        self.verdict = _text(folder, "verdict.txt")
+
+
+class SweepResult:
+    """The database of a sweep: `table` has a row per case, with its axes, figures and columns."""
+
+    def __init__(self, path):
+        self.path = os.path.join(path, "sweep.db") if os.path.isdir(path) else os.fspath(path)
+        self.table = self.query("SELECT * FROM results")
+
+    def query(self, sql: str, parameters=()) -> Table:
+        """What an SQL query returns."""
+        return Table._of_query(self.path, sql, parameters)
+
+
+def program(*arguments, check: bool = True) -> "subprocess.CompletedProcess[str]":
+    """Runs the program `flesh` with these arguments; returns what it printed.
+
+    Raises:
+        ProgramError: it ended with an exit code other than 0, with its own sentence; not where check is False.
+    """
+    path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), _location.PROGRAM))
+    if not _location.PROGRAM or not os.path.exists(path):
+        raise FileError(f"{path}: the program is not there; build it, or leave out -Dprogram=false")
+    done = subprocess.run([path, *map(os.fspath, map(_word, arguments))], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, universal_newlines=True, check=False)
+    if check and done.returncode:
+        said = done.stderr.strip() or f"flesh {arguments[0]} ended with the code {done.returncode}"
+        raise ProgramError(said, done.returncode)
+    return done
+
+
+def _word(argument):
+    return argument if isinstance(argument, (str, os.PathLike)) else str(argument)
+
+
+def _arguments(out, overrides, options):
+    words = ["--out", os.fspath(out)]
+    for key, value in (overrides or {}).items():
+        words += ["--set", f"{key}={_flow(value)}"]
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is True:
+            words.append(option)
+        elif value is not False and value is not None:
+            words += [option, ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)]
+    return words
+
+
+def run_scene(scene, out, overrides: Optional[Mapping] = None, **options) -> RunResult:
+    """`flesh run`: runs the scene at a path into the folder `out`. Options as in `flesh run --help`: threads=2."""
+    program("run", scene, *_arguments(out, overrides, options))
+    return RunResult(out)
+
+
+def drift(scenes, out, overrides: Optional[Mapping] = None, **options) -> DriftResult:
+    """`flesh drift`: compares how well energies keep the volume: drift([path], out, energies=["S"], poisson=[0.45])."""
+    paths = [scenes] if isinstance(scenes, (str, os.PathLike)) else list(scenes)
+    program("drift", *paths, *_arguments(out, overrides, options))
+    return DriftResult(out)
+
+
+def accuracy(scene, out, overrides: Optional[Mapping] = None, **options) -> AccuracyResult:
+    """`flesh accuracy`: what accuracy costs: accuracy(path, out, methods=["bdf2"], quick=True)."""
+    program("accuracy", scene, *_arguments(out, overrides, options))
+    return AccuracyResult(out)
+
+
+def hardcases(out, overrides: Optional[Mapping] = None, **options) -> HardcasesResult:
+    """`flesh hardcases`: the hard cases: hardcases(out, cases="jitter20", quick=True)."""
+    program("hardcases", *_arguments(out, overrides, options))
+    return HardcasesResult(out)
+
+
+def sweep(spec, out, **options) -> SweepResult:
+    """`flesh sweep`: many runs into one database. The spec is a path, or a dict with paths as seen from here."""
+    if isinstance(spec, Mapping):
+        if "scene" not in spec and spec.get("command") != "hardcases":
+            raise ArgumentError("the sweep has no scene; spec['scene'] must be its path")
+        os.makedirs(out, exist_ok=True)
+        given = {**spec, "scene": os.path.abspath(spec["scene"])} if "scene" in spec else spec
+        spec = os.path.join(out, "spec.yaml")
+        with open(spec, "w", encoding="utf-8") as file:
+            file.write(_flow(given) + "\n")
+    program("sweep", spec, *_arguments(out, None, options))
+    return SweepResult(out)

@@ -1,0 +1,226 @@
+"""scene.py: scenes: YAML text, a file or a dict, through the reader that the program has."""
+import json
+import math
+import os
+from typing import Iterator, List, Mapping, NamedTuple, Optional, Union
+
+import numpy as np
+
+from . import _callbacks
+from ._arrays import Field, Names, Record
+from ._callbacks import call, call_value, create, owned
+from ._library import ffi, lib, path_bytes, text
+from .body import Body
+from .integrator import Integrator
+from .material import Material
+from .mesh import Mesh
+from .options import METHOD_NAMES, AdaptiveOptions, MethodOptions, SolverOptions
+from .output import StepRecord, run, steps
+from .system import State, System
+
+__all__ = ["Scene", "SceneTime", "SceneOutput", "Camera", "Up", "schema"]
+
+_UP = Names("flesh_up_origin", "FLESH_UP_")
+_SCHEMAS = Names("flesh_schema_format", "FLESH_SCHEMA_")
+_SKIN_FORMATS = {"obj": lib.FLESH_SKIN_OBJ, "pc2": lib.FLESH_SKIN_PC2, "vtu": lib.FLESH_SKIN_VTU}
+
+
+class SceneTime(NamedTuple):
+    """How a scene goes on in time."""
+    method: str  # "static" when the scene has no inertia
+    step: float  # s
+    end: float  # s
+    max_energy_gain: float
+    options: MethodOptions
+    adaptive: AdaptiveOptions
+
+
+class Camera(Record):
+    """From where pictures are taken; what is NaN is fitted to what is in them."""
+    _ctype = "flesh_camera"
+    up: np.ndarray = Field("[3] points upwards in the picture")
+    azimuth: float = Field("degrees the camera stands turned about `up`")
+    elevation: float = Field("degrees it stands above the horizon")
+    target: np.ndarray = Field("[3] the middle of the picture, m")
+    height: float = Field("of what is seen at the target, m")
+    field_of_view: float = Field("degrees; 0: parallel rays")
+
+
+class SceneOutput(NamedTuple):
+    """What a scene's run writes."""
+    frame_interval: int  # steps between frames; 0: none
+    seed: int
+    skin_surface: Optional[str]  # absolute path; None: no skin
+    skin_formats: List[str]
+    camera: Camera
+
+
+class Up(NamedTuple):
+    """Which way is up in pictures, and why."""
+    direction: np.ndarray  # [3], a unit vector
+    origin: str  # "given", "gravity" or "z"
+
+
+def _flow(value):
+    """A value as YAML in one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(str(key))}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, np.ndarray):
+        return _flow(value.tolist())
+    if isinstance(value, np.generic):
+        return _flow(value.item())
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_flow(item) for item in value) + "]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    return json.dumps(os.fspath(value) if isinstance(value, os.PathLike) else value, ensure_ascii=False)
+
+
+def _overrides(given):
+    """[count] and the texts; what cffi must keep alive comes third."""
+    rows = [f"{key}={_flow(value)}" for key, value in given.items()] if isinstance(given, Mapping) else list(given or ())
+    texts = [ffi.new("char[]", row.encode()) for row in rows]
+    return len(rows), ffi.new("char *[]", texts) if texts else ffi.NULL, texts
+
+
+def _named(name, folder):
+    return name if folder == os.curdir else os.path.join(folder, name)
+
+
+class Scene:
+    """A mesh, a system and the options of a run, from YAML or JSON. Its parts keep it alive.
+
+    Args:
+        source: a path, or the scene as a dict: {"body": {...}, "effects": [...], "time": {...}}.
+        overrides: applied in their order before validation: {"time.method": "bdf2"}, or "path.to.key=value" strings.
+        folder: what relative paths in a dict are relative to.
+
+    Raises:
+        ArgumentError: a bad scene or override, with file, line, column, key, and what is valid.
+        FileError: a file or mesh that cannot be read.
+    """
+
+    def __init__(self, source: Union[str, os.PathLike, Mapping], overrides=None, folder=os.curdir):
+        count, rows, _keep = _overrides(overrides)
+        if isinstance(source, Mapping):
+            made = create("flesh_scene", lib.flesh_scene_read_text, _flow(source).encode(),
+                          path_bytes(_named("scene", folder)), count, rows)
+        else:
+            made = create("flesh_scene", lib.flesh_scene_read, path_bytes(source), count, rows)
+        self._take(made)
+
+    def _take(self, made):
+        self._pointer = owned("flesh_scene", made, lib.flesh_scene_destroy)
+        return self
+
+    @classmethod
+    def from_text(cls, yaml: str, overrides=None, folder=os.curdir, name: str = "scene") -> "Scene":
+        """From YAML or JSON text; `name` stands for it in messages."""
+        count, rows, _keep = _overrides(overrides)
+        made = create("flesh_scene", lib.flesh_scene_read_text, yaml.encode(), path_bytes(_named(name, folder)), count,
+                      rows)
+        return cls.__new__(cls)._take(made)
+
+    @property
+    def mesh(self) -> Mesh:
+        """The body's mesh."""
+        return Mesh._of(lib.flesh_scene_mesh(self._pointer), self)
+
+    @property
+    def mesh_path(self) -> str:
+        """Absolute, links resolved."""
+        return text(lib.flesh_scene_mesh_path(self._pointer))
+
+    @property
+    def files(self) -> List[str]:
+        """Every file that the scene names, as often as it does."""
+        found: List[str] = []
+        visit = _callbacks.value_callback("void(void *, const char *)", lambda _data, path: found.append(text(path)))
+        call_value(lib.flesh_scene_visit_files, self._pointer, visit, ffi.NULL)
+        return found
+
+    @property
+    def materials(self) -> List[Material]:
+        """The body's first, then those of its regions; empty without elasticity."""
+        rows = lib.flesh_scene_body(self._pointer).materials
+        return [Material._copy(rows + k, self) for k in range(lib.flesh_scene_material_count(self._pointer))]
+
+    @property
+    def body(self) -> Body:
+        """What it is made of, for more effects."""
+        return Body._of(lib.flesh_scene_body(self._pointer), self.mesh, self.materials, self)
+
+    @property
+    def system(self) -> System:
+        """The sum of its effects and constraints, finished."""
+        return System._of(lib.flesh_scene_system(self._pointer), self)
+
+    @property
+    def solver(self) -> SolverOptions:
+        """A copy of its solver options."""
+        return SolverOptions._copy(lib.flesh_scene_solver(self._pointer))
+
+    @property
+    def time(self) -> SceneTime:
+        """Method, step and end, with a copy of their options."""
+        times = lib.flesh_scene_times(self._pointer)
+        return SceneTime(METHOD_NAMES.word(times.method), times.step, times.end, times.max_energy_gain,
+                         MethodOptions._copy(ffi.addressof(times, "options")),
+                         AdaptiveOptions._copy(ffi.addressof(times, "adaptive")))
+
+    @property
+    def output(self) -> SceneOutput:
+        """What its run writes."""
+        given = lib.flesh_scene_outputs(self._pointer)
+        return SceneOutput(given.frame_interval, given.seed, text(given.skin.surface),
+                           [name for name, bit in _SKIN_FORMATS.items() if given.skin.formats & bit],
+                           Camera(ffi.addressof(given, "camera")))
+
+    @property
+    def up(self) -> Up:
+        """Which way is up in pictures."""
+        direction = ffi.new("double[3]")
+        origin = lib.flesh_scene_up(self._pointer, direction)
+        return Up(np.array(list(direction)), _UP.word(origin))
+
+    def start(self) -> State:
+        """A new state where the scene starts."""
+        state = State.at_rest(self.mesh)
+        lib.flesh_scene_start(self._pointer, state._struct)
+        return state
+
+    def integrator(self, **arguments) -> Integrator:
+        """An integrator with the scene's method and options; keywords are those of Integrator."""
+        time = self.time
+        made = Integrator(self.system, **{"method": time.method, "options": self.solver,
+                                          "method_options": time.options, "adaptive": time.adaptive, **arguments})
+        made.set_max_energy_gain(time.max_energy_gain)
+        return made
+
+    def run(self, observers=(), stop=None) -> State:
+        """Runs it from its start to its end; returns the state there. See flesh.run for the arguments."""
+        state, time = self.start(), self.time
+        run(self.integrator(), state, time.step, max(time.end, state.t), observers, stop)
+        return state
+
+    def steps(self, observers=()) -> Iterator[StepRecord]:
+        """The run as an iterator of StepRecords, the first of which is the start."""
+        state, time = self.start(), self.time
+        return steps(self.integrator(), state, time.step, max(time.end, state.t), observers)
+
+    def write(self, path) -> None:
+        """The resolved scene, every key with its value in force, as YAML that repeats the run."""
+        call(lib.flesh_scene_write, self._pointer, path_bytes(path))
+
+    def __repr__(self):
+        return f"<flesh.Scene {self.time.method}, to {self.time.end:g} s: {self.mesh_path}>"
+
+
+def schema(format: str = "markdown") -> str:
+    """The documentation of every key: "markdown", "json" (JSON Schema), "man" or "paths"."""
+    out = ffi.new("char **")
+    call(lib.flesh_scene_schema, _SCHEMAS.value(format, "format"), out)
+    try:
+        return text(out[0])
+    finally:
+        lib.free(out[0])

@@ -1,0 +1,305 @@
+"""sundials.py: a system as the equations that a solver of one's own takes: KINSOL's r(u) = 0, IDA's F(t, y, y') = 0
+and the y' = f(t, y) of CVODE, ARKODE or scipy.integrate.
+
+These are the library's own functions for SUNDIALS, with numpy arrays for its vectors and scipy.sparse for its matrices.
+A problem belongs to one thread at a time."""
+from typing import TYPE_CHECKING, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from ._arrays import doubles, pointer
+from ._callbacks import call, call_value, create, owned
+from ._library import ffi, lib, null_communicator, sundials_function
+from .errors import ArgumentError, SundialsError
+from .options import SolverOptions, SolveStats
+from .system import Shift, State, System
+
+if TYPE_CHECKING:
+    import scipy.sparse
+
+__all__ = ["KinsolProblem", "IdaProblem", "OdeProblem", "Scales"]
+
+
+class Scales(NamedTuple):
+    """What a tolerance is a share of."""
+    length: float  # m, the body's longest side
+    velocity: float  # m/s, the length per period of the slowest bending
+
+
+class _Problem:
+    """What the three have in common: `_kind` names the C type and begins its functions' names."""
+    _kind = _short = ""
+    _parts = 1  # of 3 * nodes each in a vector
+
+    def __init__(self, system: System, options: Optional[SolverOptions] = None):
+        self.system = system
+        options = SolverOptions() if options is None else options
+        self._pointer = owned(self._kind, create(self._kind, getattr(lib, f"{self._kind}_create"), system._ready(),
+                                                 options._struct), getattr(lib, f"{self._kind}_destroy"))
+        self._context = ffi.new("SUNContext *")
+        if sundials_function("SUNContext_Create")(null_communicator(), self._context):
+            raise SundialsError("SUNContext_Create failed")
+        self._context = ffi.gc(self._context, sundials_function("SUNContext_Free"))
+
+    @property
+    def size(self) -> int:
+        """Numbers in a vector."""
+        return self._parts * self.system.unknowns
+
+    def _vector(self, array):
+        """A vector that shows an array, which must outlive it."""
+        made = sundials_function("N_VMake_Serial")(self.size, pointer(array), self._context[0])
+        if not made:
+            raise SundialsError("N_VMake_Serial failed")
+        return ffi.gc(made, sundials_function("N_VDestroy"))
+
+    def _in(self, values, name):
+        array = doubles(np.ravel(values), (self.size,), name)
+        return array, self._vector(array)
+
+    def _out(self):
+        array = np.zeros(self.size)
+        return array, self._vector(array)
+
+    def _sparse(self, entries, function, *before):
+        """What a Jacobian function fills into a SUNSparseMatrix, as a scipy.sparse.csc_matrix."""
+        from scipy import sparse
+        if entries < 0:
+            raise ArgumentError("the Jacobian has too many entries for the indices of this SUNDIALS")
+        made = sundials_function("SUNSparseMatrix")(self.size, self.size, entries, 0, self._context[0])
+        if not made:
+            raise SundialsError("SUNSparseMatrix failed")
+        matrix = ffi.gc(made, sundials_function("SUNMatDestroy"))
+        call(function, *before, matrix)
+        kind = np.dtype(f"i{ffi.sizeof('sunindextype')}")
+
+        def numbers(name, count, dtype):
+            address = sundials_function(f"SUNSparseMatrix_{name}")(matrix)
+            return np.frombuffer(ffi.buffer(address, count * np.dtype(dtype).itemsize), dtype).copy()
+        starts = numbers("IndexPointers", self.size + 1, kind)
+        return sparse.csc_matrix((numbers("Data", starts[-1], np.float64), numbers("IndexValues", starts[-1], kind),
+                                  starts), shape=(self.size, self.size))
+
+    def _stats(self, function):
+        return SolveStats(function(self._pointer))
+
+
+class KinsolProblem(_Problem):
+    """r(u) = 0 of one solve: x = x0 + sx u, v = v0 + sv u, a = a0 + sa u; u [3*nodes].
+
+    Begins as the static problem at the mesh's shape; `set_stage` says otherwise. Rows of constrained dofs are
+    (u - prescribed) times a typical stiffness, so that r(u) = 0 can be solved as it is.
+    """
+    _kind = "flesh_problem"
+
+    def __init__(self, system: System, options: Optional[SolverOptions] = None):
+        super().__init__(system, options)
+        self.set_stage(system.mesh.positions)
+
+    def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
+                  shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
+                  frozen_at_solution: bool = False) -> None:
+        """How u moves the point from x0, v0, a0 [nodes, 3], and when; see flesh.Point for the lagged state."""
+        shape = (self.system.mesh.node_count, 3)
+        arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag}
+        self._base = {name: None if value is None else doubles(value, shape, name).copy()
+                      for name, value in arrays.items()}
+        stage = self._stage = ffi.new("flesh_stage *")
+        stage.t, stage.load, stage.prescribed_fraction, stage.t_lag = t, load, prescribed_fraction, t
+        if t_lag is not None:
+            stage.t_lag = t_lag
+        stage.frozen_at_solution = int(frozen_at_solution)
+        stage.shift = Shift(*shift)._struct()[0]
+        for name, array in self._base.items():
+            setattr(stage, name, pointer(array))
+        call(lib.flesh_problem_set_stage, self._pointer, stage)
+
+    def start(self) -> np.ndarray:
+        """[3*nodes] u = 0 but for the constrained dofs, which take their prescribed places."""
+        u = np.zeros(self.size)
+        lib.flesh_problem_start(self._pointer, pointer(u))
+        return u
+
+    def freeze(self, u) -> None:
+        """For stages with frozen_at_solution: the frozen state becomes the point of u."""
+        lib.flesh_problem_freeze(self._pointer, pointer(doubles(np.ravel(u), (self.size,), "u")))
+
+    @property
+    def stats(self) -> SolveStats:
+        """Counts since creation."""
+        return self._stats(lib.flesh_problem_stats)
+
+    def residual(self, u) -> np.ndarray:
+        """r(u) [3*nodes], N."""
+        (_, at), (r, out) = self._in(u, "u"), self._out()
+        call(lib.flesh_kinsol_residual, at, out, self._pointer)
+        return r
+
+    def jacobian(self, u) -> "scipy.sparse.csc_matrix":
+        """dr/du at u as a scipy.sparse.csc_matrix, N/m."""
+        keep = self._in(u, "u")
+
+        def fill(matrix):
+            return lib.flesh_kinsol_jacobian(keep[1], ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL)
+        return self._sparse(lib.flesh_problem_entries(self._pointer), fill)
+
+    def jacobian_times(self, v, u=None) -> np.ndarray:
+        """(dr/du) v [3*nodes] with the matrix of the last Jacobian or preconditioner set-up.
+
+        RecoverableError where v . Jv <= 0: a direction of negative curvature.
+        """
+        (_, right), (out, result) = self._in(v, "v"), self._out()
+        new = ffi.new("flesh_sunboolean *", 0)
+        at = ffi.NULL if u is None else self._in(u, "u")[1]
+        call(lib.flesh_kinsol_jacobian_times, right, result, at, new, self._pointer)
+        return out
+
+    def preconditioner_setup(self, u) -> None:
+        """Assembles at u and factors."""
+        _, at = self._in(u, "u")
+        call(lib.flesh_kinsol_preconditioner_setup, at, ffi.NULL, ffi.NULL, ffi.NULL, self._pointer)
+
+    def preconditioner_solve(self, r) -> np.ndarray:
+        """P^-1 r [3*nodes]."""
+        z = doubles(np.ravel(r), (self.size,), "r").copy()
+        vector = self._vector(z)
+        call(lib.flesh_kinsol_preconditioner_solve, ffi.NULL, ffi.NULL, ffi.NULL, ffi.NULL, vector, self._pointer)
+        return z
+
+
+class _Motion(_Problem):
+    """What IDA's and the ODE's equations have in common: y = (x, v) [6*nodes]."""
+    _parts = 2
+
+    def _function(self, name):
+        return getattr(lib, f"flesh_{self._short}_{name}")
+
+    @property
+    def event(self) -> float:
+        """Time up to which the start is good, s; inf when for ever."""
+        return self._function("event")(self._pointer)
+
+    @property
+    def scales(self) -> Scales:
+        """Length and velocity that a tolerance is a share of."""
+        out = ffi.new("double[2]")
+        self._function("scales")(self._pointer, out, out + 1)
+        return Scales(*out)
+
+    def tolerances(self, tolerance: float) -> np.ndarray:
+        """Absolute tolerances [6*nodes]; of constrained dofs so large that no test sees them. After a start."""
+        atol, out = self._out()
+        self._function("tolerances")(self._pointer, float(tolerance), out)
+        return atol
+
+    def get_state(self, t: float, y) -> State:
+        """A new state from y [6*nodes] at t s, constrained dofs exactly."""
+        _, at = self._in(y, "y")
+        state = State.at_rest(self.system.mesh)
+        self._function("get_state")(self._pointer, float(t), at, state._struct)
+        return state
+
+    @property
+    def stats(self) -> SolveStats:
+        """Counts since creation."""
+        return self._stats(self._function("stats"))
+
+
+class IdaProblem(_Motion):
+    """F(t, y, y') = 0 with y = (x, v) [6*nodes]: x' - v, and r(t, x, v, a = v') in N."""
+    _kind, _short = "flesh_ida_problem", "ida"
+
+    def start(self, state: State) -> Tuple[np.ndarray, np.ndarray]:
+        """Consistent y and y' [6*nodes] from a state; good up to `event`."""
+        (y, out), (yp, derivative) = self._out(), self._out()
+        call(lib.flesh_ida_start, self._pointer, state._checked(self.system.mesh.node_count), out, derivative)
+        return y, yp
+
+    def curvature(self, y, yp) -> float:
+        """|y''| right after a start, root mean square in units of the scales, 1/s^2; inf where it has no value."""
+        (_x, at), (_d, derivative) = self._in(y, "y"), self._in(yp, "yp")
+        return call_value(lib.flesh_ida_curvature, self._pointer, at, derivative)
+
+    def residual(self, t: float, y, yp) -> np.ndarray:
+        """F(t, y, y') [6*nodes]."""
+        (_, at), (_, derivative), (r, out) = self._in(y, "y"), self._in(yp, "yp"), self._out()
+        call(lib.flesh_ida_residual, float(t), at, derivative, out, self._pointer)
+        return r
+
+    def jacobian(self, t: float, cj: float, y, yp) -> "scipy.sparse.csc_matrix":
+        """dF/dy + cj dF/dy' as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]."""
+        first, second = self._in(y, "y"), self._in(yp, "yp")
+
+        def fill(matrix):
+            return lib.flesh_ida_jacobian(float(t), float(cj), first[1], second[1], ffi.NULL, matrix, self._pointer,
+                                          ffi.NULL, ffi.NULL, ffi.NULL)
+        return self._sparse(lib.flesh_ida_entries(self._pointer), fill)
+
+    def preconditioner_setup(self, t: float, cj: float, y, yp) -> None:
+        """Assembles at (t, y, y') and factors."""
+        (_x, at), (_d, derivative) = self._in(y, "y"), self._in(yp, "yp")
+        call(lib.flesh_ida_preconditioner_setup, float(t), at, derivative, ffi.NULL, float(cj), self._pointer)
+
+    def preconditioner_solve(self, b, t: float = 0.0, cj: float = 0.0, delta: float = 0.0) -> np.ndarray:
+        """P^-1 b [6*nodes] with the last set-up; t, cj and delta are not used."""
+        (_, right), (z, out) = self._in(b, "b"), self._out()
+        call(lib.flesh_ida_preconditioner_solve, float(t), ffi.NULL, ffi.NULL, ffi.NULL, right, out, float(cj),
+             float(delta), self._pointer)
+        return z
+
+    def jacobian_times(self, v) -> np.ndarray:
+        """The product [6*nodes] with the matrix of the last preconditioner set-up, and its cj."""
+        (_, right), (out, result) = self._in(v, "v"), self._out()
+        call(lib.flesh_ida_jacobian_times, 0.0, ffi.NULL, ffi.NULL, ffi.NULL, right, result, 0.0, self._pointer,
+             ffi.NULL, ffi.NULL)
+        return out
+
+
+class OdeProblem(_Motion):
+    """y' = f(t, y) with y = (x, v) [6*nodes]: what scipy.integrate.solve_ivp takes as `fun` and `jac`."""
+    _kind, _short = "flesh_ode_problem", "ode"
+
+    def start(self, state: State) -> np.ndarray:
+        """y [6*nodes] from a state, constrained dofs where they are prescribed to be; good up to `event`."""
+        y, out = self._out()
+        call(lib.flesh_ode_start, self._pointer, state._checked(self.system.mesh.node_count), out)
+        return y
+
+    def rhs(self, t: float, y) -> np.ndarray:
+        """f(t, y) [6*nodes]."""
+        (_, at), (ydot, out) = self._in(y, "y"), self._out()
+        call(lib.flesh_ode_rhs, float(t), at, out, self._pointer)
+        return ydot
+
+    def jacobian(self, t: float, y) -> "scipy.sparse.csc_matrix":
+        """df/dy as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]; lumped mass alone, as it is full otherwise."""
+        keep = self._in(y, "y")
+
+        def fill(matrix):
+            return lib.flesh_ode_jacobian(float(t), keep[1], ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL,
+                                          ffi.NULL)
+        return self._sparse(lib.flesh_ode_entries(self._pointer), fill)
+
+    def jacobian_times_setup(self, t: float, y) -> None:
+        """Assembles at (t, y) for `jacobian_times`."""
+        _, at = self._in(y, "y")
+        call(lib.flesh_ode_jacobian_times_setup, float(t), at, ffi.NULL, self._pointer)
+
+    def jacobian_times(self, v) -> np.ndarray:
+        """(df/dy) v [6*nodes] where it was set up."""
+        (_, right), (out, result) = self._in(v, "v"), self._out()
+        call(lib.flesh_ode_jacobian_times, right, result, 0.0, ffi.NULL, ffi.NULL, self._pointer, ffi.NULL)
+        return out
+
+    def preconditioner_setup(self, t: float, y, gamma: float) -> None:
+        """Assembles and factors I - gamma df/dy with one half eliminated, gamma in s."""
+        _, at = self._in(y, "y")
+        current = ffi.new("flesh_sunboolean *")
+        call(lib.flesh_ode_preconditioner_setup, float(t), at, ffi.NULL, 0, current, float(gamma), self._pointer)
+
+    def preconditioner_solve(self, r, gamma: float) -> np.ndarray:
+        """P^-1 r [6*nodes] with the last set-up, whose gamma is given again."""
+        (_, right), (z, out) = self._in(r, "r"), self._out()
+        call(lib.flesh_ode_preconditioner_solve, 0.0, ffi.NULL, ffi.NULL, right, out, float(gamma), 0.0, 1,
+             self._pointer)
+        return z

@@ -1,0 +1,374 @@
+"""system.py: the sum of the effects on a body with its constraints, evaluated at a point; states, shifts, threads."""
+from typing import TYPE_CHECKING, Callable, List, NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from . import _callbacks
+from ._arrays import Names, doubles, integers, pointer, view
+from ._callbacks import call, call_value, create, owned
+from ._library import ffi, lib, path_bytes
+from .effects import Effect, _ROLES
+from .errors import ArgumentError
+from .mesh import Mesh
+from .motion import Motion
+from .options import FILTERS
+
+if TYPE_CHECKING:
+    import scipy.sparse
+
+__all__ = ["State", "Shift", "Point", "Threads", "Potential", "PrescribedMotion", "System"]
+
+
+class State:
+    """Where a body is and how it moves: a time and two arrays, which steps change in place.
+
+    Args:
+        x: [nodes, 3] positions, m; copied.
+        v: [nodes, 3] velocities, m/s; None: at rest.
+        t: s.
+    """
+
+    def __init__(self, x, v=None, t: float = 0.0):
+        self.x = doubles(x, (None, 3), "x").copy()
+        self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v").copy()
+        self._struct = ffi.new("flesh_state *", {"t": float(t), "x": pointer(self.x), "v": pointer(self.v)})
+
+    @property
+    def t(self) -> float:
+        """Time, s."""
+        return self._struct.t
+
+    @t.setter
+    def t(self, value: float):
+        self._struct.t = value
+
+    @classmethod
+    def at_rest(cls, mesh: Mesh) -> "State":
+        """The mesh's shape, without velocity, at t = 0."""
+        return cls(mesh.positions)
+
+    @classmethod
+    def read(cls, path, nodes: int) -> "State":
+        """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes."""
+        state = cls(np.zeros((nodes, 3)))
+        call(lib.flesh_state_read, path_bytes(path), nodes, state._struct)
+        return state
+
+    def write(self, path) -> None:
+        """Writes it so that it reads back bit for bit; NonFiniteError, nothing written, for a NaN or infinity."""
+        call(lib.flesh_state_write, path_bytes(path), len(self.x), self._checked(len(self.x)))
+
+    def copy(self) -> "State":
+        """One of its own."""
+        return State(self.x, self.v, self.t)
+
+    def _checked(self, nodes):
+        """The struct, whose arrays are those that the attributes name: they may have been replaced."""
+        for name in "xv":
+            array = getattr(self, name)
+            if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != (nodes, 3) or \
+                    not array.flags.c_contiguous or not array.flags.writeable:
+                raise ArgumentError(f"state.{name} must be a writable, contiguous array of doubles of shape "
+                                    f"({nodes}, 3)")
+            setattr(self._struct, name, pointer(array))
+        return self._struct
+
+    def __repr__(self):
+        return f"<flesh.State of {len(self.x)} nodes at t = {self.t:g} s>"
+
+
+class Shift(NamedTuple):
+    """How the unknown u moves a point: dx = x du, dv = v du, da = a du.
+
+    Statics (1, 0, 0); backward Euler with the step h (1, 1/h, 1/h^2). `filter` says what becomes of negative
+    eigenvalues: "none", "clamp" or "absolute".
+    """
+    x: float = 1.0
+    v: float = 0.0
+    a: float = 0.0
+    filter: str = "none"
+
+    @classmethod
+    def backward_euler(cls, h: float, filter: str = "none") -> "Shift":
+        """Of a step of h s."""
+        return cls(1.0, 1 / h, 1 / h**2, filter)
+
+    def _struct(self):
+        return ffi.new("flesh_shift *", {"x": self.x, "v": self.v, "a": self.a,
+                                         "filter": FILTERS.value(self.filter, "filter")})
+
+
+class Threads:
+    """Threads that share out the work of evaluations; count 0: as many as there are processors."""
+
+    def __init__(self, count: int = 0):
+        self._pointer = owned("flesh_threads", create("flesh_threads", lib.flesh_threads_create, count),
+                              lib.flesh_threads_destroy)
+
+    def run(self, tasks: int, function: Callable[[int], None]) -> None:
+        """Calls function(0) ... function(tasks - 1) in any order and on any thread; returns when all are done."""
+        task = _callbacks.value_callback("void(void *, int)", lambda _data, number: function(number))
+        call_value(lib.flesh_threads_run, self._pointer, tasks, task, ffi.NULL)
+
+
+class Point:
+    """Where effects are evaluated.
+
+    Args:
+        x: [nodes, 3] m.
+        v, a: [nodes, 3] m/s, m/s^2; None: zero.
+        t: s.
+        load: in [0, 1], scales the external loads.
+        x_lag, v_lag, t_lag: the last accepted state, which lagged forces are evaluated at; None: the point's own.
+        x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
+        threads: who helps; results do not depend on it.
+    """
+
+    def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *, x_lag=None, v_lag=None,
+                 t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, threads: Optional[Threads] = None):
+        self.x = doubles(x, (None, 3), "x")
+        self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v")
+        self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
+        self.t, self.load = float(t), float(load)
+        optional = {"x_lag": x_lag, "v_lag": v_lag, "x_frozen": x_frozen, "v_frozen": v_frozen}
+        self._arrays = {name: None if value is None else doubles(value, self.x.shape, name)
+                        for name, value in optional.items()}
+        self._threads = threads
+        self._struct = ffi.new("flesh_point *")
+        self._struct.t, self._struct.load = self.t, self.load
+        self._struct.t_lag = self.t if t_lag is None else float(t_lag)
+        for name, value in {"x": self.x, "v": self.v, "a": self.a, **self._arrays}.items():
+            setattr(self._struct, name, pointer(value))
+        if threads is not None:
+            self._struct.threads = threads._pointer
+
+
+class Potential(NamedTuple):
+    """A potential, J."""
+    value: float
+    magnitude: float  # the sum of the absolute values of its terms, which rounding is measured against
+
+
+class PrescribedMotion(NamedTuple):
+    """What constrained dofs are prescribed; 0 elsewhere."""
+    velocity: np.ndarray  # [nodes, 3] m/s
+    acceleration: np.ndarray  # [nodes, 3] m/s^2
+
+
+def _axes(axes):
+    if isinstance(axes, str) and axes and set(axes) <= set("xyz"):
+        return sum(1 << "xyz".index(letter) for letter in set(axes))
+    raise ArgumentError(f"axes is {axes!r}; it must be some of 'xyz'")
+
+
+class System:
+    """The sum of effects on a body, and what holds it. Const once finished, so that several runs can share it.
+
+    It takes the effects that are added. The first evaluation or integrator finishes it; nothing can be added then.
+
+    Args:
+        mesh: whose nodes are the unknowns.
+        effects: added in this order.
+    """
+
+    def __init__(self, mesh: Mesh, effects=()):
+        self.mesh = mesh
+        self._pointer = owned("flesh_system", create("flesh_system", lib.flesh_system_create, mesh._pointer),
+                              lib.flesh_system_destroy)
+        self._keep: List = []
+        self._finished = False
+        for effect in effects:
+            self.add(effect)
+
+    @classmethod
+    def _of(cls, pointer_, owner):
+        """One that is finished and belongs to `owner`."""
+        made = cls.__new__(cls)
+        made._pointer, made._keep, made._finished = pointer_, [owner], True
+        made.mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
+        return made
+
+    def add(self, effect: Effect) -> "System":
+        """Takes an effect; returns the system."""
+        if self._finished:
+            raise ArgumentError(f"the system is finished; {effect.name} must be added before it is used")
+        call(lib.flesh_system_add_effect, self._pointer, effect._give(self))
+        effect._pointer = lib.flesh_system_effect(self._pointer, self.effect_count - 1)
+        self._keep.append(effect._keep)
+        return self
+
+    def pin(self, nodes, axes: str = "xyz", start: float = -np.inf, until: float = np.inf) -> "System":
+        """Holds `nodes` [count] at their rest positions along `axes` while start <= t < until; returns the system."""
+        chosen = integers(nodes, (None,), "nodes")
+        call(lib.flesh_system_add_pin, self._pointer, len(chosen), pointer(chosen, "int"), _axes(axes), float(start),
+             float(until))
+        return self
+
+    def prescribe(self, nodes, motion: Motion, axes: str = "xyz", start: float = -np.inf,
+                  until: float = np.inf) -> "System":
+        """Lets `nodes` [count] follow a motion along `axes` while start <= t < until; returns the system."""
+        chosen = integers(nodes, (None,), "nodes")
+        call(lib.flesh_system_add_prescribed_motion, self._pointer, len(chosen), pointer(chosen, "int"), _axes(axes),
+             motion._struct, float(start), float(until))
+        return self
+
+    def finalize(self) -> "System":
+        """Builds the Jacobian's pattern; nothing can be added afterwards. Returns the system."""
+        if not self._finished:
+            call(lib.flesh_system_finalize, self._pointer)
+            self._finished = True
+        return self
+
+    def _ready(self):
+        return self.finalize()._pointer
+
+    @property
+    def unknowns(self) -> int:
+        """3 * nodes."""
+        return lib.flesh_system_unknowns(self._pointer)
+
+    @property
+    def effect_count(self) -> int:
+        """Number of effects."""
+        return lib.flesh_system_effect_count(self._pointer)
+
+    @property
+    def effects(self) -> List[Effect]:
+        """The effects in their order."""
+        return [Effect._of(lib.flesh_system_effect(self._pointer, k), self) for k in range(self.effect_count)]
+
+    @property
+    def effect_memory(self) -> List[int]:
+        """Bytes that each effect holds; 0 where it does not tell."""
+        return [lib.flesh_system_effect_memory(self._ready(), k) for k in range(self.effect_count)]
+
+    @property
+    def instructions(self) -> str:
+        """Vector instructions that its effects and its linear solvers use."""
+        return Names("flesh_instructions", "FLESH_INSTRUCTIONS_", lib.flesh_instructions_name).word(
+            lib.flesh_system_instructions(self._ready()))
+
+    def has_role(self, role: str) -> bool:
+        """Whether an effect of that role is there."""
+        return bool(lib.flesh_system_has_role(self._pointer, _ROLES.value(role, "role")))
+
+    @property
+    def moves(self) -> bool:
+        """Whether prescribed positions or effects change with time."""
+        return bool(lib.flesh_system_moves(self._ready()))
+
+    @property
+    def has_follower_loads(self) -> bool:
+        """Whether some effect's lagged state follows the shape."""
+        return bool(lib.flesh_system_has_follower_loads(self._ready()))
+
+    @property
+    def freezes(self) -> bool:
+        """Whether some effect freezes a state."""
+        return bool(lib.flesh_system_freezes(self._ready()))
+
+    def next_event(self, t: float) -> float:
+        """First time after t s at which a constraint or effect stops being smooth; inf if none."""
+        return call_value(lib.flesh_system_next_event, self._ready(), float(t))
+
+    def _point(self, x, v, a, options):
+        point = x if isinstance(x, Point) else Point(x, v, a, **options)
+        if point.x.shape != (self.mesh.node_count, 3):
+            raise ArgumentError(f"x has shape {point.x.shape}; it must be ({self.mesh.node_count}, 3)")
+        return point
+
+    def residual(self, x, v=None, a=None, **point) -> np.ndarray:
+        """r [nodes, 3], N: the sum of the residuals, constraints not applied.
+
+        x is a Point, or positions [nodes, 3] with v, a and the other arguments of Point.
+        """
+        at, r = self._point(x, v, a, point), np.zeros((self.mesh.node_count, 3))
+        call(lib.flesh_system_residual, self._ready(), at._struct, pointer(r))
+        return r
+
+    def load(self, x, v=None, a=None, **point) -> np.ndarray:
+        """[nodes, 3] N: the residual of the external effects alone, minus the applied load."""
+        at, r = self._point(x, v, a, point), np.zeros((self.mesh.node_count, 3))
+        call(lib.flesh_system_load, self._ready(), at._struct, pointer(r))
+        return r
+
+    def jacobian(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> "scipy.sparse.csr_matrix":
+        """shift.x dr/dx + shift.v dr/dv + shift.a dr/da, N/m, as a scipy.sparse.csr_matrix [3*nodes, 3*nodes].
+
+        Constraints are not applied: `free` names the dofs to solve for.
+        """
+        at = self._point(x, v, a, point)
+        matrix = create("flesh_block_matrix", lib.flesh_system_matrix_create, self._ready())
+        matrix = owned("flesh_block_matrix", matrix, lib.flesh_block_matrix_destroy)
+        call(lib.flesh_system_jacobian, self._ready(), at._struct, Shift(*shift)._struct(), matrix)
+        return _sparse(matrix)
+
+    def potential(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> Potential:
+        """phi, J, whose change is r . du for a change du of the unknown."""
+        at, out = self._point(x, v, a, point), ffi.new("double[2]")
+        call(lib.flesh_system_potential, self._ready(), at._struct, Shift(*shift)._struct(), out, out + 1)
+        return Potential(*out)
+
+    def evaluate(self, x, v=None, a=None, *, shift: Shift = Shift(), **point) -> Tuple[np.ndarray, Potential]:
+        """Residual [nodes, 3] and Potential together, the same bits as by `residual` and `potential`."""
+        at, out, r = self._point(x, v, a, point), ffi.new("double[2]"), np.zeros((self.mesh.node_count, 3))
+        call(lib.flesh_system_evaluate, self._ready(), at._struct, Shift(*shift)._struct(), pointer(r), out, out + 1)
+        return r, Potential(*out)
+
+    def energies(self, x, v=None, a=None, **point) -> np.ndarray:
+        """[effects] physical energy of every effect, J."""
+        at, out = self._point(x, v, a, point), np.zeros(self.effect_count)
+        call(lib.flesh_system_energies, self._ready(), at._struct, pointer(out))
+        return out
+
+    def check(self, x, t: float = 0.0) -> None:
+        """ArgumentError, with the node, where an effect does not let the body be at x [nodes, 3]."""
+        call(lib.flesh_system_check, self._ready(), float(t), pointer(doubles(x, (self.mesh.node_count, 3), "x")))
+
+    def fixed(self, t: float = 0.0) -> np.ndarray:
+        """[nodes, 3] True for the dofs constrained at t s, and for those of nodes that no tet uses."""
+        out = np.zeros((self.mesh.node_count, 3), np.uint8)
+        lib.flesh_system_fixed(self._ready(), float(t), pointer(out, "uint8_t"))
+        return out.astype(bool)
+
+    def free(self, t: float = 0.0) -> np.ndarray:
+        """Numbers of the dofs that are not constrained at t s: indices into r.ravel()."""
+        return np.flatnonzero(~self.fixed(t))
+
+    def holds(self, t: float = 0.0) -> bool:
+        """Whether any constraint acts at t s."""
+        return bool(lib.flesh_system_holds(self._ready(), float(t)))
+
+    def prescribe_positions(self, x, t: float = 0.0) -> np.ndarray:
+        """A copy of x [nodes, 3] with the constrained components where they are prescribed to be at t s."""
+        out = doubles(x, (self.mesh.node_count, 3), "x").copy()
+        lib.flesh_system_prescribe(self._ready(), float(t), pointer(out))
+        return out
+
+    def prescribed_motion(self, t: float = 0.0) -> PrescribedMotion:
+        """Velocities and accelerations [nodes, 3] that are prescribed at t s; 0 for free components."""
+        v, a = np.zeros((self.mesh.node_count, 3)), np.zeros((self.mesh.node_count, 3))
+        lib.flesh_system_prescribe_velocity(self._ready(), float(t), pointer(v), pointer(a))
+        return PrescribedMotion(v, a)
+
+    def __repr__(self):
+        names = ", ".join(effect.name for effect in self.effects)
+        return f"<flesh.System of {self.mesh.node_count} nodes: {names}>"
+
+
+def _sparse(matrix):
+    """The whole matrix from the blocks of its upper triangle, whose rows lie in memory in an order of their own."""
+    from scipy import sparse
+    rows, blocks = matrix.rows, matrix.row_start[matrix.rows]
+    start = view(matrix.row_start, (rows,), "int", matrix).astype(np.int64)
+    count = view(matrix.row_end, (rows,), "int", matrix) - start
+    places = np.repeat(start - (np.cumsum(count) - count), count) + np.arange(count.sum())
+    columns = view(matrix.column, (blocks,), "int", matrix)[places]
+    values = view(matrix.values, (blocks, 3, 3), "double", matrix)[places]
+    indptr = np.concatenate(([0], np.cumsum(count)))
+    upper = sparse.bsr_matrix((values, columns, indptr), shape=(3 * rows, 3 * rows)).tocsr()
+    above = sparse.triu(upper, 1, format="csr")
+    # The blocks on the diagonal are stored whole; of their two halves the upper one stands for both.
+    whole = (sparse.triu(upper, format="csr") + above.T).tocsr()
+    whole.sort_indices()
+    return whole

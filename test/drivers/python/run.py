@@ -1,0 +1,16 @@
+#!/usr/bin/env python3
+"""run.py: pytest on some of the files beside this one; 77 (skipped) where Python has not what they need."""
+import importlib.util
+import os
+import sys
+
+MISSING = [name for name in ("cffi", "numpy", "scipy", "pytest") if importlib.util.find_spec(name) is None]
+if MISSING:
+    print("missing:", ", ".join(f"python3-{name}" for name in MISSING))
+    sys.exit(77)
+
+import pytest  # noqa: E402, what is missing is told first
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--rootdir", HERE,
+                      *(os.path.join(HERE, name) for name in sys.argv[1:])]))

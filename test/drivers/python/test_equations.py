@@ -1,0 +1,112 @@
+"""test_equations.py: the equations as solvers of one's own take them: KINSOL's, IDA's, SciPy's."""
+import numpy as np
+import pytest
+from scipy.sparse.linalg import LinearOperator, cg, spsolve
+
+import flesh
+
+
+def difference(function, at, along, h=1e-6):
+    return (function(at + h * along) - function(at - h * along)) / (2 * h)
+
+
+@pytest.fixture
+def mild(mesh, body, held):
+    """Gravity so small that plain Newton steps do."""
+    return flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), flesh.Damping(body, 0.1, 0.01),
+                               flesh.Gravity(body, (0, 0, -1))]).pin(held)
+
+
+def test_newton_on_kinsols_equations(mild, mesh, body, held, rng):
+    statics = flesh.System(mesh, [flesh.Elasticity(body), flesh.Gravity(body, (0, 0, -1))]).pin(held)
+    problem = flesh.KinsolProblem(statics)
+    u = problem.start()
+    assert not u.any() and problem.size == 135
+    du = rng.normal(size=problem.size)
+    K = problem.jacobian(u + 0.01 * du)
+    assert np.abs(difference(problem.residual, u + 0.01 * du, du) - K @ du).max() < 1e-6 * np.abs(K @ du).max()
+    assert np.allclose(problem.jacobian_times(du), K @ du, rtol=1e-12, atol=1e-6)
+    problem.preconditioner_setup(u)
+    preconditioner = LinearOperator(K.shape, problem.preconditioner_solve)
+    for _ in range(10):
+        step, failed = cg(problem.jacobian(u), problem.residual(u), M=preconditioner, maxiter=500, atol=0)
+        assert not failed
+        u -= step
+    assert np.linalg.norm(problem.residual(u)) < 1e-3
+    found = flesh.equilibrium(statics, options=flesh.SolverOptions(newton_tolerance=1e-10))
+    assert np.abs(mesh.positions.ravel() + u - found.x.ravel()).max() < 1e-5
+    assert problem.stats.assemblies == 12  # those of `jacobian` and of the set-up
+    with pytest.raises(flesh.ArgumentError, match=r"u has shape \(3,\)"):
+        problem.residual(np.zeros(3))
+
+
+def test_a_stage_is_the_step_of_backward_euler(mild, mesh):
+    h, state = 1 / 60, flesh.State.at_rest(mesh)
+    stepped = state.copy()
+    flesh.Integrator(mild, options=flesh.SolverOptions(newton_tolerance=1e-12)).step(stepped, h)
+    problem = flesh.KinsolProblem(mild)
+    problem.set_stage(state.x, state.v, -state.v / h, t=h, shift=flesh.Shift.backward_euler(h), x_lag=state.x,
+                      v_lag=state.v, t_lag=0.0)
+    u = problem.start()
+    for _ in range(4):
+        u -= spsolve(problem.jacobian(u), problem.residual(u))
+    problem.freeze(u)
+    assert np.abs(state.x.ravel() + u - stepped.x.ravel()).max() < 1e-10
+
+
+def test_idas_equations(mild, mesh, rng):
+    problem = flesh.IdaProblem(mild, flesh.SolverOptions(linear_solver="klu"))
+    state = flesh.State(mesh.positions * (1.02, 1, 1))
+    y, yp = problem.start(state)
+    assert 0 < problem.curvature(y, yp) < np.inf
+    free = np.concatenate((mild.free(), 135 + mild.free()))
+    F, size = problem.residual(0, y, yp), np.abs(mild.residual(state.x)).max()
+    assert np.abs(F[free]).max() < 1e-9 * size and problem.event == np.inf
+    d, cj = rng.normal(size=problem.size), 60.0
+    J = problem.jacobian(0, cj, y, yp)
+    tried = difference(lambda s: problem.residual(0, y + s * d, yp + s * cj * d), 0.0, 1.0)
+    assert np.abs(tried - J @ d).max() < 1e-6 * np.abs(J @ d).max()
+    problem.preconditioner_setup(0, cj, y, yp)
+    assert np.abs(problem.jacobian_times(d) - J @ d).max() < 1e-9 * np.abs(J @ d).max()
+    b = J @ d
+    assert np.abs(problem.preconditioner_solve(b) - d)[free].max() < 1e-6 * np.abs(d).max()
+    scales, atol = problem.scales, problem.tolerances(1e-3)
+    assert scales.length == 2 and atol[free[0]] == pytest.approx(2e-3) and atol[0] > 1e6
+    assert problem.stats.residuals >= 3 and problem.stats.assemblies >= 2
+    again = problem.get_state(0, y)
+    assert np.array_equal(again.v, state.v) and np.array_equal(again.x, mild.prescribe_positions(state.x))
+
+
+def test_the_ode_is_the_systems(mild, mesh, rng):
+    problem = flesh.OdeProblem(mild, flesh.SolverOptions(linear_solver="klu"))
+    state = flesh.State(mesh.positions, 0.1 * rng.normal(size=mesh.positions.shape))
+    y = problem.start(state)
+    x, v = y.reshape(2, -1, 3)
+    f = problem.rhs(0, y).reshape(2, -1, 3)
+    mass = mesh.lumped_mass(1000)[:, None]
+    expected = np.where(mild.fixed(), 0, -mild.residual(x, v) / mass)
+    assert np.array_equal(f[0], np.where(mild.fixed(), 0, v)) and np.allclose(f[1], expected, rtol=1e-9, atol=1e-9)
+    d = rng.normal(size=problem.size)
+    J = problem.jacobian(0, y)
+    assert np.abs(difference(lambda at: problem.rhs(0, at), y, d) - J @ d).max() < 1e-6 * np.abs(J @ d).max()
+    problem.jacobian_times_setup(0, y)
+    assert np.abs(problem.jacobian_times(d) - J @ d).max() < 1e-9 * np.abs(J @ d).max()
+    gamma = 1e-3
+    problem.preconditioner_setup(0, y, gamma)
+    b = d - gamma * (J @ d)
+    assert np.abs(problem.preconditioner_solve(b, gamma) - d).max() < 1e-6 * np.abs(d).max()
+    assert problem.event == np.inf and problem.scales.velocity > 0 and problem.stats.residuals >= 1
+    assert problem.tolerances(1e-4).shape == (270,) and problem.get_state(2.0, y).t == 2
+
+
+def test_an_undefined_energy_is_recoverable(mesh, body):
+    body = flesh.Body(mesh, flesh.Material("Neo", young=1e5, poisson=0.3))
+    problem = flesh.OdeProblem(flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body)]))
+    y = problem.start(flesh.State.at_rest(mesh))
+    y[:135] *= -1
+    with pytest.raises(flesh.RecoverableError) as error:
+        problem.rhs(0, y)
+    assert isinstance(error.value, flesh.UndefinedError)
+    statics = flesh.System(mesh, [flesh.Elasticity(body)])
+    with pytest.raises(flesh.ArgumentError, match="inertia"):
+        flesh.OdeProblem(statics)

@@ -1,0 +1,225 @@
+"""test_own_effect.py: effects written in Python: checked, in runs, with exceptions, time, barriers, figures."""
+import numpy as np
+import pytest
+
+import flesh
+from conftest import GRAVITY
+
+
+class OwnGravity(flesh.OwnEffect):
+    """What flesh.Gravity is with the lumped mass."""
+    name, role, depends_on_position_only = "gravity", "load", True
+
+    def __init__(self, body):
+        super().__init__(body.mesh)
+        self.force = body.mesh.lumped_mass(body.density)[:, None] * GRAVITY
+
+    def residual(self, point):
+        return -point.load * self.force
+
+    def potential(self, point, shift):
+        return -point.load * self.force * point.x / shift.x if shift.x else 0
+
+    def energy(self, point):
+        return -(self.force * point.x).sum()
+
+
+class Strings(flesh.OwnEffect):
+    """Springs along pairs of nodes, of stiffness k N/m and length 0: V = k/2 |x_a - x_b|^2, with a friction of speed."""
+    name, role, passive = "strings", "other", True
+
+    def __init__(self, mesh, pairs, k, c=0.0):
+        self.pairs, self.k, self.c = np.asarray(pairs), k, c
+        super().__init__(mesh, cells=pairs)
+
+    def apart(self, array):
+        return array[self.pairs[:, 0]] - array[self.pairs[:, 1]]
+
+    def residual(self, point):
+        r, f = np.zeros_like(point.x), self.k * self.apart(point.x) + self.c * self.apart(point.v)
+        np.add.at(r, self.pairs[:, 0], f)
+        np.add.at(r, self.pairs[:, 1], -f)
+        return r
+
+    def jacobian(self, point, shift):
+        block = (shift.x * self.k + shift.v * self.c) * np.kron([[1, -1], [-1, 1]], np.eye(3))
+        return np.broadcast_to(block, (len(self.pairs), 6, 6))
+
+    def potential(self, point, shift):
+        terms = [self.k / 2 * self.apart(point.x)**2 / shift.x]
+        if shift.v:
+            terms.append(self.c / 2 * self.apart(point.v)**2 / shift.v)
+        return np.array(terms)
+
+    def energy(self, point):
+        return self.k / 2 * (self.apart(point.x)**2).sum()
+
+
+class Wrong(Strings):
+    """A Jacobian of half the size."""
+
+    def jacobian(self, point, shift):
+        return super().jacobian(point, shift) / 2
+
+
+class Nail(flesh.OwnEffect):
+    """Pulls every node to its place at rest, diagonally; until t = 1."""
+    name, report_names = "nail", ("longest", "pull")
+
+    def residual(self, point):
+        return 9 * (point.x - self.mesh.positions)
+
+    def jacobian(self, point, shift):
+        return np.broadcast_to(9 * shift.x * np.eye(3), point.x.shape + (3,))
+
+    def potential(self, point, shift):
+        return 4.5 * (point.x - self.mesh.positions)**2 / shift.x
+
+    def next_event(self, t):
+        return 1.0 if t < 1 else np.inf
+
+    def report(self, point):
+        return [np.abs(point.x - self.mesh.positions).max(), 9 * np.abs(point.x - self.mesh.positions).max()]
+
+
+# Some pairs name the higher node first, as cells may.
+PAIRS = [(0, 44), (44, 3), (7, 3), (12, 30)]
+
+
+def test_the_check_of_derivatives_tells_right_from_wrong(mesh, body, bent):
+    for right in (OwnGravity(body), Strings(mesh, PAIRS, 300, 2), Nail(mesh)):
+        assert right.check_derivatives(mesh, bent).passes(), right
+    report = Wrong(mesh, PAIRS, 300, 2).check_derivatives(mesh, bent)
+    assert not report.passes() and report.jacobian[1] == pytest.approx(1) and report.potential.max() < 1e-6
+
+
+def test_it_moves_a_body_as_the_built_in_one_does(mesh, body, held):
+    ends = []
+    for gravity in (flesh.Gravity(body, GRAVITY), OwnGravity(body)):
+        system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), gravity]).pin(held)
+        assert system.effects[2].name == "gravity" and system.effects[2].role == "load"
+        integrator, state = flesh.Integrator(system), flesh.State.at_rest(mesh)
+        for _ in range(6):
+            integrator.step(state, 1 / 60)
+        ends.append(state.x)
+    assert np.abs(ends[0] - ends[1]).max() < 1e-12 and ends[0][-1, 2] < 0.95
+
+
+def test_its_jacobian_is_in_the_systems(mesh, bent):
+    strings = Strings(mesh, PAIRS, 300)
+    K = flesh.System(mesh, [strings]).jacobian(bent).toarray()
+    expected = np.zeros((45, 3, 45, 3))
+    for a, b in PAIRS:
+        for d in range(3):
+            expected[[a, b], d, [a, b], d] += 300
+            expected[[a, b], d, [b, a], d] -= 300
+    assert np.array_equal(K, expected.reshape(135, 135))
+    nail = flesh.System(mesh, [Nail(mesh)])
+    assert np.array_equal(nail.jacobian(bent).toarray(), 9 * np.eye(135)) and nail.next_event(0.5) == 1
+
+
+def test_its_figures_stand_in_the_history(mesh, body, tmp_path):
+    system = flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body), Nail(mesh), flesh.Gravity(body)])
+    with flesh.History(tmp_path / "history.csv", system) as history:
+        flesh.run(flesh.Integrator(system), flesh.State.at_rest(mesh), 0.1, 0.3, [history])
+    table = flesh.Table.read(tmp_path / "history.csv")
+    assert table["nail_pull"][-1] == pytest.approx(9 * table["nail_longest"][-1]) and table["nail_longest"][-1] > 0.1
+
+
+class Failing(Nail):
+    error = None
+    calls = 0
+
+    def residual(self, point):
+        self.calls += 1
+        if self.calls > 3:
+            raise self.error
+        return super().residual(point)
+
+
+def test_what_it_raises_comes_out_of_the_step(mesh, body):
+    effect = Failing(mesh)
+    system = flesh.System(mesh, [flesh.Inertia(body), flesh.Gravity(body), effect])
+    integrator, state = flesh.Integrator(system), flesh.State.at_rest(mesh)
+    effect.error = ZeroDivisionError("mine")
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        for _ in range(9):
+            integrator.step(state, 0.1)
+    assert state.t < 0.5 and np.isfinite(state.x).all()
+    effect.error = KeyboardInterrupt()
+    with pytest.raises(KeyboardInterrupt):
+        integrator.step(state, 0.1)
+    effect.error = flesh.UndefinedError()  # recoverable: shorter steps are tried until there are none
+    with pytest.raises(flesh.SolveError):
+        integrator.step(state, 0.1)
+    assert integrator.failure.halvings == 8
+    effect.calls = -1000
+    integrator.step(state, 0.1)  # it goes on as if nothing had been
+
+
+def test_wrong_shapes_are_told(mesh, bent):
+    class Flat(Nail):
+        def residual(self, point):
+            return np.zeros(3)
+    with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned an array of shape \(3,\); it must be \(45, 3\)"):
+        flesh.System(mesh, [Flat(mesh)]).residual(bent)
+    with pytest.raises(flesh.ArgumentError, match="node numbers from 0 to 44"):
+        Strings(mesh, [(0, 45)], 1)
+    with pytest.raises(flesh.ArgumentError, match="twice"):
+        Strings(mesh, [(4, 4)], 1)
+    with pytest.raises(flesh.ArgumentError, match="no method residual"):
+        type("Empty", (flesh.OwnEffect,), {})(mesh)
+    with pytest.raises(flesh.ArgumentError, match="role"):
+        type("Odd", (Nail,), {"role": "odd"})(mesh)
+
+
+class Floor(flesh.OwnEffect):
+    """A barrier at z = height that rises: no node gets below."""
+    name, role = "floor", "contact"
+
+    def residual(self, point):
+        return np.zeros_like(point.x)
+
+    def carry(self, point, t_from, t_to):
+        return np.zeros_like(point.x) if t_to > 1 else None
+
+    def max_feasible_step(self, t_from, x_from, t_to, x_to):
+        down = x_from[:, 2] - x_to[:, 2]
+        share = np.where(down > 0, (x_from[:, 2] + 0.2) / np.where(down > 0, down, 1), 1)
+        return min(1.0, 0.9 * share.min())
+
+    def push_out(self, t_from, x_from, t_to, x_to):
+        x_to[:, 2] = np.maximum(x_to[:, 2], -0.2)
+        return x_to
+
+    def tunnelled(self, t_from, x_from, t_to, x_to):
+        return (x_to[:, 2] < -0.2).any()
+
+    def check(self, t, x):
+        if (x[:, 2] <= -0.2).any():
+            raise flesh.ArgumentError(f"node {x[:, 2].argmin()} is below the floor")
+
+    def clearance(self, t, x):
+        return x[:, 2].min() + 0.2 - 0.01
+
+    def approach(self, t_from, t_to, low, high):
+        return 0.0
+
+
+def test_its_barrier_is_asked(mesh, body):
+    system = flesh.System(mesh, [flesh.Inertia(body), flesh.Gravity(body), Floor(mesh)])
+    system.check(mesh.positions)
+    with pytest.raises(flesh.ArgumentError, match="below the floor"):
+        system.check(mesh.positions - 1)
+    integrator, state = flesh.Integrator(system), flesh.State.at_rest(mesh)
+    try:
+        for _ in range(20):
+            integrator.step(state, 1 / 60)
+    except flesh.SolveError:
+        pass  # nothing pushes back: the barrier alone bars the way
+    assert -0.2 < state.x[:, 2].min() < 0
+
+
+def test_cells_of_tets_are_ascending(mesh):
+    cells = flesh.OwnEffect.tet_cells(mesh)
+    assert np.array_equal(cells, np.sort(mesh.tets, axis=1))

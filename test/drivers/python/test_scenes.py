@@ -1,0 +1,169 @@
+"""test_scenes.py: scenes from files, text and dicts; runs as loops and as iterators; what they write."""
+import gc
+import os
+import subprocess
+
+import numpy as np
+import pytest
+
+import flesh
+from flesh import _location
+from conftest import DATA
+
+BAR = {
+    "title": "quotes \" and \\ and é",
+    "body": {"mesh": "bar_8x2x2.mesh", "density": 1000,
+             "material": {"energy": "S", "young": 1e5, "poisson": np.float64(0.45)}},
+    "effects": [{"inertia": {}}, {"gravity": {"acceleration": np.array([0, 0, -9.81])}},
+                {"pin": {"box": [[-1, -1, -1], (1e-9, 2, float("inf"))]}}],
+    "time": {"method": "backward-euler", "step": "1/60", "end": 0.1},
+}
+TEXT = """
+body:
+  mesh: bar_8x2x2.mesh
+  material: {energy: S, young: 1e5, poisson: 0.45}
+effects: [inertia: {}, gravity: {acceleration: [0, 0, -9.81]}, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]
+time: {step: 1/60, end: 0.1}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    flesh.Mesh.box((8, 2, 2), (2, 1, 1)).write(tmp_path / "bar_8x2x2.mesh")
+    return tmp_path
+
+
+def test_a_dict_text_and_a_file_are_the_same_scene(folder):
+    (folder / "bar.yaml").write_text(TEXT)
+    ends = []
+    for scene in (flesh.Scene(BAR, folder=folder), flesh.Scene.from_text(TEXT, folder=folder),
+                  flesh.Scene(folder / "bar.yaml")):
+        assert scene.mesh_path == str(folder / "bar_8x2x2.mesh") and scene.files[0] == scene.mesh_path
+        assert scene.time.method == "backward-euler" and scene.time.step == 1 / 60 and scene.time.end == 0.1
+        assert [effect.name for effect in scene.system.effects] == ["inertia", "gravity", "elasticity"]
+        assert scene.materials[0].young == 1e5 and scene.body.density.tolist() == [1000] * 192
+        assert scene.up.origin == "gravity" and scene.up.direction.tolist() == [0, 0, 1]
+        assert scene.output.frame_interval == 1 and scene.output.skin_surface is None
+        ends.append(scene.run().x)
+    assert np.array_equal(ends[0], ends[1]) and np.array_equal(ends[0], ends[2])
+
+
+@pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
+def test_it_ends_as_the_programs_run_does(folder):
+    scene = flesh.Scene(BAR, {"time.method": "bdf2", "output.frame_interval": 3}, folder)
+    scene.write(folder / "resolved.yaml")
+    with flesh.History(folder / "history.csv", scene.system) as history, \
+            flesh.Frames(folder / "frames", scene.mesh, 3) as frames:
+        end = scene.run([history, frames])
+    result = flesh.run_scene(folder / "resolved.yaml", folder / "out")
+    assert result.result["status"] == "complete" and result.scene.time.method == "bdf2"
+    assert np.array_equal(result.state.x, end.x) and np.array_equal(result.state.v, end.v)
+    assert (folder / "history.csv").read_text() == (folder / "out" / "history.csv").read_text()
+    names = sorted(os.listdir(folder / "frames"))
+    assert names == sorted(os.listdir(folder / "out" / "frames")) and len(result.frames) == 3
+    assert (folder / "frames" / names[0]).read_bytes() == (folder / "out" / "frames" / names[0]).read_bytes()
+    assert result.history.rows == 7 and result.history["t"][-1] == 0.1
+    assert flesh.program("--version").stdout.split()[1] == flesh.__version__
+    with pytest.raises(flesh.ProgramError, match="nowhere.yaml") as error:
+        flesh.program("run", folder / "nowhere.yaml")
+    assert error.value.status == 3
+
+
+def test_overrides_and_their_errors(folder):
+    assert flesh.Scene(BAR, {"time.step": 0.05}, folder).time.step == 0.05
+    assert flesh.Scene(BAR, ["effects.inertia=null"], folder).time.method == "static"
+    assert flesh.Scene(BAR, {"effects.inertia": None}, folder).time.method == "static"
+    for overrides, words in (({"time.step": -1}, "time.step"), ({"time.stp": 1}, "did you mean step")):
+        with pytest.raises(flesh.ArgumentError, match=words):
+            flesh.Scene(BAR, overrides, folder)
+    with pytest.raises(flesh.ArgumentError, match="note:2:9: body.densty is unknown; did you mean density"):
+        flesh.Scene.from_text("\nbody: {{densty: 3}}".replace("{{", "{ ").replace("}}", "}"), name="note")
+    with pytest.raises(flesh.FileError, match="nowhere.yaml"):
+        flesh.Scene(folder / "nowhere.yaml")
+
+
+def test_the_iterator_is_the_loop(folder):
+    scene = flesh.Scene(BAR, folder=folder)
+    told = []
+    end = scene.run([told.append])
+    records = list(scene.steps())
+    assert [record.step for record in records] == list(range(7)) and records[-1].last and not records[0].h
+    assert all(np.array_equal(one.x, two.x) and one.t == two.t for one, two in zip(records, told))
+    assert np.array_equal(records[-1].x, end.x) and records[3].stats.newton == told[3].stats.newton > 0
+    assert records[-1].J.shape == (192,) and records[-1].min_J == records[-1].J.min()
+    assert records[-1].volume == pytest.approx(scene.mesh.volume(end.x), rel=1e-14)
+    assert np.allclose(records[-1].energies, scene.system.energies(end.x, end.v), rtol=1e-12)
+
+
+def test_leaving_the_loop_ends_the_run(folder):
+    import threading
+    scene = flesh.Scene(BAR, folder=folder)
+    state, integrator = scene.start(), scene.integrator()
+    for record in flesh.steps(integrator, state, 1 / 60, 1e6):
+        if record.step == 2:
+            break
+    gc.collect()
+    assert state.t == pytest.approx(2 / 60) and not [one for one in threading.enumerate() if "flesh" in one.name]
+    integrator.step(state, 1 / 60)  # it is whole, and its own again
+    with pytest.raises(RuntimeError, match="mine"):
+        for record in flesh.steps(integrator, state, 1 / 60, 1):
+            raise RuntimeError("mine")
+
+    def fail(record):
+        if record.step == 1:
+            raise KeyError("mine")
+    with pytest.raises(KeyError, match="mine"):
+        list(flesh.steps(integrator, state, 1 / 60, 1, [fail]))
+    with pytest.raises(KeyError, match="mine"):
+        flesh.run(integrator, state, 1 / 60, 1, [fail])
+    with pytest.raises(flesh.InterruptedError_):
+        flesh.run(integrator, state, 1 / 60, 1, stop=lambda: state.t > 0.2)
+    assert 0.2 < state.t < 0.25
+    with pytest.raises(flesh.ArgumentError):
+        flesh.run(integrator, state, -1, 1)
+
+
+def test_parts_of_a_scene_keep_it_alive(folder):
+    positions, system, mesh = (lambda s: (s.mesh.positions, s.system, s.mesh))(flesh.Scene(BAR, folder=folder))
+    body, state = flesh.Scene(BAR, folder=folder).body, flesh.Scene(BAR, folder=folder).start()
+    gc.collect()
+    for _ in range(5):
+        flesh.Scene(BAR, folder=folder).run()
+    assert positions.sum() == state.x.sum() == mesh.positions.sum() and np.isfinite(system.residual(positions)).all()
+    more = flesh.System(body.mesh, [flesh.Elasticity(body)])
+    del body
+    gc.collect()
+    assert np.abs(more.residual(positions)).max() < 1e-9
+
+
+def test_skin_frames(folder):
+    mesh = flesh.Mesh.box((8, 2, 2), (2, 1, 1))
+    surface = flesh.Surface.of_mesh(mesh)
+    surface.write(folder / "skin.obj")
+    scene = flesh.Scene(BAR, folder=folder)
+    frames = flesh.SkinFrames(folder / "skin", flesh.Skin(mesh, surface), surface, ["obj", "pc2"], every=3)
+    scene.run([frames])
+    frames.add(7, scene.start())
+    frames.close()
+    names = sorted(os.listdir(folder / "skin"))
+    assert names == ["skin.pc2", *(f"skin_{k:06}.obj" for k in (0, 3, 6, 7))]
+    frames = flesh.SkinFrames(folder / "skin2", flesh.Skin(mesh, surface), surface, ["pc2"])
+    frames.abandon()
+    flesh.SkinFrames.remove(folder / "skin")
+    assert not os.listdir(folder / "skin") and not os.listdir(folder / "skin2")
+
+
+def test_schemas():
+    assert "body.mesh" in flesh.schema("paths").split() and "| key" in flesh.schema().lower()
+    import json
+    assert json.loads(flesh.schema("json"))["properties"]["body"]
+    with pytest.raises(flesh.ArgumentError, match="markdown"):
+        flesh.schema("pdf")
+
+
+def test_every_scene_of_the_gallery_is_read():
+    names = sorted(name for name in os.listdir(os.path.join(DATA, "scenes")) if name.endswith(".yaml"))
+    assert names
+    for name in names[:4]:
+        scene = flesh.Scene(os.path.join(DATA, "scenes", name))
+        assert scene.system.unknowns == 3 * scene.mesh.node_count == scene.start().x.size
