@@ -61,6 +61,10 @@
 #define flesh_volume_projection_setup FLESH_OF_ISA(flesh_volume_projection_setup)
 #define flesh_volume_projection_matrix FLESH_OF_ISA(flesh_volume_projection_matrix)
 #define flesh_volume_projection_before FLESH_OF_ISA(flesh_volume_projection_before)
+#define flesh_volume_projection_restore FLESH_OF_ISA(flesh_volume_projection_restore)
+#define flesh_preconditioner_restore FLESH_OF_ISA(flesh_preconditioner_restore)
+#define flesh_volume_projection_turned FLESH_OF_ISA(flesh_volume_projection_turned)
+#define flesh_preconditioner_turned FLESH_OF_ISA(flesh_preconditioner_turned)
 #define flesh_volume_projection_after FLESH_OF_ISA(flesh_volume_projection_after)
 
 #define flesh_product_create FLESH_OF_ISA(flesh_product_create)

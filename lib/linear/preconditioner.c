@@ -258,6 +258,17 @@ void flesh_preconditioner_apply(flesh_preconditioner_data *self, const double *r
   }
 }
 
+int flesh_preconditioner_restore(flesh_preconditioner_data *self, const float *error, double *step)
+{
+  if (self->projects) flesh_volume_projection_restore(self->projection, error, step);
+  return self->projects;
+}
+
+double flesh_preconditioner_turned(const flesh_preconditioner_data *self)
+{
+  return self->projects ? flesh_volume_projection_turned(self->projection) : 0;
+}
+
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
 {
   size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));

@@ -52,6 +52,14 @@ double flesh_preconditioner_scale(const flesh_preconditioner_data *preconditione
 /* z for begin <= p < end, which z begins with; the fourth lane is anything finite. */
 void flesh_preconditioner_result(const flesh_preconditioner_data *preconditioner, int begin, int end, float *z);
 
+/* Takes from step [3*rows] what moves the stiff rows of the matrix by `error` [rows of these], as far as the projection
+ * goes. 0: nothing is projected, and nothing done. */
+int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, const float *error, double *step);
+
+/* How far the stiff rows are from those of the last set-up, 0 where nothing is projected: from about 1 on there are many
+ * iterations more. */
+double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
+
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
 
 #endif

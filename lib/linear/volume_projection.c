@@ -32,6 +32,7 @@ struct flesh_volume_projection {
   unsigned *pair; /* where each pair of rows of each main node is in S's values */
   flesh_sparse_cholesky S;
   flesh_block_matrix soft; /* A_r, with the pattern of A */
+  double root;             /* of the scale of all that is single */
   float *w;                /* [4*nodes] */
   float *q, *t;            /* [rows] S^-1 P^T r; what z lacks along the rows */
 };
@@ -266,7 +267,7 @@ const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection
 /* The values scaled, and by node; the blocks by place. */
 static void scale_values(flesh_volume_projection *self, double scale, const float *inverse)
 {
-  const float root = (float)sqrt(scale);
+  const float root = (float)(self->root = sqrt(scale));
   for (size_t d = 0; d < 3 * (size_t)self->entries; d++) self->values[d] *= root;
   for (int k = 0; k < self->entries; k++)
     memcpy(self->by_node + 3 * (size_t)k, self->values + 3 * (size_t)self->at[k], 3 * sizeof(float));
@@ -425,4 +426,29 @@ double flesh_volume_projection_after(flesh_volume_projection *self, const float 
   const int parts = flesh_parallel_parts(self->threads, self->nodes, correct_nodes, &now);
   for (int k = 0; k < parts; k++) product += now.products[k];
   return product;
+}
+
+void flesh_volume_projection_restore(flesh_volume_projection *self, const float *error, double *step)
+{
+  solve(self, error, self->t);
+  for (int p = 0; p < self->nodes; p++) {
+    if (!self->main[p]) continue;
+    const flesh_float4 z = times(self->inverse + 9 * (size_t)p, at_node(self, self->t, p));
+    for (int c = 0; c < 3; c++) step[3 * (size_t)self->order[p] + (size_t)c] -= self->root * (double)z[c];
+  }
+}
+
+double flesh_volume_projection_turned(const flesh_volume_projection *self)
+{
+  const float root = (float)self->root;
+  double sum = 0;
+  for (int k = 0; k < self->entries; k++) {
+    const int p = self->place[k] / 4;
+    const float *old = self->values + 3 * (size_t)k, *now = self->rows->values + 3 * (size_t)k;
+    flesh_float4 change = {0};
+    for (int c = 0; c < 3; c++) change[c] = old[c] != 0 ? root * now[c] - old[c] : 0; /* 0: the dof is fixed */
+    const flesh_float4 moved = times(self->inverse + 9 * (size_t)p, change);
+    sum += (double)(moved[0] * change[0] + moved[1] * change[1] + moved[2] * change[2]);
+  }
+  return sum / self->rows->count;
 }

@@ -12,6 +12,9 @@
  * how many iterations of one solve are given to an old one. */
 enum { NEW_ONE = 6, PATIENCE = 150 };
 
+/* How far stiff rows may turn before the preconditioner is made anew. */
+static const double TURNED = 0.1;
+
 /* Inertia at rest, dof by dof; 0 where it has no value, so that nothing is rounded. */
 static int find_inertia(flesh_matrix_policy *self)
 {
@@ -161,6 +164,8 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   const flesh_direction *direction = self->direction;
   const double *per_decade = direction->iterations_per_decade;
   if (direction->direct && self->kept) return FLESH_OK;
+  if (direction->preconditioner && direction->linear->preconditioner_turned(direction->preconditioner) > TURNED)
+    return flesh_matrix_policy_refresh(self);
   if (direction->preconditioner && per_decade[0] + per_decade[1] > 0 && direction->excess_iterations < NEW_ONE)
     return FLESH_OK;
   return flesh_matrix_policy_refresh(self);

@@ -132,6 +132,7 @@ static event search(flesh_newton *self, iteration *it)
 {
   it->status = FLESH_OK;
   if (!it->guarded) return DONE;
+  if (it->kind != FLESH_DIRECTION_NEGATIVE_CURVATURE) flesh_volume_arc_bend(&self->arc, it->u, it->r, it->p);
   it->status = flesh_search_run(&self->search, it->u, it->r, it->kind, needs_model_ratio(self), it->p, &it->found);
   if (it->status == FLESH_NOT_POSITIVE) return INDEFINITE;
   if (it->status == FLESH_NOT_CONVERGED && it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE) {
@@ -224,6 +225,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
   if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
   if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->options, &self->policy);
+  if (!status) status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
   if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
   if (!status)
     status = flesh_accelerators_init(&self->equations, &self->options, &self->stats, &services, &self->accelerators);
@@ -241,6 +243,7 @@ void flesh_newton_clear(flesh_newton *self)
   flesh_free(self->u); /* and r */
   flesh_accelerators_clear(&self->accelerators);
   flesh_search_clear(&self->search);
+  flesh_volume_arc_clear(&self->arc);
   flesh_matrix_policy_clear(&self->policy);
   flesh_direction_clear(&self->direction);
   flesh_equations_clear(&self->equations);
@@ -253,7 +256,7 @@ size_t flesh_newton_memory(const flesh_newton *self)
 {
   const size_t n = (size_t)self->equations.n, inertia = self->policy.inertia ? n * sizeof(float) : 0;
   return flesh_equations_memory(&self->equations) + flesh_direction_memory(&self->direction) + inertia +
-         flesh_search_memory(&self->search) + flesh_accelerators_memory(&self->accelerators) +
+         flesh_search_memory(&self->search) + flesh_volume_arc_memory(&self->arc) + flesh_accelerators_memory(&self->accelerators) +
          2 * n * sizeof(double) + (self->reserve ? flesh_reserve_most(self->reserve) : 0);
 }
 

@@ -9,6 +9,7 @@
 #include "newton/balance.h"
 #include "newton/matrix_policy.h"
 #include "newton/subdomain.h"
+#include "newton/volume_arc.h"
 
 typedef struct flesh_newton {
   flesh_solver_options options;
@@ -16,6 +17,7 @@ typedef struct flesh_newton {
   flesh_threads *threads;
   flesh_equations equations;
   flesh_direction direction;
+  flesh_volume_arc arc;
   flesh_search search;
   flesh_accelerators accelerators;
   flesh_matrix_policy policy;

@@ -1,0 +1,135 @@
+/* volume_arc.c: second-order corrections (Nocedal & Wright 2006, section 18.3) of the volumes that stiff rows measure,
+ * along the arc that they make of a step (Mayne & Polak 1982).
+ *
+ * With b the rows, the volume of what turns changes by b.q to first order, as Newton's step wants it, and by more to
+ * second order, which the bulk modulus punishes: straight steps are cut to almost nothing. As volumes are cubic in
+ * positions, Simpson's rule gives from b at three places what they change by. */
+#include "newton/volume_arc.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/memory.h"
+#include "newton/line_search.h"
+
+enum { LENGTHS = 5, CORRECTIONS = 12 };
+
+/* Straight steps serve where the energy of their volumes' error is less than this, over what they should gain. */
+static const double SMALL = 0.01;
+/* Corrections end where the error's energy is this small beside the straight step's. */
+static const double CORRECTED = 1e-6;
+/* Of what a step should gain, at least. */
+static const double DECREASE = 1e-4;
+
+int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *self)
+{
+  *self = (flesh_volume_arc){.equations = equations, .direction = direction};
+  if (!direction->rows.count) return FLESH_OK;
+  const size_t count = (size_t)direction->rows.count, n = (size_t)equations->n;
+  self->trial = direction->rows;
+  self->trial.values = flesh_huge_pages_calloc(3 * count * (size_t)self->trial.nodes_per_row * sizeof(float));
+  self->wanted = flesh_huge_pages_calloc((2 * count + 1) * sizeof(float));
+  self->step = flesh_huge_pages_calloc((2 * n + 1) * sizeof(double));
+  if (!self->trial.values || !self->wanted || !self->step) {
+    flesh_volume_arc_clear(self);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of %zu unknowns", n);
+  }
+  self->error = self->wanted + count;
+  self->at = self->step + n;
+  return FLESH_OK;
+}
+
+void flesh_volume_arc_clear(flesh_volume_arc *self)
+{
+  flesh_free(self->trial.values);
+  flesh_free(self->wanted);
+  flesh_free(self->step);
+  *self = (flesh_volume_arc){0};
+}
+
+size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
+{
+  const size_t count = (size_t)self->trial.count;
+  if (!count) return 0;
+  return count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) +
+         2 * (size_t)self->equations->n * sizeof(double);
+}
+
+/* y += weight b.q of every row, over the dofs that are not constrained. */
+static void add_products(const flesh_volume_arc *self, const float *values, double weight, const double *q, float *y)
+{
+  const uint8_t *constrained = self->equations->constrained;
+  const int m = self->trial.nodes_per_row;
+  for (int e = 0; e < self->trial.count; e++) {
+    double sum = 0;
+    for (int a = 0; a < m; a++) {
+      const size_t node = 3 * (size_t)self->trial.nodes[(size_t)m * (size_t)e + (size_t)a];
+      const float *b = values + 3 * ((size_t)m * (size_t)e + (size_t)a);
+      for (size_t c = 0; c < 3; c++) sum += constrained[node + c] ? 0 : (double)b[c] * q[node + c];
+    }
+    y[e] += (float)(weight * sum);
+  }
+}
+
+/* The rows at u + share q. */
+static void find_rows(flesh_volume_arc *self, const double *u, double share, const double *q)
+{
+  flesh_step_to(self->equations, u, share, q, self->at);
+  const flesh_point point = flesh_equations_point(self->equations, self->at);
+  flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
+}
+
+/* By how much volumes at u + q are not what is wanted; returns the energy of that. */
+static double find_error(flesh_volume_arc *self, const double *u, const double *q)
+{
+  static const struct {
+    double share, weight;
+  } simpson[2] = {{0.5, 4. / 6}, {1, 1. / 6}};
+  double square = 0;
+  for (int e = 0; e < self->trial.count; e++) self->error[e] = -self->wanted[e];
+  add_products(self, self->direction->rows.values, 1. / 6, q, self->error);
+  for (int k = 0; k < 2; k++) {
+    find_rows(self, u, simpson[k].share, q);
+    add_products(self, self->trial.values, simpson[k].weight, q, self->error);
+  }
+  for (int e = 0; e < self->trial.count; e++) square += (double)self->error[e] * (double)self->error[e];
+  return square / 2;
+}
+
+/* self->step becomes s p and its corrections. Whether the straight one does not serve. */
+static int correct(flesh_volume_arc *self, const double *u, const double *p, double s, double gain)
+{
+  double *q = self->step, first = 0;
+  for (int d = 0; d < self->equations->n; d++) q[d] = s * p[d];
+  memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
+  add_products(self, self->direction->rows.values, 1, q, self->wanted);
+  for (int k = 0; k < CORRECTIONS; k++) {
+    const double energy = find_error(self, u, q);
+    if (!(energy < INFINITY)) return 0;
+    if (k == 0 && energy < SMALL * gain) return 0;
+    if (k == 0) first = energy;
+    else if (energy < CORRECTED * first) break;
+    if (!self->direction->linear->preconditioner_restore(self->direction->preconditioner, self->error, q)) return 0;
+  }
+  return 1;
+}
+
+void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *r, double *p)
+{
+  flesh_equations *equations = self->equations;
+  if (!self->trial.count) return;
+  const double slope = flesh_dot(equations->threads, equations->n, r, p);
+  double start, value, magnitude, s = 1;
+  if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
+  for (int k = 0; k < LENGTHS; k++, s /= 2) {
+    if (!correct(self, u, p, s, -s * slope / 2) && k == 0) return;
+    flesh_step_to(equations, u, 1, self->step, self->at);
+    const int status = flesh_equations_potential(equations, self->at, &value, &magnitude);
+    const double own = flesh_dot(equations->threads, equations->n, r, self->step);
+    if (status || !(own < 0) || !(value <= start + DECREASE * s * slope) || !(value <= start + DECREASE * own)) continue;
+    flesh_copy(equations->threads, equations->n, self->step, p);
+    return;
+  }
+}

@@ -1,0 +1,25 @@
+/* volume_arc.h: bends Newton steps so that nearly incompressible elements keep the volume that the step gives them. */
+#ifndef FLESH_NEWTON_VOLUME_ARC_H
+#define FLESH_NEWTON_VOLUME_ARC_H
+
+#include "newton/direction.h"
+
+typedef struct flesh_volume_arc {
+  flesh_equations *equations; /* borrowed */
+  flesh_direction *direction; /* borrowed: its preconditioner has the projection */
+  flesh_stiff_rows trial;     /* the rows where the step leads; count 0: there are none */
+  float *wanted, *error;      /* [rows] */
+  double *step, *at;          /* [n] */
+} flesh_volume_arc;
+
+/* FLESH_ERR_MEMORY. */
+int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction, flesh_volume_arc *arc);
+void flesh_volume_arc_clear(flesh_volume_arc *arc);
+size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
+
+/* The Newton step p [n] at u, where the residual is r, becomes s p plus what its volumes lack to second order, s = 1, 1/2
+ * ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight steps
+ * keep volumes well enough, or the preconditioner projects nothing. */
+void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
+
+#endif
