@@ -141,6 +141,8 @@ const char *flesh_preconditioner_used(const flesh_scene *scene)
 {
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
+  if (solver->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
+    return flesh_preconditioner_name(solver->preconditioner);
   return flesh_preconditioner_name(flesh_preconditioner_choose(
       solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
 }

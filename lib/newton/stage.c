@@ -114,7 +114,9 @@ int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const doub
   stats->residual_first = stats->residual_last = stats->residual_target = 0;
   flesh_equations_start(equations, u);
   int status = flesh_equations_push_out(equations, u);
+  const int guessed = guesses && *guesses;
   for (; guesses && *guesses && !status; guesses++) try_guess(newton, *guesses, u);
+  if (guessed && !status) flesh_volume_arc_start(&newton->arc, u);
   const int freezes = equations->frozen && stage->frozen_at_solution;
   if (freezes && !status) flesh_newton_freeze(newton, u);
   if (!status) status = evaluate(newton, u, &first);

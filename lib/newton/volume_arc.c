@@ -20,6 +20,8 @@ enum { LENGTHS = 5, CORRECTIONS = 12 };
 static const double SMALL = 0.01;
 /* Corrections end where the error's energy is this small beside the straight step's. */
 static const double CORRECTED = 1e-6;
+/* Of the potential's terms, where a solve starts. */
+static const double NOTHING = 1e-10;
 /* Of what a step should gain, at least. */
 static const double DECREASE = 1e-4;
 
@@ -31,13 +33,14 @@ int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction
   self->trial = direction->rows;
   self->trial.values = flesh_huge_pages_calloc(3 * count * (size_t)self->trial.nodes_per_row * sizeof(float));
   self->wanted = flesh_huge_pages_calloc((2 * count + 1) * sizeof(float));
-  self->step = flesh_huge_pages_calloc((2 * n + 1) * sizeof(double));
+  self->step = flesh_huge_pages_calloc((3 * n + 1) * sizeof(double));
   if (!self->trial.values || !self->wanted || !self->step) {
     flesh_volume_arc_clear(self);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the steps of %zu unknowns", n);
   }
   self->error = self->wanted + count;
   self->at = self->step + n;
+  self->none = self->at + n;
   return FLESH_OK;
 }
 
@@ -54,7 +57,7 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *self)
   const size_t count = (size_t)self->trial.count;
   if (!count) return 0;
   return count * (2 + 3 * (size_t)self->trial.nodes_per_row) * sizeof(float) +
-         2 * (size_t)self->equations->n * sizeof(double);
+         3 * (size_t)self->equations->n * sizeof(double);
 }
 
 /* y += weight b.q of every row, over the dofs that are not constrained. */
@@ -81,16 +84,16 @@ static void find_rows(flesh_volume_arc *self, const double *u, double share, con
   flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
 }
 
-/* By how much volumes at u + q are not what is wanted; returns the energy of that. */
-static double find_error(flesh_volume_arc *self, const double *u, const double *q)
+/* By how much volumes at u + q are not what is wanted; returns the energy of that. `known`: the rows at u are K's. */
+static double find_error(flesh_volume_arc *self, const double *u, int known, const double *q)
 {
   static const struct {
     double share, weight;
-  } simpson[2] = {{0.5, 4. / 6}, {1, 1. / 6}};
+  } simpson[3] = {{0, 1. / 6}, {0.5, 4. / 6}, {1, 1. / 6}};
   double square = 0;
   for (int e = 0; e < self->trial.count; e++) self->error[e] = -self->wanted[e];
-  add_products(self, self->direction->rows.values, 1. / 6, q, self->error);
-  for (int k = 0; k < 2; k++) {
+  if (known) add_products(self, self->direction->rows.values, simpson[0].weight, q, self->error);
+  for (int k = known; k < 3; k++) {
     find_rows(self, u, simpson[k].share, q);
     add_products(self, self->trial.values, simpson[k].weight, q, self->error);
   }
@@ -98,17 +101,14 @@ static double find_error(flesh_volume_arc *self, const double *u, const double *
   return square / 2;
 }
 
-/* self->step becomes s p and its corrections. Whether the straight one does not serve. */
-static int correct(flesh_volume_arc *self, const double *u, const double *p, double s, double gain)
+/* Corrects self->step from u. Whether it had more than `enough` of an error. */
+static int correct(flesh_volume_arc *self, const double *u, int known, double enough)
 {
   double *q = self->step, first = 0;
-  for (int d = 0; d < self->equations->n; d++) q[d] = s * p[d];
-  memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
-  add_products(self, self->direction->rows.values, 1, q, self->wanted);
   for (int k = 0; k < CORRECTIONS; k++) {
-    const double energy = find_error(self, u, q);
+    const double energy = find_error(self, u, known, q);
     if (!(energy < INFINITY)) return 0;
-    if (k == 0 && energy < SMALL * gain) return 0;
+    if (k == 0 && !(energy > enough)) return 0;
     if (k == 0) first = energy;
     else if (energy < CORRECTED * first) break;
     if (!self->direction->linear->preconditioner_restore(self->direction->preconditioner, self->error, q)) return 0;
@@ -124,7 +124,10 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
   double start, value, magnitude, s = 1;
   if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
   for (int k = 0; k < LENGTHS; k++, s /= 2) {
-    if (!correct(self, u, p, s, -s * slope / 2) && k == 0) return;
+    for (int d = 0; d < equations->n; d++) self->step[d] = s * p[d];
+    memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
+    add_products(self, self->direction->rows.values, 1, self->step, self->wanted);
+    if (!correct(self, u, 1, SMALL * -s * slope / 2) && k == 0) return;
     flesh_step_to(equations, u, 1, self->step, self->at);
     const int status = flesh_equations_potential(equations, self->at, &value, &magnitude);
     const double own = flesh_dot(equations->threads, equations->n, r, self->step);
@@ -132,4 +135,19 @@ void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double
     flesh_copy(equations->threads, equations->n, self->step, p);
     return;
   }
+}
+
+void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
+{
+  flesh_equations *equations = self->equations;
+  double before, after, magnitude;
+  if (!self->trial.count || equations->constrained_way > 0) return;
+  if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
+  double *none = self->none;
+  memcpy(self->step, u, (size_t)equations->n * sizeof *u);
+  memset(self->wanted, 0, (size_t)self->trial.count * sizeof *self->wanted);
+  if (!correct(self, none, 0, NOTHING * magnitude)) return;
+  if (!flesh_equations_can_reach(equations, self->step)) return;
+  if (!flesh_equations_evaluate(equations, self->step, &after, &magnitude) && after < before)
+    flesh_copy(equations->threads, equations->n, self->step, u);
 }

@@ -9,7 +9,7 @@ typedef struct flesh_volume_arc {
   flesh_direction *direction; /* borrowed: its preconditioner has the projection */
   flesh_stiff_rows trial;     /* the rows where the step leads; count 0: there are none */
   float *wanted, *error;      /* [rows] */
-  double *step, *at;          /* [n] */
+  double *step, *at, *none;   /* [n]; none: 0 */
 } flesh_volume_arc;
 
 /* FLESH_ERR_MEMORY. */
@@ -21,5 +21,9 @@ size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
  * ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight steps
  * keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
+
+/* Where a solve of the stage starts, u [n], extrapolated in straight lines: moves it so that volumes are those of the
+ * stage's x0, where that lowers the potential. Nothing where constrained dofs move. */
+void flesh_volume_arc_start(flesh_volume_arc *arc, double *u);
 
 #endif
