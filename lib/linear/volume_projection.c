@@ -312,7 +312,7 @@ int flesh_volume_projection_setup(flesh_volume_projection *self, double scale, c
   return FLESH_NOT_POSITIVE;
 }
 
-/* B x by rows, x of four lanes with the fourth zero. */
+/* B x by rows, x of four lanes, the fourth of which is in no sum. */
 static void multiply_rows(const flesh_volume_projection *self, const float *x, int begin, int end, float *y)
 {
   const int m = self->m;
@@ -396,13 +396,6 @@ static void rows_of_z(void *data, int k, int begin, int end)
   for (int e = begin; e < end; e++) now->self->t[e] = now->self->q[e] - now->self->t[e];
 }
 
-static void clear_lanes(void *data, int k, int begin, int end)
-{
-  const pass *now = data;
-  (void)k;
-  for (int p = begin; p < end; p++) now->z[4 * (size_t)p + 3] = 0;
-}
-
 static void correct_nodes(void *data, int k, int begin, int end)
 {
   pass *now = data;
@@ -420,7 +413,6 @@ double flesh_volume_projection_after(flesh_volume_projection *self, const float 
 {
   pass now = {.self = self, .r = r, .z = z};
   double product = 0;
-  flesh_parallel_parts(self->threads, self->nodes, clear_lanes, &now);
   flesh_parallel_parts(self->threads, self->rows->count, rows_of_z, &now);
   solve(self, self->t, self->t);
   const int parts = flesh_parallel_parts(self->threads, self->nodes, correct_nodes, &now);

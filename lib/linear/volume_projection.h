@@ -41,7 +41,8 @@ int flesh_volume_projection_setup(flesh_volume_projection *projection, double sc
 const float *flesh_volume_projection_before(flesh_volume_projection *projection, const float *r);
 double flesh_volume_projection_after(flesh_volume_projection *projection, const float *r, float *z);
 
-/* Takes from step [3*nodes] what moves the rows by `error` [rows], or nearly: P S^-1 error, in the units of A, not scaled. */
+/* Takes from step [3*nodes] what moves the rows by `error` [rows], or nearly: P S^-1 error, in the units of A, not
+ * scaled. */
 void flesh_volume_projection_restore(flesh_volume_projection *projection, const float *error, double *step);
 
 /* How far the rows' values are from those of the last set-up: of the mean row's change the energy, in units of what A_r

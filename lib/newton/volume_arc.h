@@ -17,8 +17,8 @@ int flesh_volume_arc_init(flesh_equations *equations, flesh_direction *direction
 void flesh_volume_arc_clear(flesh_volume_arc *arc);
 size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
 
-/* The Newton step p [n] at u, where the residual is r, becomes s p plus what its volumes lack to second order, s = 1, 1/2
- * ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight steps
+/* The Newton step p [n] at u, where the residual is r, becomes s p plus what its volumes lack to second order, s = 1,
+ * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight steps
  * keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
 
