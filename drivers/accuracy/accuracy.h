@@ -144,7 +144,7 @@ void flesh_accuracy_steps_path(const flesh_accuracy_plan *plan, const flesh_accu
 int flesh_accuracy_make_rows(flesh_accuracy_plan *plan);
 
 /* Makes the reference with two methods and writes it to <out>/reference.states, or reads it back
- * when plan->reference already tells of it. Fills plan->reference; its scale.length must be set.
+ * when plan->reference already names it. Fills plan->reference; its scale.length must be set.
  * FLESH_ERR_SOLVE when fewer than two methods reach the end. */
 int flesh_accuracy_make_reference(flesh_accuracy_plan *plan, flesh_accuracy_track *reference);
 
@@ -163,12 +163,12 @@ const char *flesh_accuracy_status_word(const flesh_accuracy_row *row);
 
 /* Whether two rows made the same run: as many steps, the same error. */
 int flesh_accuracy_same_run(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
-/* -1: a took less, 1: b did; 0: their times do not tell them apart, or they made the same run. */
+/* -1: a took less, 1: b did; 0: their times do not distinguish them, or they made the same run. */
 int flesh_accuracy_compare_times(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 /* The same by residual evaluations, then linear iterations, Hessians and steps, which no machine changes. */
 int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accuracy_row *b);
 
-/* Marks the rows that nothing beats, in time (where times do not tell, by counts) and in residuals. */
+/* Marks the rows that nothing beats, in time (where times do not distinguish, by counts) and in residuals. */
 void flesh_accuracy_find_fronts(flesh_accuracy_plan *plan);
 /* Of the runs of a method that are neither too coarse to be of use (error above a tenth of the motion) nor near the
  * reference's uncertainty (ten times), over the longest row of neighbours whose slopes agree within 15 %. */

@@ -27,7 +27,7 @@ int flesh_accuracy_compare_counts(const flesh_accuracy_row *a, const flesh_accur
   return 0;
 }
 
-/* How far apart two times must be to tell runs apart: a tenth, or as far as their own repeats. */
+/* How far apart two times must be to distinguish runs: a tenth, or as far as their own repeats. */
 static double noise(const flesh_accuracy_row *row)
 {
   const flesh_accuracy_figures *f = &row->figures;

@@ -64,7 +64,7 @@ static int run_repeats(const task *given, const flesh_scene *scene, const flesh_
   return FLESH_OK;
 }
 
-/* What the reference cannot tell is not told. */
+/* What the reference cannot show is not reported. */
 static double above(double error, double uncertainty)
 {
   return fabs(error) > uncertainty ? error : isnan(error) ? error : NAN;

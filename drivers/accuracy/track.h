@@ -115,7 +115,8 @@ typedef struct flesh_accuracy_watch {
   int own_steps; /* also after every step that an adaptive method takes, not only where it is asked */
 } flesh_accuracy_watch;
 
-/* Integrates the scene as it stands from start to end in steps of time.step, told nothing but the time between steps.
+/* Integrates the scene as it stands from start to end in steps of time.step, with no more known than the time between
+ * steps.
  * `steps_file` (may be NULL): the adaptive method's own steps, as CSV `t,h,order`. Stops with FLESH_ERR_INTERRUPTED
  * after a signal and FLESH_ERR_BUDGET after `max_seconds` (0: never). */
 int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid *grid, double max_seconds,

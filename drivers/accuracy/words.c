@@ -105,7 +105,7 @@ static void say_target(const flesh_accuracy_plan *plan, double share, FILE *stre
       say_run(plan, row, stream);
       if (row == best) SAY("  <- least CPU time");
       else if (flesh_accuracy_same_run(row, best)) SAY("; a tie: the same steps and errors");
-      else if (!flesh_accuracy_compare_times(row, best)) SAY("; as much, as well as times tell");
+      else if (!flesh_accuracy_compare_times(row, best)) SAY("; as much, as well as times show");
       else SAY("; %.3g times as much", row->figures.cpu_s / best->figures.cpu_s);
     } else if ((row = most_accurate(plan, plan->methods[m]))) {
       SAY("not reached; its best: ");

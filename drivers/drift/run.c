@@ -22,9 +22,9 @@ const char *flesh_drift_solver_name(flesh_drift_solver solver)
 
 void flesh_drift_variant_title(flesh_drift_variant variant, char title[16])
 {
-  int told = variant.constants != FLESH_CONSTANTS_MATCHED;
-  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), told ? " " : "",
-           told ? flesh_constants_name(variant.constants) : "");
+  int named = variant.constants != FLESH_CONSTANTS_MATCHED;
+  snprintf(title, 16, "%s%s%s", flesh_energy_name(variant.energy), named ? " " : "",
+           named ? flesh_constants_name(variant.constants) : "");
 }
 
 void flesh_drift_case_folder(const flesh_drift_plan *plan, const flesh_drift_case *c, char folder[256])
@@ -274,7 +274,7 @@ typedef struct job {
   flesh_drift_case *c;
 } job;
 
-/* What a new process is told. */
+/* What a new process gets to know. */
 typedef struct task {
   const flesh_drift_plan *plan;
   const flesh_drift_case *c;
@@ -318,7 +318,7 @@ int flesh_drift_run(flesh_drift_plan *plan)
   const int room = plan->jobs;
   job *jobs = calloc((size_t)room, sizeof *jobs);
   if (!jobs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  int next = 0, running = 0, done = 0, told = 0, status = FLESH_OK;
+  int next = 0, running = 0, done = 0, signalled = 0, status = FLESH_OK;
   while (next < plan->case_count || running) {
     int stopping = status || flesh_interrupt_signal();
     if (!stopping && next < plan->case_count && running < plan->jobs) {
@@ -331,9 +331,9 @@ int flesh_drift_run(flesh_drift_plan *plan)
     }
     if (!running) break;
     /* A signal sent to this process alone is passed on, once. */
-    for (int j = 0; stopping && !told && j < room; j++)
+    for (int j = 0; stopping && !signalled && j < room; j++)
       if (jobs[j].process.id) kill(jobs[j].process.id, SIGTERM);
-    told |= stopping;
+    signalled |= stopping;
     int ended;
     pid_t process = waitpid(-1, &ended, 0);
     for (int j = 0; process > 0 && j < room; j++)

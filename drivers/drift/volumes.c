@@ -77,7 +77,7 @@ static void find_range(int count, const volumes *all, double range[2])
   range[1] = high + margin;
 }
 
-/* Whether the eye could tell them apart nowhere. */
+/* Whether the eye could distinguish them nowhere. */
 static int coincide(const volumes *a, const volumes *b, const double range[2])
 {
   if (a->count != b->count || !a->c->figures.status != !b->c->figures.status) return 0;

@@ -1,6 +1,6 @@
 /* user_effect.c: an effect of the user's own: a floor.
  *
- * Nodes below z = 0 are pushed up: V = sum of k/2 min(z, 0)^2 over the nodes. An effect tells its residual dV/dx, its
+ * Nodes below z = 0 are pushed up: V = sum of k/2 min(z, 0)^2 over the nodes. An effect gives its residual dV/dx, its
  * Jacobian and its potential; everything else (projection, line search, all integrators, IDA, energies) takes it like
  * the library's own. The audit differentiates it before it is used. The body falls from 0.2 m.
  *

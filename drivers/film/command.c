@@ -107,7 +107,7 @@ static double rate(const film *f)
 }
 
 /* Runs ffmpeg in the folder of the pictures; its words go into `log` there. ffmpeg takes names for addresses, patterns
- * and options: it is told none from outside. Its exit code, or -1. */
+ * and options: none come from outside. Its exit code, or -1. */
 static int run_ffmpeg(const film *f, const char *video, const char *log)
 {
   char fps[32];

@@ -193,8 +193,14 @@ static int is_run(const flesh_hardcases_case *row, const flesh_hardcases_setting
          (!(row->step > 0) || setting->first_step);
 }
 
+enum { RUN_LIMIT = 1000000 };
+
 static int make_runs(flesh_hardcases_plan *plan)
 {
+  const double most = (double)plan->setting_count * plan->case_count * plan->seeds;
+  if (most > RUN_LIMIT)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%d cases, %d settings and %d seeds may be %.0f runs; there may be at most %d",
+                      plan->case_count, plan->setting_count, plan->seeds, most, RUN_LIMIT);
   plan->runs = calloc((size_t)plan->setting_count * (size_t)plan->case_count * (size_t)plan->seeds,
                       sizeof *plan->runs);
   if (!plan->runs) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -277,11 +283,37 @@ static const char *forms_with_lambda(char text[256])
   return text;
 }
 
-int flesh_command_hardcases(int argc, char **argv)
+/* What the command line asks for, as it stands there; NULL: the default. */
+typedef struct request {
+  const char *energies, *poissons, *steps, *solvers, *cases;
+} request;
+
+/* What that makes of the plan. */
+static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_setting *settings,
+                  flesh_hardcases_plan *plan)
 {
   char every[256];
-  const char *energies = NULL, *poissons = NULL, *steps = "1/60", *solvers = "default",
-             *cases = "*";
+  if (!asked->energies) asked->energies = plan->quick ? "S,E" : forms_with_lambda(every);
+  if (!asked->poissons) asked->poissons = plan->quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
+  if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
+  int status = split("--energies", asked->energies, take_energy, l);
+  if (!status) status = split("--poisson", asked->poissons, take_poisson, l);
+  if (!status) status = split("--steps", asked->steps, take_step, l);
+  if (!status) status = split("--solvers", asked->solvers, take_solver, l);
+  if (!status) status = split("--cases", asked->cases, take_case, chosen);
+  if (!status && chosen->count == 0)
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
+                        asked->cases);
+  if (!status) status = make_settings(l, settings, &plan->setting_count);
+  plan->settings = settings;
+  plan->cases = chosen->cases;
+  plan->case_count = chosen->count;
+  return status;
+}
+
+int flesh_command_hardcases(int argc, char **argv)
+{
+  request asked = {.steps = "1/60", .solvers = "default", .cases = "*"};
   int list = 0;
   lists *l = calloc(1, sizeof *l);
   choice *chosen = calloc(1, sizeof *chosen);
@@ -295,15 +327,15 @@ int flesh_command_hardcases(int argc, char **argv)
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) return flesh_command_fail("hardcases", status);
   const flesh_option rows[] = {
-      {"energies", "LIST", FLESH_OPTION_TEXT, &energies,
+      {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
        "forms, NAME or NAME.CONSTANTS (default all that have a lambda; S,E with --quick)"},
-      {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons,
+      {"poisson", "LIST", FLESH_OPTION_TEXT, &asked.poissons,
        "Poisson's ratios (default 0,0.3,0.45,0.49,0.499,0.4999; 0.45,0.49 with --quick)"},
-      {"steps", "LIST", FLESH_OPTION_TEXT, &steps,
+      {"steps", "LIST", FLESH_OPTION_TEXT, &asked.steps,
        "steps of the cases without one of their own (default 1/60)"},
-      {"cases", "LIST", FLESH_OPTION_TEXT, &cases,
+      {"cases", "LIST", FLESH_OPTION_TEXT, &asked.cases,
        "cases, groups or patterns, without those after a ! (default: all)"},
-      {"solvers", "LIST", FLESH_OPTION_TEXT, &solvers,
+      {"solvers", "LIST", FLESH_OPTION_TEXT, &asked.solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
        "                         trust-region, no-untangling or all (default: default)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
@@ -322,21 +354,8 @@ int flesh_command_hardcases(int argc, char **argv)
   int count, code = flesh_options_read(&usage, argc, argv, &count);
   if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases();
   if (code != FLESH_OPTIONS_GO_ON) goto done;
-  if (!energies) energies = plan.quick ? "S,E" : forms_with_lambda(every);
-  if (!poissons) poissons = plan.quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
-  if (!(plan.max_seconds > 0)) plan.max_seconds = plan.quick ? 15 : 30;
   plan.overrides = &overrides.texts;
-  status = split("--energies", energies, take_energy, l);
-  if (!status) status = split("--poisson", poissons, take_poisson, l);
-  if (!status) status = split("--steps", steps, take_step, l);
-  if (!status) status = split("--solvers", solvers, take_solver, l);
-  if (!status) status = split("--cases", cases, take_case, chosen);
-  if (!status && chosen->count == 0)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them", cases);
-  if (!status) status = make_settings(l, settings, &plan.setting_count);
-  plan.settings = settings;
-  plan.cases = chosen->cases;
-  plan.case_count = chosen->count;
+  status = choose(&asked, l, chosen, settings, &plan);
   flesh_interrupt_watch();
   if (!status) status = batter(&plan);
   code = status ? flesh_command_fail("hardcases", status) : 0;

@@ -182,7 +182,7 @@ static flesh_hardcases_outcome judge(const flesh_hardcases_run *run)
   return f->untanglings ? FLESH_HARDCASES_UNTANGLED : FLESH_HARDCASES_RECOVERED;
 }
 
-/* What a new process is told. */
+/* What a new process gets to know. */
 typedef struct task {
   const flesh_hardcases_plan *plan;
   const flesh_hardcases_run *run;
@@ -255,7 +255,7 @@ int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
   const int room = plan->jobs;
   job *jobs = calloc((size_t)room, sizeof *jobs);
   struct pollfd *ends = calloc((size_t)room, sizeof *ends);
-  int next = 0, running = 0, done = 0, told = 0;
+  int next = 0, running = 0, done = 0, signalled = 0;
   int status = jobs && ends ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   while (!(status && !running) && (next < plan->run_count || running)) {
     int stopping = status || flesh_interrupt_signal();
@@ -276,12 +276,12 @@ int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
     if (!running) break;
     /* A signal sent to this process alone is passed on, once; a solve that does not look up is
      * ended. */
-    for (int j = 0; stopping && !told && j < room; j++)
+    for (int j = 0; stopping && !signalled && j < room; j++)
       if (jobs[j].process.id) {
         kill(jobs[j].process.id, SIGTERM);
         jobs[j].deadline = wall_seconds() + 2;
       }
-    told |= stopping;
+    signalled |= stopping;
     int waited = wait_for_any(room, jobs, ends);
     if (waited && !status) status = waited;
     for (int j = 0; j < room; j++)

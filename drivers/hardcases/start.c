@@ -72,78 +72,93 @@ static void turn(double *x, const double middle[3], double angle)
   x[2] = middle[2] + sin(angle) * y + cos(angle) * z;
 }
 
+/* What the start of a node depends on. */
+typedef struct body {
+  flesh_mesh_info info;
+  double middle[3], length; /* of its box, the latter along x; m */
+  double step;              /* s */
+} body;
+
+/* Where a node that rests at X starts, x, and how fast, v; `edge` is the mean length of its edges, u random in [-1, 1)^3.
+ */
+static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
+                       double *x, double *v)
+{
+  const double pi = acos(-1), amount = row->amount;
+  switch (row->start) {
+  case FLESH_HARDCASES_REST:
+  case FLESH_HARDCASES_INVERT_ONE:
+    break;
+  case FLESH_HARDCASES_SCRAMBLE_ONE:
+    for (int c = 0; c < 3 && X[0] > 0.1; c++)
+      x[c] = c ? b->middle[c] + 0.5 * u[c] * (b->info.high[c] - b->info.low[c]) : 0.15 + 0.05 * u[c];
+    break;
+  case FLESH_HARDCASES_SCRAMBLE:
+    for (int c = 0; c < 3; c++) x[c] = b->middle[c] + 0.5 * u[c] * (b->info.high[c] - b->info.low[c]);
+    break;
+  case FLESH_HARDCASES_JITTER:
+    for (int c = 0; c < 3; c++) x[c] += amount * edge * u[c];
+    break;
+  case FLESH_HARDCASES_PLANE:
+    x[2] = b->middle[2] + amount * b->length * u[2];
+    break;
+  case FLESH_HARDCASES_LINE:
+    for (int c = 1; c < 3; c++) x[c] = b->middle[c] + amount * b->length * u[c];
+    break;
+  case FLESH_HARDCASES_POINT:
+    for (int c = 0; c < 3; c++) x[c] = b->middle[c] + amount * b->length * u[c];
+    break;
+  case FLESH_HARDCASES_MIRROR:
+    x[0] = 2 * b->middle[0] - x[0];
+    break;
+  case FLESH_HARDCASES_SCALE_X:
+    x[0] *= amount;
+    break;
+  case FLESH_HARDCASES_SCALE_ALL:
+    for (int c = 0; c < 3; c++)
+      x[c] = b->middle[c] * (c > 0) + amount * (x[c] - b->middle[c] * (c > 0));
+    break;
+  case FLESH_HARDCASES_TWIST:
+    turn(x, b->middle, 2 * pi * amount * x[0] / b->length);
+    break;
+  case FLESH_HARDCASES_SHEAR:
+    x[2] += amount * x[0];
+    break;
+  case FLESH_HARDCASES_STRETCH_TWIST:
+    turn(x, b->middle, pi * x[0] / b->length);
+    x[0] *= amount;
+    break;
+  case FLESH_HARDCASES_SPIN:
+    v[0] = -2 * pi * amount / b->step * (x[1] - b->middle[1]);
+    v[1] = 2 * pi * amount / b->step * (x[0] - b->middle[0]);
+    break;
+  case FLESH_HARDCASES_FLY:
+    x[0] -= amount;
+    v[0] = 100;
+    break;
+  }
+}
+
 int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh *mesh, int seed,
                                double step, flesh_state *state)
 {
-  const double pi = acos(-1);
   int nodes = flesh_mesh_node_count(mesh);
   const double *X = flesh_mesh_positions(mesh);
-  double *edge = malloc(sizeof *edge * (size_t)nodes), middle[3];
-  flesh_mesh_info info;
+  double *edge = malloc(sizeof *edge * (size_t)nodes);
+  body b = {.step = step};
   if (!edge) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = mean_edges(mesh, edge);
-  flesh_mesh_inspect(mesh, &info);
-  for (int c = 0; c < 3; c++) middle[c] = 0.5 * (info.low[c] + info.high[c]);
-  double length = info.high[0] - info.low[0], amount = row->amount;
+  flesh_mesh_inspect(mesh, &b.info);
+  for (int c = 0; c < 3; c++) b.middle[c] = 0.5 * (b.info.low[c] + b.info.high[c]);
+  b.length = b.info.high[0] - b.info.low[0];
   uint64_t random = (uint64_t)seed * 0x632be59bd9b4e019u;
   state->t = 0;
   memcpy(state->x, X, sizeof(double) * 3 * (size_t)nodes);
   memset(state->v, 0, sizeof(double) * 3 * (size_t)nodes);
   for (int i = 0; i < nodes && !status; i++) {
-    double *x = state->x + 3 * i, *v = state->v + 3 * i, u[3];
+    double u[3];
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
-    switch (row->start) {
-    case FLESH_HARDCASES_REST:
-    case FLESH_HARDCASES_INVERT_ONE:
-      break;
-    case FLESH_HARDCASES_SCRAMBLE_ONE:
-      for (int c = 0; c < 3 && X[3 * i] > 0.1; c++)
-        x[c] = c ? middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]) : 0.15 + 0.05 * u[c];
-      break;
-    case FLESH_HARDCASES_SCRAMBLE:
-      for (int c = 0; c < 3; c++) x[c] = middle[c] + 0.5 * u[c] * (info.high[c] - info.low[c]);
-      break;
-    case FLESH_HARDCASES_JITTER:
-      for (int c = 0; c < 3; c++) x[c] += amount * edge[i] * u[c];
-      break;
-    case FLESH_HARDCASES_PLANE:
-      x[2] = middle[2] + amount * length * u[2];
-      break;
-    case FLESH_HARDCASES_LINE:
-      for (int c = 1; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
-      break;
-    case FLESH_HARDCASES_POINT:
-      for (int c = 0; c < 3; c++) x[c] = middle[c] + amount * length * u[c];
-      break;
-    case FLESH_HARDCASES_MIRROR:
-      x[0] = 2 * middle[0] - x[0];
-      break;
-    case FLESH_HARDCASES_SCALE_X:
-      x[0] *= amount;
-      break;
-    case FLESH_HARDCASES_SCALE_ALL:
-      for (int c = 0; c < 3; c++)
-        x[c] = middle[c] * (c > 0) + amount * (x[c] - middle[c] * (c > 0));
-      break;
-    case FLESH_HARDCASES_TWIST:
-      turn(x, middle, 2 * pi * amount * x[0] / length);
-      break;
-    case FLESH_HARDCASES_SHEAR:
-      x[2] += amount * x[0];
-      break;
-    case FLESH_HARDCASES_STRETCH_TWIST:
-      turn(x, middle, pi * x[0] / length);
-      x[0] *= amount;
-      break;
-    case FLESH_HARDCASES_SPIN:
-      v[0] = -2 * pi * amount / step * (x[1] - middle[1]);
-      v[1] = 2 * pi * amount / step * (x[0] - middle[0]);
-      break;
-    case FLESH_HARDCASES_FLY:
-      x[0] -= amount;
-      v[0] = 100;
-      break;
-    }
+    start_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i, state->v + 3 * i);
   }
   if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
   free(edge);

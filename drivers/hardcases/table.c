@@ -141,8 +141,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     fprintf(stream, __VA_ARGS__);                                                                  \
   } while (0)
 
-/* Whether S and E promise that this run comes back (see `flesh hardcases --help`). */
-static int is_promised(const flesh_hardcases_run *r)
+/* Whether this run should come back with S and E (see `flesh hardcases --help`). */
+static int is_expected(const flesh_hardcases_run *r)
 {
   const flesh_hardcases_setting *s = r->setting;
   double poisson = r->row->poisson > 0 ? r->row->poisson : s->poisson;
@@ -255,24 +255,24 @@ int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
   FILE *stream = file.stream;
   SAY("\nBack at rest, or the equilibrium that was to be kept\n");
   for (int s = 0; s < plan->setting_count; s++) say_setting(plan, s, stream);
-  int promised = 0, broken = 0;
+  int expected = 0, broken = 0;
   for (int k = 0; k < plan->run_count; k++) {
-    promised += is_promised(&plan->runs[k]) && plan->runs[k].outcome != FLESH_HARDCASES_NOT_RUN;
-    broken += is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
+    expected += is_expected(&plan->runs[k]) && plan->runs[k].outcome != FLESH_HARDCASES_NOT_RUN;
+    broken += is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]);
   }
   SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "
       "point): %d of %d "
       "do%s\n",
-      promised - broken, promised, broken ? "; these do not:" : ".");
+      expected - broken, expected, broken ? "; these do not:" : ".");
   for (int k = 0; k < plan->run_count; k++)
-    if (is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
+    if (is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   int others = 0;
   for (int k = 0; k < plan->run_count; k++)
-    others += !is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]);
+    others += !is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]);
   if (others) SAY("\nThe others that do not: %d\n", others);
   for (int k = 0; k < plan->run_count; k++)
-    if (!is_promised(&plan->runs[k]) && is_failed(&plan->runs[k]))
+    if (!is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   say_slowest(plan, stream);
   return flesh_file_commit(&file);

@@ -1,4 +1,4 @@
-/* failure.c: what a run that failed is told: where it did, and what may help. */
+/* failure.c: what is reported of a run that failed: where it did, and what may help. */
 #include <math.h>
 #include <stdio.h>
 

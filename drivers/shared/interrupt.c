@@ -20,7 +20,7 @@ static void remember(int signal_number)
   const int interrupted = errno; /* what the signal has interrupted may be about to read it */
   remembered = signal_number;
   const ssize_t written = isatty(STDERR_FILENO) ? write(STDERR_FILENO, text, sizeof text - 1) : 0;
-  (void)written; /* there is nobody else to tell */
+  (void)written; /* there is nobody else to report to */
   errno = interrupted;
 }
 

@@ -123,6 +123,13 @@ static int take(const flesh_usage *usage, const flesh_option *option, const char
   return FLESH_OPTIONS_GO_ON;
 }
 
+static int takes_values(const flesh_usage *usage)
+{
+  for (const flesh_option *option = usage->options; option && option->name; option++)
+    if (!strcmp(option->name, "set")) return 1;
+  return 0;
+}
+
 int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *positional_count)
 {
   struct option rows[OPTION_LIMIT + 2] = {{0}};
@@ -158,7 +165,10 @@ int flesh_options_read(const flesh_usage *usage, int argc, char **argv, int *pos
     snprintf(names, sizeof names, "%.*s", end ? (int)(end - usage->positionals) : 127, usage->positionals);
     return complain(usage, "missing ", names, "");
   }
-  if (*positional_count > usage->positional_max)
-    return complain(usage, "too many arguments: '", argv[1 + usage->positional_max], "'");
+  if (*positional_count > usage->positional_max) {
+    const char *first = argv[1 + usage->positional_max];
+    return complain(usage, "too many arguments: '", first,
+                    strchr(first, '=') && takes_values(usage) ? "'; a value of the scene is given by --set KEY=VALUE" : "'");
+  }
   return FLESH_OPTIONS_GO_ON;
 }

@@ -26,7 +26,7 @@ void flesh_picture_fit_end(flesh_picture_fit *fit, flesh_picture_frame *frame);
 int flesh_picture_draw(const char *path, int count, const flesh_picture_panel *panels,
                        const flesh_picture_options *options, const flesh_picture_frame *frame);
 
-/* Fits and draws; *frame (may be NULL) tells what was fitted. */
+/* Fits and draws; *frame (may be NULL) gives what was fitted. */
 int flesh_picture(const char *path, int count, const flesh_picture_panel *panels,
                   const flesh_picture_options *options, flesh_picture_frame *frame);
 

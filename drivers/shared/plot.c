@@ -21,13 +21,13 @@ static int gnuplot_missing; /* what the last plot failed for */
 /* Runs gnuplot on the script in the child process; does not return. Its own settings only, not those of ~/.gnuplot. */
 static void become_gnuplot(const char *folder, const char *script, const char *picture, const char *log_name)
 {
-  char told[160];
+  char words[160];
   int nowhere = open("/dev/null", O_RDWR), log = open(log_name, O_WRONLY | O_CREAT | O_TRUNC, 0666);
   if (nowhere >= 0) dup2(nowhere, STDIN_FILENO), dup2(nowhere, STDOUT_FILENO);
   dup2(log >= 0 ? log : nowhere, STDERR_FILENO);
   if (chdir(folder)) _exit(1);
-  snprintf(told, sizeof told, "picture='%s'", picture);
-  execlp("gnuplot", "gnuplot", "-d", "-e", told, script, (char *)NULL);
+  snprintf(words, sizeof words, "picture='%s'", picture);
+  execlp("gnuplot", "gnuplot", "-d", "-e", words, script, (char *)NULL);
   _exit(NOT_FOUND);
 }
 
@@ -46,7 +46,7 @@ static int run_gnuplot(const char *folder, const char *script, const char *pictu
 /* The paths of one drawing. gnuplot draws into `drawn`, whose name is this program's own: no name from outside is an
  * output of gnuplot's, and a picture is whole or the old one. */
 typedef struct drawing {
-  char *script; /* as gnuplot is told it, in the folder */
+  char *script; /* as gnuplot reads it, in the folder */
   char *log, *drawn, *target;
   char picture[48]; /* `drawn` in the folder */
 } drawing;

@@ -36,7 +36,7 @@ typedef struct flesh_plot_lines {
 /* Writes NAME.gp into `folder` and draws NAME.png. */
 int flesh_plot_lines_draw(const char *folder, const char *name, const flesh_plot_lines *lines);
 
-/* Of several pictures: one that fails does not keep the others from being drawn, and the first failure is told. */
+/* Of several pictures: one that fails does not keep the others from being drawn, and the first failure is reported. */
 typedef struct flesh_plot_outcome {
   int status;
   char words[1024];

@@ -11,7 +11,7 @@
  * character, or beginning with | or <. */
 int flesh_plot_open(const char *folder, const char *name, const char *suffix, flesh_file *file);
 
-/* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot is told `picture`). */
+/* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot has `picture`). */
 void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
 
 /* Prints the text as a gnuplot string, for scripts and for data. Only letters, digits and harmless signs stand as they

@@ -154,7 +154,7 @@ static void find_spot(const scene *s, int number, double x, double y, spot *at)
 }
 
 /* The part of the lamp's light that arrives. Asked for above the flat triangle, where the smooth surface is that its
- * corners' normals tell of, so that the triangles of what looks round do not shade each other (Hanika 2021, "Hacking
+ * corners' normals show, so that the triangles of what looks round do not shade each other (Hanika 2021, "Hacking
  * the Shadow Terminator"). `side` is -1 for a place that is seen from behind. */
 static double lit_part(const scene *s, const spot *at, double side)
 {
@@ -317,7 +317,7 @@ static int draw_seen(scene *s)
   return status;
 }
 
-/* The lamp's picture of what darkens the places that are seen; a place per pixel tells where these are. */
+/* The lamp's picture of what darkens the places that are seen; a place per pixel says where these are. */
 static int cast_shadows(scene *s)
 {
   enum { LEAST = 256, MOST = 2048 };

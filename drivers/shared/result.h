@@ -45,7 +45,7 @@ void flesh_figures_add_unfinished(flesh_figures *figures, const flesh_solve_stat
 typedef struct flesh_outcome {
   int status, exit_code;
   char message[1200]; /* empty when fine */
-  int has_failure;    /* a step failed: `failure` and `advice` tell */
+  int has_failure;    /* a step failed: see `failure` and `advice` */
   flesh_failure failure;
   const char *advice;
   char warning[400]; /* what is to be known although nothing failed; empty: nothing */

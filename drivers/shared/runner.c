@@ -143,7 +143,7 @@ static void drop_frames(runner *r)
   free(folder);
 }
 
-/* Binds the scene's skin, if frames of it are wanted: what is wrong with it is told before anything is written. */
+/* Binds the scene's skin, if frames of it are wanted: what is wrong with it is reported before anything is written. */
 static int bind_skin(runner *r)
 {
   const flesh_scene_output *output = flesh_scene_outputs(r->scene);

@@ -14,7 +14,7 @@ typedef struct flesh_runner_options {
   int quiet; /* no report on stdout, no progress line */
   int argc;  /* the command line, for the provenance */
   char **argv;
-  int observer_count; /* told besides history and frames */
+  int observer_count; /* called besides history and frames */
   const flesh_observer *observers;
 } flesh_runner_options;
 

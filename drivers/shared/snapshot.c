@@ -139,7 +139,7 @@ void flesh_snapshot_close(flesh_snapshot *s)
   s->count = 0;
 }
 
-/* With as many decimals for all frames as tell them apart, at least three. */
+/* With as many decimals for all frames as distinguish them, at least three. */
 static void write_time(const flesh_run_folder *run, char *text, size_t size)
 {
   double least = INFINITY;

@@ -39,21 +39,21 @@ static void label_word(const char *word, char label[FLESH_SWEEP_LABEL])
   snprintf(label, FLESH_SWEEP_LABEL, "%.*s%s", (int)length, word, word[length] ? more : "");
 }
 
-/* Numbers with as many digits as tell them apart, four at least. */
+/* Numbers with as many digits as distinguish them, four at least. */
 static void label_numbers(flesh_sweep_ticks *t)
 {
   for (int k = 0; k < t->count; k++) {
     if (!t->is_number[k]) continue;
     for (int digits = 4; digits <= 17; digits++) {
-      int told = 1;
+      int distinct = 1;
       snprintf(t->label[k], FLESH_SWEEP_LABEL, "%.*g", digits, t->value[k]);
-      for (int other = k - 1; other <= k + 1 && told; other += 2) { /* they are in order */
+      for (int other = k - 1; other <= k + 1 && distinct; other += 2) { /* they are in order */
         char text[FLESH_SWEEP_LABEL];
         if (other < 0 || other >= t->count || !t->is_number[other]) continue;
         snprintf(text, sizeof text, "%.*g", digits, t->value[other]);
-        told = strcmp(text, t->label[k]) != 0;
+        distinct = strcmp(text, t->label[k]) != 0;
       }
-      if (told) break;
+      if (distinct) break;
     }
   }
 }
@@ -240,7 +240,7 @@ static int draw_lines(flesh_sweep_picture *p)
   return status ? status : flesh_plot_draw(p->folder, p->name);
 }
 
-/* Where the picture goes: beside the database, named for what it shows, unless told. */
+/* Where the picture goes: beside the database, named for what it shows, unless --out says so. */
 static int place(flesh_sweep_picture *p, const char *database, const char *out)
 {
   const char *path = out ? out : database, *slash = strrchr(path, '/');

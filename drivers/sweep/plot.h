@@ -14,7 +14,7 @@ typedef struct flesh_sweep_picture {
   char folder[1024], name[FLESH_SWEEP_NAME];
 } flesh_sweep_picture;
 
-/* Distinct values of a column in SQLite's order: what stands along an axis, or tells series apart. */
+/* Distinct values of a column in SQLite's order: what stands along an axis, or distinguishes series. */
 typedef struct flesh_sweep_ticks {
   int count, words; /* words: some are no numbers */
   char label[FLESH_SWEEP_TICKS][FLESH_SWEEP_LABEL], is_number[FLESH_SWEEP_TICKS];

@@ -38,7 +38,7 @@ typedef struct crew {
   const flesh_sweep_run_options *options;
   int room, limit; /* jobs there is room for, and that may run at a time */
   job *jobs;
-  int running, told;
+  int running, signalled;
   int total, before; /* cases of the database, and those that were done at the start */
   int done, failed;
   double started, shown;
@@ -160,7 +160,7 @@ static void show_progress(crew *w)
   fflush(stderr);
 }
 
-/* What is known of a case whose process told nothing. */
+/* What is known of a case whose process reported nothing. */
 static json_t *silent(const crew *w, const job *j, int ended)
 {
   char message[160];
@@ -198,11 +198,11 @@ static int collect(crew *w, job *j)
   if (WIFSIGNALED(ended)) tidy(w, j->id);
   close(j->pipe);
   json_t *record = j->answer.data && !j->answer.failed ? json_loadb(j->answer.data, j->answer.size, 0, NULL) : NULL;
-  int told = record != NULL;
+  int reported = record != NULL;
   if (!record) record = silent(w, j, ended);
   const char *word = json_string_value(json_object_get(record, "status"));
   int stopped = flesh_interrupt_signal() != 0;
-  if (stopped && ((told && !strcmp(word, "interrupted")) || (!told && WIFSIGNALED(ended))))
+  if (stopped && ((reported && !strcmp(word, "interrupted")) || (!reported && WIFSIGNALED(ended))))
     status = flesh_sweep_store_release(w->store, j->id);
   else {
     status = flesh_sweep_store_finish(w->store, j->id, record, seconds, stopped ? NULL : &next);
@@ -249,8 +249,8 @@ static int attend(crew *w)
     }
   }
   free(polls);
-  if (flesh_interrupt_signal() && !w->told) { /* a signal sent to this process alone is passed on, once */
-    w->told = 1;
+  if (flesh_interrupt_signal() && !w->signalled) { /* a signal sent to this process alone is passed on, once */
+    w->signalled = 1;
     tell_all(w, SIGTERM);
     for (int j = 0; j < w->room; j++)
       if (w->jobs[j].process) w->jobs[j].deadline = fmin(w->jobs[j].deadline, now() + GRACE);

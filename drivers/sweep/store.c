@@ -1,9 +1,7 @@
-/* store.c: the database of a sweep: its tables, and the claims of the processes that work on it. */
-#include <dirent.h>
+/* store.c: the database of a sweep: making, opening and closing it. */
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -49,8 +47,7 @@ int flesh_sweep_store_execute(flesh_sweep_store *store, const char *sql)
                                                               : FLESH_OK;
 }
 
-/* Ends the transaction that has begun: commits, or rolls back and keeps the error. */
-static int end_transaction(flesh_sweep_store *store, int status)
+int flesh_sweep_store_end(flesh_sweep_store *store, int status)
 {
   if (!status) status = flesh_sweep_store_execute(store, "COMMIT");
   if (status && !sqlite3_get_autocommit(store->database))
@@ -229,8 +226,7 @@ static int compare(flesh_sweep_store *store, const flesh_sweep *sweep)
   return status;
 }
 
-/* Where the file of that name lies: beside the database. New text. */
-static char *beside(const flesh_sweep_store *store, const char *name)
+char *flesh_sweep_store_beside(const flesh_sweep_store *store, const char *name)
 {
   const char *slash = strrchr(store->path, '/');
   char *path = malloc(strlen(store->path) + strlen(name) + 2);
@@ -241,7 +237,7 @@ static char *beside(const flesh_sweep_store *store, const char *name)
 /* A file that stays locked while this process lives, however it ends. */
 static int open_lock(flesh_sweep_store *store, const char *name)
 {
-  store->lock_path = beside(store, name);
+  store->lock_path = flesh_sweep_store_beside(store, name);
   if (!store->lock_path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   store->lock = open(store->lock_path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (store->lock < 0 || flock(store->lock, LOCK_EX | LOCK_NB))
@@ -329,7 +325,7 @@ int flesh_sweep_store_open(const char *path, const flesh_sweep *sweep, int shard
   if (!status) status = enrol(store, argc, argv);
   int bad = -1;
   if (!status && !found && (status = flesh_sweep_views_write(store, &bad)) && bad >= 0) status = FLESH_OK;
-  status = end_transaction(store, status);
+  status = flesh_sweep_store_end(store, status);
   return status ? status : prepare_statements(store);
 }
 
@@ -358,173 +354,4 @@ void flesh_sweep_store_close(flesh_sweep_store *store)
   free(store->lock_path);
   free(store->path);
   *store = (flesh_sweep_store){.lock = -1};
-}
-
-static int claim(flesh_sweep_store *store, int *id)
-{
-  *id = 0;
-  sqlite3_bind_text(store->claim, 1, store->worker, -1, SQLITE_STATIC);
-  int code = sqlite3_step(store->claim);
-  if (code == SQLITE_ROW) {
-    *id = sqlite3_column_int(store->claim, 0);
-    code = sqlite3_step(store->claim);
-  }
-  int status = code == SQLITE_DONE ? FLESH_OK : flesh_sweep_store_fail(store, "cannot be written");
-  sqlite3_reset(store->claim);
-  return status;
-}
-
-int flesh_sweep_store_claim(flesh_sweep_store *store, int *id)
-{
-  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
-  return status ? status : end_transaction(store, claim(store, id));
-}
-
-static int write_rows(flesh_sweep_store *store, int id, const json_t *rows)
-{
-  size_t index;
-  const json_t *row;
-  json_array_foreach((json_t *)rows, index, row) {
-    char *text = json_dumps(row, JSON_COMPACT);
-    sqlite3_bind_int(store->row, 1, id);
-    sqlite3_bind_int64(store->row, 2, (sqlite3_int64)index + 1);
-    sqlite3_bind_text(store->row, 3, text, -1, SQLITE_STATIC);
-    int code = sqlite3_step(store->row);
-    sqlite3_reset(store->row);
-    free(text);
-    if (code != SQLITE_DONE) return flesh_sweep_store_fail(store, "cannot be written");
-  }
-  return FLESH_OK;
-}
-
-static int write_record(flesh_sweep_store *store, int id, const json_t *record, double seconds)
-{
-  const json_t *result = json_object_get(record, "result"), *rows = json_object_get(record, "rows");
-  char *text = json_is_object(result) ? json_dumps(result, JSON_COMPACT) : NULL;
-  sqlite3_stmt *finish = store->finish;
-  sqlite3_bind_text(finish, 1, json_string_value(json_object_get(record, "status")), -1, SQLITE_STATIC);
-  sqlite3_bind_int64(finish, 2, json_integer_value(json_object_get(record, "exit_code")));
-  sqlite3_bind_text(finish, 3, json_string_value(json_object_get(record, "message")), -1, SQLITE_STATIC);
-  sqlite3_bind_double(finish, 4, seconds);
-  sqlite3_bind_text(finish, 5, text, -1, SQLITE_STATIC);
-  sqlite3_bind_int(finish, 6, id);
-  sqlite3_bind_text(finish, 7, store->worker, -1, SQLITE_STATIC);
-  int status = sqlite3_step(finish) == SQLITE_DONE ? FLESH_OK : flesh_sweep_store_fail(store, "cannot be written");
-  sqlite3_reset(finish);
-  free(text);
-  return status || !rows ? status : write_rows(store, id, rows);
-}
-
-int flesh_sweep_store_finish(flesh_sweep_store *store, int id, const json_t *record, double seconds, int *next)
-{
-  if (next) *next = 0;
-  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
-  if (status) return status;
-  status = write_record(store, id, record, seconds);
-  if (!status && next) status = claim(store, next);
-  return end_transaction(store, status);
-}
-
-int flesh_sweep_store_release(flesh_sweep_store *store, int id)
-{
-  char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
-                              "WHERE id = %d AND worker = %Q AND status = 'running'",
-                              id, store->worker);
-  int status = sql ? flesh_sweep_store_execute(store, sql) : FLESH_ERR_MEMORY;
-  sqlite3_free(sql);
-  return status;
-}
-
-/* Whether the process that has the lock file lives; else the file goes. Within a transaction, as are the makers. */
-static int lives(const flesh_sweep_store *store, const char *lock)
-{
-  char *path = beside(store, lock);
-  if (!path) return 1;
-  int file = open(path, O_RDWR | O_CLOEXEC), living = 0;
-  if (file >= 0) {
-    living = flock(file, LOCK_EX | LOCK_NB) != 0;
-    if (!living) unlink(path);
-    close(file);
-  }
-  free(path);
-  return living;
-}
-
-/* Removes what processes left that were killed. */
-static void clean(const flesh_sweep_store *store)
-{
-  char *folder = beside(store, ".");
-  DIR *list = folder ? opendir(folder) : NULL;
-  free(folder);
-  if (!list) return;
-  for (struct dirent *entry; (entry = readdir(list));) {
-    size_t length = strlen(entry->d_name);
-    if (!strncmp(entry->d_name, ".sweep-", 7) && length > 12 && !strcmp(entry->d_name + length - 5, ".lock"))
-      lives(store, entry->d_name);
-  }
-  closedir(list);
-}
-
-static int recover(flesh_sweep_store *store, int *count, int *running)
-{
-  clean(store);
-  sqlite3_stmt *query;
-  int status = flesh_sweep_store_prepare(store,
-                                         "SELECT worker, lock, count(*) FROM cases LEFT JOIN workers ON name = worker "
-                                         "WHERE status = 'running' AND worker IS NOT ?1 GROUP BY worker",
-                                         &query);
-  if (status) return status;
-  sqlite3_bind_text(query, 1, store->worker, -1, SQLITE_STATIC);
-  int code;
-  while (!status && (code = sqlite3_step(query)) == SQLITE_ROW) {
-    const char *worker = (const char *)sqlite3_column_text(query, 0),
-               *lock = (const char *)sqlite3_column_text(query, 1);
-    int cases = sqlite3_column_int(query, 2);
-    if (lock && lives(store, lock)) {
-      *running += cases;
-      continue;
-    }
-    *count += cases;
-    char *sql = sqlite3_mprintf("UPDATE cases SET status = 'planned', worker = NULL, started = NULL "
-                                "WHERE status = 'running' AND worker IS %Q", worker);
-    status = sql ? flesh_sweep_store_execute(store, sql) : FLESH_ERR_MEMORY;
-    sqlite3_free(sql);
-  }
-  if (!status && code != SQLITE_DONE) status = flesh_sweep_store_fail(store, "cannot be read");
-  sqlite3_finalize(query);
-  return status;
-}
-
-int flesh_sweep_store_recover(flesh_sweep_store *store, int *count, int *running)
-{
-  *count = *running = 0;
-  int status = flesh_sweep_store_execute(store, "BEGIN IMMEDIATE");
-  return status ? status : end_transaction(store, recover(store, count, running));
-}
-
-int flesh_sweep_store_judge(flesh_sweep_store *store)
-{
-  sqlite3_stmt *query;
-  int all = flesh_sweep_store_count(store, NULL), status = FLESH_OK;
-  if (!all || flesh_sweep_store_count(store, "refused") < all) return FLESH_OK;
-  if (sqlite3_prepare_v2(store->database, "SELECT message FROM cases ORDER BY id LIMIT 1", -1, &query, NULL))
-    return flesh_sweep_store_fail(store, "cannot be read");
-  if (sqlite3_step(query) == SQLITE_ROW)
-    status = flesh_fail(FLESH_ERR_ARGUMENT, "all %d cases are refused; the first: %s", all,
-                        sqlite3_column_text(query, 0) ? (const char *)sqlite3_column_text(query, 0) : "(no words)");
-  sqlite3_finalize(query);
-  return status;
-}
-
-int flesh_sweep_store_count(flesh_sweep_store *store, const char *state)
-{
-  sqlite3_stmt *query;
-  int count = 0;
-  if (sqlite3_prepare_v2(store->database, "SELECT count(*) FROM cases WHERE ?1 IS NULL OR status = ?1", -1, &query,
-                         NULL))
-    return 0;
-  sqlite3_bind_text(query, 1, state, -1, SQLITE_STATIC);
-  if (sqlite3_step(query) == SQLITE_ROW) count = sqlite3_column_int(query, 0);
-  sqlite3_finalize(query);
-  return count;
 }

@@ -18,4 +18,9 @@ int flesh_sweep_views_write(flesh_sweep_store *store, int *bad);
 /* FLESH_ERR_FILE with SQLite's words when the statement is not valid. */
 int flesh_sweep_store_prepare(flesh_sweep_store *store, const char *sql, sqlite3_stmt **statement);
 
+/* Ends the transaction that has begun: commits, or rolls back and keeps the error `status`. */
+int flesh_sweep_store_end(flesh_sweep_store *store, int status);
+/* Where the file of that name lies: beside the database. New text. */
+char *flesh_sweep_store_beside(const flesh_sweep_store *store, const char *name);
+
 #endif

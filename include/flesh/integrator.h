@@ -161,7 +161,7 @@ typedef struct flesh_energy_balance {
   double gain, largest, t_least, t_largest;
   double scale;   /* J, the most energy above the lowest potential so far, without the excess */
   double t_since; /* s, when E - W was least */
-  /* Where an excess of more than a twentieth was told last: the tet with the smallest J and its
+  /* Where an excess of more than a twentieth was reported last: the tet with the smallest J and its
    * middle, and the fastest node; -1 where none was. */
   int worst_tet, fastest_node;
   double worst_J, worst_position[3], fastest_position[3], fastest_speed;

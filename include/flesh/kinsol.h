@@ -75,7 +75,7 @@ FLESH_API void flesh_problem_freeze(flesh_problem *problem, const double *u);
 /* Counts since creation; the caller may zero them. Owned by the problem. Newton iterations and what
  * belongs to them (newton, linear, direct, backtracks, subdomains, watchdog_steps) are counted by
  * the linear solver of flesh_sunlinsol_create: with one of your own they stay 0, and
- * KINGetNumNonlinSolvIters and KINGetNumLinIters tell. */
+ * KINGetNumNonlinSolvIters and KINGetNumLinIters give. */
 FLESH_API flesh_solve_stats *flesh_problem_stats(flesh_problem *problem);
 
 /* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0

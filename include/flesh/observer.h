@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/* An accepted step as it is told to observers; step 0 is the start. Everything is borrowed for the
+/* An accepted step as observers see it; step 0 is the start. Everything is borrowed for the
  * call. */
 typedef struct flesh_step_record {
   int step;
@@ -94,7 +94,7 @@ FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
                                     const flesh_state *state);
 
 /* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding
- * never adds a sliver step), telling the observers, first of the start. A static integrator on a
+ * never adds a sliver step), calling the observers, first with the start. A static integrator on a
  * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
  * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
  * the accepted steps. The state is always that of the last success. */

@@ -45,8 +45,8 @@ typedef enum flesh_technique {
    * than the cut step's (the watchdog technique of Chamberlain et al. 1982). With
    * FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_WATCHDOG = 4,
-  /* A calm body whose tets stay inverted or collapsed, or wind once more around an edge, without a
-   * load that holds them so, has those nodes placed anew by their neighbours and the rest shape;
+  /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a
+   * load that holds them so, has those nodes repositioned by their neighbours and the rest shape;
    * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
    * exact line or point may collapse. */
   FLESH_TECHNIQUE_UNTANGLE = 8,
@@ -137,8 +137,8 @@ typedef struct flesh_solve_stats {
   double h_last;
 } flesh_solve_stats;
 
-/* Where a step that is being made stands; for `stop` to tell. Newton's iteration is that of the
- * solve under way, with the residual at its last linear solve, N; the adaptive methods tell t and h
+/* Where a step that is being made stands; for `stop` to report. Newton's iteration is that of the
+ * solve under way, with the residual at its last linear solve, N; the adaptive methods give t and h
  * of IDA's internal step, and 0 for the rest. */
 typedef struct flesh_progress {
   double t, h; /* s; the part of the step that is tried: its start and length */

@@ -52,14 +52,14 @@ FLESH_API const char *flesh_error_text(void);
 
 /* Told every such sentence as it is recorded, with its status; `text` lasts as long as the call,
  * in which flesh_error_text() is the same. A sentence to which a caller within the library adds
- * where it is (file, line, key) is told again, longer. A positive status is a try that may still
+ * where it is (file, line, key) is given again, longer. A positive status is a try that may still
  * be mended (a shorter step), so that programs that log may leave these out. */
 typedef void (*flesh_error_handler)(void *data, int status, const char *text);
 
 /* One handler for the whole process, NULL: none, as at the start. `data` is borrowed. May be
  * called at any time from any thread, also by a handler. A handler is called in the thread that
  * failed, which may be one of the library's, and by several threads at once; it must not leave by
- * longjmp or an exception. What fails within a handler is not told, and leaves flesh_error_text()
+ * longjmp or an exception. What fails within a handler calls none, and leaves flesh_error_text()
  * as it was. Another thread may still be within the handler before when this returns. */
 FLESH_API void flesh_set_error_handler(flesh_error_handler handler, void *data);
 

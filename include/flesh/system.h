@@ -59,7 +59,7 @@ FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role)
  * sequence of equilibria instead of one. Cannot fail. */
 FLESH_API int flesh_system_moves(const flesh_system *system);
 /* Bytes that an effect holds (flesh_effect_figures.memory) with its places in the Jacobian;
- * 0 where it does not tell. */
+ * 0 where it does not report it. */
 FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int index);
 /* Whether some effect's lagged state follows the shape (FLESH_IS_FOLLOWER_LOAD).
  * Cannot fail. */

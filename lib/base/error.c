@@ -11,7 +11,7 @@
 
 enum { TEXT_SIZE = 1024 };
 static _Thread_local char error_text[TEXT_SIZE];
-static _Thread_local int telling; /* within a handler */
+static _Thread_local int in_handler; /* within a handler */
 
 static pthread_mutex_t handler_lock = PTHREAD_MUTEX_INITIALIZER;
 static flesh_error_handler handler_now;
@@ -72,19 +72,19 @@ void flesh_set_error_handler(flesh_error_handler handler, void *data)
 }
 
 /* Tells the handler, outside of the lock. It is given a copy, as it may fail itself. */
-static int tell(int status)
+static int call_handler(int status)
 {
   char text[TEXT_SIZE];
-  if (!atomic_load_explicit(&has_handler, memory_order_relaxed) || telling) return status;
+  if (!atomic_load_explicit(&has_handler, memory_order_relaxed) || in_handler) return status;
   pthread_mutex_lock(&handler_lock);
   const flesh_error_handler handler = handler_now;
   void *data = handler_data;
   pthread_mutex_unlock(&handler_lock);
   if (!handler) return status;
   memcpy(text, error_text, TEXT_SIZE);
-  telling = 1;
+  in_handler = 1;
   handler(data, status, text);
-  telling = 0;
+  in_handler = 0;
   memcpy(error_text, text, TEXT_SIZE);
   return status;
 }
@@ -96,7 +96,7 @@ int flesh_fail(int status, const char *format, ...)
   vsnprintf(error_text, sizeof error_text, format, args);
   va_end(args);
   make_printable(error_text);
-  return tell(status);
+  return call_handler(status);
 }
 
 int flesh_fail_within(int status, const char *format, ...)
@@ -110,7 +110,7 @@ int flesh_fail_within(int status, const char *format, ...)
   whole[TEXT_SIZE - 1] = 0;
   memcpy(error_text, whole, TEXT_SIZE);
   make_printable(error_text);
-  return tell(status);
+  return call_handler(status);
 }
 
 int flesh_check_needed(const char *function, const flesh_needed *needed)

@@ -30,7 +30,7 @@ static int open_directly(const char *path)
   return descriptor;
 }
 
-/* A new file beside the target. Its lock tells flesh_folder_clear that the writer lives; where locks are not known, it
+/* A new file beside the target. Its lock shows flesh_folder_clear that the writer lives; where locks are not known, it
  * does without. A name can be taken: process numbers come again, and other hosts have the same. */
 static int open_temporary(flesh_file *file, mode_t mode)
 {

@@ -142,7 +142,7 @@ static void compare_part(void *data, int k, int begin, int end)
 int flesh_same(flesh_threads *threads, int n, const double *x, const double *y)
 {
   pair p = {.x = x, .y = y};
-  /* Mostly the first numbers tell that they differ. */
+  /* Mostly the first numbers show that they differ. */
   if (n > 0 && memcmp(x, y, sizeof *x * (size_t)(n < 64 ? n : 64))) return 0;
   flesh_parallel_parts(threads, n, compare_part, &p);
   return !p.differ;

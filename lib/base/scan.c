@@ -18,7 +18,7 @@
 int flesh_regular_open(const char *path, int *descriptor)
 {
   struct stat what;
-  /* Opening a pipe to read waits for its writer unless told not to. */
+  /* Opening a pipe to read waits for its writer by default. */
   *descriptor = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (*descriptor < 0)
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be opened: %s", path, strerror(errno));

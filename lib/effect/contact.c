@@ -1,4 +1,4 @@
-/* contact.c: a barrier that keeps the body's nodes out of an obstacle, and lagged friction on it. */
+/* contact.c: forces of a barrier that keeps the body's nodes out of an obstacle, and of lagged friction on it. */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -21,16 +21,6 @@ static const flesh_cells *contact_cells(const flesh_effect *effect)
   return self->core.points ? &self->core.faces : NULL;
 }
 
-/* The barrier at the place of a node; FLESH_UNDEFINED within the obstacle. */
-static int barrier_at(const contact *self, const flesh_frame *frame, const double *x,
-                      flesh_barrier *barrier)
-{
-  double y[3];
-  flesh_frame_enter(frame, x, y);
-  flesh_obstacle_barrier(self->obstacle, y, self->thickness, barrier);
-  return barrier->distance > 0 ? FLESH_OK : FLESH_UNDEFINED;
-}
-
 /* Friction of a node: its normal force as the lagged state has it, and how its tangential velocity
  * relative to the obstacle rubs. */
 typedef struct rub {
@@ -44,7 +34,7 @@ static rub rub_of(const contact *self, const flesh_frame *lagged, const flesh_po
   rub result = {0};
   flesh_barrier barrier;
   const int i = 3 * self->nodes[k];
-  if (barrier_at(self, lagged, point->x_lag + i, &barrier) || barrier.distance == INFINITY)
+  if (flesh_contact_barrier_at(self, lagged, point->x_lag + i, &barrier) || barrier.distance == INFINITY)
     return result;
   double y[3], v[3], push = sqrt(flesh_vec3_dot(barrier.gradient, barrier.gradient));
   if (!(push > 0)) return result;
@@ -100,11 +90,6 @@ static void open_job(const flesh_effect *effect, const flesh_point *point, const
   flesh_obstacle_frame(j->self->obstacle, point->t_lag, &j->lagged);
 }
 
-/* So many nodes have a box, within a part. */
-enum { NODES_OF_BOX = 64 };
-
-static int end_of_box(int k, int end) { return end - k < NODES_OF_BOX ? end : k + NODES_OF_BOX; }
-
 /* Whether the obstacle is at least `reach` away from nodes k ... end-1 at x. */
 static int is_far(const contact *self, const flesh_frame *frame, int k, int end, const double *x, double reach)
 {
@@ -118,17 +103,6 @@ static int is_unfelt(const job *j, int k, int end)
   const contact *self = j->self;
   return is_far(self, &j->frame, k, end, j->point->x, self->thickness) &&
          (!j->rubbing || is_far(self, &j->lagged, k, end, j->point->x_lag, self->thickness));
-}
-
-/* Whether none of nodes k ... end-1 can meet it on straight paths in its frame. */
-static int has_no_way_to(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
-                         const flesh_frame *to, const double *x_to)
-{
-  const flesh_bounds first = flesh_bounds_of(end - k, self->nodes + k, x_from),
-                     last = flesh_bounds_of(end - k, self->nodes + k, x_to);
-  const flesh_bounds here = flesh_bounds_enter(from, &first), there = flesh_bounds_enter(to, &last);
-  const flesh_bounds both = flesh_bounds_join(&here, &there);
-  return flesh_obstacle_is_far(self->obstacle, &both, 0);
 }
 
 static int first_of_part(const job *j, int task) { return (int)((int64_t)j->self->count * task / j->parts); }
@@ -152,13 +126,13 @@ static void residual_of_part(void *data, int task)
   const contact *self = j->self;
   double energy = 0, friction = 0, size = 0;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
-    if (k == box && is_unfelt(j, k, box = end_of_box(k, end))) {
+    if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
       continue;
     }
     const int i = 3 * self->nodes[k];
     flesh_barrier barrier;
-    if (barrier_at(self, &j->frame, j->point->x + i, &barrier)) {
+    if (flesh_contact_barrier_at(self, &j->frame, j->point->x + i, &barrier)) {
       j->found[task].undefined = 1;
       return;
     }
@@ -277,14 +251,14 @@ static void jacobian_of_part(void *data, int task)
   const contact *self = j->self;
   const flesh_shift *shift = j->shift;
   for (int k = first_of_part(j, task), end = first_of_part(j, task + 1), box = k; k < end; k++) {
-    if (k == box && is_unfelt(j, k, box = end_of_box(k, end))) {
+    if (k == box && is_unfelt(j, k, box = flesh_contact_end_of_box(k, end))) {
       k = box - 1;
       continue;
     }
     double *block = j->K->values + 9 * (size_t)j->K->row_start[self->nodes[k]], placed[9];
     flesh_barrier barrier;
     /* Within the obstacle there is no residual that this could belong to: nothing is added. */
-    int status = barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
+    int status = flesh_contact_barrier_at(self, &j->frame, j->point->x + 3 * self->nodes[k], &barrier);
     if (!status && barrier.distance < INFINITY && shift->x != 0) {
       place_hessian(&j->frame, shift->filter, barrier.hessian, placed);
       for (int e = 0; e < 9; e++) block[e] += shift->x * self->weight[k] * placed[e];
@@ -333,100 +307,6 @@ static double contact_next_event(const flesh_effect *effect, double t)
   return flesh_obstacle_next_event(((const contact *)effect->data)->obstacle, t);
 }
 
-static double contact_way(const flesh_effect *effect, double t_from, const double *x_from,
-                          double t_to, const double *x_to)
-{
-  const contact *self = effect->data;
-  flesh_frame from, to;
-  double way = 1, y0[3], y1[3];
-  flesh_obstacle_frame(self->obstacle, t_from, &from);
-  flesh_obstacle_frame(self->obstacle, t_to, &to);
-  for (int k = 0, box = 0; k < self->count; k++) {
-    if (k == box && has_no_way_to(self, k, box = end_of_box(k, self->count), &from, x_from, &to, x_to)) {
-      k = box - 1;
-      continue;
-    }
-    flesh_frame_enter(&from, x_from + 3 * self->nodes[k], y0);
-    flesh_frame_enter(&to, x_to + 3 * self->nodes[k], y1);
-    way = fmin(way, flesh_obstacle_way(self->obstacle, y0, y1));
-  }
-  return fmin(way, flesh_contact_core_way(&self->core, &from, x_from, &to, x_to));
-}
-
-/* Faces through the core; or nodes that touch neither before nor after: those that do slide around
- * corners, which a straight way cuts. */
-static int contact_tunnelled(const flesh_effect *effect, double t_from, const double *x_from,
-                          double t_to, const double *x_to)
-{
-  const contact *self = effect->data;
-  flesh_frame from, to;
-  double y0[3], y1[3];
-  flesh_barrier barrier;
-  flesh_obstacle_frame(self->obstacle, t_from, &from);
-  flesh_obstacle_frame(self->obstacle, t_to, &to);
-  for (int k = 0, box = 0; k < self->count; k++) {
-    if (k == box && has_no_way_to(self, k, box = end_of_box(k, self->count), &from, x_from, &to, x_to)) {
-      k = box - 1;
-      continue;
-    }
-    const int i = 3 * self->nodes[k];
-    flesh_frame_enter(&from, x_from + i, y0);
-    flesh_frame_enter(&to, x_to + i, y1);
-    if (flesh_obstacle_way(self->obstacle, y0, y1) == 1) continue;
-    barrier_at(self, &from, x_from + i, &barrier);
-    if (barrier.distance < INFINITY) continue;
-    barrier_at(self, &to, x_to + i, &barrier);
-    if (barrier.distance == INFINITY) return 1;
-  }
-  return flesh_contact_core_way(&self->core, &from, x_from, &to, x_to) < 1;
-}
-
-/* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
-static void contact_clear(const flesh_effect *effect, double t_from, const double *x_from,
-                          double t_to, double *x_to)
-{
-  const contact *self = effect->data;
-  flesh_frame from, to;
-  double y0[3], y1[3];
-  flesh_obstacle_frame(self->obstacle, t_from, &from);
-  flesh_obstacle_frame(self->obstacle, t_to, &to);
-  for (int k = 0; k < self->count; k++) {
-    const int i = 3 * self->nodes[k];
-    flesh_frame_enter(&from, x_from + i, y0);
-    flesh_frame_enter(&to, x_to + i, y1);
-    double way = flesh_obstacle_way(self->obstacle, y0, y1);
-    if (way == 1) continue;
-    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * way * (y1[c] - y0[c]);
-    flesh_frame_leave(&to, y0, x_to + i);
-  }
-}
-
-static int contact_check(const flesh_effect *effect, double t, const double *x)
-{
-  const contact *self = effect->data;
-  flesh_frame frame;
-  double y[3], depth, deepest = -1;
-  int worst = 0, inside = 0;
-  flesh_obstacle_frame(self->obstacle, t, &frame);
-  for (int k = 0; k < self->count; k++) {
-    flesh_barrier barrier;
-    if (!barrier_at(self, &frame, x + 3 * self->nodes[k], &barrier)) continue;
-    flesh_frame_enter(&frame, x + 3 * self->nodes[k], y);
-    depth = flesh_obstacle_depth(self->obstacle, y);
-    if (depth > deepest) deepest = depth, worst = 3 * self->nodes[k];
-    inside++;
-  }
-  if (!inside && flesh_contact_core_add(&self->core, &frame, x, NULL, NULL))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the middle of a %s that the body must stay out of lies in one of its faces",
-                      flesh_obstacle_name(self->obstacle));
-  if (!inside) return FLESH_OK;
-  return flesh_fail(FLESH_ERR_ARGUMENT,
-                    "%d nodes are in the %s that they must stay out of; the deepest is node %d at "
-                    "(%.6g, %.6g, %.6g), %.3g m below its surface",
-                    inside, flesh_obstacle_name(self->obstacle), worst / 3, x[worst], x[worst + 1],
-                    x[worst + 2], deepest);
-}
-
 static const char *const contact_report_names[] = {"gap", "nodes", "force", NULL};
 
 /* Smallest distance to the obstacle, at most the thickness; nodes nearer than that; size of the sum
@@ -441,11 +321,11 @@ static void contact_report(const flesh_effect *effect, const flesh_point *point,
   values[1] = 0;
   flesh_obstacle_frame(self->obstacle, point->t, &frame);
   for (int k = 0, box = 0; k < self->count; k++) {
-    if (k == box && is_far(self, &frame, k, box = end_of_box(k, self->count), point->x, self->thickness)) {
+    if (k == box && is_far(self, &frame, k, box = flesh_contact_end_of_box(k, self->count), point->x, self->thickness)) {
       k = box - 1;
       continue;
     }
-    barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
+    flesh_contact_barrier_at(self, &frame, point->x + 3 * self->nodes[k], &barrier);
     values[0] = fmin(values[0], barrier.distance);
     values[1] += barrier.distance < INFINITY;
     for (int c = 0; c < 3; c++) force[c] += self->weight[k] * barrier.gradient[c];
@@ -463,10 +343,7 @@ const flesh_effect_operations flesh_contact_operations = {
     .energy = contact_energy,
     .destroy = flesh_contact_destroy,
     .time = &(const flesh_effect_time){.carry = contact_carry, .next_event = contact_next_event},
-    .barrier = &(const flesh_effect_barrier){.max_feasible_step = contact_way, .tunnelled = contact_tunnelled,
-                                             .push_out = contact_clear, .check = contact_check,
-                                             .clearance = flesh_contact_clearance,
-                                             .approach = flesh_contact_approach},
+    .barrier = &flesh_contact_barrier,
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = contact_evaluate},
     .figures = &(const flesh_effect_figures){.report_names = contact_report_names, .report = contact_report,
                                              .memory = flesh_contact_memory},

@@ -15,6 +15,19 @@ typedef struct flesh_contact {
 } flesh_contact;
 
 extern const flesh_effect_operations flesh_contact_operations;
+extern const flesh_effect_barrier flesh_contact_barrier;
+
+/* So many nodes have a box, within a part. */
+enum { FLESH_CONTACT_NODES_OF_BOX = 64 };
+
+static inline int flesh_contact_end_of_box(int k, int end)
+{
+  return end - k < FLESH_CONTACT_NODES_OF_BOX ? end : k + FLESH_CONTACT_NODES_OF_BOX;
+}
+
+/* The barrier at the place x [3] of a node; FLESH_UNDEFINED within the obstacle. */
+int flesh_contact_barrier_at(const flesh_contact *contact, const flesh_frame *frame, const double *x,
+                             flesh_barrier *barrier);
 
 double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x);
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],

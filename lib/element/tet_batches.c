@@ -189,7 +189,7 @@ static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *firs
 }
 
 /* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
- * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile tells of batches. */
+ * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile is of batches. */
 static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int *first,
                        int *material)
 {
@@ -267,7 +267,8 @@ static int take_volume_shares(flesh_tets *self, const flesh_body *body)
 {
   for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET4; k++)
     if (flesh_form_of_stretches(body->materials[k].energy))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets only",
+      return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets "
+                        "only",
                         flesh_forms[body->materials[k].energy].name);
   if (self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return FLESH_OK;
   flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);

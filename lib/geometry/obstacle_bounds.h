@@ -19,7 +19,7 @@ flesh_bounds flesh_bounds_join(const flesh_bounds *a, const flesh_bounds *b);
 int flesh_bounds_are_far(const flesh_bounds *bounds, const double p[3], double reach);
 
 /* Whether everything in the bounds, which are in the obstacle's frame, is out of it and at least `reach` away; 0 also
- * where that takes more to tell. */
+ * where that takes more to find out. */
 int flesh_obstacle_is_far(const flesh_obstacle *obstacle, const flesh_bounds *bounds, double reach);
 
 /* How far the obstacle is from all that is in the bounds, which are in its frame, at least; 0: it is not, or that takes

@@ -21,7 +21,7 @@ enum {
   PARTS = FLESH_PRODUCT_PADDING /* of a sum, as additions wait for each other */
 };
 
-/* In single precision residuals cannot be told from rounding where they are this small beside the first. */
+/* In single precision residuals cannot be distinguished from rounding where they are this small beside the first. */
 static const double DEEPEST = 1e-5;
 
 struct flesh_pcg_space {

@@ -26,7 +26,7 @@ FLESH_NEO_HOOKEAN_FORM_LIST(BUILTIN)
   }
 FLESH_STIFFENING_FORM_LIST(STIFFENING)
 
-/* The forms of the singular values are no psi(I_C, J): what takes them for one is told so. */
+/* The forms of the singular values are no psi(I_C, J): what takes them for one fails with a sentence. */
 static int psi_of_stretches(double I_C, double J, const flesh_material *material, flesh_psi *psi)
 {
   (void)I_C, (void)J, (void)material, (void)psi;

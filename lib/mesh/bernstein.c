@@ -158,8 +158,8 @@ flesh_least flesh_cubic_least(const double c[FLESH_CUBIC], const double C[FLESH_
     flesh_least b = bounds(p);
     least.high = fmin(least.high, b.high);
     const double gap = least.high - b.low;
-    const int told = b.low > 0 || least.high <= 0 || gap <= 1e-13 * size;
-    if ((told && gap <= tolerance * size) || cuts == FLESH_SUBDIVISIONS || count == DEPTH) {
+    const int known = b.low > 0 || least.high <= 0 || gap <= 1e-13 * size;
+    if ((known && gap <= tolerance * size) || cuts == FLESH_SUBDIVISIONS || count == DEPTH) {
       least.low = fmin(least.low, b.low);
       count--;
       continue;

@@ -23,7 +23,7 @@ double flesh_cubic_at(const double c[FLESH_CUBIC], const double L[4]);
 
 /* The least value of c/C over the tet, C positive in it, between `low` and `high`. Both are NaN when
  * a coefficient is. The gap is at most `tolerance` times the largest |c/C| of the coefficients, and 0
- * is not in it, unless the least value is 0 to rounding or FLESH_SUBDIVISIONS do not tell. */
+ * is not in it, unless the least value is 0 to rounding or FLESH_SUBDIVISIONS do not show it. */
 typedef struct flesh_least {
   double low, high;
 } flesh_least;

@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "mesh/bernstein.h"
 
-/* A tet is flat when its volume cannot be told from 0: the determinant 6V of edges that are known
+/* A tet is flat when its volume cannot be distinguished from 0: the determinant 6V of edges that are known
  * to half a unit in the last place carries an error of some 1e-15 (longest edge)^3, ten times below
  * this. A sliver of radius ratio 1e-4 stands at 6V >= 1e-8 (longest edge)^3, far above. */
 static const double flat_limit = 1e-14;

@@ -145,7 +145,7 @@ static verdict judge(flesh_search *self, line *line)
   const double slope = line->length * line->slope, rise = line->value - line->start;
   if (line->value <= line->start + decrease * line->length * line->slope) return ACCEPTED;
   /* Where round-off dominates the expected decrease, the slope at the end shows what the values cannot (the approximate
-   * Wolfe condition of Hager & Zhang 2005). Below their last digit they tell nothing. */
+   * Wolfe condition of Hager & Zhang 2005). Below their last digit they say nothing. */
   const double unseen =
       -slope < 1e-16 * line->magnitude ? fmax(line->round_off, 1e-8 * line->magnitude) : line->round_off;
   if (-slope <= line->round_off && line->value <= line->start + unseen &&
@@ -170,7 +170,8 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
   /* By the quadratic model, at its minimum. */
   const double predicted = -line->length * line->slope / 2;
   const int significant = predicted > 10 * line->round_off;
-  const int too_short = (self->options->techniques & FLESH_TECHNIQUE_NEGATIVE_CURVATURE) && significant && line->start - line->value > 1.2 * predicted;
+  const int too_short = (self->options->techniques & FLESH_TECHNIQUE_NEGATIVE_CURVATURE) && significant &&
+                        line->start - line->value > 1.2 * predicted;
   const int locally = too_short && flesh_is_local(n, line->r);
   self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
   if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);

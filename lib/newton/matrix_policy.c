@@ -8,9 +8,8 @@
 #include "base/error.h"
 #include "base/memory.h"
 
-/* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. And
- * how many iterations of one solve are given to an old one. */
-enum { NEW_ONE = 6, PATIENCE = 150 };
+/* What a new preconditioner costs, in iterations: as many excess ones of an old one are accepted before it is made. */
+enum { NEW_ONE = 6 };
 
 /* How far stiff rows may turn before the preconditioner is made anew. */
 static const double TURNED = 0.1;
@@ -31,10 +30,9 @@ static int find_inertia(flesh_matrix_policy *self)
   return FLESH_OK;
 }
 
-int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction,
-                             const flesh_solver_options *options, flesh_matrix_policy *self)
+int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *self)
 {
-  *self = (flesh_matrix_policy){.equations = equations, .direction = direction, .options = options};
+  *self = (flesh_matrix_policy){.equations = equations, .direction = direction};
   return direction->pcg ? find_inertia(self) : FLESH_OK;
 }
 
@@ -169,13 +167,6 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   if (direction->preconditioner && per_decade[0] + per_decade[1] > 0 && direction->excess_iterations < NEW_ONE)
     return FLESH_OK;
   return flesh_matrix_policy_refresh(self);
-}
-
-int flesh_matrix_policy_patience(const flesh_matrix_policy *self)
-{
-  const double *per_decade = self->direction->iterations_per_decade, slower = fmax(per_decade[0], per_decade[1]);
-  const double patience = slower > 0 ? fmax(PATIENCE, 4 * slower) : INFINITY;
-  return patience < self->options->max_linear ? (int)patience : self->options->max_linear;
 }
 
 /* How deep a stage's first solve goes: as deep as it takes for the new matrix to serve once more, where that is not

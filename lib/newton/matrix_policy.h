@@ -8,7 +8,6 @@
 typedef struct flesh_matrix_policy {
   flesh_equations *equations;          /* borrowed */
   flesh_direction *direction;          /* borrowed */
-  const flesh_solver_options *options; /* borrowed */
   float *inertia;           /* [n] diagonal of the mass matrix; NULL: with a direct solver */
   int stage_continues;      /* the next stage goes on smoothly from this one: what was prepared may serve there, too */
   flesh_shift prepared_for; /* what the preconditioner was made for */
@@ -26,8 +25,7 @@ typedef struct flesh_matrix_policy {
 } flesh_matrix_policy;
 
 /* FLESH_ERR_MEMORY. */
-int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction,
-                             const flesh_solver_options *options, flesh_matrix_policy *policy);
+int flesh_matrix_policy_init(flesh_equations *equations, flesh_direction *direction, flesh_matrix_policy *policy);
 void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
 
 /* A new stage has been set. `constraints_changed`: other dofs are constrained than before; `last`: what the stage
@@ -51,8 +49,6 @@ int flesh_matrix_policy_refresh(flesh_matrix_policy *policy);
 /* The same where the older one does not serve: one made for an earlier iterate serves until the excess iterations due
  * to its age would have paid for a new one. */
 int flesh_matrix_policy_prepare(flesh_matrix_policy *policy);
-/* How many iterations of a linear solve are given to the preconditioner before it is made anew. */
-int flesh_matrix_policy_patience(const flesh_matrix_policy *policy);
 
 /* The tolerance [N] of a linear solve at a residual of `norm`, asked for with `tolerance`. */
 double flesh_matrix_policy_tolerance(flesh_matrix_policy *policy, double norm, double tolerance);

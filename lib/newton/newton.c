@@ -10,20 +10,19 @@
 #include "effect/effect.h"
 
 /* What an iteration does next. */
-typedef enum state { ASSEMBLE, SOLVE, REFRESH, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
+typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
 /* How that ended. */
-typedef enum event { DONE, AGED, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
+typedef enum event { DONE, UNSOLVED, INDEFINITE, REFUSED, ERROR, EVENTS } event;
 
 /* README.md has the same table in words. What is not in it fails. */
 static const state transitions[][EVENTS] = {
-    /*               DONE        AGED     UNSOLVED  INDEFINITE  REFUSED  ERROR */
-    [ASSEMBLE]   = {SOLVE,      FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */
-    [SOLVE]      = {SEARCH,     REFRESH, DIRECT,   FILTER,     FAIL,    FAIL}, /* K p = b with what was prepared */
-    [REFRESH]    = {SOLVE,      FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* a new preconditioner of K */
-    [DIRECT]     = {SEARCH,     FAIL,    SEARCH,   FILTER,     FAIL,    FAIL}, /* K p = b by a factorisation */
-    [FILTER]     = {SOLVE,      FAIL,    FAIL,     FAIL,       FAIL,    FAIL}, /* K without negative eigenvalues */
-    [SEARCH]     = {ACCELERATE, FAIL,    FAIL,     FILTER,     FAIL,    FAIL}, /* p scaled, so that phi falls */
-    [ACCELERATE] = {END,        FAIL,    FAIL,     FAIL,       FAIL,    FAIL}, /* p taken further */
+    /*               DONE        UNSOLVED  INDEFINITE  REFUSED  ERROR */
+    [ASSEMBLE]   = {SOLVE,      FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */
+    [SOLVE]      = {SEARCH,     DIRECT,   FILTER,     FAIL,    FAIL}, /* K p = b with what was prepared */
+    [DIRECT]     = {SEARCH,     SEARCH,   FILTER,     FAIL,    FAIL}, /* K p = b by a factorisation */
+    [FILTER]     = {SOLVE,      FAIL,     FAIL,       FAIL,    FAIL}, /* K without negative eigenvalues */
+    [SEARCH]     = {ACCELERATE, FAIL,     FILTER,     FAIL,    FAIL}, /* p scaled, so that phi falls */
+    [ACCELERATE] = {END,        FAIL,     FAIL,       FAIL,    FAIL}, /* p taken further */
 };
 
 /* One iteration: from where, and the step as it comes about. */
@@ -96,13 +95,13 @@ static event solve(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
   const flesh_direction_request request = {.tolerance = it->tolerance, .stop = asked_to_stop, .stop_data = self,
-                                           .max_iterations = flesh_matrix_policy_patience(&self->policy),
+                                           .max_iterations = self->options.max_linear,
                                            .follow_curvature = it->guarded && self->follow_curvature,
                                            .weights = self->weights};
   if (direction->fallback_state == FLESH_FALLBACK_IN_USE && !request.follow_curvature) return UNSOLVED;
   it->status = flesh_direction_solve(direction, &request, it->b, it->p, &it->kind);
   self->negative_curvature = it->kind == FLESH_DIRECTION_NEGATIVE_CURVATURE;
-  if (it->status == FLESH_NOT_CONVERGED) return request.max_iterations < self->options.max_linear ? AGED : UNSOLVED;
+  if (it->status == FLESH_NOT_CONVERGED) return UNSOLVED;
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }
 
@@ -160,7 +159,6 @@ static event enter(flesh_newton *self, state state, iteration *it)
   switch (state) {
   case ASSEMBLE: return assemble_and_factor(self, it, first_filter(self));
   case SOLVE: return solve(self, it);
-  case REFRESH: return (it->status = flesh_matrix_policy_refresh(&self->policy)) ? ERROR : DONE;
   case DIRECT: return solve_directly(self, it);
   case FILTER: return assemble_and_factor(self, it, choose_filter(self));
   case SEARCH: return search(self, it);
@@ -224,7 +222,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
   if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
   if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
-  if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->options, &self->policy);
+  if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->policy);
   if (!status) status = flesh_volume_arc_init(&self->equations, &self->direction, &self->arc);
   if (!status) status = flesh_search_init(&self->equations, &self->options, &self->stats, &self->search);
   if (!status)

@@ -12,7 +12,7 @@
 #include "effect/effect.h"
 
 struct flesh_history {
-  int reports;     /* columns of what effects tell of themselves */
+  int reports;     /* columns of what effects report */
   double *values;  /* [reports] */
   double *zeros;   /* [3*n] accelerations, where there are any reports */
   FILE *stream;

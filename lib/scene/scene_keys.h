@@ -51,5 +51,7 @@ typedef struct flesh_scene_keys {
 
 extern const flesh_key flesh_scene_table[];    /* into flesh_scene_keys */
 extern const flesh_key flesh_material_table[]; /* into flesh_scene_material */
+extern const flesh_key flesh_solver_table[];   /* into flesh_solver_options */
+extern const flesh_key flesh_output_table[];   /* into flesh_scene_output */
 
 #endif

@@ -84,7 +84,7 @@ double flesh_ida_scale_of_velocity(flesh_ida_problem *self)
 }
 
 /* Jumps of the constrained dofs from u to `prescribed`, and what they do to the free ones. */
-static int take_up(flesh_ida_problem *self, const double *prescribed, double *u)
+static int apply_constraints(flesh_ida_problem *self, const double *prescribed, double *u)
 {
   double *jump = self->change, *right = self->right;
   int any = 0;
@@ -155,8 +155,8 @@ int flesh_ida_start(flesh_ida_problem *self, const flesh_state *state, N_Vector 
   self->content = FLESH_IDA_NOTHING;
   status = flesh_ida_factor(self);
   if (!status) self->content = FLESH_IDA_MASS;
-  if (!status) status = take_up(self, self->x_prescribed, x);
-  if (!status) status = take_up(self, self->v_prescribed, v);
+  if (!status) status = apply_constraints(self, self->x_prescribed, x);
+  if (!status) status = apply_constraints(self, self->v_prescribed, v);
   if (!status) status = accelerate(self, t, x, v, a);
   memcpy(xp, v, bytes);
   self->started = !status;

@@ -230,8 +230,8 @@ int flesh_nonlinear_solve(flesh_nonlinear *self, const flesh_stage *stage, const
                            N_VGetArrayPointer(self->u), stats);
 }
 
-/* KINSOL of the systems of few nodes takes up this one, with vectors of the reserve that the thread is in. */
-static int take_up(flesh_nonlinear *few, const flesh_system *system, const flesh_solver_options *options)
+/* KINSOL of the systems of few nodes gets this one, with vectors of the reserve that the thread is in. */
+static int hand_system(flesh_nonlinear *few, const flesh_system *system, const flesh_solver_options *options)
 {
   int n = flesh_system_unknowns(system), failed = 0;
   size_t apart;
@@ -252,7 +252,7 @@ static int solve_few(void *data, const flesh_system *system, const flesh_solver_
                      double *u)
 {
   flesh_nonlinear *few = data;
-  int status = take_up(few, system, options);
+  int status = hand_system(few, system, options);
   if (status) return status;
   flesh_nonlinear_set_stop(few, stop, stop_data);
   status = flesh_nonlinear_solve(few, stage, NULL, 0, stats);

@@ -35,7 +35,7 @@ void flesh_vector_attach(N_Vector v, int n, double *values);
 /* Those of a quickened vector. */
 flesh_threads *flesh_vector_threads(N_Vector v);
 
-/* A problem's first member points to itself, and that of a user's own struct to the problem: so either tells where the
+/* A problem's first member points to itself, and that of a user's own struct to the problem: so either shows where the
  * problem is. */
 static inline void *flesh_first_member(const void *user_data)
 {

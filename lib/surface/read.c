@@ -1,4 +1,4 @@
-/* read.c: flesh_surface_read: loads a file and tells its format by its content. */
+/* read.c: flesh_surface_read: loads a file and finds its format by its content. */
 #include <string.h>
 
 #include "base/error.h"

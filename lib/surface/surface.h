@@ -23,7 +23,7 @@ struct flesh_surface {
 };
 
 /* What a reader has found so far. Zero-initialise; arrays grow as they are filled, so that a file's
- * promises are never trusted with memory. */
+ * statements are never trusted with memory. */
 typedef struct flesh_surface_draft {
   int vertices, faces, corners, textures;
   size_t vertex_room, face_room, corner_room, texture_room;

@@ -20,7 +20,7 @@ static flesh_point with_lag(const flesh_point *point)
   return full;
 }
 
-static double processor_time(const flesh_costs *costs)
+static double cpu_time(const flesh_costs *costs)
 {
   struct timespec now;
   if (!costs || !costs->timed) return 0;
@@ -44,7 +44,7 @@ static void count(flesh_costs *costs, int k, int what, double start)
   cost->jacobians += (what & CALL_JACOBIAN) != 0;
   cost->potentials += (what & CALL_POTENTIAL) != 0;
   cost->energies += (what & CALL_ENERGY) != 0;
-  if (costs->timed) cost->cpu_s += processor_time(costs) - start;
+  if (costs->timed) cost->cpu_s += cpu_time(costs) - start;
 }
 
 /* Of the effects from one index to before another, of those roles. */
@@ -57,7 +57,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
-    const double start = processor_time(full.costs);
+    const double start = cpu_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return status;
@@ -111,7 +111,7 @@ static int add_jacobian(const flesh_system *system, int k, int anew, const flesh
 {
   const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
-  const double start = processor_time(full->costs);
+  const double start = cpu_time(full->costs);
   int status = FLESH_OK;
   if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, e->slots);
   else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, e->slots);
@@ -153,7 +153,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     const int of_position = flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY);
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
-    const double start = processor_time(full.costs);
+    const double start = cpu_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
@@ -195,7 +195,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
                       (effect->operations->potential ? CALL_POTENTIAL : 0);
     if (!calls) continue;
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
-    const double start = processor_time(full.costs);
+    const double start = cpu_time(full.costs);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
@@ -227,7 +227,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       energies[k] = by_position->phi;
       continue;
     }
-    const double start = processor_time(full.costs);
+    const double start = cpu_time(full.costs);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
     if (status) return status;

@@ -29,7 +29,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
                                 const double *u, double *scratch, double *work)
 {
   const size_t n = (size_t)flesh_system_unknowns(system);
-  static const double moment = 1e-3; /* of a step, over which what is carried tells how fast it is */
+  static const double moment = 1e-3; /* of a step, over which what is carried gives its velocity */
   const double h = t_to - t_from, begin = u ? t_from : fmax(t_from, point->t - moment * h);
   const double end = u ? t_to : begin + moment * h;
   double *r = scratch, *carried = scratch + n;

@@ -425,14 +425,14 @@ int flesh_adaptive_step(flesh_adaptive *self, flesh_state *state, double h, fles
   return status;
 }
 
-int flesh_adaptive_is_calm(flesh_adaptive *self, const flesh_state *state, double h, int *calm,
+int flesh_adaptive_is_slow(flesh_adaptive *self, const flesh_state *state, double h, int *slow,
                            flesh_solve_stats *stats)
 {
-  *calm = 0;
+  *slow = 0;
   self->running = 0;
   int status = flesh_ida_start(self->problem, state, self->y, self->yp);
   if (!status)
-    *calm = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
+    *slow = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
   add_problem_stats(self, stats);
   return status < 0 ? status : FLESH_OK;
 }

@@ -25,8 +25,8 @@ int flesh_adaptive_step(flesh_adaptive *adaptive, flesh_state *state, double h, 
 /* Whether the state is the one that the last step gave back. */
 int flesh_adaptive_returned(const flesh_adaptive *adaptive, const flesh_state *state);
 
-/* Whether the motion from the state on is calm for steps of h; *calm 0 where it has no value there. Adds to *stats. */
-int flesh_adaptive_is_calm(flesh_adaptive *adaptive, const flesh_state *state, double h, int *calm,
+/* Whether the motion from the state on is slow for steps of h; *slow 0 where it has no value there. Adds to *stats. */
+int flesh_adaptive_is_slow(flesh_adaptive *adaptive, const flesh_state *state, double h, int *slow,
                            flesh_solve_stats *stats);
 
 const flesh_failure *flesh_adaptive_failure(const flesh_adaptive *adaptive);

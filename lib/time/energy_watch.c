@@ -10,7 +10,7 @@
  * dV/dt|_x is the work of loads, springs and obstacles that change with time: of an obstacle the force on the body
  * times the obstacle's own motion, friction included, since what friction takes is d.v relative to it. W is the sum of
  * P over the steps; so D = E - W never rises in truth, and methods that damp only lower it. What D rises by above its
- * least value before is energy from nowhere, the excess. It is told as a share of the energy that the motion has had
+ * least value before is energy from nowhere, the excess. It is reported as a share of the energy that the motion has had
  * rightly: the largest of E - V_least - excess so far, V_least being the lowest V so far. Both do not depend on what V
  * is counted from.
  *
@@ -31,8 +31,8 @@
  * energy of one such state says little, and the next step takes it back. So an excess counts where three steps in a row
  * have it.
  *
- * Nothing is told below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left by
- * the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
+ * Nothing is reported below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left
+ * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
  * motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
@@ -45,7 +45,7 @@
 #include "system/one_effect.h"
 #include "system/work.h"
 
-static const double gain_to_tell = 0.05, rounding_of_terms = 1e-10;
+static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
 
 int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch)
 {
@@ -219,7 +219,7 @@ static double lasting(flesh_energy_watch *watch)
 }
 
 /* Tells an excess that counts; whether it passes the limit. */
-static int tell(flesh_energy_watch *watch, const flesh_state *state, double excess)
+static int report(flesh_energy_watch *watch, const flesh_state *state, double excess)
 {
   flesh_energy_balance *b = &watch->balance;
   const double floor = fmax(watch->rounding + watch->unbalanced, watch->floor);
@@ -229,7 +229,7 @@ static int tell(flesh_energy_watch *watch, const flesh_state *state, double exce
   b->largest = excess;
   b->t_least = b->t_since;
   b->t_largest = watch->t;
-  if (!(gain > gain_to_tell)) return 0;
+  if (!(gain > gain_to_report)) return 0;
   if (excess > 1.1 * watch->reported || gain > watch->limit) {
     watch->reported = excess;
     find_place(watch, state);
@@ -252,12 +252,12 @@ int flesh_energy_watch_judge(flesh_energy_watch *watch, const flesh_state *state
   }
   b->excess = net - watch->least;
   b->scale = fmax(b->scale, watch->energy - watch->lowest - b->excess);
-  return tell(watch, state, lasting(watch)) ? flesh_fail(FLESH_ERR_ENERGY, "%s", watch->warning) : FLESH_OK;
+  return report(watch, state, lasting(watch)) ? flesh_fail(FLESH_ERR_ENERGY, "%s", watch->warning) : FLESH_OK;
 }
 
 void flesh_energy_watch_last(flesh_energy_watch *watch, const flesh_state *state)
 {
-  if (watch->known) tell(watch, state, watch->balance.excess);
+  if (watch->known) report(watch, state, watch->balance.excess);
 }
 
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,

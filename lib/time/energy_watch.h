@@ -26,7 +26,7 @@ typedef struct flesh_energy_watch {
   /* Since the first state: the least of energy less work, the lowest potential energy, what is in rounding and in what
    * the solves leave unbalanced since that least, J. */
   double least, lowest, rounding, unbalanced;
-  double floor;           /* J, below which nothing is told */
+  double floor;           /* J, below which nothing is reported */
   double rate, rate_t;    /* W of work at a stage, and its time; NaN: not known */
   int turned;             /* the step that is counted turns so far that its work is not known */
   double step;            /* s, that is asked of the integrator, which may part it */
@@ -36,7 +36,7 @@ typedef struct flesh_energy_watch {
     int parts;                        /* states since the last of them */
     double part, t;                   /* J, the least excess of these; s, when that began */
   } lasting;
-  double reported;        /* J, the largest excess that a warning has told */
+  double reported;        /* J, the largest excess that a warning has reported */
   flesh_energy_balance balance;
   char warning[400];
 } flesh_energy_watch;

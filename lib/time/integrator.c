@@ -55,7 +55,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an integrator");
   self->system = system;
   self->method = method;
-  /* Until the motion is calm. */
+  /* Until the motion is slow. */
   self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
@@ -118,7 +118,7 @@ flesh_method flesh_integrator_method(const flesh_integrator *integrator)
 flesh_progress flesh_integrator_progress(const flesh_integrator *self)
 {
   flesh_progress progress = {.t = self->trying.t, .h = self->trying.h};
-  if (self->adaptive && self->calm) flesh_adaptive_progress(self->adaptive, &progress);
+  if (self->adaptive && self->slow) flesh_adaptive_progress(self->adaptive, &progress);
   else flesh_nonlinear_progress(self->nonlinear, &progress);
   return progress;
 }
@@ -153,7 +153,7 @@ void *flesh_integrator_ida(const flesh_integrator *integrator)
 int flesh_integrator_set_adaptive(flesh_integrator *integrator, const flesh_adaptive_options *options)
 {
   FLESH_NEED({integrator, "integrator"}, {options, "options"});
-  integrator->calm = 0;
+  integrator->slow = 0;
   return integrator->adaptive ? flesh_adaptive_set_options(integrator->adaptive, options) : FLESH_OK;
 }
 
@@ -210,15 +210,15 @@ void flesh_integrator_give_back(const flesh_integrator *self, flesh_state *state
   memcpy(state->v, self->returned.v, (size_t)self->n * sizeof *state->v);
 }
 
-/* IDA's steps; before the motion is calm, backward Euler's where those are asked for. */
+/* IDA's steps; before the motion is slow, backward Euler's where those are asked for. */
 static int step_adaptively(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats,
                            int *euler)
 {
   int status = FLESH_OK;
-  if (self->method == FLESH_METHOD_ADAPTIVE) self->calm = 1;
-  else if (!self->calm || !flesh_adaptive_returned(self->adaptive, state))
-    status = flesh_adaptive_is_calm(self->adaptive, state, h, &self->calm, stats);
-  *euler = !self->calm;
+  if (self->method == FLESH_METHOD_ADAPTIVE) self->slow = 1;
+  else if (!self->slow || !flesh_adaptive_returned(self->adaptive, state))
+    status = flesh_adaptive_is_slow(self->adaptive, state, h, &self->slow, stats);
+  *euler = !self->slow;
   if (status) return status;
   if (*euler) return flesh_integrator_step_in_time(self, state, h, stats);
   status = flesh_adaptive_step(self->adaptive, state, h, stats);

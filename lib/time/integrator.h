@@ -33,7 +33,7 @@ struct flesh_integrator {
   uint8_t *held; /* [n] constrained dofs, where there are several parts */
   flesh_costs costs;
   flesh_adaptive *adaptive; /* of the adaptive methods */
-  int calm;                 /* the motion has been found calm: IDA steps */
+  int slow;                 /* the motion has been found slow: IDA steps */
   struct {
     double t, h;
   } trying;                 /* the part of a step under way, s */

@@ -1,4 +1,4 @@
-/* run.c: steps from a state to an end, telling observers. */
+/* run.c: steps from a state to an end, with calls of the observers. */
 #include "flesh/observer.h"
 
 #include <limits.h>
@@ -51,8 +51,8 @@ static int watch_open(watch *w)
   return FLESH_OK;
 }
 
-static int tell(watch *w, const flesh_integrator *integrator, int step, int last, double h, const flesh_state *state,
-                const flesh_solve_stats *stats)
+static int call_observers(watch *w, const flesh_integrator *integrator, int step, int last, double h,
+                          const flesh_state *state, const flesh_solve_stats *stats)
 {
   if (!w->options->observer_count) return FLESH_OK;
   flesh_step_record record = {.step = step,
@@ -123,7 +123,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state,
   double start = state->t, end = options->end;
   int done = !single && start >= end;
   flesh_solve_stats stats = {0};
-  int status = tell(w, integrator, 0, done, 0, state, &stats);
+  int status = call_observers(w, integrator, 0, done, 0, state, &stats);
   if (!status) status = ask(options);
   for (int step = 1; !status && !done; step++) {
     /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
@@ -146,7 +146,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state,
     if (!is_finite(state, flesh_system_unknowns(w->system)))
       return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
     int stop = done ? FLESH_OK : ask(options);
-    status = tell(w, integrator, step, done || stop, h, state, &stats);
+    status = call_observers(w, integrator, step, done || stop, h, state, &stats);
     if (!status) status = stop;
   }
   return status;

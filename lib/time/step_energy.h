@@ -21,7 +21,7 @@ typedef struct flesh_step_energy {
  * h. Overwrites r [3*n]. */
 int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *prescribed, const flesh_state *state,
                             double t, double h, const double *a, double *r);
-/* Counts what can be told before the state goes to the step's end; then judges the end. A negative status ends the run,
+/* Counts what is known before the state goes to the step's end; then judges the end. A negative status ends the run,
  * FLESH_ERR_ENERGY as flesh_energy_watch_judge. */
 int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state);
 int flesh_step_energy_judge(const flesh_step_energy *step, const flesh_state *state, const flesh_solve_stats *stats);

@@ -8,7 +8,7 @@
 #include "system/feasible_step.h"
 #include "time/step_energy.h"
 
-/* A piece of time without events inside; those at its ends (within rounding of the state's time) are told apart so
+/* A piece of time without events inside; those at its ends (within rounding of the state's time) are distinguished so
  * that the piece sees what holds between them. */
 typedef struct piece {
   double begin; /* the first time that belongs to it */

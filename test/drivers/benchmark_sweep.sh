@@ -55,7 +55,7 @@ for pair in 1 2 3; do
   calculate '%.3f\n' "$(cat "one$pair.wall") / $(cat "two$pair.wall")" >>gains
   calculate '%.3f s a case\n' "$own / 12"
 done
-echo "a sweep's own time: $(median <overheads) % of its cases' (wanted: below 2 %), $(median <used) % of their processor time"
+echo "a sweep's own time: $(median <overheads) % of its cases' (wanted: below 2 %), $(median <used) % of their CPU time"
 echo "two jobs: $(median <gains) times as fast as one (wanted: at least 1.8 on two processors)"
 
 spec 'axes: [{key: body.material.young, from: 1e4, to: 1e6, count: 100}, {key: body.density, from: 1, to: 2, count: 100}]'

@@ -165,6 +165,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --steps 0 && has stderr.txt "'0'.*positive" &&
     expect 2 "$flesh" hardcases --cases '' && has stderr.txt 'empty' &&
     expect 2 "$flesh" hardcases --cases '!*' && has stderr.txt 'leaves none' &&
+    expect 2 "$flesh" hardcases --seeds 1e9 && has stderr.txt '1000000000 seeds.*at most 1000000' &&
     expect 2 "$flesh" hardcases --seeds 0 && expect 2 "$flesh" hardcases scene.yaml &&
     expect 3 "$flesh" hardcases --out /dev/null/here --cases single_plane && [ ! -e out/hardcases ]
 }

@@ -78,6 +78,7 @@ methods_are_chosen_by_name() {
   ! cmp -s damped/state.txt by-newmark/state.txt || return 1
   expect 0 "$flesh" run bar.yaml --set time.alpha=0 --method hht --out undamped --no-frames --quiet || return 1
   same_states undamped/state.txt by-newmark/state.txt 1e-6 || return 1
+  expect 2 "$flesh" run bar.yaml time.end=1 && has stderr.txt "time.end=1.*--set KEY=VALUE" || return 1
   expect 2 "$flesh" run bar.yaml --method euler --out none || return 1
   has stderr.txt 'time.method is "euler"; it must be one of backward-euler, static, bdf2, midpoint'
 }

@@ -267,7 +267,7 @@ static void damping_never_feeds_energy(void)
 }
 
 /* A free body in uniform motion slows as exp(-rate t), and no longer once it is slow or the time is over. */
-static void calm_winds_down_and_lets_be(void)
+static void settling_damping_winds_down_and_lets_be(void)
 {
   for (int k = 0; k < 2; k++) {
     test_body b;
@@ -317,6 +317,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(the_lowest_mode_decays_as_rayleigh_says),
                    TEST(viscosity_does_not_feel_rigid_motion), TEST(a_spinning_body_keeps_its_energy),
-                   TEST(damping_never_feeds_energy), TEST(calm_winds_down_and_lets_be),
+                   TEST(damping_never_feeds_energy), TEST(settling_damping_winds_down_and_lets_be),
                    TEST(bad_coefficients_are_sentences));
 }

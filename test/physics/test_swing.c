@@ -20,8 +20,8 @@ static void check(double poisson)
     swing_cost cost = swing_run(&own);
     newton[k] = cost.newton;
     work[k] = cost.work;
-    printf("# %d Newton and %d linear iterations, %d subdomains; the dearest step %.1f times the median in Newton "
-           "iterations, %.1f in work\n",
+    printf("# %d Newton and %d linear iterations, %d subdomains; the most expensive step %.1f times the median in "
+           "Newton iterations, %.1f in work\n",
            cost.total_newton, cost.total_linear, cost.total_patches, cost.newton, cost.work);
   }
   CHECK_BELOW(middle(newton), 3.8); /* 3.0 to 3.3 */

@@ -1,4 +1,4 @@
-/* swing.h: a bar swings from a clamped end, and its dearest step beside the median one, by counters: of Newton
+/* swing.h: a bar swings from a clamped end, and its most expensive step beside the median one, by counters: of Newton
  * iterations, and of work, in which an assembly with all that goes with it (preconditioner, residual) counts as
  * much as sixteen linear iterations, and an iteration in a patch as 45 of the whole's times its share of the
  * elements. So they do, about, on the benchmark bar. */
@@ -16,7 +16,7 @@ typedef struct swing {
 } swing;
 
 typedef struct swing_cost {
-  double newton, work; /* of the dearest step over the median one */
+  double newton, work; /* of the most expensive step over the median one */
   int total_newton, total_linear, total_patches;
 } swing_cost;
 

@@ -1,5 +1,5 @@
 /* test_adaptive.c: the adaptive methods against another code's exact motions and GSL's: errors and tolerances, events,
- * restarts, failures, energy, calm starts. */
+ * restarts, failures, energy, slow starts. */
 #include <float.h>
 
 #include "busy_bar.h"
@@ -408,7 +408,7 @@ static void driven_bodies_are_not_warned_about(void)
 }
 
 /* Backward Euler first where the start is violent, IDA at once where it is not. */
-static void calm_starts_and_violent_ones(void)
+static void slow_starts_and_violent_ones(void)
 {
   const double h = 1. / 60;
   test_body b;
@@ -453,5 +453,5 @@ int main(int argc, char **argv)
                    TEST(small_bodies_agree_with_gsl), TEST(events_and_moving_constraints),
                    TEST(constrained_dofs_follow_their_motion), TEST(another_state_starts_anew),
                    TEST(failures_are_reported), TEST(bad_options_are_refused), TEST(growing_energy_is_warned_about),
-                   TEST(driven_bodies_are_not_warned_about), TEST(calm_starts_and_violent_ones));
+                   TEST(driven_bodies_are_not_warned_about), TEST(slow_starts_and_violent_ones));
 }

@@ -125,8 +125,8 @@ static int serves(flesh_newton *newton, const flesh_state *state, double h, doub
   flesh_direction_kind kind;
   const flesh_direction_request request = {.tolerance = 1e-6, .max_iterations = 100};
   CHECK_OK(flesh_direction_solve(&newton->direction, &request, b, p, &kind));
-  const double *paces = newton->direction.iterations_per_decade, pace = paces[0] + paces[1];
-  CHECK(pace > 0);
+  const double *per_decade = newton->direction.iterations_per_decade, rate = per_decade[0] + per_decade[1];
+  CHECK(rate > 0);
   newton->policy.stage_continues = continues;
   stage.t = t;
   stage.shift.a = 1 / (h * h);
@@ -135,7 +135,7 @@ static int serves(flesh_newton *newton, const flesh_state *state, double h, doub
   CHECK_OK(flesh_newton_matrix(newton, newton->u, NULL));
   CHECK_OK(flesh_matrix_policy_prepare(&newton->policy));
   free(b);
-  return paces[0] + paces[1] == pace; /* of a new one it is not known */
+  return per_decade[0] + per_decade[1] == rate; /* of a new one it is not known */
 }
 
 static void a_preconditioner_serves_in_stages_that_go_on(void)

@@ -1,4 +1,4 @@
-/* test_untangle.c: tangles are found by winding, put back, and calm bodies leave them; held ones are left alone. */
+/* test_untangle.c: tangles are found by winding, untangled, and bodies at rest leave them; held ones are left alone. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -114,7 +114,7 @@ static void ten_nodes_are_untangled(void)
     hidden += inverted > 0 && count == 8 * inverted;
   }
   CHECK(hidden > 0);
-  /* A knot about a node of an edge is put back, with all of ten nodes' tets positive. */
+  /* A knot about a node of an edge is untangled, with all of ten nodes' tets positive. */
   memcpy(x, X, sizeof(double) * (size_t)n);
   int at = flesh_mesh_tet_edges(mesh)[6 * (flesh_mesh_tet_count(mesh) / 2) + 3];
   for (int i = 0; i < n; i += 3)
@@ -135,7 +135,7 @@ static void ten_nodes_are_untangled(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A knot of scrambled nodes within a bent body is put back to where its surroundings say. */
+/* A knot of scrambled nodes within a bent body is repositioned to where its surroundings say. */
 static void a_knot_is_put_back(void)
 {
   flesh_mesh *mesh = bar();
@@ -216,7 +216,7 @@ static ending settle(int start, double poisson, int untangle, double gravity)
 }
 
 /* Without help these stay in a local minimum for ever; with it they come back to rest. */
-static void calm_bodies_leave_their_tangles(void)
+static void bodies_near_rest_leave_their_tangles(void)
 {
   for (int start = 0; start < 2; start++) {
     ending stuck = settle(start, 0.49, 0, 0);
@@ -229,7 +229,7 @@ static void calm_bodies_leave_their_tangles(void)
   }
 }
 
-/* An equilibrium that is a tangle is put back and solved again. */
+/* An equilibrium that is a tangle is untangled and solved again. */
 static void equilibria_are_untangled(void)
 {
   test_body b;
@@ -342,7 +342,7 @@ static void bodies_are_put_back_where_they_are(void)
   flesh_mesh_destroy(&one);
 }
 
-/* Runs a free block whose rest shape is scaled along the axes until it is calm. */
+/* Runs a free block whose rest shape is scaled along the axes until it is at rest. */
 static ending collapse(flesh_energy energy, flesh_constants constants, const double scale[3],
                        int untangle)
 {
@@ -366,7 +366,7 @@ static ending collapse(flesh_energy energy, flesh_constants constants, const dou
   return end;
 }
 
-/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it is put back, who begins in it
+/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it is untangled, who begins in it
  * stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
 static void collapsed_bodies_come_back(void)
 {
@@ -420,9 +420,10 @@ static void held_tangles_stay(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe), TEST(ten_nodes_are_untangled),
+  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe),
+                   TEST(ten_nodes_are_untangled),
                    TEST(a_knot_is_put_back), TEST(collapse_is_found),
                    TEST(bodies_are_put_back_where_they_are), TEST(collapsed_bodies_come_back),
-                   TEST(held_tangles_stay), TEST(calm_bodies_leave_their_tangles),
+                   TEST(held_tangles_stay), TEST(bodies_near_rest_leave_their_tangles),
                    TEST(equilibria_are_untangled));
 }

@@ -9,7 +9,7 @@ given=$top/test/tree/adding
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 tests='test_added test_effects test_every_effect test_effect_keys test_forms test_material_constants test_material_spectrum
-  test_scene test_methods test_pages'
+  test_scene test_methods test_conservation test_energy test_pages'
 echo 1..3
 
 # insert FILE PATTERN TEXT: TEXT before the first line that has PATTERN.

@@ -28,15 +28,9 @@ LONGEST_FILE, LONGEST_FUNCTION = 450, 60
 
 # What may be longer: lines, and why.
 LONGER = {
-    "lib/scene/scene_keys.c": (540, "a table of keys"),
     "drivers/examples/bar_ida.c:main": (73, "an example is read from its beginning to its end"),
     "drivers/examples/coupled_reflex.c:main": (84, "an example is read from its beginning to its end"),
     "drivers/examples/bar_cvode_arkode.c:main": (86, "an example is read from its beginning to its end"),
-    "drivers/hardcases/command.c:flesh_command_hardcases": (72, "half of it is the table of its options"),
-    "drivers/sweep/spec.c": (595, "the tables of a sweep's keys, with what reads them"),
-    "drivers/sweep/store.c": (530, "the statements of one database"),
-    "lib/effect/contact.c": (480, "the operations of one effect"),
-    "drivers/hardcases/start.c:flesh_hardcases_make_start": (77, "a switch with a start a line or two"),
 }
 
 

@@ -1,5 +1,5 @@
 /* recovery.h: what is tried where a solve fails or ends in a tangle: a step in halves, a load in increments, tangled
- * nodes placed anew; and what is known where all of that fails. Nothing here solves: callers say how. */
+ * nodes repositioned; and what is known where all of that fails. Nothing here solves: callers say how. */
 #ifndef FLESH_TIME_RECOVERY_RECOVERY_H
 #define FLESH_TIME_RECOVERY_RECOVERY_H
 
@@ -18,7 +18,7 @@ int flesh_recovery_create(const flesh_system *system, const flesh_solver_options
 void flesh_recovery_clear(flesh_recovery *recovery);
 size_t flesh_recovery_memory(const flesh_recovery *recovery);
 
-/* A time span: its length is told beside its ends, whose difference is rounded. */
+/* A time span: its length stands beside its ends, whose difference is rounded. */
 typedef struct flesh_span {
   double begin, end, h; /* s */
 } flesh_span;

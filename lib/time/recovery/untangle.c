@@ -16,14 +16,14 @@
 
 /* Calm: inertial forces below this share of the force that strains the average edge by its own
  * length. */
-static const double calm_share = 1e-3;
+static const double quasi_static_share = 1e-3;
 /* Nor does any edge change its length by more than this part of the mean one within a step: a fine
  * mesh swings with small inertial forces. */
-static const double calm_way = 1e-3;
+static const double quasi_static_way = 1e-3;
 /* A tangle is held in place by loads above this share of that force on one of its nodes. */
 static const double held_share = 0.05;
 enum {
-  CALM_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
+  QUASI_STATIC_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
   ATTEMPT_LIMIT = 12 /* 2^11 layers are the whole of any mesh that fits here */
 };
 
@@ -33,7 +33,7 @@ struct flesh_untangler {
   int has_inertia;
   flesh_reserve *reserve;          /* of the winding, and of what moves nodes by it */
   flesh_winding *winding;      /* made at the first suspicion */
-  int n, calm, attempts, know_velocity;
+  int n, quasi_static, attempts, know_velocity;
   int stressed;     /* at rest */
   int may_collapse; /* stressed, or it began in a point or line */
   double expected;  /* time of the state that the next step starts from; NaN: none yet */
@@ -55,7 +55,7 @@ static int forces(flesh_untangler *self, double t, const double *x, unsigned rol
 }
 
 /* The force that strains the average edge by its own length: the mean size of what elasticity does
- * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed tells
+ * to nodes that a millionth of that has displaced at random. 0 without elasticity; *stressed says
  * whether there is force without displacement. */
 static double force_scale(flesh_untangler *self, int *stressed)
 {
@@ -141,14 +141,14 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
           now += d * d;
           before += d_before * d_before;
         }
-        if (!(fabs(sqrt(now) - sqrt(before)) <= calm_way * self->edge)) return 0;
+        if (!(fabs(sqrt(now) - sqrt(before)) <= quasi_static_way * self->edge)) return 0;
       }
   }
   return 1;
 }
 
 /* Whether the body hardly accelerates and hardly changes. */
-static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
+static int is_quasi_static(flesh_untangler *self, const flesh_state *state, double h)
 {
   int known = self->know_velocity;
   for (int d = 0; d < self->n; d++) {
@@ -161,17 +161,17 @@ static int is_calm(flesh_untangler *self, const flesh_state *state, double h)
   if (!known || !self->has_inertia ||
       flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
     return 0;
-  return flesh_largest(NULL, self->n, self->r) <= calm_share * self->force && keeps_its_shape(self, state, h);
+  return flesh_largest(NULL, self->n, self->r) <= quasi_static_share * self->force && keeps_its_shape(self, state, h);
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is
- * calm, but on its way. Leaves what is fixed in `fixed`. */
+ * quasi-static, but on its way. Leaves what is fixed in `fixed`. */
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
   flesh_system_fixed(self->system, state->t, self->fixed);
   if (forces(self, state->t, state->x, elastic | others)) return 0;
   for (int d = 0; d < self->n; d++)
-    if (!self->fixed[d] && fabs(self->r[d]) > 2 * calm_share * self->force) return 0;
+    if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_share * self->force) return 0;
   return 1;
 }
 
@@ -205,7 +205,7 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
 }
 
 /* A body of which most is tangled, or most of the volume gone, although its material rests there or
- * nothing tells how it lay. */
+ * nothing shows how it lay. */
 static int has_collapsed(const flesh_untangler *self, const flesh_state *state, int tangled)
 {
   return self->may_collapse &&
@@ -288,9 +288,9 @@ int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double
                                flesh_solve_stats *stats)
 {
   self->expected = state->t;
-  self->calm = is_calm(self, state, h) ? self->calm + 1 : 0;
-  if (self->calm < CALM_STEPS) return 0;
-  self->calm = 0;
+  self->quasi_static = is_quasi_static(self, state, h) ? self->quasi_static + 1 : 0;
+  if (self->quasi_static < QUASI_STATIC_STEPS) return 0;
+  self->quasi_static = 0;
   return untangle_from_reserve(self, state, stats);
 }
 

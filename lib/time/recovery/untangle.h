@@ -2,8 +2,8 @@
  *
  * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a
  * local minimum of its energy from which no solver leads out; collapsed to a point it may sit in one
- * too (E with small Poisson's ratios). Once it is calm, and no load holds it there, the tangled
- * nodes are placed anew by their neighbours and the rest shape (winding.h), first those of the
+ * too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the tangled
+ * nodes are repositioned by their neighbours and the rest shape (winding.h), first those of the
  * tangle and one layer around it, then twice as many layers at every further attempt. That is no
  * motion: it is counted in flesh_solve_stats and can be switched off
  * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin
@@ -27,7 +27,7 @@ void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h,
                                flesh_solve_stats *stats);
 
-/* The same for an equilibrium, which is calm by itself. */
+/* The same for an equilibrium, which is quasi-static by itself. */
 int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state,
                                       flesh_solve_stats *stats);
 

@@ -198,7 +198,7 @@ static void deformation(const flesh_mesh *mesh, const double *x, int t, double F
   flesh_mat3_multiply(d, inverse, F);
 }
 
-/* Between the nodes of a curved tet a piece can be flat or inverted at rest, and then tells nothing. */
+/* Between the nodes of a curved tet a piece can be flat or inverted at rest, and then says nothing. */
 static int tells_nothing(const flesh_mesh *mesh, int piece)
 {
   int node[4];

@@ -1,0 +1,134 @@
+/* contact_barrier.c: where an obstacle lets the body go: feasible steps, pushing out, tunnelling, checks. */
+#include <math.h>
+
+#include "base/error.h"
+#include "effect/contact.h"
+#include "effect/effect.h"
+#include "geometry/obstacle.h"
+#include "geometry/obstacle_bounds.h"
+
+typedef flesh_contact contact;
+
+/* The barrier at the place of a node; FLESH_UNDEFINED within the obstacle. */
+int flesh_contact_barrier_at(const contact *self, const flesh_frame *frame, const double *x,
+                      flesh_barrier *barrier)
+{
+  double y[3];
+  flesh_frame_enter(frame, x, y);
+  flesh_obstacle_barrier(self->obstacle, y, self->thickness, barrier);
+  return barrier->distance > 0 ? FLESH_OK : FLESH_UNDEFINED;
+}
+
+/* Whether none of nodes k ... end-1 can meet it on straight paths in its frame. */
+static int has_no_way_to(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
+                         const flesh_frame *to, const double *x_to)
+{
+  const flesh_bounds first = flesh_bounds_of(end - k, self->nodes + k, x_from),
+                     last = flesh_bounds_of(end - k, self->nodes + k, x_to);
+  const flesh_bounds here = flesh_bounds_enter(from, &first), there = flesh_bounds_enter(to, &last);
+  const flesh_bounds both = flesh_bounds_join(&here, &there);
+  return flesh_obstacle_is_far(self->obstacle, &both, 0);
+}
+
+static double contact_max_feasible_step(const flesh_effect *effect, double t_from, const double *x_from,
+                          double t_to, const double *x_to)
+{
+  const contact *self = effect->data;
+  flesh_frame from, to;
+  double way = 1, y0[3], y1[3];
+  flesh_obstacle_frame(self->obstacle, t_from, &from);
+  flesh_obstacle_frame(self->obstacle, t_to, &to);
+  for (int k = 0, box = 0; k < self->count; k++) {
+    if (k == box && has_no_way_to(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+      k = box - 1;
+      continue;
+    }
+    flesh_frame_enter(&from, x_from + 3 * self->nodes[k], y0);
+    flesh_frame_enter(&to, x_to + 3 * self->nodes[k], y1);
+    way = fmin(way, flesh_obstacle_way(self->obstacle, y0, y1));
+  }
+  return fmin(way, flesh_contact_core_way(&self->core, &from, x_from, &to, x_to));
+}
+
+/* Faces through the core; or nodes that touch neither before nor after: those that do slide around
+ * corners, which a straight way cuts. */
+static int contact_tunnelled(const flesh_effect *effect, double t_from, const double *x_from,
+                          double t_to, const double *x_to)
+{
+  const contact *self = effect->data;
+  flesh_frame from, to;
+  double y0[3], y1[3];
+  flesh_barrier barrier;
+  flesh_obstacle_frame(self->obstacle, t_from, &from);
+  flesh_obstacle_frame(self->obstacle, t_to, &to);
+  for (int k = 0, box = 0; k < self->count; k++) {
+    if (k == box && has_no_way_to(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+      k = box - 1;
+      continue;
+    }
+    const int i = 3 * self->nodes[k];
+    flesh_frame_enter(&from, x_from + i, y0);
+    flesh_frame_enter(&to, x_to + i, y1);
+    if (flesh_obstacle_way(self->obstacle, y0, y1) == 1) continue;
+    flesh_contact_barrier_at(self, &from, x_from + i, &barrier);
+    if (barrier.distance < INFINITY) continue;
+    flesh_contact_barrier_at(self, &to, x_to + i, &barrier);
+    if (barrier.distance == INFINITY) return 1;
+  }
+  return flesh_contact_core_way(&self->core, &from, x_from, &to, x_to) < 1;
+}
+
+/* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
+static void contact_push_out(const flesh_effect *effect, double t_from, const double *x_from,
+                          double t_to, double *x_to)
+{
+  const contact *self = effect->data;
+  flesh_frame from, to;
+  double y0[3], y1[3];
+  flesh_obstacle_frame(self->obstacle, t_from, &from);
+  flesh_obstacle_frame(self->obstacle, t_to, &to);
+  for (int k = 0; k < self->count; k++) {
+    const int i = 3 * self->nodes[k];
+    flesh_frame_enter(&from, x_from + i, y0);
+    flesh_frame_enter(&to, x_to + i, y1);
+    double way = flesh_obstacle_way(self->obstacle, y0, y1);
+    if (way == 1) continue;
+    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * way * (y1[c] - y0[c]);
+    flesh_frame_leave(&to, y0, x_to + i);
+  }
+}
+
+static int contact_check(const flesh_effect *effect, double t, const double *x)
+{
+  const contact *self = effect->data;
+  flesh_frame frame;
+  double y[3], depth, deepest = -1;
+  int worst = 0, inside = 0;
+  flesh_obstacle_frame(self->obstacle, t, &frame);
+  for (int k = 0; k < self->count; k++) {
+    flesh_barrier barrier;
+    if (!flesh_contact_barrier_at(self, &frame, x + 3 * self->nodes[k], &barrier)) continue;
+    flesh_frame_enter(&frame, x + 3 * self->nodes[k], y);
+    depth = flesh_obstacle_depth(self->obstacle, y);
+    if (depth > deepest) deepest = depth, worst = 3 * self->nodes[k];
+    inside++;
+  }
+  if (!inside && flesh_contact_core_add(&self->core, &frame, x, NULL, NULL))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the middle of a %s that the body must stay out of lies in one of its faces",
+                      flesh_obstacle_name(self->obstacle));
+  if (!inside) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%d nodes are in the %s that they must stay out of; the deepest is node %d at "
+                    "(%.6g, %.6g, %.6g), %.3g m below its surface",
+                    inside, flesh_obstacle_name(self->obstacle), worst / 3, x[worst], x[worst + 1],
+                    x[worst + 2], deepest);
+}
+
+const flesh_effect_barrier flesh_contact_barrier = {
+    .max_feasible_step = contact_max_feasible_step,
+    .push_out = contact_push_out,
+    .tunnelled = contact_tunnelled,
+    .check = contact_check,
+    .clearance = flesh_contact_clearance,
+    .approach = flesh_contact_approach,
+};

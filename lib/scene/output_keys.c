@@ -1,0 +1,94 @@
+/* output_keys.c: the keys of what a scene's run writes. */
+#include "scene/scene_keys.h"
+
+#include <stddef.h>
+
+static const char *const skin_formats[] = {"obj", "pc2", "vtu", NULL}; /* bits FLESH_SKIN_OBJ... */
+
+#define AT(member) .offset = offsetof(flesh_scene_output, member) - offsetof(flesh_scene_output, skin)
+static const flesh_key skin_table[] = {
+    {.name = "surface",
+     .type = FLESH_KEY_PATH,
+     AT(skin.surface),
+     .doc = "file of the surface (Wavefront .obj, Stanford .ply) in the place of the body at rest, "
+            "relative to the scene"},
+    {.name = "formats",
+     .type = FLESH_KEY_SET,
+     AT(skin.formats),
+     .choices = skin_formats,
+     .default_value = "[obj]",
+     .doc = "obj: a file per frame; pc2: one point cache, as Blender's Mesh Cache reads it; vtu: a file "
+            "per frame and an index for ParaView"},
+    {.name = NULL},
+};
+#undef AT
+
+static const flesh_key camera_table[] = {
+    {.name = "up",
+     .type = FLESH_KEY_VECTOR,
+     .offset = offsetof(flesh_camera, up),
+     .default_value = "",
+     .doc = "direction that points upwards in the picture; by default against gravity, and z without gravity"},
+    {.name = "azimuth",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_camera, azimuth),
+     .unit = "degree",
+     .default_value = "30",
+     .doc = "how far the camera stands turned about up; with up = z it looks along y at 0 and along -x at 90, with "
+            "up = y along -z and -x"},
+    {.name = "elevation",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_camera, elevation),
+     .unit = "degree",
+     .default_value = "20",
+     .doc = "how far it stands above the horizon, at most 90"},
+    {.name = "target",
+     .type = FLESH_KEY_VECTOR,
+     .offset = offsetof(flesh_camera, target),
+     .unit = "m",
+     .default_value = "",
+     .doc = "the middle of the picture; fitted by default"},
+    {.name = "height",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_camera, height),
+     .range = FLESH_RANGE_POSITIVE,
+     .unit = "m",
+     .default_value = "",
+     .doc = "of what is seen at the target; fitted by default"},
+    {.name = "field_of_view",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_camera, field_of_view),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .unit = "degree",
+     .default_value = "20",
+     .doc = "from the picture's lower to its upper edge, below 120; 0: a parallel projection"},
+    {.name = NULL},
+};
+
+const flesh_key flesh_output_table[] = {
+    {.name = "frame_interval",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_scene_output, frame_interval),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "1",
+     .doc = "steps between written frames; 0: no frames"},
+    {.name = "seed",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_scene_output, seed),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "0",
+     .doc = "of everything random in a run"},
+    {.name = "skin",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_output, skin),
+     .default_value = "",
+     .children = skin_table,
+     .doc = "a fine surface that follows the body, written into skin/ with every frame"},
+    {.name = "camera",
+     .type = FLESH_KEY_OBJECT,
+     .offset = offsetof(flesh_scene_output, camera),
+     .default_value = "{}",
+     .children = camera_table,
+     .doc = "from where `flesh snap` and `flesh film` see the scene"},
+    {.name = NULL},
+};

@@ -1,0 +1,132 @@
+/* solver_keys.c: the keys of a scene's solver. */
+#include "scene/scene_keys.h"
+
+#include <assert.h>
+#include <stddef.h>
+
+#include "linear/preconditioner.h"
+
+/* Choices are read as int into fields of enum type. */
+static_assert(sizeof(flesh_linear_solver) == sizeof(int), "enums must have the size of int");
+
+/* In the order of the enums. */
+static const char *const linear_solvers[] = {"pcg", "klu", "cholmod", NULL};
+static_assert(sizeof linear_solvers / sizeof *linear_solvers == FLESH_LINEAR_CHOLMOD + 2, "a name of every solver");
+static const char *const projections[] = {"when_indefinite", "always", "never", NULL};
+static_assert(sizeof projections / sizeof *projections == FLESH_PROJECT_NEVER + 2, "a name of every projection");
+/* In the order of flesh_eigenvalue_filter. */
+static const char *const eigenvalue_filters[] = {"none", "clamp", "absolute", "trust-region", "auto", NULL};
+static_assert(sizeof eigenvalue_filters / sizeof *eigenvalue_filters == FLESH_FILTER_AUTO + 2, "a name of every filter");
+/* In the order of the bits FLESH_TECHNIQUE_NEGATIVE_CURVATURE... */
+static const char *const techniques[] = {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle", NULL};
+static_assert(1 << (sizeof techniques / sizeof *techniques - 1) == FLESH_TECHNIQUES_ALL + 1, "a name of every technique");
+static const char *const line_searches[] = {"potential", "none", "residual", NULL};
+static_assert(sizeof line_searches / sizeof *line_searches == FLESH_LINE_SEARCH_RESIDUAL + 2, "a name of every search");
+
+/* The defaults are those of flesh_solver_options_default; a test compares them. */
+const flesh_key flesh_solver_table[] = {
+    {.name = "newton_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, newton_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-6",
+     .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
+            "the applied load's and the first iterate's; where obstacles, prescribed places or springs may have gone "
+            "on at once, and in statics, the first iterate's counts at most as the largest force at the current one: "
+            "of loads, contact, inertia, elements and reactions"},
+    {.name = "linear_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, linear_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-2",
+     .doc = "residual reduction of each iterative linear solve"},
+    {.name = "max_newton",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_newton),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "1200",
+     .doc = "Newton iterations per solve; every 300 must gain a tenth of what has been gained"},
+    {.name = "max_linear",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_linear),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "2000",
+     .doc = "iterations per linear solve; one that they do not end is left to a direct factorisation, "
+            "unless that costs more"},
+    {.name = "max_cutbacks",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, max_cutbacks),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "8",
+     .doc = "how often a step or load increment that fails may be halved"},
+    {.name = "linear_solver",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, linear_solver),
+     .choices = linear_solvers,
+     .default_value = "pcg",
+     .doc = "pcg: preconditioned conjugate gradients; klu: sparse LU; cholmod: sparse Cholesky, "
+            "where built in"},
+    {.name = "preconditioner",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, preconditioner),
+     .choices = flesh_preconditioner_names,
+     .default_value = "auto",
+     .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
+            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; auto: "
+            "two-level, "
+            "or ic on meshes of a few hundred nodes"},
+    {.name = "project",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, project),
+     .choices = projections,
+     .default_value = "when_indefinite",
+     .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
+            "shows, always, "
+            "or never"},
+    {.name = "eigenvalue_filter",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, eigenvalue_filter),
+     .choices = eigenvalue_filters,
+     .default_value = "auto",
+     .doc = "what projection makes of negative eigenvalues: clamp: zero; absolute: their absolute values; "
+            "trust-region: zero after a filtered step whose decrease was predicted to 1 %, else "
+            "absolute; auto: the same in dynamics, absolute in statics; none: they stay, as with project: never"},
+    {.name = "line_search",
+     .type = FLESH_KEY_CHOICE,
+     .offset = offsetof(flesh_solver_options, line_search),
+     .choices = line_searches,
+     .default_value = "potential",
+     .doc = "potential: full steps guarded by a search on the incremental potential; none: plain full "
+            "Newton steps; "
+            "residual: KINSOL's line search on the residual"},
+    {.name = "techniques",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_solver_options, techniques),
+     .choices = techniques,
+     .may_be_empty = 1,
+     .default_value = "[negative_curvature, nonlinear_elimination, watchdog, untangle]",
+     .doc = "what helps where plain Newton steps are slow or a body is tangled; [] for none of it. negative_curvature: "
+            "steps that prove too short are lengthened where few nodes carry the residual (a crease, a tet that turns "
+            "inside out), after a cut, or time and again; and where few do, with pcg and project: when_indefinite, the "
+            "true Hessian is followed downhill along negative curvature. nonlinear_elimination: where a step went "
+            "otherwise than predicted and left few nodes that carry the residual, these and their neighbours are "
+            "solved for alone before the next (line_search: potential). watchdog: where steps are cut by what is "
+            "stiff, which a straight step cannot turn, a longer one is tried, with Newton steps from there; taken if "
+            "the potential ends lower (line_search: potential). untangle: near equilibrium, nodes of tets that stay "
+            "inverted, collapsed or wound once more around an edge, and are held so by no load, are repositioned by "
+            "their neighbours and the rest shape (counted in the results)"},
+    {.name = "accept_unconverged",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_solver_options, accept_unconverged),
+     .default_value = "false",
+     .doc = "true: a solve that ends at max_newton counts all the same, as in programs that take a "
+            "fixed number of iterations; false: the step is retried in halves and fails"},
+    {.name = "threads",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, threads),
+     .range = FLESH_RANGE_NOT_NEGATIVE,
+     .default_value = "1",
+     .doc = "threads of a solve, at most 256; 0: one for each processor the process may use; results "
+            "do not depend on it"},
+    {.name = NULL},
+};
