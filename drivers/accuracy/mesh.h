@@ -73,6 +73,12 @@ int flesh_accuracy_run_meshes(const flesh_accuracy_plan *plan, flesh_accuracy_me
 double flesh_accuracy_time_mesh(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
                                 const flesh_accuracy_mesh_row *row, const flesh_accuracy_row *step);
 
+/* The CPU time [s] at which the element's runs pass an error over the motion, along straight lines in log-log; that of
+ * its coarsest where it is as good already. Beyond its finest *beyond is 1, and it is the least that it can take: with
+ * errors that fall as well as they can, by order 2 with linear and 3 with quadratic displacements, and time that grows
+ * with the tets alone. NaN: not known. */
+double flesh_accuracy_time_to(const flesh_accuracy_meshes *meshes, int element, double error, int *beyond);
+
 /* The least CPU time for errors of mesh and step that add up to `error` over the motion at most. */
 flesh_accuracy_choice flesh_accuracy_choose(const flesh_accuracy_plan *plan, const flesh_accuracy_meshes *meshes,
                                             double error);

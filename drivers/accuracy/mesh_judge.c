@@ -71,3 +71,31 @@ flesh_accuracy_choice flesh_accuracy_choose(const flesh_accuracy_plan *plan, con
   }
   return best;
 }
+
+/* The element's run with the fewest tets above `tets`; NULL: there is none. */
+static const flesh_accuracy_mesh_row *next_finer(const flesh_accuracy_meshes *meshes, int element, int tets)
+{
+  const flesh_accuracy_mesh_row *best = NULL;
+  for (int k = 0; k < meshes->row_count; k++) {
+    const flesh_accuracy_mesh_row *row = &meshes->rows[k];
+    if (row->element != element || !row->done || row->status || isnan(row->error) || row->tets <= tets) continue;
+    if (!best || row->tets < best->tets) best = row;
+  }
+  return best;
+}
+
+double flesh_accuracy_time_to(const flesh_accuracy_meshes *meshes, int element, double error, int *beyond)
+{
+  const flesh_accuracy_mesh_row *before = NULL, *row = next_finer(meshes, element, 0);
+  *beyond = 0;
+  if (row && row->error <= error) return row->cpu_s;
+  for (; row && row->error > error; before = row, row = next_finer(meshes, element, row->tets))
+    ;
+  if (!row && before) {
+    *beyond = 1;
+    return before->cpu_s * pow(before->error / error, element == FLESH_ELEMENT_TET4 ? 3. / 2 : 3. / 3);
+  }
+  if (!row || !(row->error < before->error) || !(row->cpu_s > before->cpu_s)) return NAN;
+  const double slope = log(row->cpu_s / before->cpu_s) / log(row->error / before->error);
+  return row->cpu_s * exp(slope * log(error / row->error));
+}

@@ -78,7 +78,7 @@ static void print_step(FILE *stream, int method, const char *step)
 static void print_share(FILE *stream, double share, int below)
 {
   if (isnan(share)) fputs("-", stream);
-  else fprintf(stream, "%s%.2g %%", below ? "under " : "", 100 * share);
+  else fprintf(stream, share < 1 ? "%s%.2g %%" : "%s%.0f %%", below ? "under " : "", 100 * share);
 }
 
 static void say_reference(const flesh_accuracy_meshes *meshes, FILE *stream)
@@ -191,6 +191,25 @@ static void say_choice(const flesh_accuracy_meshes *meshes, double share, const 
   fputs(").\n", stream);
 }
 
+/* What the same error costs with each element. */
+static void say_times(const flesh_accuracy_meshes *meshes, double share, FILE *stream)
+{
+  int beyond, count = 0;
+  const double open = meshes->uncertainty / meshes->motion;
+  const double best = flesh_accuracy_time_to(meshes, meshes->first, share, &beyond);
+  if (share < open) return;
+  fprintf(stream, "To a mesh error of %g %%:", 100 * share);
+  for (int e = FLESH_ELEMENT_COUNT - 1; e >= FLESH_ELEMENT_TET4; e--) {
+    const double time = flesh_accuracy_time_to(meshes, e, share, &beyond);
+    if (isnan(time)) continue;
+    const char *least = beyond ? "at least " : "";
+    fprintf(stream, time < 100 ? "%s %s %s%.2g s" : "%s %s %s%.0f s", count++ ? "," : "", element_name(e), least, time);
+    if (e != meshes->first && !isnan(best))
+      fprintf(stream, time / best < 100 ? ", %s%.2g times as much" : ", %s%.0f times as much", least, time / best);
+  }
+  fputs(count ? ".\n" : " no run tells.\n", stream);
+}
+
 static void say_orders(const flesh_accuracy_meshes *meshes, FILE *stream)
 {
   int count = 0;
@@ -220,6 +239,7 @@ void flesh_accuracy_say_meshes(const flesh_accuracy_plan *plan, const flesh_accu
   }
   say_own(plan, meshes, stream);
   for (int s = 0; s < 3; s++) say_choice(meshes, flesh_accuracy_shares[s], &timed[s], stream);
+  say_times(meshes, 0.01, stream);
   say_orders(meshes, stream);
   if (meshes->point_load)
     fprintf(stream, "warning: %s acts at single nodes: under refinement it digs a dent, so that no mesh is fine enough and "

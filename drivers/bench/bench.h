@@ -48,6 +48,7 @@ typedef struct flesh_bench_row {
   const char *name;
   flesh_energy energy;
   double poisson;
+  flesh_element element;
   int tets, nodes, threads;
   flesh_bench_time time;
   /* Kernels: the least bytes moved and operations done, by count, and the time they take at the
@@ -79,6 +80,7 @@ typedef struct flesh_bench_plan {
   int repeats, steps;
   double tolerance;
   flesh_instructions instructions;
+  flesh_element element; /* of the steps; kernels are of four-node tets */
   int quiet; /* nothing on stdout while measuring */
 
   int ceiling_count;

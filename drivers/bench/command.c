@@ -142,6 +142,14 @@ static int take_instructions(flesh_bench_plan *plan, const char *text)
   return flesh_instructions_find(plan->instructions, &usable);
 }
 
+static int take_element(flesh_bench_plan *plan, const char *text)
+{
+  for (int e = FLESH_ELEMENT_TET4; e < FLESH_ELEMENT_COUNT; e++)
+    if (!strcmp(text, flesh_element_name((flesh_element)e))) plan->element = (flesh_element)e;
+  return plan->element ? FLESH_OK
+                       : flesh_fail(FLESH_ERR_ARGUMENT, "--element is '%s'; it must be tet4, tet10 or tet10-mean", text);
+}
+
 /* All cases of one bar; kernels at its first ratio only, on which their work does not depend. */
 static int measure_bar(flesh_bench_plan *plan, int size, flesh_energy energy, int ratio)
 {
@@ -152,7 +160,7 @@ static int measure_bar(flesh_bench_plan *plan, int size, flesh_energy energy, in
       int kernels = !strcmp(plan->cases[c], "kernels"), noted = 0;
       for (int k = 0; k < plan->memory_count; k++)
         noted |= plan->memory[k].tets == flesh_mesh_tet_count(bar.mesh);
-      if (kernels && ratio == 0) status = flesh_bench_kernels(plan, &bar, plan->threads[t]);
+      if (kernels && ratio == 0 && plan->element == FLESH_ELEMENT_TET4) status = flesh_bench_kernels(plan, &bar, plan->threads[t]);
       if (!kernels)
         status = flesh_bench_steps(plan, &bar, plan->cases[c], plan->threads[t], !noted);
       if (!status && flesh_interrupt_signal())
@@ -177,7 +185,7 @@ static int measure(flesh_bench_plan *plan)
 int flesh_command_bench(int argc, char **argv)
 {
   const char *sizes = "6000,48x13x13", *energies = "S", *poissons = "0.45,0.49", *threads = "1";
-  const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto";
+  const char *cases = "kernels,swing,twist,crush,drop,static", *instructions = "auto", *element = "tet4";
   int json = 0;
   flesh_bench_plan *plan = calloc(1, sizeof *plan);
   if (!plan) return flesh_command_fail("bench", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
@@ -191,6 +199,8 @@ int flesh_command_bench(int argc, char **argv)
       {"poisson", "LIST", FLESH_OPTION_TEXT, &poissons, "Poisson's ratios (default 0.45,0.49)"},
       {"threads", "LIST", FLESH_OPTION_TEXT, &threads, "numbers of threads (default 1)"},
       {"cases", "LIST", FLESH_OPTION_TEXT, &cases, "of kernels,swing,twist,crush,drop,static (default all)"},
+      {"element", "tet4|tet10|tet10-mean", FLESH_OPTION_TEXT, &element,
+       "of the steps (default tet4); with ten nodes no kernels are measured"},
       {"steps", "N", FLESH_OPTION_COUNT, &plan->steps, "steps of a case (default 10)"},
       {"repeats", "N", FLESH_OPTION_COUNT, &plan->repeats, "repeats of everything, at most 101 (default 3)"},
       {"tolerance", "TAU", FLESH_OPTION_POSITIVE, &plan->tolerance, "of Newton's iteration (default 1e-6)"},
@@ -212,6 +222,7 @@ int flesh_command_bench(int argc, char **argv)
   if (!status) status = each(plan, "poisson", poissons, take_poisson);
   if (!status) status = each(plan, "threads", threads, take_threads);
   if (!status) status = each(plan, "cases", cases, take_case);
+  if (!status) status = take_element(plan, element);
   if (!status) status = take_instructions(plan, instructions);
   flesh_interrupt_watch();
   flesh_folder_claim claim = {.descriptor = -1};

@@ -263,6 +263,7 @@ int flesh_bench_kernels(flesh_bench_plan *plan, const flesh_bench_bar *bar, int 
                            .name = own->name,
                            .energy = bar->material.energy,
                            .poisson = bar->material.poisson,
+                           .element = FLESH_ELEMENT_TET4,
                            .tets = (int)tets,
                            .nodes = (int)nodes,
                            .threads = threads};

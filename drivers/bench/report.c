@@ -152,7 +152,7 @@ static int write_csv(const flesh_bench_plan *plan)
   fputs(
       "group,name,energy,poisson,tets,nodes,threads,status,wall_s,cpu_s,scatter,repeats,ns_per_tet,"
       "bytes,operations,floor_s,level,steps,newton,linear,assemblies,projections,backtracks,"
-      "answer\n",
+      "answer,element\n",
       file.stream);
   for (int k = 0; k < plan->row_count; k++) {
     const flesh_bench_row *row = &plan->rows[k];
@@ -172,6 +172,7 @@ static int write_csv(const flesh_bench_plan *plan)
             row->steps, row->newton, row->linear, row->assemblies, row->projections,
             row->backtracks);
     flesh_table_field(file.stream, is_kernel(row) ? NAN : row->answer);
+    fprintf(file.stream, ",%s", flesh_element_name(row->element));
     putc('\n', file.stream);
   }
   return flesh_file_commit(&file);
@@ -209,6 +210,7 @@ static json_t *row_json(const flesh_bench_plan *plan, const flesh_bench_row *row
       row->nodes, "threads", row->threads, "status", flesh_status_name(row->status), "wall_s",
       flesh_json_number(row->time.wall_s), "cpu_s", flesh_json_number(row->time.cpu_s), "scatter",
       flesh_json_number(row->time.scatter), "repeats", row->time.repeats);
+  json_object_set_new(o, "element", json_string(flesh_element_name(row->element)));
   if (is_kernel(row)) {
     json_object_set_new(o, "bytes", flesh_json_number(row->bytes));
     json_object_set_new(o, "operations", flesh_json_number(row->operations));

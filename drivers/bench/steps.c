@@ -31,6 +31,12 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy en
   int status =
       flesh_material_from_young(energy, flesh_form_default_constants(energy), 1e5, poisson, &bar->material);
   if (!status) status = flesh_mesh_box(cells, extent, (double[]){0, 0, 0}, &bar->mesh);
+  if (!status && plan->element != FLESH_ELEMENT_TET4) {
+    flesh_mesh *raised;
+    status = flesh_mesh_raise_order(bar->mesh, &raised);
+    flesh_mesh_destroy(&bar->mesh);
+    bar->mesh = raised;
+  }
   if (status) return status;
   bar->mesh_bytes = held() - before;
   int tets = flesh_mesh_tet_count(bar->mesh);
@@ -40,7 +46,8 @@ int flesh_bench_bar_open(const flesh_bench_plan *plan, int size, flesh_energy en
   bar->body = (flesh_body){.mesh = bar->mesh,
                            .density = bar->density,
                            .materials = &bar->material,
-                           .instructions = plan->instructions};
+                           .instructions = plan->instructions,
+                           .element = plan->element};
   return FLESH_OK;
 }
 
@@ -92,9 +99,9 @@ static int hold(run *r)
     flesh_keyframe keys[2] = {{.t = 0}, {.t = 0.5}};
     if (twist) keys[1].rotation[0] = 3.14159265358979;
     else keys[1].translation[0] = -0.4;
-    const double *extent =
-        flesh_mesh_positions(r->bar->mesh) + 3 * (size_t)(flesh_mesh_node_count(r->bar->mesh) - 1);
-    flesh_motion motion = {2, keys, {1, extent[1] / 2, extent[2] / 2}, 0};
+    flesh_mesh_info info;
+    flesh_mesh_inspect(r->bar->mesh, &info);
+    flesh_motion motion = {2, keys, {1, info.high[1] / 2, info.high[2] / 2}, 0};
     status = flesh_system_add_prescribed_motion(r->system, face(r->bar->mesh, 1, nodes), nodes, FLESH_AXES_ALL,
                                      &motion, -INFINITY, INFINITY);
   }
@@ -197,6 +204,7 @@ int flesh_bench_steps(flesh_bench_plan *plan, const flesh_bench_bar *bar, const 
                          .name = name,
                          .energy = bar->material.energy,
                          .poisson = bar->material.poisson,
+                         .element = bar->body.element,
                          .tets = flesh_mesh_tet_count(bar->mesh),
                          .nodes = flesh_mesh_node_count(bar->mesh),
                          .threads = threads,

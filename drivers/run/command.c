@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "run/locking.h"
 #include "shared/interrupt.h"
 #include "shared/options.h"
 #include "shared/overrides.h"
@@ -74,27 +75,6 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
 static const char *const methods = &(FLESH_METHOD_LIST(METHOD_NAME))[1];
 #undef METHOD_NAME
 
-/* How far linear tets fall short: a clamped bar of 4 x 1 x 1 m that bends under its weight, of S, against the limit of
- * fine meshes. */
-static void warn_of_locking(const flesh_body *body)
-{
-  static const struct {
-    double from, poisson;
-    int coarse, fine; /* % */
-  } locking[] = {{0.4995, 0.4999, 91, 88}, {0.495, 0.499, 84, 64}, {0.47, 0.49, 51, 22}};
-  double largest = 0;
-  for (int e = 0; body->materials && e < flesh_mesh_tet_count(body->mesh); e++) {
-    const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[e] : 0];
-    if (material->poisson > largest) largest = material->poisson;
-  }
-  if (flesh_mesh_order(body->mesh) == 2 || largest < locking[2].from) return;
-  int k = 0;
-  while (largest < locking[k].from) k++;
-  printf("warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (at %g a bar of 5 000 tets bends "
-         "%d %% too little, of 53 000 %d %%); set body.element: tet10-mean\n",
-         largest, locking[k].poisson, locking[k].coarse, locking[k].fine);
-}
-
 static void describe_springs(const flesh_system *system)
 {
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
@@ -123,7 +103,7 @@ static void describe(const flesh_scene *scene)
     printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
   flesh_materials_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
-  warn_of_locking(flesh_scene_body(scene));
+  flesh_warn_of_locking(scene, stdout);
   const char *preconditioner = flesh_preconditioner_used(scene);
   if (preconditioner) printf("preconditioner: %s\n", preconditioner);
   fflush(stdout);

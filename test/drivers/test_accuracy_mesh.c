@@ -136,6 +136,28 @@ static void a_step_that_dominates_is_told(void)
   free(text);
 }
 
+/* Between runs errors fall as a power of the time; beyond the finest, which is 20 times too far off for tet4, they fall by
+ * order 2 at best, for 20^(3/2) times the tets. */
+static void times_to_an_error_are_interpolated(void)
+{
+  made_up m;
+  int beyond;
+  make(&m, (const double[]){0.51, 0.02, 0.005, 0.2}, (const double[]){0.02, 0.0001, 0.00003}, 0.001);
+  const double tet4 = flesh_accuracy_time_to(&m.meshes, FLESH_ELEMENT_TET4, 0.01, &beyond);
+  CHECK(beyond);
+  CHECK_NEAR(tet4, 0.1 * pow(20, 1.5), 1e-9 * tet4);
+  const double mean = flesh_accuracy_time_to(&m.meshes, FLESH_ELEMENT_TET10_MEAN, 0.01, &beyond);
+  CHECK(!beyond);
+  CHECK_NEAR(mean, sqrt(0.02 * 0.3), 1e-12); /* half-way, in logarithms, from 2 to 0.5 % */
+  CHECK_NEAR(flesh_accuracy_time_to(&m.meshes, FLESH_ELEMENT_TET10_MEAN, 0.1, &beyond), 0.02, 0);
+  CHECK(isnan(flesh_accuracy_time_to(&m.meshes, FLESH_ELEMENT_TET10, 0.1, &beyond)));
+  char *text = words(&m);
+  CHECK_TEXT(text, "To a mesh error of 1 %: tet10-mean 0.077 s, tet4 at least 8.9 s, at least 115 times as much.");
+  free(text);
+  m.meshes.rows[3].error = 0.005;
+  CHECK(flesh_accuracy_time_to(&m.meshes, FLESH_ELEMENT_TET4, 0.01, &beyond) < 0.1 && !beyond);
+}
+
 static void what_the_reference_leaves_open_is_not_told(void)
 {
   made_up m;
@@ -162,5 +184,6 @@ static void what_the_reference_leaves_open_is_not_told(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(orders_are_found), TEST(a_mesh_that_dominates_is_told),
-                   TEST(a_step_that_dominates_is_told), TEST(what_the_reference_leaves_open_is_not_told));
+                   TEST(a_step_that_dominates_is_told), TEST(times_to_an_error_are_interpolated),
+                   TEST(what_the_reference_leaves_open_is_not_told));
 }

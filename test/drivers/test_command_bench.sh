@@ -108,6 +108,19 @@ assert abs(a['answer_m'] / b['answer_m'] - 1) < 1e-6, (a, b)
 END
 }
 
+# Ten-node tets: the steps alone, of a body that bends more.
+elements_are_measured() {
+  expect 0 "$flesh" bench --cells 12x2x2 --poisson 0.49 --cases kernels,swing --steps 3 --repeats 1 --out four || return 1
+  expect 0 "$flesh" bench --cells 12x2x2 --poisson 0.49 --cases kernels,swing --steps 3 --repeats 1 --element tet10-mean \
+    --out ten || return 1
+  awk -F , 'FNR == 1 { for (c = 1; c <= NF; c++) at[$c] = c; next }
+    { n[$at["element"], $at["group"]]++ } $at["name"] == "swing" { nodes[$at["element"]] = $at["nodes"]; sag[$at["element"]] = $at["answer"] }
+    END { exit !(n["tet4", "kernel"] == 10 && n["tet10-mean", "kernel"] == 0 && n["tet10-mean", "step"] == 1 &&
+                 nodes["tet4"] == 117 && nodes["tet10-mean"] == 625 && sag["tet10-mean"] > sag["tet4"]) }' four/bench.csv \
+    ten/bench.csv || { cat four/bench.csv ten/bench.csv; return 1; }
+  expect 2 "$flesh" bench --element tet5 && has stderr.txt "--element is 'tet5'; it must be tet4, tet10 or tet10-mean"
+}
+
 nonsense_is_refused() {
   expect 2 "$flesh" bench --cells 5 && has stderr.txt "'5' is neither" &&
     expect 2 "$flesh" bench --cells 0x1x1 && has stderr.txt 'at least one cell' &&
@@ -122,4 +135,5 @@ nonsense_is_refused() {
 }
 
 run_tests it_ends_well every_measurement_is_a_row threads_do_the_same_work cases_are_what_they_say \
-  the_json_says_the_same growth_is_fitted_from_where_it_says pictures_are_drawn instructions_agree nonsense_is_refused
+  the_json_says_the_same growth_is_fitted_from_where_it_says pictures_are_drawn instructions_agree elements_are_measured \
+  nonsense_is_refused
