@@ -209,6 +209,13 @@ def test_options_are_checked(system):
     options = flesh.SolverOptions(linear_solver="klu", threads=2)
     assert options.linear_solver == "klu" and flesh.SolverOptions().linear_solver == "pcg"
     assert flesh.SolverOptions().preconditioner == "auto" and flesh.SolverOptions(preconditioner="two-level")
+    assert set(options.techniques) == {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle"}
+    options.techniques = ["watchdog", "untangle"]
+    assert options.techniques == ("watchdog", "untangle") and options._struct.techniques == 12
+    options.techniques = ()
+    with pytest.raises(flesh.ArgumentError, match="one of negative_curvature"):
+        options.techniques = "prayer"
+    assert "ic" in flesh.SolverOptions.preconditioner.__doc__
     with pytest.raises(flesh.ArgumentError, match="did you mean 'newton_tolerance'"):
         flesh.SolverOptions(newton_tolerence=1)
     with pytest.raises(flesh.ArgumentError, match="did you mean"):
