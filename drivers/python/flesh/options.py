@@ -3,7 +3,7 @@ import numpy as np
 
 from ._arrays import Field, Flags, Names, Options, Record
 from ._callbacks import call
-from ._library import lib
+from ._library import ffi, lib
 
 __all__ = ["SolverOptions", "MethodOptions", "AdaptiveOptions", "SolveStats", "Progress", "Failure", "EnergyBalance",
            "METHODS", "method_order"]
@@ -53,9 +53,8 @@ class MethodOptions(Options):
         ArgumentError: a value out of its range.
     """
     _ctype = "flesh_method_options"
-    alpha: float = Field("of hht, in [-1/3, 0]")
-    beta: float = Field("of newmark, in [gamma/2, 1]")
-    gamma: float = Field("of newmark, in [1/2, 1]")
+    for _name, _type in ffi.typeof("flesh_method_options").fields:
+        vars()[_name] = Field(f"see time.{_name} in flesh.schema()")
 
     def __init__(self, **values):
         super().__init__(**values)

@@ -37,9 +37,11 @@ def test_a_material_has_the_constants_it_was_given():
     assert flesh.Material.from_lame("E", "raw", 1e4, 1e5).lambda_ == 1e5
     assert flesh.Material.from_young("E", "matched", 1e5, 0.3).mu == pytest.approx(mu)
     assert flesh.Material("Fung", young=1e5, poisson=0.3, exponent=0.5).exponent == 0.5
-    assert set("SEBD") <= set(flesh.FORMS)
+    assert set("SEBD") <= set(flesh.FORMS) and {"exponent", "links"} <= set(flesh.FORM_CONSTANTS)
     for arguments, words in (((("Q",), {"young": 1, "poisson": 0}), "Neo"),
                              ((("S",), {"young": 1, "poisson": 0.5}), "0.5"),
+                             ((("S",), {"young": 1, "poisson": 0, "exponent": 1}), "exponent"),
+                             ((("S",), {"young": 1, "poisson": 0, "poison": 1}), "no 'poison'"),
                              ((("S",), {"mu": 1}), "lambda")):
         with pytest.raises(flesh.ArgumentError, match=words):
             flesh.Material(*arguments[0], **arguments[1])
