@@ -126,6 +126,12 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
         assert report.passes(1e-6), (effect, report)
         assert report.potential[0] < 1e-6 and effect.role in flesh.ROLES
     assert np.array_equal(flesh.Gravity(body, GRAVITY).acceleration, GRAVITY)
+    spring, wide = (flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=radius) for radius in (0, 0.75))
+    assert spring.radius == 0 and wide.radius == 0.75 and np.allclose(wide.point, (2, 1, 1), atol=1e-12)
+    assert flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=None).radius == pytest.approx(0.1)
+    assert wide.check_derivatives(mesh, bent, t=0.5).passes()
+    pulls = [np.abs(flesh.System(mesh, [one]).residual(mesh.positions)).max() for one in (spring, wide)]
+    assert pulls[0] == pytest.approx(50) and pulls[1] < 40  # of one node, of several
 
 
 def test_a_systems_parts_belong_together(mesh, body, bent, rng):
