@@ -61,7 +61,7 @@ known() {
         given=$(printf '%s\n' $rest | grep -v '^-' | sort | tr '\n' ' ')
         list=build_packages
         case "$given" in python3-*) list=python_packages ;; esac
-        wanted=$(root=$top CC='' sh -c '. "$root/drivers/setup.sh"; '$list | cut -d' ' -f1 | sort | tr '\n' ' ')
+        wanted=$(root=$top CC='' sh -c '. "$root/drivers/setup.sh"; '"$list" | cut -d' ' -f1 | sort | tr '\n' ' ')
         [ "$wanted" = "$given" ] || echo "packages are $given; setup.sh has $wanted"
         ;;
       *) echo "not a command that the test run covers: $first $second $third $rest" ;;

@@ -75,18 +75,18 @@ class Names:
     def __init__(self, enum, prefix, name_function=None):
         self.enum = enum
         self.words = {}
-        for value, name in sorted(ffi.typeof(enum).elements.items()):
+        for name, value in sorted(ffi.typeof(enum).relements.items(), key=lambda row: row[1]):
             word = name_function and text(name_function(value))
             if name.startswith(prefix) and not name.endswith("_COUNT") and word != "unknown":
                 self.words[word or name[len(prefix):].lower()] = value
         self._by_value = {value: word for word, value in self.words.items()}
-        self._plain = {word.lower().replace("-", "_"): value for word, value in self.words.items()}
 
     def value(self, word, name):
         """The number of a word. ArgumentError, with the words that there are, for any other."""
         if word in self.words:
             return self.words[word]
-        found = self._plain.get(word.lower().replace("-", "_")) if isinstance(word, str) else None
+        plain = {known.lower().replace("-", "_"): value for known, value in self.words.items()}
+        found = plain.get(word.lower().replace("-", "_")) if isinstance(word, str) else None
         if found is None:
             raise ArgumentError(f"{name} is {word!r}; it must be one of {', '.join(self.words)}")
         return found
@@ -96,11 +96,26 @@ class Names:
         return self._by_value.get(int(value), str(int(value)))
 
 
+class Flags(Names):
+    """The same for an enum of bits: a tuple of words stands for their sum."""
+
+    def __init__(self, enum, prefix):
+        super().__init__(enum, prefix)
+        self.words = {word: bit for word, bit in self.words.items() if bit & (bit - 1) == 0}
+
+    def value(self, word, name):
+        words = [word] if isinstance(word, str) else word
+        return sum({super(Flags, self).value(one, name) for one in words})
+
+    def word(self, value):
+        return tuple(word for word, bit in self.words.items() if value & bit)
+
+
 class Field:
     """A member of a struct as an attribute of its Python object: numbers, arrays, or words of an enum."""
 
     def __init__(self, doc, names=None):
-        self.__doc__ = doc
+        self.__doc__ = f"{doc}: {', '.join(names.words)}" if names else doc
         self.names = names
 
     def __set_name__(self, owner, name):

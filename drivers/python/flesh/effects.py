@@ -148,13 +148,34 @@ class Gravity(Effect):
 class Spring(Effect):
     """A spring of `stiffness` N/m from the body's point nearest to `point` [3] m at rest to a moving target.
 
-    `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s.
+    `target` is a Motion whose translation is the target's place, or a fixed place [3] m; start <= t < until, s. It pulls
+    all of the body within `radius` m of that point, weighted; 0: the point alone, whose dent deepens as the mesh is
+    refined; None: a twentieth of the body's longest side.
     """
 
-    def __init__(self, body: Body, point, stiffness: float, target, start: float = 0.0, until: float = np.inf):
+    def __init__(self, body: Body, point, stiffness: float, target, start: float = 0.0, until: float = np.inf,
+                 radius: Optional[float] = 0.0):
         motion = target if isinstance(target, Motion) else Motion.fixed(target)
-        self._take(create("flesh_effect", lib.flesh_effect_spring, body._struct, _vector(point, "point"),
-                          float(stiffness), motion._struct, float(start), float(until)), body)
+        within = (motion._struct, float(start), float(until))
+        if radius == 0:
+            made = create("flesh_effect", lib.flesh_effect_spring, body._struct, _vector(point, "point"),
+                          float(stiffness), *within)
+        else:
+            made = create("flesh_effect", lib.flesh_effect_spring_within, body._struct, _vector(point, "point"),
+                          np.nan if radius is None else float(radius), float(stiffness), *within)
+        self._take(made, body)
+
+    @property
+    def radius(self) -> float:
+        """How far from its point it pulls, m."""
+        return lib.flesh_effect_spring_radius(self._pointer, ffi.NULL)
+
+    @property
+    def point(self) -> np.ndarray:
+        """[3] where it is fixed to the body at rest, m."""
+        place = np.empty(3)
+        lib.flesh_effect_spring_radius(self._pointer, pointer(place))
+        return place
 
 
 class Damping(Effect):

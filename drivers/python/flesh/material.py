@@ -9,7 +9,7 @@ from ._callbacks import call
 from ._library import ffi, lib
 from .errors import ArgumentError
 
-__all__ = ["Material", "Psi", "SmallStrain", "EigenPairs", "FORMS", "CONSTANTS"]
+__all__ = ["Material", "Psi", "SmallStrain", "EigenPairs", "FORMS", "CONSTANTS", "FORM_CONSTANTS"]
 
 _FORMS = Names("flesh_energy", "FLESH_ENERGY_", lib.flesh_energy_name)
 _CONSTANTS = Names("flesh_constants", "FLESH_CONSTANTS_", lib.flesh_constants_name)
@@ -18,6 +18,9 @@ FORMS = tuple(name for name in _FORMS.words if name != "user")
 """Names of the built-in forms, as in a scene."""
 CONSTANTS = tuple(_CONSTANTS.words)
 """How small-strain constants become those of a form: used as they are, matched at rest, or (D) as E's."""
+FORM_CONSTANTS = tuple(name for name, _type in ffi.typeof("flesh_material_given").fields
+                       if name not in ("mu", "lambda", "young", "poisson"))
+"""Names of the constants that some form has beyond mu and lambda."""
 
 
 class Psi(Record):
@@ -64,8 +67,8 @@ class Material:
         poisson: Poisson's ratio of small strain, in (-1, 0.5).
         mu: Lame's mu of small strain, Pa.
         lambda_: Lame's lambda of small strain, Pa.
-        exponent: b of Fung's form.
-        links: N of Arruda & Boyce's form.
+        form_constants: what the form has beyond them: exponent=0.5 (b of Fung's), links=8 (N of Arruda & Boyce's);
+            see flesh.FORM_CONSTANTS.
 
     Raises:
         ArgumentError: constants that the form cannot have, with the limit.
@@ -73,13 +76,14 @@ class Material:
 
     def __init__(self, form: str = "S", constants: Optional[str] = None, *, young: Optional[float] = None,
                  poisson: Optional[float] = None, mu: Optional[float] = None, lambda_: Optional[float] = None,
-                 exponent: Optional[float] = None, links: Optional[float] = None):
+                 **form_constants: float):
         self._struct = ffi.new("flesh_material *")
         energy = _one_of("flesh_energy", form, lib.flesh_energy_from_name, "form")
         given = ffi.new("flesh_material_given *")
         lib.flesh_material_given_default(given)
-        for name, value in (("mu", mu), ("lambda", lambda_), ("young", young), ("poisson", poisson),
-                            ("exponent", exponent), ("links", links)):
+        for name, value in {"mu": mu, "lambda": lambda_, "young": young, "poisson": poisson, **form_constants}.items():
+            if name in form_constants and name not in FORM_CONSTANTS:
+                raise ArgumentError(f"a material has no {name!r}; constants of forms are {', '.join(FORM_CONSTANTS)}")
             if value is not None:
                 setattr(given, name, float(value))
         if constants is None:
@@ -162,15 +166,9 @@ class Material:
         """Rest offset of J that follows from mu and lambda; 1 where the form has none."""
         return self._struct.alpha
 
-    @property
-    def exponent(self) -> float:
-        """b of Fung's form; 0 for others."""
-        return self._struct.exponent
-
-    @property
-    def links(self) -> float:
-        """N of Arruda & Boyce's form; 0 for others."""
-        return self._struct.links
+    for _name in FORM_CONSTANTS:
+        vars()[_name] = property(lambda self, _name=_name: getattr(self._struct, _name),
+                                 doc="See body.material.{0} in flesh.schema(); 0 for other forms.".format(_name))
 
     @property
     def young(self) -> float:

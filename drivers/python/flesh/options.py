@@ -1,9 +1,9 @@
 """options.py: the options of solves and methods, and what is told of a step."""
 import numpy as np
 
-from ._arrays import Field, Names, Options, Record
+from ._arrays import Field, Flags, Names, Options, Record
 from ._callbacks import call
-from ._library import lib
+from ._library import ffi, lib
 
 __all__ = ["SolverOptions", "MethodOptions", "AdaptiveOptions", "SolveStats", "Progress", "Failure", "EnergyBalance",
            "METHODS", "method_order"]
@@ -13,6 +13,7 @@ _PRECONDITIONERS = Names("flesh_preconditioner", "FLESH_PRECONDITIONER_", lib.fl
 _PROJECT = Names("flesh_project", "FLESH_PROJECT_")
 FILTERS = Names("flesh_eigenvalue_filter", "FLESH_FILTER_")
 _LINE_SEARCH = Names("flesh_line_search", "FLESH_LINE_SEARCH_")
+_TECHNIQUES = Flags("flesh_technique", "FLESH_TECHNIQUE_")
 METHOD_NAMES = Names("flesh_method", "FLESH_METHOD_", lib.flesh_method_name)
 
 METHODS = tuple(METHOD_NAMES.words)
@@ -32,13 +33,13 @@ class SolverOptions(Options):
     max_newton: int = Field("iterations of a solve")
     max_linear: int = Field("iterations of a linear solve")
     max_cutbacks: int = Field("how often a failing step or load increment may be halved")
-    linear_solver: str = Field("pcg, klu or cholmod", _LINEAR)
-    preconditioner: str = Field("auto, two-level, ic, jacobi or none", _PRECONDITIONERS)
-    project: str = Field("when_indefinite, always or never: when Hessians are made positive semi-definite", _PROJECT)
-    eigenvalue_filter: str = Field("clamp, absolute, trust_region, auto: what becomes of negative eigenvalues", FILTERS)
-    line_search: str = Field("potential, none or residual", _LINE_SEARCH)
+    linear_solver: str = Field("who solves linear systems", _LINEAR)
+    preconditioner: str = Field("of pcg", _PRECONDITIONERS)
+    project: str = Field("when Hessians are made positive semi-definite", _PROJECT)
+    eigenvalue_filter: str = Field("what becomes of negative eigenvalues then", FILTERS)
+    line_search: str = Field("what guards a step", _LINE_SEARCH)
     accept_unconverged: int = Field("1: a solve that ends at max_newton counts all the same")
-    techniques: int = Field("bits: 1 negative curvature, 2 nonlinear elimination, 4 watchdog, 8 untangle")
+    techniques: tuple = Field("what helps where plain Newton steps are slow, as a tuple of", _TECHNIQUES)
     threads: int = Field("0: one for each processor; results do not depend on it")
 
     def _default(self):
@@ -52,9 +53,8 @@ class MethodOptions(Options):
         ArgumentError: a value out of its range.
     """
     _ctype = "flesh_method_options"
-    alpha: float = Field("of hht, in [-1/3, 0]")
-    beta: float = Field("of newmark, in [gamma/2, 1]")
-    gamma: float = Field("of newmark, in [1/2, 1]")
+    for _name, _type in ffi.typeof("flesh_method_options").fields:
+        vars()[_name] = Field(f"see time.{_name} in flesh.schema()")
 
     def __init__(self, **values):
         super().__init__(**values)

@@ -157,7 +157,7 @@ class PrescribedMotion(NamedTuple):
 
 def _axes(axes):
     if isinstance(axes, str) and axes and set(axes) <= set("xyz"):
-        return sum(1 << "xyz".index(letter) for letter in set(axes))
+        return sum(getattr(lib, f"FLESH_AXIS_{letter.upper()}") for letter in set(axes))
     raise ArgumentError(f"axes is {axes!r}; it must be some of 'xyz'")
 
 

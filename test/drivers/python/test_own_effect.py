@@ -82,6 +82,25 @@ class Nail(flesh.OwnEffect):
         return [np.abs(point.x - self.mesh.positions).max(), 9 * np.abs(point.x - self.mesh.positions).max()]
 
 
+class Linear(flesh.OwnEffect):
+    """r = A x of every cell, with a symmetric A [count, 3k, 3k] of its own."""
+    name = "linear"
+
+    def __init__(self, mesh, cells, matrices):
+        self.cells, self.matrices = np.asarray(cells), matrices
+        super().__init__(mesh, cells)
+
+    def residual(self, point):
+        count, k = self.cells.shape
+        r = np.zeros_like(point.x)
+        forces = np.einsum("cij,cj->ci", self.matrices, point.x[self.cells].reshape(count, 3 * k))
+        np.add.at(r, self.cells, forces.reshape(count, k, 3))
+        return r
+
+    def jacobian(self, point, shift):
+        return shift.x * self.matrices
+
+
 # Some pairs name the higher node first, as cells may.
 PAIRS = [(0, 44), (44, 3), (7, 3), (12, 30)]
 
@@ -114,6 +133,13 @@ def test_its_jacobian_is_in_the_systems(mesh, bent):
             expected[[a, b], d, [a, b], d] += 300
             expected[[a, b], d, [b, a], d] -= 300
     assert np.array_equal(K, expected.reshape(135, 135))
+    # Cells whose nodes come in any order, with matrices that no exchange of nodes leaves as they are.
+    some = np.random.default_rng(3).normal(size=(3, 12, 12))
+    linear = Linear(mesh, [(5, 1, 9, 3), (1, 2, 3, 4), (44, 9, 0, 5)], some + some.transpose(0, 2, 1))
+    assert linear.check_derivatives(mesh, bent).jacobian.max() < 1e-6
+    K = flesh.System(mesh, [linear]).jacobian(bent)
+    assert np.allclose(K @ bent.ravel(), flesh.System(mesh, [Linear(mesh, linear.cells, linear.matrices)])
+                       .residual(bent).ravel(), atol=1e-12)
     nail = flesh.System(mesh, [Nail(mesh)])
     assert np.array_equal(nail.jacobian(bent).toarray(), 9 * np.eye(135)) and nail.next_event(0.5) == 1
 

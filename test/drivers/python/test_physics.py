@@ -37,9 +37,11 @@ def test_a_material_has_the_constants_it_was_given():
     assert flesh.Material.from_lame("E", "raw", 1e4, 1e5).lambda_ == 1e5
     assert flesh.Material.from_young("E", "matched", 1e5, 0.3).mu == pytest.approx(mu)
     assert flesh.Material("Fung", young=1e5, poisson=0.3, exponent=0.5).exponent == 0.5
-    assert set("SEBD") <= set(flesh.FORMS)
+    assert set("SEBD") <= set(flesh.FORMS) and {"exponent", "links"} <= set(flesh.FORM_CONSTANTS)
     for arguments, words in (((("Q",), {"young": 1, "poisson": 0}), "Neo"),
                              ((("S",), {"young": 1, "poisson": 0.5}), "0.5"),
+                             ((("S",), {"young": 1, "poisson": 0, "exponent": 1}), "exponent"),
+                             ((("S",), {"young": 1, "poisson": 0, "poison": 1}), "no 'poison'"),
                              ((("S",), {"mu": 1}), "lambda")):
         with pytest.raises(flesh.ArgumentError, match=words):
             flesh.Material(*arguments[0], **arguments[1])
@@ -124,6 +126,12 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
         assert report.passes(1e-6), (effect, report)
         assert report.potential[0] < 1e-6 and effect.role in flesh.ROLES
     assert np.array_equal(flesh.Gravity(body, GRAVITY).acceleration, GRAVITY)
+    spring, wide = (flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=radius) for radius in (0, 0.75))
+    assert spring.radius == 0 and wide.radius == 0.75 and np.allclose(wide.point, (2, 1, 1), atol=1e-12)
+    assert flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=None).radius == pytest.approx(0.1)
+    assert wide.check_derivatives(mesh, bent, t=0.5).passes()
+    pulls = [np.abs(flesh.System(mesh, [one]).residual(mesh.positions)).max() for one in (spring, wide)]
+    assert pulls[0] == pytest.approx(50) and pulls[1] < 40  # of one node, of several
 
 
 def test_a_systems_parts_belong_together(mesh, body, bent, rng):
@@ -209,6 +217,13 @@ def test_options_are_checked(system):
     options = flesh.SolverOptions(linear_solver="klu", threads=2)
     assert options.linear_solver == "klu" and flesh.SolverOptions().linear_solver == "pcg"
     assert flesh.SolverOptions().preconditioner == "auto" and flesh.SolverOptions(preconditioner="two-level")
+    assert set(options.techniques) == {"negative_curvature", "nonlinear_elimination", "watchdog", "untangle"}
+    options.techniques = ["watchdog", "untangle"]
+    assert options.techniques == ("watchdog", "untangle") and options._struct.techniques == 12
+    options.techniques = ()
+    with pytest.raises(flesh.ArgumentError, match="one of negative_curvature"):
+        options.techniques = "prayer"
+    assert "ic" in flesh.SolverOptions.preconditioner.__doc__
     with pytest.raises(flesh.ArgumentError, match="did you mean 'newton_tolerance'"):
         flesh.SolverOptions(newton_tolerence=1)
     with pytest.raises(flesh.ArgumentError, match="did you mean"):

@@ -44,7 +44,10 @@ def interrupt(loop):
     assert child.stdout.readline() == "ready\n"
     time.sleep(0.7)
     child.send_signal(signal.SIGINT)
-    said, errors = child.communicate(timeout=100)
+    try:
+        said, errors = child.communicate(timeout=50)
+    finally:
+        child.kill()
     assert (child.returncode, said, errors) == (7, "interrupted\n", "")
 
 
