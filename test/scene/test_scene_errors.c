@@ -442,7 +442,7 @@ static void bad_states_are_refused_with_the_line(void)
       {"# t 1 2\n", "state.txt:1: "},
   };
   double x[6], v[6];
-  flesh_state state = {0, x, v};
+  flesh_state state = {.t = 0, .x = x, .v = v};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     CHECK(flesh_state_read(write_text("state.txt", bad[i].text), 2, &state) == FLESH_ERR_FILE);
     CHECK_TEXT(flesh_error_text(), bad[i].part);
