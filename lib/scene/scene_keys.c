@@ -80,7 +80,7 @@ const flesh_key flesh_material_table[] = {
      .offset = offsetof(flesh_scene_material, given.poisson),
      .range = FLESH_RANGE_POISSON,
      .default_value = "",
-     .doc = "Poisson's ratio; not negative where the constants are matched or as_e"},
+     .doc = "Poisson's ratio; 0.5 (of which volumes are kept exactly) with body.element tet10-mean only"},
 #define FORM_CONSTANT(FORM, name_, unit_, least, usual, doc_)                                                          \
   {.name = #name_,                                                                                                     \
    .type = FLESH_KEY_NUMBER,                                                                                           \
@@ -287,6 +287,13 @@ static const flesh_key start_table[] = {
 
 /* The defaults are those of flesh_solver_options_default; a test compares them. */
 static const flesh_key solver_table[] = {
+    {.name = "volume_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, volume_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-8",
+     .doc = "of bodies with poisson 0.5: how far the mean of J of a tet may be from 1 at the end of a step, if solving "
+            "on changes forces by more than newton_tolerance"},
     {.name = "newton_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, newton_tolerance),
