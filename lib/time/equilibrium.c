@@ -24,8 +24,8 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
   int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state,
                                        &(flesh_stage_end){&(solution){self->n, state->x}, find_end}, NULL, extensions,
                                        stats);
-  if (!status) flesh_multipliers_accept(&self->multipliers, state);
-  else flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
+  if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, stage, state);
+  if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
   return status;
 }
 

@@ -17,7 +17,7 @@
 #include "base/error.h"
 #include "system/one_effect.h"
 
-/* Of solves for multipliers, each of which should leave a tenth of the gaps or less. */
+/* Of solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
 /* The penalty in motion, of the stiffness by inertia. */
 static const double raised = 10;
@@ -61,10 +61,12 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
   self->n = (int)n;
-  self->own = calloc(4 * count + 2 * n, sizeof *self->own);
+  self->own = calloc(6 * count + 2 * n, sizeof *self->own);
   if (!self->own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
   self->trial = self->own + count;
-  self->gaps = self->trial + count;
+  self->given = self->trial + count;
+  self->lag = self->given + count;
+  self->gaps = self->lag + count;
   self->stiffness = self->gaps + count;
   self->x = self->stiffness + count;
   self->u = self->x + n;
@@ -88,7 +90,7 @@ void flesh_multipliers_clear(flesh_multipliers *self)
 
 size_t flesh_multipliers_memory(const flesh_multipliers *self)
 {
-  return (4 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
+  return (6 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
 }
 
 int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *state, flesh_state *view)
@@ -115,6 +117,15 @@ static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const 
   return status || *largest < INFINITY ? status : FLESH_NONFINITE;
 }
 
+/* From the state's pressures, less what the penalty bears of them if the gaps at the stage stay as they were. */
+static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
+{
+  const size_t bytes = (size_t)self->count * sizeof *self->trial;
+  const int goes_on = !memcmp(state->multipliers, self->given, bytes);
+  memcpy(self->trial, state->multipliers, bytes);
+  for (int k = 0; goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
+}
+
 int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear, flesh_stage *stage,
                             const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
                             int extensions, flesh_solve_stats *stats)
@@ -123,9 +134,9 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
   const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
   int status = FLESH_NOT_CONVERGED, settled = 0;
-  memcpy(self->trial, state->multipliers, (size_t)self->count * sizeof *self->trial);
   stage->multipliers = self->trial;
   stage->penalty = fmax(1, raised * by_inertia / self->softest);
+  begin(self, state, stage->penalty);
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
     double largest;
@@ -145,7 +156,19 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
   return status || settled ? status : FLESH_NOT_CONVERGED;
 }
 
-void flesh_multipliers_accept(const flesh_multipliers *self, flesh_state *state)
+int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear, const flesh_stage *stage,
+                             flesh_state *state)
 {
-  if (self->count) memcpy(state->multipliers, self->trial, (size_t)self->count * sizeof *self->trial);
+  const size_t bytes = (size_t)self->count * sizeof *self->trial;
+  int status = FLESH_OK;
+  if (!self->count) return FLESH_OK;
+  memset(self->lag, 0, bytes);
+  if (stage->shift.x != 1) {
+    const flesh_point point = flesh_nonlinear_point(nonlinear);
+    status = flesh_system_constraint_gaps(self->system, &point, self->lag, NULL);
+  }
+  for (int k = 0; k < self->count; k++)
+    self->given[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
+  memcpy(state->multipliers, self->given, bytes);
+  return status;
 }

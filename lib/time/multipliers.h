@@ -14,6 +14,7 @@ typedef struct flesh_multipliers {
   double softest;   /* Pa; of the penalties */
   double *own;      /* [count] Pa, of states without multipliers */
   double *trial;    /* [count] Pa, of the solve under way, and where it ended */
+  double *given, *lag; /* [count] Pa, those that a state was last given, and the gaps at its stage */
   double *gaps, *stiffness; /* [count] */
   double *x, *u;            /* [n] the end of the step, and the unknowns of the last solve */
 } flesh_multipliers;
@@ -37,7 +38,9 @@ typedef struct flesh_stage_end {
 int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
                             const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
                             int extensions, flesh_solve_stats *stats);
-/* The state takes over the multipliers that the last solve has led to. */
-void flesh_multipliers_accept(const flesh_multipliers *multipliers, flesh_state *state);
+/* The state takes over the pressures of the last solve, which has succeeded with this stage: where that holds
+ * constraints at another place, the penalty's share as well. */
+int flesh_multipliers_accept(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, const flesh_stage *stage,
+                             flesh_state *state);
 
 #endif

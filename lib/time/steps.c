@@ -125,7 +125,6 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   const double *u = flesh_nonlinear_unknowns(self->nonlinear);
   const int second = flesh_method_order(self->method) > 1, own = row == self->row;
   row->finish(memory, u, part->h, state);
-  flesh_multipliers_accept(&self->multipliers, state);
   for (int d = 0; d < self->n && !own && self->row->acceleration; d++)
     memory->vectors[0][d] = stage->a0[d] + stage->shift.a * u[d];
   state->t = part->end;
@@ -160,6 +159,8 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
+  if (status) return status;
+  status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   if (self->extrapolation.n)
