@@ -84,8 +84,8 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step, if solving on
-   * changes forces by more than newton_tolerance; > 0 and < 1. */
+  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step; where solving
+   * on would change no force by more than newton_tolerance, as far as that; > 0 and < 1. */
   double volume_tolerance;
 } flesh_solver_options;
 

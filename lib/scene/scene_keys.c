@@ -292,8 +292,8 @@ static const flesh_key solver_table[] = {
      .offset = offsetof(flesh_solver_options, volume_tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-8",
-     .doc = "of bodies with poisson 0.5: how far the mean of J of a tet may be from 1 at the end of a step, if solving "
-            "on changes forces by more than newton_tolerance"},
+     .doc = "of bodies with poisson 0.5: how far the mean of J of a tet may be from 1 at the end of a step; as far as "
+            "newton_tolerance where solving on would change no force by more than that"},
     {.name = "newton_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, newton_tolerance),

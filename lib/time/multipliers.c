@@ -56,7 +56,8 @@ static double radius_of(const flesh_mesh *mesh)
 
 int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
 {
-  *self = (flesh_multipliers){.system = system, .tolerance = options->volume_tolerance};
+  *self = (flesh_multipliers){.system = system, .tolerance = options->volume_tolerance,
+                              .depth = options->newton_tolerance};
   self->count = flesh_system_multiplier_count(system);
   if (!self->count) return FLESH_OK;
   const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
@@ -144,7 +145,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
     flesh_nonlinear_set_target(nonlinear, status ? 0 : stats->residual_target);
     if (!status) status = find_gaps(self, end, u, &largest);
     if (status) break;
-    settled = largest <= self->tolerance || (k && stats->newton == before);
+    settled = largest <= (k && stats->newton == before ? fmax(self->tolerance, self->depth) : self->tolerance);
     if (settled) break;
     const double change = stage->shift.x * stage->penalty;
     for (int e = 0; e < self->count; e++) self->trial[e] += change * self->stiffness[e] * self->gaps[e];

@@ -10,6 +10,7 @@ typedef struct flesh_multipliers {
   const flesh_system *system;
   int count, n;     /* 0 multipliers: nothing is held, and nothing below is there */
   double tolerance; /* of gaps */
+  double depth;     /* of gaps that solving on would not change */
   double inertia;   /* kg/m: the body's density times the square of how far its inside is from its surface */
   double softest;   /* Pa; of the penalties */
   double *own;      /* [count] Pa, of states without multipliers */
@@ -34,7 +35,8 @@ typedef struct flesh_stage_end {
 } flesh_stage_end;
 
 /* As flesh_nonlinear_solve, from the multipliers of the state, where something is held: until no gap at the end exceeds
- * the tolerance, or what multipliers still change by leaves the forces balanced. */
+ * volume_tolerance, or none exceeds newton_tolerance and what multipliers change by leaves the forces balanced.
+ * FLESH_NOT_CONVERGED where gaps stay. */
 int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
                             const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
                             int extensions, flesh_solve_stats *stats);
