@@ -283,14 +283,14 @@ static int check_open(check *c, const flesh_mesh *mesh)
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     if (!(*vectors[k] = flesh_calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
   const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
-  if (operations->constraint_gaps && !(c->multipliers = flesh_malloc((tets + 1) * sizeof(double)))) values = NULL;
+  if (operations->constraints && !(c->multipliers = flesh_malloc((tets + 1) * sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
 }
 
 static void choose_multipliers(check *c, int tets)
 {
   if (!c->multipliers) return;
-  c->effect->operations->constraint_stiffness(c->effect, c->multipliers);
+  c->effect->operations->constraints->stiffness(c->effect, c->multipliers);
   for (int k = 0; k < tets; k++) c->multipliers[k] *= 0.1 * uniform(&c->random);
 }
 
