@@ -287,13 +287,8 @@ static const flesh_key start_table[] = {
 
 /* The defaults are those of flesh_solver_options_default; a test compares them. */
 static const flesh_key solver_table[] = {
-    {.name = "volume_tolerance",
-     .type = FLESH_KEY_NUMBER,
-     .offset = offsetof(flesh_solver_options, volume_tolerance),
-     .range = FLESH_RANGE_FRACTION,
-     .default_value = "1e-8",
-     .doc = "of bodies with poisson 0.5: how far the mean of J of a tet may be from 1 at the end of a step; as far as "
-            "newton_tolerance where solving on would change no force by more than that"},
+    {.name = "volume_tolerance", .type = FLESH_KEY_NUMBER, .range = FLESH_RANGE_FRACTION, .default_value = "1e-8",
+     .offset = offsetof(flesh_solver_options, volume_tolerance), .doc = "|mean of J - 1| of tets with poisson 0.5"},
     {.name = "newton_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, newton_tolerance),

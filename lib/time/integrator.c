@@ -194,7 +194,8 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
 {
   flesh_failure *f = &self->recovery.failure;
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
-                       .residual = stats->residual_last, .target = stats->residual_target};
+                       .residual = stats->residual_last, .target = stats->residual_target,
+                       .volume_gap = self->multipliers.left};
   flesh_failure_look(self->recovery.mesh, flesh_nonlinear_positions(self->nonlinear), f);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
 }

@@ -134,13 +134,13 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
   if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
   const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
   const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
+  double largest = 0;
   int status = FLESH_NOT_CONVERGED, settled = 0;
   stage->multipliers = self->trial;
   stage->penalty = fmax(1, raised * by_inertia / self->softest);
   begin(self, state, stage->penalty);
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
-    double largest;
     status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
     flesh_nonlinear_set_target(nonlinear, status ? 0 : stats->residual_target);
     if (!status) status = find_gaps(self, end, u, &largest);
@@ -154,6 +154,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
     flesh_nonlinear_go_on(nonlinear);
   }
   flesh_nonlinear_set_target(nonlinear, 0);
+  self->left = status || settled ? 0 : largest;
   return status || settled ? status : FLESH_NOT_CONVERGED;
 }
 

@@ -11,6 +11,7 @@ typedef struct flesh_multipliers {
   int count, n;     /* 0 multipliers: nothing is held, and nothing below is there */
   double tolerance; /* of gaps */
   double depth;     /* of gaps that solving on would not change */
+  double left;      /* the largest gap where the last solve ended without converging, though forces balanced; else 0 */
   double inertia;   /* kg/m: the body's density times the square of how far its inside is from its surface */
   double softest;   /* Pa; of the penalties */
   double *own;      /* [count] Pa, of states without multipliers */

@@ -31,6 +31,7 @@
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
  * flesh_skin_frames_close frames,
+ * flesh_system_constraint_gaps stiffness,
  * flesh_surface_write x. */
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
