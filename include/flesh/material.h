@@ -45,7 +45,8 @@
 extern "C" {
 #endif
 
-/* Whose lambda is the penalty of incompressible materials, 49 times the small-strain mu. */
+/* Whose lambda, 49 times the small-strain mu, is the penalty of incompressible materials;
+ * integrators raise it. */
 #define FLESH_REFERENCE_POISSON 0.49
 
 /* What the sum of two singular values counts as at least, in the twists of CR and FCR. */

@@ -2,8 +2,8 @@
  * solve with multipliers p that stand still and a penalty k for gaps c of the constraints, p <- p + k c, and again.
  *
  * Of the error of the pressure a solve leaves a share q/(q + k), q being how stiff the body is against it: as stiff as
- * its material in statics, where the penalty is 47 times as stiff as that; in motion also as heavy, as what is inside
- * moves only as fast as what is between it and the surface lets it. The penalty is raised with that.
+ * its material in statics, where the penalty is some hundred times as stiff as that; in motion also as heavy, as what
+ * is inside moves only as fast as what is between it and the surface lets it. The penalty is raised with that.
  *
  * The force of a multiplier acts where the method balances; what it holds is the end of the step, x_1 = x_0 + u, where
  * that is another place. Held at the stage, the midpoint rule's ends would swing around the constraint with a swing
@@ -19,8 +19,8 @@
 
 /* Of solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
-/* The penalty in motion, of the stiffness by inertia. */
-static const double raised = 10;
+/* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
+static const double least = 5, raised = 30;
 
 /* Mass over rest volume, kg/m^3; 0 without inertia. */
 static double density_of(const flesh_system *system, double *a, double *r)
@@ -137,7 +137,7 @@ int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear,
   double largest = 0;
   int status = FLESH_NOT_CONVERGED, settled = 0;
   stage->multipliers = self->trial;
-  stage->penalty = fmax(1, raised * by_inertia / self->softest);
+  stage->penalty = fmax(least, raised * by_inertia / self->softest);
   begin(self, state, stage->penalty);
   for (int k = 0; k < SOLVES && !settled; k++) {
     const int before = stats->newton;
