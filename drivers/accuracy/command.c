@@ -232,8 +232,9 @@ static int prepare(flesh_accuracy_plan *plan, const char *steps, const char *tol
   if (!status && steps) status = read_values("steps", steps, plan->steps, &plan->step_count);
   if (!status) status = flesh_accuracy_measure_open(scene, &plan->measure);
   if (!status) {
-    flesh_state start = {0, malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes),
-                         malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes)};
+    flesh_state start = {.t = 0,
+                         .x = malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes),
+                         .v = malloc(sizeof(double) * 3 * (size_t)plan->measure.nodes)};
     if (start.x && start.v) flesh_scene_start(scene, &start);
     else status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
     free(start.x);

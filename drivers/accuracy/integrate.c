@@ -163,7 +163,7 @@ int flesh_accuracy_integrate(const flesh_scene *scene, const flesh_accuracy_grid
   const flesh_system *system = flesh_scene_system(scene);
   const flesh_scene_time *time = flesh_scene_times(scene);
   size_t unknowns = (size_t)flesh_system_unknowns(system);
-  flesh_state state = {0, malloc(sizeof(double) * unknowns), malloc(sizeof(double) * unknowns)};
+  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * unknowns), .v = malloc(sizeof(double) * unknowns)};
   flesh_integrator *integrator = NULL;
   *cost = (flesh_accuracy_cost){0};
   flesh_adaptive_options adaptive = time->adaptive;

@@ -102,7 +102,7 @@ static int hash_scene(SHA2_CTX *hash, const flesh_accuracy_plan *plan, const cha
   free(text.data);
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   size_t nodes = (size_t)flesh_mesh_node_count(mesh), size = 3 * nodes * sizeof(double);
-  flesh_state state = {0, malloc(size), malloc(size)};
+  flesh_state state = {.t = 0, .x = malloc(size), .v = malloc(size)};
   if (!state.x || !state.v) {
     status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   } else {

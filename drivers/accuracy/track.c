@@ -167,7 +167,7 @@ int flesh_accuracy_measure_open(const flesh_scene *scene, flesh_accuracy_measure
     flesh_accuracy_measure_close(measure);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   }
-  flesh_state state = {0, measure->start, v};
+  flesh_state state = {.t = 0, .x = measure->start, .v = v};
   flesh_scene_start(scene, &state);
   free(v);
   memcpy(measure->rest, flesh_mesh_positions(mesh), 3 * nodes * sizeof(double));

@@ -256,7 +256,7 @@ static int spare_inputs(const char *path, const flesh_scene *scene, const char *
 static int check(const flesh_scene *scene, const char *folder, int *failed)
 {
   size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  flesh_state state = {0, malloc(sizeof(double) * unknowns), malloc(sizeof(double) * unknowns)};
+  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * unknowns), .v = malloc(sizeof(double) * unknowns)};
   int status = state.x && state.v ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) {
     flesh_scene_start(scene, &state);

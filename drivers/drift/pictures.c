@@ -28,7 +28,7 @@ static void read_panel(const flesh_drift_plan *plan, const flesh_drift_case *c, 
   panel->x = malloc(nodes * 3 * sizeof(double));
   panel->J = malloc((size_t)flesh_mesh_tet_count(mesh) * sizeof(double));
   double *v = malloc(nodes * 3 * sizeof(double));
-  flesh_state state = {0, panel->x, v};
+  flesh_state state = {.t = 0, .x = panel->x, .v = v};
   if (!panel->x || !panel->J || !v || flesh_state_read(path, (int)nodes, &state)) {
     free(panel->x);
     panel->x = NULL;

@@ -175,7 +175,7 @@ static double rest_ratio(const flesh_drift_plan *plan, const flesh_drift_case *c
   if (read_scene(plan, c, 1, &scene)) return NAN;
   const flesh_mesh *mesh = flesh_scene_mesh(scene);
   size_t n = (size_t)flesh_system_unknowns(flesh_scene_system(scene));
-  flesh_state state = {0, malloc(sizeof(double) * n), calloc(n, sizeof(double))};
+  flesh_state state = {.t = 0, .x = malloc(sizeof(double) * n), .v = calloc(n, sizeof(double))};
   if (state.x && state.v) {
     memcpy(state.x, flesh_mesh_positions(mesh), sizeof(double) * n);
     if (!flesh_integrator_create(flesh_scene_system(scene), FLESH_METHOD_STATIC, flesh_scene_solver(scene),

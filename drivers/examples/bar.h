@@ -52,7 +52,7 @@ static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass 
     TRY(flesh_system_add_effect(b->system, &effect));
   }
   const size_t n = 3 * (size_t)b->nodes;
-  b->state = (flesh_state){0, malloc(n * sizeof(double)), calloc(n, sizeof(double))};
+  b->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
   memcpy(b->state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
 }
 

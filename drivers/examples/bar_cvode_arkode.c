@@ -49,7 +49,7 @@ static double reference(const bar *b)
   TRY(flesh_integrator_create(b->system, FLESH_METHOD_ADAPTIVE, &options, &integrator));
   TRY(flesh_integrator_set_adaptive(integrator, &adaptive));
   const size_t n = 3 * (size_t)b->nodes;
-  flesh_state state = {0, malloc(n * sizeof(double)), calloc(n, sizeof(double))};
+  flesh_state state = {.t = 0, .x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
   memcpy(state.x, b->state.x, n * sizeof(double));
   TRY(flesh_integrator_step(integrator, &state, end, NULL));
   const double z = state.x[3 * b->tip + 2];

@@ -27,7 +27,7 @@ static int settle(const flesh_scene *scene, double t, double *x, double toleranc
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
   double *v = calloc((size_t)flesh_system_unknowns(system), sizeof *v);
-  flesh_state state = {t, x, v};
+  flesh_state state = {.t = t, .x = x, .v = v};
   flesh_solver_options_default(&options);
   options.newton_tolerance = tolerance;
   options.max_newton = 200;

@@ -222,7 +222,7 @@ static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
   for (int k = 0; k < FRAMES && v; k++) {
     s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
     s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
-    flesh_state state = {0, s->x[k], v};
+    flesh_state state = {.t = 0, .x = s->x[k], .v = v};
     snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
              words[k]);
     snprintf(path, sizeof path, "%s/%s/release/state.txt", plan->out, folder);

@@ -126,8 +126,9 @@ static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_r
   snprintf(path, sizeof path, "%s/body.mesh", folder);
   status = flesh_mesh_write(mesh, path);
   int nodes = flesh_mesh_node_count(mesh);
-  flesh_state state = {0, malloc(sizeof(double) * 3 * (size_t)nodes),
-                       malloc(sizeof(double) * 3 * (size_t)nodes)};
+  flesh_state state = {.t = 0,
+                       .x = malloc(sizeof(double) * 3 * (size_t)nodes),
+                       .v = malloc(sizeof(double) * 3 * (size_t)nodes)};
   if (!status && (!state.x || !state.v)) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (!status) status = flesh_hardcases_make_start(run->row, mesh, run->seed, step_of(run), &state);
   snprintf(path, sizeof path, "%s/start.txt", folder);

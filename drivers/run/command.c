@@ -55,6 +55,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("up to %d inverted tets, from t = %g s\n", figures->max_inverted,
            figures->first_inverted_t);
   else printf("no inverted tet\n");
+  if (figures->multiplier_updates)
+    printf("%ld updates of the pressures of incompressible tets, %.3g per step\n", figures->multiplier_updates,
+           (double)figures->multiplier_updates / (figures->steps ? figures->steps : 1));
   if (figures->impact_steps)
     printf("%ld of %ld internal steps would have ended inside an obstacle; backward Euler took them, which damps\n",
            figures->impact_steps, figures->internal_steps);

@@ -42,6 +42,9 @@ const char *flesh_failure_advice(const flesh_failure *failure, const flesh_scene
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   /* Solves fail where a motion has blown up; the cause is that. */
   if (failure->status == FLESH_ERR_ENERGY || figures->balance.gain > 0.1) return energy_advice(scene, figures);
+  if (failure->volume_gap > 0)
+    return "pins and prescribed motions may leave incompressible tets no room to keep their volumes: hold fewer nodes "
+           "or axes, or set poisson below 0.5";
   int is_static = flesh_scene_times(scene)->method == FLESH_METHOD_STATIC;
   if (needs_positive_J(scene) && (failure->status == FLESH_UNDEFINED || !(failure->worst_J > 0.05)))
     return "this energy has no value where a tet is inverted (J <= 0) and stiffens without bound "

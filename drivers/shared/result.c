@@ -38,6 +38,7 @@ void flesh_figures_close(flesh_figures *figures)
 
 static void add_counts(flesh_figures *figures, const flesh_solve_stats *stats)
 {
+  figures->multiplier_updates += stats->multiplier_updates;
   figures->newton += stats->newton;
   figures->linear += stats->linear;
   figures->linear_single += stats->linear_single;
@@ -121,6 +122,7 @@ static small_strain small_strain_of(const flesh_material *material)
   small_strain s;
   if (flesh_material_small_strain(material, &s.mu, &s.lambda, &s.stress))
     return (small_strain){NAN, NAN, NAN, NAN, NAN};
+  if (material->incompressible) return (small_strain){s.mu, s.lambda, 3 * s.mu, 0.5, s.stress};
   s.young = s.mu * (3 * s.lambda + 2 * s.mu) / (s.lambda + s.mu);
   s.poisson = s.lambda / (2 * (s.lambda + s.mu));
   return s;
@@ -226,7 +228,7 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
 /* Figures that are called as their members. */
 #define SET_COUNT(name) set_integer(object, #name, figures->name);
 #define FLESH_FIGURES_COUNTS(X)                                                                              \
-  X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies) X(projections)        \
+  X(multiplier_updates) X(untanglings) X(untangled_nodes) X(newton) X(linear) X(linear_single) X(direct) X(assemblies) X(projections)        \
   X(backtracks) X(subdomains) X(subdomain_newton) X(watchdog_steps) X(unfinished_newton) X(unfinished_linear)
 
 json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *system)

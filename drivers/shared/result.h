@@ -20,6 +20,7 @@ typedef struct flesh_figures {
   double first_inverted_t; /* first time with a J <= 0; NaN: never */
   long newton, linear, linear_single, direct, assemblies, projections, backtracks, watchdog_steps, solves;
   long subdomains, subdomain_newton;
+  long multiplier_updates; /* of the pressures of incompressible tets */
   long unfinished_newton, unfinished_linear; /* of these, those of a step that ended the run */
   long untanglings, untangled_nodes; /* how often a tangle in equilibrium was removed, and nodes moved */
   long internal_steps, rejected, convergence_failures, residuals; /* of the integrator */

@@ -217,7 +217,10 @@ static int open_state(runner *r)
   size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(r->scene));
   r->state.x = malloc(sizeof(double) * unknowns);
   r->state.v = malloc(sizeof(double) * unknowns);
-  if (!r->state.x || !r->state.v) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  r->state.multiplier_count = flesh_system_multiplier_count(flesh_scene_system(r->scene));
+  if (r->state.multiplier_count) r->state.multipliers = calloc((size_t)r->state.multiplier_count, sizeof(double));
+  if (!r->state.x || !r->state.v || (r->state.multiplier_count && !r->state.multipliers))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_start(r->scene, &r->state);
   r->start_t = r->state.t;
   if (r->start_t > flesh_scene_times(r->scene)->end)
@@ -382,6 +385,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   json_decref(r.inputs);
   free(r.state.x);
   free(r.state.v);
+  free(r.state.multipliers);
   free(r.path);
   flesh_rest_trace_clear(&r.trace);
   return outcome->status;

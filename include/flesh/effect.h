@@ -104,6 +104,11 @@ typedef struct flesh_point {
    * are x and v themselves where nothing is frozen (NULL stands for that, as above); v_frozen alone
    * is NULL where the frozen state is at rest. */
   const double *x_frozen, *v_frozen;
+  /* [tets] Pa, the mesh's order: pressures by which an effect holds constraints
+   * (flesh_effect_constraints); NULL: all 0. What it adds for a gap beside them, its penalty, is
+   * times `penalty`; 0 counts as 1. */
+  const double *multipliers;
+  double penalty;
   flesh_threads *threads;
   flesh_costs *costs;
   /* Whose far effects the flesh_system_ functions need not ask (borrowed); NULL: all are asked. */
@@ -234,6 +239,18 @@ typedef struct flesh_effect_shortcuts {
   flesh_instructions (*instructions)(const flesh_effect *effect);
 } flesh_effect_shortcuts;
 
+/* For effects that hold constraints exactly, by multipliers, one of each tet of the mesh
+ * (flesh_point.multipliers): their potential has multiplier * gap + penalty per volume beside the
+ * rest. At most one effect of a system may have this. */
+typedef struct flesh_effect_constraints {
+  /* How far the constraints are from being met at point->x, into gaps [tets], no unit; 0 for tets
+   * without one. */
+  int (*gaps)(const flesh_effect *effect, const flesh_point *point, double *gaps);
+  /* The penalty's second derivative by the gap, where that is 0 and point->penalty is 1, into
+   * stiffness [tets], Pa; 0 for tets without a constraint. */
+  void (*stiffness)(const flesh_effect *effect, double *stiffness);
+} flesh_effect_constraints;
+
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {
   /* Bytes of `data` and what it owns. NULL: not given. */
@@ -271,6 +288,7 @@ typedef struct flesh_effect_operations {
   const flesh_effect_barrier *barrier;
   const flesh_effect_shortcuts *shortcuts;
   const flesh_effect_figures *figures;
+  const flesh_effect_constraints *constraints;
 } flesh_effect_operations;
 
 struct flesh_effect {

@@ -70,6 +70,9 @@ typedef struct flesh_failure {
   double worst_J, worst_position[3];
   int worst_node; /* largest residual at the last iterate (adaptive: local error), or -1 */
   int order;      /* adaptive: of the last attempt; else 0 */
+  /* Where the forces balance, but incompressible tets do not keep their volumes: the largest
+   * |mean of J - 1|; else 0. */
+  double volume_gap;
 } flesh_failure;
 
 /* One internal step of the adaptive method. */

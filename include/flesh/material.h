@@ -45,6 +45,10 @@
 extern "C" {
 #endif
 
+/* Whose lambda, 49 times the small-strain mu, is the penalty of incompressible materials;
+ * integrators raise it. */
+#define FLESH_REFERENCE_POISSON 0.49
+
 /* What the sum of two singular values counts as at least, in the twists of CR and FCR. */
 #define FLESH_SMALLEST_STRETCH_SUM 1e-6
 
@@ -173,6 +177,12 @@ typedef struct flesh_material {
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
+  /* 1: of Poisson's ratio 1/2. psi and lambda are those of the ratio FLESH_REFERENCE_POISSON, which
+   * is the penalty of the constraint J = 1: what lambda multiplies is 0 where that holds, and what
+   * is left of psi does not depend on lambda. Pressures are multipliers of the tets
+   * (flesh_state.multipliers), and no function of F. For a user's psi, to be set; its lambda is
+   * the penalty. */
+  int incompressible;
   flesh_energy energy;
   flesh_constants constants;
   double young, poisson; /* as given; NaN when the material was given by mu and lambda */
@@ -190,7 +200,8 @@ FLESH_API int flesh_material_from_lame(flesh_energy energy, flesh_constants cons
                                        double lambda, flesh_material *material);
 
 /* From Young's modulus [Pa] and Poisson's ratio: mu_L = E/(2(1+nu)),
- * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.5). Errors: FLESH_ERR_ARGUMENT. */
+ * lambda_L = E nu/((1+nu)(1-2nu)); nu in (-1, 0.5], 0.5 for forms with a volume term, on
+ * FLESH_ELEMENT_TET10_MEAN alone. Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_young(flesh_energy energy, flesh_constants constants,
                                         double young, double poisson, flesh_material *material);
 

@@ -99,7 +99,7 @@ typedef enum flesh_up_origin {
 FLESH_API flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3]);
 
 /* Fills the caller's state->x, v [3*n] each, and t: from the scene's start file, else the rest
- * positions, the scene's start velocity and 0. */
+ * positions, the scene's start velocity and 0; its multipliers where it has some. */
 FLESH_API void flesh_scene_start(const flesh_scene *scene, flesh_state *state);
 
 /* The resolved scene: every key with its value in force, absolute mesh path, as YAML that

@@ -84,10 +84,13 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
+  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step; where solving
+   * on would change no force by more than newton_tolerance, as far as that; > 0 and < 1. */
+  double volume_tolerance;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 cutbacks, PCG, auto, projection when indefinite,
- * search on the potential, unconverged solves refused, all techniques, 1 thread. */
+ * search on the potential, unconverged solves refused, all techniques, 1 thread, volumes to 1e-8. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* The equations r(u) = 0 of one solve: how the unknown u [3*n] moves the point from a base,
@@ -105,6 +108,9 @@ typedef struct flesh_stage {
   /* Where effects freeze what has no potential (flesh_point): 0: where the stage starts, at x0 and
    * v0, as for backward Euler; 1: where flesh_problem_freeze says, x0 and v0 before that. */
   int frozen_at_solution;
+  /* Of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
+  const double *multipliers;
+  double penalty;
 } flesh_stage;
 
 /* Of one solve, or summed over a step with its halvings. */
@@ -125,6 +131,7 @@ typedef struct flesh_solve_stats {
   int untanglings, untangled_nodes; /* how often tangles were removed, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   int linear_single; /* those of `linear` in single precision */
+  int multiplier_updates; /* of the pressures of incompressible tets, each followed by a solve */
   int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;

@@ -45,7 +45,7 @@ FLESH_API const char *flesh_status_name(int status);
 FLESH_API const char *flesh_status_text(int status);
 
 /* Text of the last failure in this thread: one sentence saying where, what, and what would be
- * valid ("scene.yaml:12:9: body.material.poisson is 0.5; it must be in (-1, 0.5)"). One line of
+ * valid ("scene.yaml:12:9: body.material.poisson is 0.6; it must be a number in (-1, 0.5]"). One line of
  * printable UTF-8: '?' stands for any other byte of a name that it quotes. Empty when nothing has
  * failed. Owned by the library, overwritten by the thread's next failure. */
 FLESH_API const char *flesh_error_text(void);

@@ -66,6 +66,15 @@ FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int inde
 FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
 /* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
 FLESH_API int flesh_system_freezes(const flesh_system *system);
+/* How many multipliers hold constraints of its effects (flesh_point.multipliers): one for each tet
+ * of the mesh, or 0 where nothing is held so (incompressible tets are). Cannot fail. */
+FLESH_API int flesh_system_multiplier_count(const flesh_system *system);
+/* How far these constraints are from being met at point->x: gaps [multipliers], of incompressible
+ * tets the mean of J less 1; and, unless NULL, the second derivative of the penalty by it,
+ * stiffness [multipliers], Pa, at point->penalty = 1. What multipliers change by in the method of
+ * multipliers is their product, times point->penalty. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+FLESH_API int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
+                                           double *gaps, double *stiffness);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 

@@ -41,7 +41,7 @@ typedef enum flesh_key_range {
   FLESH_RANGE_POSITIVE,     /* > 0 */
   FLESH_RANGE_NOT_NEGATIVE, /* >= 0 */
   FLESH_RANGE_FRACTION,     /* > 0 and < 1 */
-  FLESH_RANGE_POISSON       /* > -1 and < 0.5 */
+  FLESH_RANGE_POISSON       /* > -1 and <= 0.5 */
 } flesh_key_range;
 
 typedef struct flesh_key {

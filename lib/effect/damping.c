@@ -37,7 +37,8 @@ static flesh_tet_point point_of(const damping *self, const flesh_point *point, d
                            .v = point->v,
                            .scale = scale * self->stiffness,
                            .filter = FLESH_FILTER_CLAMP,
-                           .viscous = self->rest};
+                           .viscous = self->rest,
+                           .multipliers = self->x ? NULL : point->multipliers};
 }
 
 static int damping_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,

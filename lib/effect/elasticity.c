@@ -17,7 +17,7 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {.x = point->x};
+  const flesh_tet_point at = {.x = point->x, .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_residual(tets, tets->kernels->elastic, &at, point->threads, r, sums);
 }
 
@@ -31,7 +31,8 @@ static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, 
 {
   const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {
-      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew};
+      .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew,
+      .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_hessian(tets, tets->kernels->elastic, &at, point->threads, slots, values);
 }
 
@@ -114,7 +115,7 @@ static void elasticity_stiff_values(const flesh_effect *effect, const flesh_poin
                                     float *values)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_tet_point at = {.x = point->x, .scale = shift->x};
+  const flesh_tet_point at = {.x = point->x, .scale = shift->x, .penalty = point->penalty};
   flesh_tets_rows(tets, tets->kernels->elastic, &at, point->threads, values);
 }
 
@@ -134,24 +135,41 @@ static void elasticity_destroy(void *data)
   flesh_free(data);
 }
 
+static int elasticity_gaps(const flesh_effect *effect, const flesh_point *point, double *gaps)
+{
+  const flesh_tets *tets = effect->data;
+  const flesh_tet_point at = {.x = point->x};
+  return flesh_tets_residual(tets, tets->kernels->gaps, &at, point->threads, gaps, NULL);
+}
+
+static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
+{
+  const flesh_batches *batches = &((const flesh_tets *)effect->data)->batches;
+  for (int b = 0; b < batches->count; b++)
+    for (int k = batches->first[b]; k < batches->first[b + 1]; k++) {
+      const flesh_volume_share *share = &batches->volume_shares[batches->material[b]];
+      stiffness[batches->tet[k]] = share->held ? share->share : 0;
+    }
+}
+
+static const flesh_effect_figures figures = {.memory = elasticity_memory};
+
+#define OPERATIONS                                                                                                     \
+  .name = "elasticity", .role = FLESH_ROLE_ELASTICITY, .traits = FLESH_IS_PASSIVE | FLESH_DEPENDS_ON_POSITION_ONLY,    \
+  .cells = elasticity_cells, .residual = elasticity_residual, .jacobian = elasticity_jacobian,                         \
+  .potential = elasticity_potential, .energy = elasticity_energy, .destroy = elasticity_destroy, .figures = &figures
+
+#define SHORTCUTS                                                                                                      \
+  .jacobian_assign = elasticity_jacobian_anew, .evaluate = elasticity_evaluate, .stiff_rows = elasticity_stiff_rows,   \
+  .stiff_values = elasticity_stiff_values, .instructions = elasticity_instructions
+
 static const flesh_effect_operations elasticity_operations = {
-    .name = "elasticity",
-    .role = FLESH_ROLE_ELASTICITY,
-    .traits = FLESH_IS_PASSIVE | FLESH_DEPENDS_ON_POSITION_ONLY,
-    .cells = elasticity_cells,
-    .residual = elasticity_residual,
-    .jacobian = elasticity_jacobian,
-    .potential = elasticity_potential,
-    .energy = elasticity_energy,
-    .destroy = elasticity_destroy,
-    .shortcuts = &(const flesh_effect_shortcuts){.jacobian_assign = elasticity_jacobian_anew,
-                                                 .evaluate = elasticity_evaluate,
-                                                 .restrict_to_cells = elasticity_part,
-                                                 .stiff_rows = elasticity_stiff_rows,
-                                                 .stiff_values = elasticity_stiff_values,
-                                                 .instructions = elasticity_instructions},
-    .figures = &(const flesh_effect_figures){.memory = elasticity_memory},
-};
+    OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS, .restrict_to_cells = elasticity_part}};
+
+/* Of bodies with incompressible tets. */
+static const flesh_effect_operations holding_operations = {
+    OPERATIONS, .shortcuts = &(const flesh_effect_shortcuts){SHORTCUTS},
+    .constraints = &(const flesh_effect_constraints){.gaps = elasticity_gaps, .stiffness = elasticity_penalties}};
 
 int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
 {
@@ -167,5 +185,5 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
     elasticity_destroy(tets);
     return status;
   }
-  return flesh_effect_create(&elasticity_operations, tets, effect);
+  return flesh_effect_create(tets->batches.tet ? &holding_operations : &elasticity_operations, tets, effect);
 }

@@ -9,7 +9,10 @@
  * so that forces are those of psi with psi_J - s U_J(J) + s U_J(J') in place of psi_J. The Hessian has psi_JJ - s U_JJ
  * in place of psi_JJ, which is then as stiff as the shear modulus asks for, and V s U_JJ(J') b b^T beside it, b the
  * gradient of J'. Mean dilatation: Nagtegaal, Parks & Rice 1974; that a part stays with the points keeps their bulk
- * modulus positive. */
+ * modulus positive.
+ *
+ * Where the mean is held at 1, V k s U(J') is a penalty with a factor k, and V p (J' - 1) of the tet's multiplier p
+ * comes to it: forces have k s U_J(J') + p in place of s U_J(J'), and the Hessian k s in place of s. */
 #include "element/tet10_blocks.h"
 #include "element/elastic_batch.h"
 #include "math/logarithm.h"
@@ -19,6 +22,8 @@ typedef struct points {
   batch at[POINTS];
   flesh_real volume; /* of the tets */
   flesh_real J;      /* their means */
+  flesh_real multiplier; /* where the mean is held */
+  double penalty;
 } points;
 
 static COMPILED_ONCE void load(const flesh_batches *batches, int index, const double *x, points *p)
@@ -38,6 +43,19 @@ static COMPILED_ONCE void load(const flesh_batches *batches, int index, const do
   p->volume = volume;
   p->J = sum / flesh_select(volume > 0, volume, flesh_all(1)); /* lanes that are not used */
   p->J = flesh_select(volume > 0, p->J, p->at[0].J);
+}
+
+/* The multipliers of means that are held, and what their penalty is times. */
+static COMPILED_ONCE void load_multipliers(const flesh_batches *batches, int index, const flesh_tet_point *at,
+                                           points *p)
+{
+  const int first = batches->first[index], used = batches->first[index + 1] - first;
+  p->multiplier = flesh_all(0);
+  p->penalty = 1;
+  if (!batches->tet || !batches->volume_shares[p->at[0].t.material].held) return;
+  if (at->penalty > 0) p->penalty = at->penalty;
+  for (int l = 0; l < used && at->multipliers; l++)
+    flesh_set_lane(&p->multiplier, l, at->multipliers[batches->tet[first + l]]);
 }
 
 /* U and its derivatives. */
@@ -68,13 +86,14 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
     volume_term(s->term, b->J, &U, &first, &second);
     volume_term(s->term, p->J, &U_mean, &pressure, &stiffness);
     b->psi.value -= s->share * U;
-    b->psi.J += s->share * (pressure - first);
+    if (s->held) b->psi.J += p->penalty * s->share * pressure + p->multiplier - s->share * first;
+    else b->psi.J += s->share * (pressure - first);
     b->psi.JJ -= s->share * second;
   }
   return FLESH_OK;
 }
 
-/* V s U(J') and V s U_JJ(J'). */
+/* V s U(J') and V s U_JJ(J'), with the multiplier's term where the mean is held. */
 INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
@@ -82,6 +101,9 @@ INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real 
   volume_term(s->term, p->J, &U, &first, &second);
   *energy = s->share * p->volume * U;
   *stiffness = s->share * p->volume * second;
+  if (!s->held) return;
+  *energy = p->penalty * *energy + p->multiplier * p->volume * (p->J - 1);
+  *stiffness *= p->penalty;
 }
 
 /* The gradient of J' by the nodes. */
@@ -113,6 +135,7 @@ static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile
     points p;
     ten_forces f;
     load(batches, k, x, &p);
+    load_multipliers(batches, k, at, &p);
     int status = find_psi_of_points(batches, sums != NULL, &p);
     if (status) return status;
     open_forces(&f);
@@ -135,7 +158,7 @@ static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile
       flesh_real energy, stiffness;
       mean_term(batches, &p, &energy, &stiffness);
       sum += energy;
-      size += energy;
+      size += flesh_abs(energy);
     }
     if (!r) continue;
     close_forces(&f);
@@ -171,6 +194,7 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   corner_blocks of_corners;
   ten_blocks of_nodes;
   load(batches, index, position, &p);
+  load_multipliers(batches, index, at, &p);
   int status = find_psi_of_points(batches, 0, &p);
   for (int q = 0; q < POINTS && !status; q++)
     status = blocks_at_point(&p.at[q], at->scale, at->filter, of_corners.point[q]);
@@ -218,6 +242,7 @@ static COMPILED_ONCE void elastic_rows(const flesh_batches *batches, int tile, c
     ten_forces b;
     flesh_real energy, stiffness;
     load(batches, k, x, &p);
+    load_multipliers(batches, k, at, &p);
     mean_term(batches, &p, &energy, &stiffness);
     mean_gradient(&p, &b);
     stiffness = at->scale * (stiffness - batches->volume_shares[p.at[0].t.material].moderate * p.volume);
@@ -247,6 +272,7 @@ static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int ti
     ten_forces f, gradient;
     flesh_real rate[POINTS][9], P[POINTS][9];
     load(batches, k, x, &p);
+    load_multipliers(batches, k, at, &p);
     int status = find_psi_of_points(batches, 0, &p);
     load_ten(&p.at[0].t, v, &rates);
     open_forces(&f);
@@ -279,6 +305,25 @@ static COMPILED_ONCE int stiffness_residual(const flesh_batches *batches, int ti
   return FLESH_OK;
 }
 
+/* The mean of J less 1, into places of the mesh's tets. */
+static COMPILED_ONCE int gaps_of(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
+                                 double *sums)
+{
+  const flesh_tiles *tiles = &batches->tiles;
+  tile_vector x;
+  (void)sums;
+  tile_gather(tiles, tile, at->x, x);
+  for (int k = tiles->batch[tile]; k < tiles->batch[tile + 1]; k++) {
+    points p;
+    const int first = batches->first[k], used = batches->first[k + 1] - first;
+    load(batches, k, x, &p);
+    const int held = batches->volume_shares[p.at[0].t.material].held;
+    for (int l = 0; l < used; l++) r[batches->tet[first + l]] = held ? flesh_lane(p.J, l) - 1 : 0;
+  }
+  return FLESH_OK;
+}
+
 const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10) = {elastic_residual, elastic_hessian, NULL};
 const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic10_mean) = {elastic_residual, elastic_hessian, elastic_rows};
 const flesh_tet_kernel FLESH_OF_ISA(flesh_stiffness10) = {stiffness_residual, elastic_hessian, NULL};
+const flesh_tet_kernel FLESH_OF_ISA(flesh_gaps10_mean) = {gaps_of, NULL, NULL};

@@ -104,7 +104,8 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
 {
   const int user = material->energy == FLESH_ENERGY_USER;
   flesh_psi at;
-  *share = (flesh_volume_share){.term = user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term};
+  *share = (flesh_volume_share){.term = user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term,
+                                .held = material->incompressible};
   if (user && !(fabs(material->lambda) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
@@ -115,5 +116,10 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
   const double shear = 2 * at.I;
   share->share = fmax(0, material->lambda - 2 * shear);
   share->moderate = fmin(share->share, MODERATE * shear);
+  if (share->held && !(share->share > 0))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "lambda is %g Pa, the penalty of an incompressible material; it must be more than twice the shear "
+                      "modulus, %g Pa",
+                      material->lambda, 2 * shear);
   return FLESH_OK;
 }

@@ -263,13 +263,20 @@ static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
 }
 
 /* What the element's kernels need beside the shapes of a body with materials. */
-static int take_volume_shares(flesh_tets *self, const flesh_body *body)
+static int take_volume_shares(flesh_tets *self, const flesh_body *body, const int *tet)
 {
+  int held = 0;
   for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET4; k++)
     if (flesh_form_of_stretches(body->materials[k].energy))
       return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets "
                         "only",
                         flesh_forms[body->materials[k].energy].name);
+  for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET10_MEAN; k++)
+    if (body->materials[k].incompressible)
+      return flesh_fail(FLESH_ERR_ARGUMENT,
+                        "the material's poisson is 0.5, which the element %s cannot hold; set body.element to tet10-mean, "
+                        "or poisson below 0.5",
+                        flesh_element_name(self->element));
   if (self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return FLESH_OK;
   flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);
   if (!shares) return no_memory(self->cells.count);
@@ -277,7 +284,13 @@ static int take_volume_shares(flesh_tets *self, const flesh_body *body)
   for (int k = 0; k < self->materials; k++) {
     int status = flesh_volume_share_of(&body->materials[k], &shares[k]);
     if (status) return status;
+    held |= shares[k].held;
   }
+  if (!held) return FLESH_OK;
+  int *numbers = flesh_malloc(((size_t)self->cells.count + 1) * sizeof *numbers);
+  if (!numbers) return no_memory(self->cells.count);
+  memcpy(numbers, tet, (size_t)self->cells.count * sizeof *numbers);
+  self->batches.tet = numbers;
   return FLESH_OK;
 }
 
@@ -327,7 +340,7 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
     self->cells.pair_count = status ? 0 : flesh_tiles_blocks(&self->batches.tiles);
     self->cells.pairs = self->batches.tiles.block;
     if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body, tet);
-    if (!status) status = take_volume_shares(self, body);
+    if (!status) status = take_volume_shares(self, body, tet);
   } else {
     status = no_memory(tets);
   }
@@ -341,6 +354,7 @@ void flesh_tets_clear(flesh_tets *self)
 {
   if (self->batches.nodes != self->cells.nodes) flesh_free((void *)self->batches.nodes);
   flesh_free((void *)self->batches.volume_shares);
+  flesh_free((void *)self->batches.tet);
   flesh_cells_clear(&self->cells);
   flesh_tet_order_clear(&self->order);
   flesh_free((void *)self->batches.first);
@@ -360,7 +374,7 @@ size_t flesh_tets_memory(const flesh_tets *self)
   const size_t lists = self->batches.nodes == self->cells.nodes ? 1 : 2, m = (size_t)self->batches.nodes_per_tet;
   return lists * tets * m * sizeof(int) + batches * 2 * sizeof(int) +
          (self->batches.volume_shares ? (size_t)self->materials * sizeof *self->batches.volume_shares : 0) +
-         flesh_tiles_memory(&self->batches) +
+         (self->batches.tet ? tets * sizeof *self->batches.tet : 0) + flesh_tiles_memory(&self->batches) +
          (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * lanes : 0) +
          (self->batches.masses ? tets * (size_t)self->batches.masses_per_tet * sizeof *self->batches.masses : 0) +
          (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);

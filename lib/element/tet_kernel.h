@@ -37,6 +37,7 @@ typedef struct flesh_volume_share {
   double share;    /* Pa, not negative */
   double moderate; /* Pa, the part of it that is no stiffer than the rest of the form */
   flesh_volume_term term;
+  int held; /* the mean is held at 1 by the tets' multipliers; the share is a penalty */
 } flesh_volume_share;
 
 /* Tets in batches of at most as many as the kernels have lanes, of one material each. */
@@ -56,6 +57,7 @@ typedef struct flesh_batches {
   const int *nodes;     /* [tets][nodes_per_tet]: corners, ascending, and those on the edges 01 02 03 12 13 23 */
   const flesh_material *materials;
   const flesh_volume_share *volume_shares; /* of the materials; NULL where no mean is taken */
+  const int *tet; /* [tets] the mesh's number of each; NULL where no mean is held */
 } flesh_batches;
 
 /* The second Piola-Kirchhoff stress 2 shear dev(sym G) + bulk tr(G) I + 2 spin skew(G) for the rate
@@ -75,6 +77,8 @@ typedef struct flesh_tet_point {
   flesh_eigenvalue_filter filter;      /* of matrices */
   int anew;                     /* matrices are not added to what was there before */
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
+  const double *multipliers;    /* [the mesh's tets] Pa, of means that are held; NULL: 0 */
+  double penalty;               /* times their shares; 0 counts as 1 */
 } flesh_tet_point;
 
 /* Everything for one tile, batch by batch, which is the order of the additions. Returns FLESH_OK, FLESH_UNDEFINED or
@@ -103,6 +107,8 @@ typedef struct flesh_tet_kernels {
    * parts of G; the forces of P = F S, and scale times their derivatives by v plus scale_x times those by x. At rest
    * (x NULL) F = I and G = F'; else G = F^T F', with a frozen state as viscous_kernel.c says, and spin = 0. */
   const flesh_tet_kernel *viscous;
+  /* r [the mesh's tets] = the mean of J less 1, 0 where it is not held; no sums. NULL: no element of means. */
+  const flesh_tet_kernel *gaps;
 } flesh_tet_kernels;
 
 /* Of every element, by its number. */

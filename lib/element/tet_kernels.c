@@ -13,5 +13,6 @@ const flesh_tet_kernels FLESH_OF_ISA(flesh_kernels)[FLESH_ELEMENT_COUNT] = {
     [FLESH_ELEMENT_TET10_MEAN] = {.lanes = FLESH_LANES,
                                   .elastic = &FLESH_OF_ISA(flesh_elastic10_mean),
                                   .stiffness = &FLESH_OF_ISA(flesh_stiffness10),
-                                  .viscous = &FLESH_OF_ISA(flesh_viscous10)},
+                                  .viscous = &FLESH_OF_ISA(flesh_viscous10),
+                                  .gaps = &FLESH_OF_ISA(flesh_gaps10_mean)},
 };

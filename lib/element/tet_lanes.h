@@ -23,7 +23,7 @@
 
 extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_stiffness),
     FLESH_OF_ISA(flesh_viscous), FLESH_OF_ISA(flesh_elastic10), FLESH_OF_ISA(flesh_elastic10_mean),
-    FLESH_OF_ISA(flesh_stiffness10), FLESH_OF_ISA(flesh_viscous10);
+    FLESH_OF_ISA(flesh_stiffness10), FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_gaps10_mean);
 
 /* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
  * out of the caches. */

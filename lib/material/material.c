@@ -211,10 +211,18 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
   double young = given->young, poisson = given->poisson;
   if (!(young > 0) || !isfinite(young))
     return flesh_fail(FLESH_ERR_ARGUMENT, "young is %.15g; it must be finite and > 0", young);
-  if (!(poisson > -1 && poisson < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is %.15g; it must be in (-1, 0.5)", poisson);
+  const int incompressible = poisson == 0.5;
+  if (!(poisson > -1 && poisson <= 0.5))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "poisson is %.15g; it must be in (-1, 0.5]", poisson);
+  if (incompressible && flesh_forms[energy].volume_term == FLESH_VOLUME_NONE)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "poisson is 0.5 with energy %s, which has no volume term that would vanish at J = 1; it must be "
+                      "less than 0.5",
+                      flesh_forms[energy].name);
+  const double ratio = incompressible ? FLESH_REFERENCE_POISSON : poisson;
   double mu = young / (2 * (1 + poisson));
-  double lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  double lambda = 2 * mu * ratio / (1 - 2 * ratio);
+  if (!incompressible) lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   flesh_material m;
   int status = from_lame(energy, constants, mu, lambda, given, &m);
   if (status)
@@ -223,6 +231,8 @@ static int from_young(flesh_energy energy, flesh_constants constants, const fles
                              poisson, mu, lambda);
   m.young = young;
   m.poisson = poisson;
+  m.incompressible = incompressible;
+  if (incompressible) m.alpha = 1; /* as lambda goes to infinity */
   *material = m;
   return FLESH_OK;
 }

@@ -25,6 +25,12 @@ int flesh_material_small_strain(const flesh_material *material, double *mu, doub
   flesh_psi at;
   int status = flesh_psi_at(material, identity, &at, NULL);
   if (status) return status;
+  if (material->incompressible) { /* whose pressure is such that rest is without stress */
+    if (mu) *mu = 2 * at.I;
+    if (lambda) *lambda = INFINITY;
+    if (rest_stress) *rest_stress = 0;
+    return FLESH_OK;
+  }
   if (mu) *mu = at.I - 0.5 * at.J;
   if (lambda) *lambda = at.J + 4 * at.II + 4 * at.IJ + at.JJ;
   if (rest_stress) *rest_stress = 2 * at.I + at.J;
@@ -107,6 +113,10 @@ static int dips(const flesh_material *material, double sign, double low, double 
 int flesh_material_rest_ratio(const flesh_material *material, double *volume_ratio)
 {
   FLESH_NEED({material, "material"}, {volume_ratio, "volume_ratio"});
+  if (material->incompressible) {
+    *volume_ratio = 1;
+    return FLESH_OK;
+  }
   double g, slope, mu, lambda, stress;
   int status = tension(material, 1, &g, &slope);
   if (!status) status = flesh_material_small_strain(material, &mu, &lambda, &stress);

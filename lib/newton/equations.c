@@ -95,6 +95,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->zeros;
   self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
+  if (stage->multipliers) self->reached.there.known = 0; /* they may have changed where x has not */
   const int changed = flesh_equations_find_constrained(self, stage->t);
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
@@ -167,6 +168,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
                        .clearance = looks ? &self->clearance : NULL,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
+                       .multipliers = s->multipliers, .penalty = s->penalty,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
                        .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
                        .threads = self->threads, .costs = self->costs};

@@ -35,16 +35,17 @@ static int solve_mass(flesh_newton *self, const double *right, double *y)
   return status;
 }
 
-int flesh_newton_acceleration(flesh_newton *self, double t, const double *x, const double *v, double *a)
+int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, double t, double *a)
 {
   flesh_equations *equations = &self->equations;
   const int n = equations->n;
   double *r = self->r, *correction = self->search.trial;
   flesh_equations_find_constrained(equations, t);
   for (int d = 0; d < n; d++) equations->a[d] = a[d] = equations->constrained[d] ? a[d] : 0;
-  int status = assemble_mass(self, t, x, v);
+  int status = assemble_mass(self, t, state->x, state->v);
   if (status) return status;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = equations->v, .a = equations->a,
+                             .multipliers = state->multipliers,
                              .threads = self->threads, .costs = equations->costs};
   self->stats.residuals++;
   status = flesh_system_residual(equations->system, &point, r);

@@ -5,6 +5,7 @@
 #ifndef FLESH_NEWTON_NEWTON_H
 #define FLESH_NEWTON_NEWTON_H
 
+#include "flesh/state.h"
 #include "newton/accelerators.h"
 #include "newton/balance.h"
 #include "newton/matrix_policy.h"
@@ -33,6 +34,7 @@ typedef struct flesh_newton {
   int at_round_off;               /* the last step was 0, because the residual is at round-off */
   int (*stop)(void *data);        /* NULL: not asked */
   void *stop_data;
+  double given_target;            /* N; of the residual, 0: what the options make of it */
   int stopped;                    /* what it answered in this stage; FLESH_OK: go on */
 } flesh_newton;
 
@@ -61,9 +63,9 @@ int flesh_newton_prepare(flesh_newton *newton, int usable);
  * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */
 int flesh_newton_step(flesh_newton *newton, const double *weights, const double *b, double tolerance, double *p);
 
-/* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs; those constrained at t keep the a they come with.
+/* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; those constrained at t keep the a they come with.
  * Overwrites K and the caches. Status > 0 where there is none. */
-int flesh_newton_acceleration(flesh_newton *newton, double t, const double *x, const double *v, double *a);
+int flesh_newton_acceleration(flesh_newton *newton, const flesh_state *state, double t, double *a);
 /* The constrained dofs of x and v [n] take their prescribed values (read there only); a jump du_c moves the free ones
  * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */
 int flesh_newton_apply_constraint_jump(flesh_newton *newton, double t, const double *x_prescribed,

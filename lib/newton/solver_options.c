@@ -19,6 +19,7 @@ void flesh_solver_options_default(flesh_solver_options *options)
       .techniques = FLESH_TECHNIQUES_ALL,
       .threads = 1,
       .line_search = FLESH_LINE_SEARCH_POTENTIAL,
+      .volume_tolerance = 1e-8,
   };
 }
 
@@ -27,8 +28,10 @@ int flesh_solver_options_check(const flesh_solver_options *o)
   const struct {
     const char *name;
     double value;
-  } fractions[] = {{"newton_tolerance", o->newton_tolerance}, {"linear_tolerance", o->linear_tolerance}};
-  for (int k = 0; k < 2; k++)
+  } fractions[] = {{"newton_tolerance", o->newton_tolerance},
+                   {"linear_tolerance", o->linear_tolerance},
+                   {"volume_tolerance", o->volume_tolerance}};
+  for (int k = 0; k < 3; k++)
     if (!(fractions[k].value > 0 && fractions[k].value < 1))
       return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %g; it must be > 0 and < 1", fractions[k].name,
                         fractions[k].value);

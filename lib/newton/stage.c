@@ -98,6 +98,7 @@ static int approach(flesh_newton *newton, const flesh_iteration *iteration, cons
     if (!status && freezes) status = freeze_until_still(newton, iteration, u, target, stats);
     norm = stats->residual_last;
     if (status || norm > target) return status; /* failed, or counts as solved all the same */
+    if (newton->given_target > 0) return status;
     status = flesh_balance_sharpen(&newton->balance, u, norm, first, load, &target);
     if (status || norm <= target) return status;
     stats->residual_target = newton->policy.target = target;
@@ -122,7 +123,8 @@ int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const doub
   if (!status) status = evaluate(newton, u, &first);
   if (!status) status = flesh_equations_load_norm(equations, u, &load);
   if (status) return status;
-  const double target = newton->options.newton_tolerance * fmax(first, load);
+  const double given = newton->given_target;
+  const double target = given > 0 ? given : newton->options.newton_tolerance * fmax(first, load);
   stats->solves++;
   stats->residual_first = stats->residual_last = first;
   stats->residual_target = newton->policy.target = target;

@@ -135,7 +135,7 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
       material = scene->material_count++;
       char *path = flesh_arena_print(&scene->arena, "%s[%d].material", list_key()->name, k);
       if (!path) return no_memory(scene);
-      int status = flesh_scene_make_material(place_of(scene, k, offsetof(flesh_scene_other, material)), path,
+      int status = flesh_scene_make_material(scene, place_of(scene, k, offsetof(flesh_scene_other, material)), path,
                                              &others[k].material, &scene->materials[material]);
       if (status) return status;
     }

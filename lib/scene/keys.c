@@ -48,7 +48,7 @@ const char *flesh_range_text(flesh_key_range range)
   case FLESH_RANGE_FRACTION:
     return " > 0 and < 1";
   case FLESH_RANGE_POISSON:
-    return " in (-1, 0.5)";
+    return " in (-1, 0.5]";
   default:
     return "";
   }
@@ -64,7 +64,7 @@ static int in_range(flesh_key_range range, double value)
   case FLESH_RANGE_FRACTION:
     return value > 0 && value < 1;
   case FLESH_RANGE_POISSON:
-    return value > -1 && value < 0.5;
+    return value > -1 && value <= 0.5;
   default:
     return 1;
   }

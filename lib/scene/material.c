@@ -59,8 +59,21 @@ static int no_pair(const flesh_node *node, const char *path, const pair *lame, c
       constant(young, 0)->name, constant(young, 1)->name);
 }
 
-int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
-                              flesh_material *material)
+/* The material at `path` is incompressible, which only one element can be. */
+static int check_element(const flesh_scene *scene, const flesh_node *node, const char *path, const pair *young)
+{
+  const flesh_key *key = constant(young, 1);
+  flesh_element element = (flesh_element)scene->keys.body.element;
+  if (element == FLESH_ELEMENT_AUTO)
+    element = flesh_mesh_order(scene->mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
+  if (element == FLESH_ELEMENT_TET10_MEAN) return FLESH_OK;
+  return flesh_node_fail(flesh_scene_place(node, flesh_material_table, key->offset),
+                         "%s.%s is 0.5, which the element %s cannot hold; set body.element to tet10-mean, or %s below 0.5",
+                         path, key->name, flesh_element_name(element), key->name);
+}
+
+int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, const char *path,
+                              flesh_scene_material *keys, flesh_material *material)
 {
   pair lame = {
       .offsets = {offsetof(flesh_scene_material, given.mu), offsetof(flesh_scene_material, given.lambda)}};
@@ -79,5 +92,6 @@ int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_sc
 #define IN_FORCE(FORM, name, ...) if (!status && energy == FLESH_ENERGY_##FORM) keys->given.name = material->name;
   FLESH_FORM_CONSTANT_LIST(IN_FORCE)
 #undef IN_FORCE
-  return status ? flesh_node_fail_within(status, node, "%s: ", path) : FLESH_OK;
+  if (status) return flesh_node_fail_within(status, node, "%s: ", path);
+  return material->incompressible ? check_element(scene, node, path, &young) : FLESH_OK;
 }

@@ -112,6 +112,16 @@ static int settle_time(flesh_scene *scene)
                            "%s.%s is %d; it must be 1 to 5", time->name, order->name,
                            scene->keys.time.adaptive.max_order);
   }
+  const flesh_method method = (flesh_method)scene->keys.time.method;
+  if (flesh_system_multiplier_count(scene->system) &&
+      (method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE)) {
+    const flesh_key *key =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
+    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
+                           "%s.%s is %s, which cannot judge the error of the pressures of incompressible tets (poisson "
+                           "0.5); it must be a method of fixed steps, or poisson below 0.5",
+                           time->name, key->name, flesh_method_name(method));
+  }
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
                                    scene->keys.time.end, scene->keys.time.max_energy_gain,
                                    scene->keys.time.options, scene->keys.time.adaptive};
@@ -125,7 +135,13 @@ static int read_start(flesh_scene *scene)
   size_t size = 3 * (size_t)nodes * sizeof(double);
   scene->start.x = flesh_arena_take(&scene->arena, size);
   scene->start.v = flesh_arena_take(&scene->arena, size);
-  if (!scene->start.x || !scene->start.v) return no_memory(scene->path);
+  scene->start.multiplier_count = flesh_system_multiplier_count(scene->system);
+  if (scene->start.multiplier_count)
+    scene->start.multipliers =
+        flesh_arena_take(&scene->arena, (size_t)scene->start.multiplier_count * sizeof(double));
+  if (!scene->start.x || !scene->start.v || (scene->start.multiplier_count && !scene->start.multipliers))
+    return no_memory(scene->path);
+  for (int k = 0; k < scene->start.multiplier_count; k++) scene->start.multipliers[k] = 0;
   double *velocity = scene->keys.start.velocity;
   if (!scene->keys.start.state) {
     memcpy(scene->start.x, flesh_mesh_positions(scene->mesh), size);
@@ -291,6 +307,8 @@ void flesh_scene_start(const flesh_scene *scene, flesh_state *state)
   state->t = scene->start.t;
   memcpy(state->x, scene->start.x, size);
   memcpy(state->v, scene->start.v, size);
+  for (int k = 0; k < state->multiplier_count && k < scene->start.multiplier_count; k++)
+    state->multipliers[k] = scene->start.multipliers[k];
 }
 
 void flesh_scene_print(const flesh_scene *scene, flesh_text *text)

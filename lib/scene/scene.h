@@ -35,8 +35,8 @@ const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *ke
 
 /* Chooses the constants in force and makes the material; `node` is its mapping, `path` its key.
  * What is not used becomes absent in *keys. */
-int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
-                              flesh_material *material);
+int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, const char *path,
+                              flesh_scene_material *keys, flesh_material *material);
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
 

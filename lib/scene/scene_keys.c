@@ -63,7 +63,7 @@ const flesh_key flesh_material_table[] = {
      .offset = offsetof(flesh_scene_material, given.poisson),
      .range = FLESH_RANGE_POISSON,
      .default_value = "",
-     .doc = "Poisson's ratio; not negative where the constants are matched or as_e"},
+     .doc = "Poisson's ratio; 0.5 (of which volumes are kept exactly) with body.element tet10-mean only"},
 #define FORM_CONSTANT(FORM, name_, unit_, least, usual, doc_)                                                          \
   {.name = #name_,                                                                                                     \
    .type = FLESH_KEY_NUMBER,                                                                                           \

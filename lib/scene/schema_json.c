@@ -17,7 +17,7 @@ static const char *bounds(flesh_key_range range)
   case FLESH_RANGE_FRACTION:
     return ", \"exclusiveMinimum\": 0, \"exclusiveMaximum\": 1";
   case FLESH_RANGE_POISSON:
-    return ", \"exclusiveMinimum\": -1, \"exclusiveMaximum\": 0.5";
+    return ", \"exclusiveMinimum\": -1, \"maximum\": 0.5";
   default:
     return "";
   }

@@ -34,6 +34,12 @@ const flesh_key flesh_solver_table[] = {
             "the applied load's and the first iterate's; where obstacles, prescribed places or springs may have gone "
             "on at once, and in statics, the first iterate's counts at most as the largest force at the current one: "
             "of loads, contact, inertia, elements and reactions"},
+    {.name = "volume_tolerance",
+     .type = FLESH_KEY_NUMBER,
+     .offset = offsetof(flesh_solver_options, volume_tolerance),
+     .range = FLESH_RANGE_FRACTION,
+     .default_value = "1e-8",
+     .doc = "of tets with poisson 0.5: their mean of J differs from 1 by this at most"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),

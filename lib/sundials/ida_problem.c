@@ -39,6 +39,11 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
   FLESH_NEED({system, "system"}, {options, "options"});
   if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
+  if (flesh_system_multiplier_count(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the body has incompressible tets (poisson 0.5), whose motion is a differential-algebraic system of "
+                      "index 3: IDA, CVODE and ARKODE cannot judge the error of its pressures; take a method of fixed "
+                      "steps, or poisson below 0.5");
   const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
   if (flesh_sunindex(unknowns) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",

@@ -162,6 +162,11 @@ size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
          9 * (size_t)self->problem->newton.equations.n * sizeof(double);
 }
 
+void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
+{
+  self->problem->newton.given_target = target;
+}
+
 void flesh_nonlinear_set_stop(flesh_nonlinear *self, int (*stop)(void *data), void *data)
 {
   self->problem->newton.stop = stop;
@@ -261,12 +266,12 @@ static int solve_few(void *data, const flesh_system *system, const flesh_solver_
   return status;
 }
 
-int flesh_nonlinear_acceleration(flesh_nonlinear *self, double t, const double *x, const double *v, double *a,
+int flesh_nonlinear_acceleration(flesh_nonlinear *self, const flesh_state *state, double t, double *a,
                                  flesh_solve_stats *stats)
 {
   flesh_newton *newton = &self->problem->newton;
   memset(&newton->stats, 0, sizeof newton->stats);
-  int status = flesh_newton_acceleration(newton, t, x, v, a);
+  int status = flesh_newton_acceleration(newton, state, t, a);
   flesh_stage_count(newton, stats);
   return status;
 }
@@ -322,6 +327,7 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
   stats->potentials++;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
+                             .multipliers = equations->stage.multipliers,
                              .threads = equations->threads, .costs = equations->costs};
   int status = flesh_system_energies(equations->system, &point, energies);
   for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];

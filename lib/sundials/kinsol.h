@@ -3,6 +3,7 @@
 #define FLESH_SUNDIALS_KINSOL_H
 
 #include "flesh/kinsol.h"
+#include "flesh/state.h"
 #include "system/position_potential.h"
 
 typedef struct flesh_nonlinear flesh_nonlinear;
@@ -17,6 +18,9 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear);
  * FLESH_NOT_CONVERGED. FLESH_UNDEFINED or FLESH_NONFINITE when the start has no residual. Adds to *stats. */
 int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, const double *const *guesses,
                           int extensions, flesh_solve_stats *stats);
+/* From now on solves go as deep as to a residual of this norm, N: those that follow one whose target it was. 0: as deep
+ * as the options say. */
+void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
 void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
@@ -25,10 +29,10 @@ const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
  * it. NULL: not asked. */
 void flesh_nonlinear_set_stop(flesh_nonlinear *nonlinear, int (*stop)(void *data), void *data);
 
-/* The acceleration a [3*n] that balances x and v at t; constrained dofs keep the a they come with. As
+/* The acceleration a [3*n] that balances the state at t; constrained dofs keep the a they come with. As
  * flesh_newton_acceleration. */
-int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, double t, const double *x, const double *v,
-                                 double *a, flesh_solve_stats *stats);
+int flesh_nonlinear_acceleration(flesh_nonlinear *nonlinear, const flesh_state *state, double t, double *a,
+                                 flesh_solve_stats *stats);
 
 /* As flesh_newton_apply_constraint_jump. */
 int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, const double *x_prescribed,

@@ -30,6 +30,7 @@ typedef struct check {
   double *v, *a;             /* the point */
   double *x_lag, *v_lag;     /* near x, and any */
   double *w, *x_frozen, *v_frozen; /* from the frozen state to the point, in the unknown's terms */
+  double *multipliers;       /* of an effect that has them, a tenth of its penalty in size */
   double *xs, *vs, *as;      /* the point moved */
   double *du, *r, *dr, *Kdu; /* a direction and what follows from it */
   unsigned long long random;
@@ -77,7 +78,7 @@ static flesh_point moved(check *c, const flesh_shift *shift, double s)
     c->v_frozen[d] = c->v[d] + shift->v * c->w[d];
   }
   return (flesh_point){.t = c->t, .load = 1, .x = c->xs, .v = c->vs, .a = c->as,
-                       .x_lag = c->x_lag, .v_lag = c->v_lag,
+                       .x_lag = c->x_lag, .v_lag = c->v_lag, .multipliers = c->multipliers, .penalty = 3,
                        .x_frozen = c->x_frozen, .v_frozen = shift->v != 0 ? c->v_frozen : NULL};
 }
 
@@ -281,7 +282,16 @@ static int check_open(check *c, const flesh_mesh *mesh)
                         &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)
     if (!(*vectors[k] = flesh_calloc(c->unknowns + 1, sizeof(double)))) values = NULL;
+  const size_t tets = (size_t)flesh_mesh_tet_count(mesh);
+  if (operations->constraints && !(c->multipliers = flesh_malloc((tets + 1) * sizeof(double)))) values = NULL;
   return values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory to check an effect");
+}
+
+static void choose_multipliers(check *c, int tets)
+{
+  if (!c->multipliers) return;
+  c->effect->operations->constraints->stiffness(c->effect, c->multipliers);
+  for (int k = 0; k < tets; k++) c->multipliers[k] *= 0.1 * uniform(&c->random);
 }
 
 static void check_close(check *c)
@@ -289,6 +299,7 @@ static void check_close(check *c)
   flesh_pattern_clear(&c->pattern);
   flesh_free(c->slots);
   flesh_free(c->K.values);
+  flesh_free(c->multipliers);
   double *vectors[] = {c->v,  c->a,  c->x_lag, c->v_lag, c->w, c->x_frozen, c->v_frozen,
                        c->xs, c->vs, c->as,    c->du,    c->r, c->dr,       c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++) flesh_free(vectors[k]);
@@ -317,6 +328,7 @@ int flesh_effect_check_derivatives(const flesh_effect *effect, const flesh_mesh 
     for (size_t d = 0; d < c.unknowns; d++) c.x_lag[d] += x[d];
     randomize(&c, c.v_lag, c.edge);
     randomize(&c, c.w, 0.1 * c.edge);
+    choose_multipliers(&c, flesh_mesh_tet_count(mesh));
   }
   for (int s = 0; s < FLESH_CHECK_SHIFTS && !status; s++) status = check_shift(&c, s, report);
   check_close(&c);

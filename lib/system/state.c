@@ -25,6 +25,53 @@ static int read_time(flesh_scanner *s, double *t)
   return status ? status : flesh_scan_row_end(&head);
 }
 
+static const char multipliers_word[] = "multipliers";
+
+/* Whether the line is `# multipliers <count>`; `line` is at its begin. */
+static int begins_multipliers(flesh_scanner *line)
+{
+  if (line->at >= line->end || *line->at != '#') return 0;
+  line->at++;
+  return flesh_scan_next_in_line(line) && flesh_scan_word(line, multipliers_word);
+}
+
+static int read_count(flesh_scanner *line, int count)
+{
+  int64_t given;
+  int status = flesh_scan_integer(line, &given);
+  if (!status) status = flesh_scan_row_end(line);
+  if (status || given == count) return status;
+  return flesh_scan_fail(line, "%lld multipliers; a state has one for each of the mesh's %d tets", (long long)given,
+                         count);
+}
+
+/* The multipliers, which are comments, so that what knows only rows of nodes reads these. */
+static int read_multipliers(flesh_scanner *s, flesh_state *state)
+{
+  flesh_scanner line;
+  int status = FLESH_OK, found = 0;
+  s->item = multipliers_word;
+  s->form = "# multipliers count";
+  s->index = -1;
+  for (; s->at < s->end && !found; flesh_scan_skip_line(s)) {
+    line = *s;
+    found = begins_multipliers(&line);
+  }
+  for (int k = 0; k < state->multiplier_count; k++) state->multipliers[k] = 0;
+  if (found) status = read_count(&line, state->multiplier_count);
+  s->item = "multiplier";
+  s->form = "# pascals";
+  for (int k = 0; k < state->multiplier_count && found && !status; k++, flesh_scan_skip_line(s)) {
+    line = *s;
+    line.index = k;
+    if (line.at >= line.end || *line.at++ != '#' || !flesh_scan_next_in_line(&line))
+      return flesh_scan_fail(&line, "the file has only %d of its %d multipliers", k, state->multiplier_count);
+    status = flesh_scan_real(&line, &state->multipliers[k]);
+    if (!status) status = flesh_scan_row_end(&line);
+  }
+  return status;
+}
+
 static int read_rows(flesh_scanner *s, int nodes, flesh_state *state)
 {
   s->item = "node";
@@ -65,7 +112,10 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
   scanner.form = "# t seconds";
   scanner.index = -1;
   if (!status) status = read_time(&scanner, &state->t);
+  flesh_scanner whole = scanner;
   if (!status) status = read_rows(&scanner, nodes, state);
+  whole.line = 1;
+  if (!status && state->multipliers) status = read_multipliers(&whole, state);
   flesh_scan_close(&scanner);
   return status;
 }
@@ -79,6 +129,9 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
     if (!isfinite(state->x[i]) || !isfinite(state->v[i]))
       return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: node %d of the state is not finite",
                         path, i / 3);
+  for (int k = 0; k < state->multiplier_count; k++)
+    if (!isfinite(state->multipliers[k]))
+      return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: multiplier %d of the state is not finite", path, k);
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (status) return status;
@@ -90,5 +143,11 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
       flesh_number_print(file.stream, i < 3 ? state->x[3 * n + i] : state->v[3 * n + i - 3]);
       putc(i < 5 ? ' ' : '\n', file.stream);
     }
+  if (state->multiplier_count) fprintf(file.stream, "# %s %d\n", multipliers_word, state->multiplier_count);
+  for (int k = 0; k < state->multiplier_count; k++) {
+    fprintf(file.stream, "# ");
+    flesh_number_print(file.stream, state->multipliers[k]);
+    putc('\n', file.stream);
+  }
   return flesh_file_commit(&file);
 }

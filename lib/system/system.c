@@ -151,10 +151,20 @@ static int find_leader(flesh_system *system)
                             &system->left);
 }
 
+/* Multipliers are one of each tet: two effects would share them. */
+static int check_holders(const flesh_system *system)
+{
+  int count = 0;
+  for (int k = 0; k < system->entry_count; k++) count += system->entries[k].effect->operations->constraints != NULL;
+  return count < 2 ? FLESH_OK
+                   : flesh_fail(FLESH_ERR_ARGUMENT, "%d effects hold constraints by multipliers; one at most may", count);
+}
+
 int flesh_system_finalize(flesh_system *system)
 {
   FLESH_NEED({system, "system"});
   int status = still_open(system);
+  if (!status) status = check_holders(system);
   if (status) return status;
   const flesh_cells **cells = flesh_malloc(((size_t)system->entry_count + 1) * sizeof *cells);
   if (!cells) return flesh_fail(FLESH_ERR_MEMORY, "no memory to finish a system");
@@ -237,6 +247,28 @@ int flesh_system_freezes(const flesh_system *system)
   for (int k = 0; k < system->entry_count; k++)
     if (flesh_effect_has_trait(system->entries[k].effect, FLESH_FREEZES)) return 1;
   return 0;
+}
+
+/* The effect that holds constraints by multipliers; NULL where there is none. */
+static const flesh_effect *holder(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->constraints) return system->entries[k].effect;
+  return NULL;
+}
+
+int flesh_system_multiplier_count(const flesh_system *system)
+{
+  return holder(system) ? flesh_mesh_tet_count(system->mesh) : 0;
+}
+
+int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point, double *gaps, double *stiffness)
+{
+  FLESH_NEED({system, "system"}, {point, "point"}, {gaps, "gaps"});
+  const flesh_effect *effect = holder(system);
+  if (!effect) return flesh_fail(FLESH_ERR_ARGUMENT, "no effect of the system holds constraints by multipliers");
+  if (stiffness) effect->operations->constraints->stiffness(effect, stiffness);
+  return effect->operations->constraints->gaps(effect, point, gaps);
 }
 
 double flesh_system_next_event(const flesh_system *system, double t)

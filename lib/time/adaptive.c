@@ -330,7 +330,7 @@ static int fail_by_flag(flesh_adaptive *self, int flag)
 static int show(flesh_adaptive *self, flesh_internal_step *step)
 {
   double *room = N_VGetArrayPointer(self->errors);
-  flesh_state state = {step->t, room, room + self->n};
+  flesh_state state = {.t = step->t, .x = room, .v = room + self->n};
   flesh_ida_get_state(self->problem, step->t, self->y, &state);
   step->state = &state;
   return self->options.observe(self->options.observe_data, step);

@@ -51,7 +51,7 @@ static double ahead_of(const flesh_adaptive_energy *self, double t)
 void flesh_adaptive_energy_start(flesh_adaptive_energy *self, double t, double *y)
 {
   const int n = self->problem->n;
-  const flesh_state state = {t, y, y + n};
+  const flesh_state state = {.t = t, .x = y, .v = y + n};
   self->later = 0;
   flesh_energy_watch_jump(self->watch, t, &state);
   memcpy(self->x, y, (size_t)n * sizeof *y);

@@ -4,12 +4,27 @@
 
 #include "time/integrator.h"
 
-static int solve(flesh_integrator *self, const flesh_stage *stage, double h, int halvings,
-                 int extensions, flesh_solve_stats *stats)
+/* A flesh_stage_end's data: what unknowns lead from. */
+typedef struct solution {
+  int n;
+  const double *x;
+} solution;
+
+static void find_end(void *data, const double *u, double *x)
+{
+  const solution *from = data;
+  for (int d = 0; d < from->n; d++) x[d] = from->x[d] + u[d];
+}
+
+static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage, double h, int halvings, int extensions,
+                 flesh_solve_stats *stats)
 {
   self->trying.t = stage->t_lag;
   self->trying.h = h;
-  int status = flesh_nonlinear_solve(self->nonlinear, stage, NULL, extensions, stats);
+  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state,
+                                       &(flesh_stage_end){&(solution){self->n, state->x}, find_end}, NULL, extensions,
+                                       stats);
+  if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, stage, state);
   if (status) flesh_integrator_record_failure(self, stage, h, halvings, status, stats);
   return status;
 }
@@ -22,7 +37,7 @@ static int follow(flesh_integrator *self, flesh_state *state, double h, flesh_so
   for (int k = 0; k < REPETITIONS; k++) {
     const int before = stats->newton;
     self->row->stage(&self->memory, state, state->t, h, &stage);
-    int status = solve(self, &stage, h, 0, 0, stats);
+    int status = solve(self, state, &stage, h, 0, 0, stats);
     if (status) return status;
     if (stats->newton == before) return FLESH_OK;
     self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
@@ -50,7 +65,7 @@ static int attempt_increment(void *data, const flesh_load_increment *increment)
   stage.x_lag = state->x;
   stage.t_lag = increment->from > 0 ? stage.t : walk->begin; /* obstacles and targets are at the end at once */
   stage.prescribed_fraction = increment->fraction;
-  int status = solve(self, &stage, walk->h, increment->depth, 0, walk->stats);
+  int status = solve(self, state, &stage, walk->h, increment->depth, 0, walk->stats);
   if (status) return status;
   self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), walk->h, state);
   if (increment->to >= 1) state->t = stage.t;
@@ -66,7 +81,7 @@ static int solve_static(flesh_integrator *self, flesh_state *state, double h, fl
   stage.x_lag = state->x;
   stage.t_lag = state->t;
   /* From a far start the full load may need many iterations, each of which is nearer. */
-  int status = solve(self, &stage, h, 0, self->options.max_cutbacks, stats);
+  int status = solve(self, state, &stage, h, 0, self->options.max_cutbacks, stats);
   if (status == FLESH_OK) {
     self->row->finish(&self->memory, flesh_nonlinear_unknowns(self->nonlinear), h, state);
     state->t = stage.t;

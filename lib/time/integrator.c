@@ -65,6 +65,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
+  if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
   if (status) {
     flesh_integrator_destroy(&self);
@@ -94,6 +95,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_rigid_parts_clear(&(*integrator)->parts);
   flesh_extrapolation_clear(&(*integrator)->extrapolation);
   flesh_energy_watch_clear(&(*integrator)->watch);
+  flesh_multipliers_clear(&(*integrator)->multipliers);
   free((*integrator)->held);
   free(*integrator);
   *integrator = NULL;
@@ -136,7 +138,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
          (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->held ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) + flesh_energy_watch_memory(&integrator->watch) +
-         flesh_recovery_memory(&integrator->recovery) +
+         flesh_recovery_memory(&integrator->recovery) + flesh_multipliers_memory(&integrator->multipliers) +
          (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
 }
 
@@ -192,7 +194,8 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
 {
   flesh_failure *f = &self->recovery.failure;
   *f = (flesh_failure){.status = status, .t = stage->t, .h = h, .halvings = halvings,
-                       .residual = stats->residual_last, .target = stats->residual_target};
+                       .residual = stats->residual_last, .target = stats->residual_target,
+                       .volume_gap = self->multipliers.left};
   flesh_failure_look(self->recovery.mesh, flesh_nonlinear_positions(self->nonlinear), f);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
 }
@@ -227,13 +230,9 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
   return status;
 }
 
-int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+/* A step of a state that has what the system's constraints need. */
+static int take_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  FLESH_NEED({self, "integrator"}, {state, "state"});
-  flesh_solve_stats ignored = {0};
-  if (!stats) stats = &ignored;
-  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status, euler = 1;
   flesh_untangler *untangler = self->recovery.untangler;
   if (untangler) flesh_untangler_before_step(untangler, state);
@@ -248,4 +247,18 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (status == FLESH_ERR_INTEGRATOR || status > 0) flesh_energy_watch_last(&self->watch, state);
   if (status <= 0 || !euler) return status;
   return flesh_recovery_fail(&self->recovery);
+}
+
+int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  FLESH_NEED({self, "integrator"}, {state, "state"});
+  flesh_solve_stats ignored = {0};
+  flesh_state view;
+  if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
+  int status = flesh_multipliers_view(&self->multipliers, state, &view);
+  if (status) return status;
+  status = take_step(self, &view, h, stats ? stats : &ignored);
+  state->t = view.t;
+  return status;
 }

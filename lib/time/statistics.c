@@ -12,6 +12,7 @@
   X(convergence_failures, "NLS step fails")              \
   X(impact_steps, "Impact steps")                        \
   X(solves, "NLS solves")                                \
+  X(multiplier_updates, "Multiplier updates")            \
   X(newton, "NLS iters")                                 \
   X(backtracks, "Backtracks")                            \
   X(subdomains, "Subdomains")                               \

@@ -39,7 +39,23 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
   int status = flesh_nonlinear_apply_constraint_jump(self->nonlinear, piece->begin, self->prescribed.x[0], memory->v0,
                                        state->x, state->v, stats);
   if (status || !self->row->acceleration) return status;
-  return flesh_nonlinear_acceleration(self->nonlinear, piece->begin, state->x, state->v, a, stats);
+  return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
+}
+
+/* What the positions at the end of a part are found from. A flesh_stage_end's data. */
+typedef struct part_end {
+  const flesh_integrator *self;
+  const flesh_state *state;
+} part_end;
+
+static void find_end(void *data, const double *u, double *x)
+{
+  const part_end *end = data;
+  const flesh_integrator *self = end->self;
+  const int second = flesh_method_order(self->method) > 1;
+  for (int d = 0; d < self->n; d++)
+    x[d] = second && self->prescribed.fixed[d] ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
+                                               : end->state->x[d] + u[d];
 }
 
 /* The state that the stage leads to must be one that can be reached and, where it is not the stage itself, have an
@@ -48,12 +64,7 @@ static int check_end(flesh_integrator *self, const flesh_stage *stage, const fle
                      double t_end, flesh_solve_stats *stats, int *blocked)
 {
   if (stage->shift.x == 1 && flesh_nonlinear_is_clear(self->nonlinear)) return FLESH_OK;
-  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
-  const int second = flesh_method_order(self->method) > 1;
-  for (int d = 0; d < self->n; d++)
-    self->start[d] = second && self->prescribed.fixed[d]
-                         ? self->prescribed.x[FLESH_PRESCRIBED_POINTS - 1][d]
-                         : state->x[d] + u[d];
+  find_end(&(part_end){self, state}, flesh_nonlinear_unknowns(self->nonlinear), self->start);
   if (stage->shift.x == 1)
     return flesh_system_tunnelled(self->system, state->t, state->x, t_end, self->start) ? FLESH_UNDEFINED : FLESH_OK;
   *blocked = flesh_system_max_feasible_step(self->system, state->t, state->x, t_end, self->start) < 1;
@@ -136,7 +147,9 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   flesh_stage stage;
   make_stage(self, row, state, piece, part, &stage);
   make_guesses(self, row, state, &stage, part->h, guesses);
-  int status = flesh_nonlinear_solve(self->nonlinear, &stage, guesses, 0, stats);
+  part_end ends = {self, state};
+  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state,
+                                       &(flesh_stage_end){&ends, find_end}, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
   if (status) {
     flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
@@ -146,6 +159,8 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},
                                     second, from, to, self->energies};
   status = flesh_step_energy_count(&energy, state);
+  if (status) return status;
+  status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
   if (status) return status;
   finish_part(self, row, &stage, part, state, stats);
   if (self->extrapolation.n)

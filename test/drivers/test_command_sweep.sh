@@ -58,7 +58,7 @@ bad() {
 bad_specs_are_refused() {
   bad 'body.material.poison is unknown; did you mean poisson' 'axes: [{key: body.material.poison, values: [1]}]' &&
     has stderr.txt 'spec.yaml:2:45:' &&
-    bad 'poisson is 0.6; it must be a number in (-1, 0.5)' 'axes: [{key: body.material.poisson, values: [0.1, 0.6]}]' &&
+    bad 'poisson is 0.6; it must be a number in (-1, 0.5]' 'axes: [{key: body.material.poisson, values: [0.1, 0.6]}]' &&
     has stderr.txt 'spec.yaml:2:51:' &&
     bad 'step is -1' 'set: {time.step: -1}' &&
       bad 'vales is unknown; did you mean values' 'axes: [{key: time.step, vales: 1}]' &&

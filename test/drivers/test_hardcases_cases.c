@@ -57,8 +57,7 @@ static void every_case_can_be_made(void)
       CHECK(info.unused_nodes == 0);
       if (quick) CHECK(info.tets <= 3000);
       if (!quick && r->mesh == FLESH_HARDCASES_LARGE) CHECK(info.tets >= 15000 && info.tets <= 50000);
-      flesh_state state = {0, malloc(sizeof(double) * (size_t)n),
-                           malloc(sizeof(double) * (size_t)n)};
+      flesh_state state = {.t = 0, .x = malloc(sizeof(double) * (size_t)n), .v = malloc(sizeof(double) * (size_t)n)};
       CHECK_OK(flesh_hardcases_make_start(r, mesh, 1, 1. / 60, &state));
       for (int d = 0; d < n; d++) finite &= isfinite(state.x[d]) && isfinite(state.v[d]);
       CHECK(finite);

@@ -368,12 +368,13 @@ static void refused_constants(void)
   REFUSED(lame(FLESH_ENERGY_USER, RAW, 1, 1, material), "no built-in", FLESH_FORM_NAMES);
   REFUSED(lame(FLESH_ENERGY_S, (flesh_constants)9, 1, 1, material), "constants is number 9",
           "raw, matched, as_e");
-  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, 0.5, material), "poisson is 0.5", "(-1, 0.5)");
-  REFUSED(young(FLESH_ENERGY_S, RAW, 1e5, 0.5, material), "poisson is 0.5", "(-1, 0.5)");
-  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, -1, material), "poisson is -1", "(-1, 0.5)");
+  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, nextafter(0.5, 1), material), "poisson is 0.5", "(-1, 0.5]");
+  REFUSED(young(FLESH_ENERGY_C, RAW, 1e5, 0.5, material), "poisson is 0.5 with energy C", "no volume term");
+  REFUSED(young(FLESH_ENERGY_CR, MATCHED, 1e5, 0.5, material), "poisson is 0.5 with energy CR", "no volume term");
+  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, -1, material), "poisson is -1", "(-1, 0.5]");
   REFUSED(young(FLESH_ENERGY_S, RAW, 1e5, -0.5, material), "poisson -0.5", "lambda > mu/8");
-  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, NAN, material), "poisson is", "(-1, 0.5)");
-  REFUSED(young(FLESH_ENERGY_NEO, RAW, 1e5, -1, material), "poisson is -1", "(-1, 0.5)");
+  REFUSED(young(FLESH_ENERGY_S, MATCHED, 1e5, NAN, material), "poisson is", "(-1, 0.5]");
+  REFUSED(young(FLESH_ENERGY_NEO, RAW, 1e5, -1, material), "poisson is -1", "(-1, 0.5]");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, 0, 0.3, material), "young is 0", "> 0");
   REFUSED(young(FLESH_ENERGY_S, MATCHED, INFINITY, 0.3, material), "young is inf", "finite");
   REFUSED(young(FLESH_ENERGY_E, RAW, 1e5, 0.1, material), "young 100000 and poisson 0.1",

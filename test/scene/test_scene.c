@@ -378,7 +378,7 @@ static void states_come_back_bit_for_bit(void)
   v[0] = -0.0;
   v[1] = 5e-324;
   x[2] = 1.7976931348623157e308;
-  flesh_state state = {1.0 / 3, x, v}, back = {0, x2, v2};
+  flesh_state state = {.t = 1.0 / 3, .x = x, .v = v}, back = {.t = 0, .x = x2, .v = v2};
   CHECK_OK(flesh_state_write(file_path("state.txt"), 20, &state));
   CHECK_OK(flesh_state_read(file_path("state.txt"), 20, &back));
   CHECK(back.t == state.t && !memcmp(x, x2, sizeof x) && !memcmp(v, v2, sizeof v));

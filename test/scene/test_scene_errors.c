@@ -124,8 +124,11 @@ static const bad_scene scenes[] = {
      {"body.material gives mu, lambda, young; it must give"}},
     {MATERIAL("{energy: B, mu: 3, lambda: 4, young: 5, poisson: 0.1}"),
      {"gives mu, lambda, young, poisson", "exactly one"}},
+    {MATERIAL("{energy: B, young: 3, poisson: 0.6}"),
+     {"bad.yaml:3:44: body.material.poisson is 0.6; it must be a number in (-1, 0.5]"}},
     {MATERIAL("{energy: B, young: 3, poisson: 0.5}"),
-     {"bad.yaml:3:44: body.material.poisson is 0.5; it must be a number in (-1, 0.5)"}},
+     {"bad.yaml:3:44: body.material.poisson is 0.5", "the element tet4 cannot hold; set body.element to tet10-mean"}},
+    {MATERIAL("{energy: C, young: 3, poisson: 0.5}"), {"poisson is 0.5 with energy C, which has no volume term"}},
     {MATERIAL("{energy: B, young: -3, poisson: 0.4}"),
      {"body.material.young is -3; it must be a number > 0 [Pa]"}},
     {MATERIAL("{energy: E, constants: raw, mu: 3, lambda: 1}"),
@@ -442,7 +445,7 @@ static void bad_states_are_refused_with_the_line(void)
       {"# t 1 2\n", "state.txt:1: "},
   };
   double x[6], v[6];
-  flesh_state state = {0, x, v};
+  flesh_state state = {.t = 0, .x = x, .v = v};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     CHECK(flesh_state_read(write_text("state.txt", bad[i].text), 2, &state) == FLESH_ERR_FILE);
     CHECK_TEXT(flesh_error_text(), bad[i].part);

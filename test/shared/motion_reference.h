@@ -75,7 +75,7 @@ static inline void motion_reference_run(const test_body *body, double end, doubl
 /* A state of n unknowns equal to another; freed with state_free. */
 static inline flesh_state state_copy(int n, const flesh_state *other)
 {
-  flesh_state state = {other->t, malloc((size_t)n * sizeof(double)), malloc((size_t)n * sizeof(double))};
+  flesh_state state = {.t = other->t, .x = malloc((size_t)n * sizeof(double)), .v = malloc((size_t)n * sizeof(double))};
   memcpy(state.x, other->x, (size_t)n * sizeof(double));
   memcpy(state.v, other->v, (size_t)n * sizeof(double));
   return state;

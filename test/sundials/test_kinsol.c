@@ -85,7 +85,9 @@ static double *integrated(const set_up *s)
   flesh_integrator *integrator = NULL;
   options.newton_tolerance = 1e-12;
   options.linear_solver = FLESH_LINEAR_KLU;
-  flesh_state state = {0, malloc((size_t)s->b.n * sizeof(double)), malloc((size_t)s->b.n * sizeof(double))};
+  flesh_state state = {.t = 0,
+                       .x = malloc((size_t)s->b.n * sizeof(double)),
+                       .v = malloc((size_t)s->b.n * sizeof(double))};
   memcpy(state.x, s->b.state.x, (size_t)s->b.n * sizeof *state.x);
   memcpy(state.v, s->b.state.v, (size_t)s->b.n * sizeof *state.v);
   CHECK_OK(flesh_integrator_create(s->b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));

@@ -12,7 +12,7 @@ static double velocity(int d, double t) { return 1 + d - 3 * t + (2 + d) * t * t
 static flesh_state at(double t, double *x, double *v)
 {
   for (int d = 0; d < N; d++) v[d] = velocity(d, t);
-  return (flesh_state){t, x, v};
+  return (flesh_state){.t = t, .x = x, .v = v};
 }
 
 /* A step of backward Euler, by h v. */
@@ -64,8 +64,8 @@ static void vibrations_are_predicted(void)
       next[d] = (1 + d) * exp(-0.1 * (t + h)) * cos(5 * (t + h) + d) +
                 (2 + d * d % 5) * exp(-0.3 * (t + h)) * sin(quick * (t + h) + 3 * d);
     }
-    remember(&e, &(flesh_state){t, x, v}, h, 1);
-    CHECK(flesh_extrapolation_guess(&e, &(flesh_state){t, x, v}, h, u));
+    remember(&e, &(flesh_state){.t = t, .x = x, .v = v}, h, 1);
+    CHECK(flesh_extrapolation_guess(&e, &(flesh_state){.t = t, .x = x, .v = v}, h, u));
     double off = 0, size = 0;
     for (int d = 0; d < N; d++) {
       off = fmax(off, fabs(u[d] / h - next[d]));

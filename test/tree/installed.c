@@ -20,7 +20,7 @@ int main(void)
   flesh_system *system = NULL;
   flesh_solver_options options;
   flesh_integrator *integrator = NULL;
-  flesh_state state = {0, x, v};
+  flesh_state state = {.t = 0, .x = x, .v = v};
 
   status = flesh_mesh_box(cells, size, origin, &mesh);
   if (status || flesh_mesh_node_count(mesh) != NODES || flesh_mesh_tet_count(mesh) != TETS) return 1;

@@ -31,6 +31,7 @@
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
  * flesh_skin_frames_close frames,
+ * flesh_system_constraint_gaps stiffness,
  * flesh_surface_write x. */
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
@@ -57,7 +58,7 @@
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_freezes flesh_system_fixed flesh_system_holds. */
+ * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count. */
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -316,6 +317,9 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_add_prescribed_motion, nodes, (any, 1, NULL, 1, any, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, motion, (any, 1, any, 1, NULL, 1, 1));
   REFUSES(flesh_system_finalize, system, (NULL));
+  REFUSES(flesh_system_constraint_gaps, system, (NULL, any, any, any));
+  REFUSES(flesh_system_constraint_gaps, point, (any, NULL, any, any));
+  REFUSES(flesh_system_constraint_gaps, gaps, (any, any, NULL, any));
   REFUSES(flesh_system_residual, system, (NULL, any, any));
   REFUSES(flesh_system_residual, point, (any, NULL, any));
   REFUSES(flesh_system_residual, r, (any, any, NULL));

@@ -78,9 +78,12 @@ void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *
 int flesh_recovery_fail(const flesh_recovery *self)
 {
   const flesh_failure *f = &self->failure;
-  char residual[80] = "there is no residual"; /* where the first iterate has no energy */
+  char residual[120] = "there is no residual"; /* where the first iterate has no energy */
   if (f->worst_node >= 0)
     snprintf(residual, sizeof residual, "residual %.3g N, wanted %.3g N", f->residual, f->target);
+  if (f->volume_gap > 0)
+    snprintf(residual, sizeof residual, "the forces balance, but volumes of incompressible tets are off by up to %.3g",
+             f->volume_gap);
   return flesh_fail(f->status == FLESH_NONFINITE ? FLESH_ERR_NONFINITE : FLESH_ERR_SOLVE,
                     "at t = %.9g s with h = %.3g s: %s; %s; smallest J = %.3g in tet %d at (%.4g, %.4g, %.4g)",
                     f->t, f->h, flesh_status_text(f->status), residual, f->worst_J, f->worst_tet,

@@ -47,10 +47,10 @@ static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
 static const unsigned others = FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
 /* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
-static int forces(flesh_untangler *self, double t, const double *x, unsigned roles)
+static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, unsigned roles)
 {
   const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
-                             .x_lag = x, .v_lag = self->zero, .t_lag = t};
+                             .x_lag = x, .v_lag = self->zero, .t_lag = t, .multipliers = multipliers};
   return flesh_system_roles_residual(self->system, roles, &point, self->r);
 }
 
@@ -63,13 +63,13 @@ static double force_scale(flesh_untangler *self, int *stressed)
   unsigned long long random = 1;
   double sum = 0;
   *stressed = 1;
-  if (forces(self, 0, X, elastic)) return 0;
+  if (forces(self, 0, X, NULL, elastic)) return 0;
   memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
   for (int d = 0; d < self->n; d++) {
     random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
     self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
   }
-  if (forces(self, 0, self->a, elastic)) return 0;
+  if (forces(self, 0, self->a, NULL, elastic)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
   double force = sum / self->n / part;
   *stressed = flesh_largest(NULL, self->n, self->saved) > 1e-6 * force;
@@ -169,7 +169,7 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
   flesh_system_fixed(self->system, state->t, self->fixed);
-  if (forces(self, state->t, state->x, elastic | others)) return 0;
+  if (forces(self, state->t, state->x, state->multipliers, elastic | others)) return 0;
   for (int d = 0; d < self->n; d++)
     if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_share * self->force) return 0;
   return 1;
@@ -181,7 +181,7 @@ static int is_unloaded(flesh_untangler *self, const flesh_state *state)
 {
   double sum = 0, largest_offset = 0;
   const double *X = flesh_mesh_positions(self->mesh);
-  if (forces(self, state->t, state->x, others)) return 0;
+  if (forces(self, state->t, state->x, NULL, others)) return 0;
   for (int d = 0; d < self->n; d++) {
     sum += fabs(self->r[d]);
     if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
@@ -193,7 +193,7 @@ static int is_unloaded(flesh_untangler *self, const flesh_state *state)
  * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
-  if (forces(self, state->t, state->x, others)) return 1;
+  if (forces(self, state->t, state->x, NULL, others)) return 1;
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
     int node[4];
     flesh_mesh_piece(self->mesh, t, node);

@@ -1,0 +1,176 @@
+/* multipliers.c: the augmented Lagrangian method (Hestenes 1969, Powell 1969; Nocedal & Wright 2006, section 17.3): a
+ * solve with multipliers p that stand still and a penalty k for gaps c of the constraints, p <- p + k c, and again.
+ *
+ * Of the error of the pressure a solve leaves a share q/(q + k), q being how stiff the body is against it: as stiff as
+ * its material in statics, where the penalty is some hundred times as stiff as that; in motion also as heavy, as what
+ * is inside moves only as fast as what is between it and the surface lets it. The penalty is raised with that.
+ *
+ * The force of a multiplier acts where the method balances; what it holds is the end of the step, x_1 = x_0 + u, where
+ * that is another place. Held at the stage, the midpoint rule's ends would swing around the constraint with a swing
+ * that grows. As the stage moves by shift.x u, p changes by shift.x k c. */
+#include "time/multipliers.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "system/one_effect.h"
+
+/* Of solves for multipliers, each of which should leave less than half of the gaps. */
+enum { SOLVES = 60 };
+/* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
+static const double least = 5, raised = 30;
+
+/* Mass over rest volume, kg/m^3; 0 without inertia. */
+static double density_of(const flesh_system *system, double *a, double *r)
+{
+  const double *X = flesh_mesh_positions(flesh_system_mesh(system));
+  const flesh_point point = {.load = 1, .x = X, .v = a, .a = a};
+  double mass = 0;
+  for (int d = 0; d < flesh_system_unknowns(system); d++) a[d] = d % 3 == 0;
+  if (flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, r)) return 0;
+  for (int d = 0; d < flesh_system_unknowns(system); d += 3) mass += r[d];
+  return mass / flesh_mesh_volume(flesh_system_mesh(system), X);
+}
+
+/* The radius of a ball with the body's ratio of volume and surface, m. */
+static double radius_of(const flesh_mesh *mesh)
+{
+  int count;
+  const int *triangle = flesh_mesh_surface(mesh, &count);
+  const double *X = flesh_mesh_positions(mesh);
+  double area = 0;
+  for (int k = 0; k < count; k++) {
+    const double *corner[3];
+    double n[3], *edge[2] = {(double[3]){0}, (double[3]){0}};
+    for (int a = 0; a < 3; a++) corner[a] = X + 3 * (size_t)triangle[3 * k + a];
+    for (int c = 0; c < 3; c++)
+      for (int e = 0; e < 2; e++) edge[e][c] = corner[e + 1][c] - corner[0][c];
+    for (int c = 0; c < 3; c++)
+      n[c] = edge[0][(c + 1) % 3] * edge[1][(c + 2) % 3] - edge[0][(c + 2) % 3] * edge[1][(c + 1) % 3];
+    area += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+  }
+  return 3 * flesh_mesh_volume(mesh, X) / area;
+}
+
+int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
+{
+  *self = (flesh_multipliers){.system = system, .tolerance = options->volume_tolerance,
+                              .depth = options->newton_tolerance};
+  self->count = flesh_system_multiplier_count(system);
+  if (!self->count) return FLESH_OK;
+  const size_t count = (size_t)self->count, n = (size_t)flesh_system_unknowns(system);
+  self->n = (int)n;
+  self->own = calloc(6 * count + 2 * n, sizeof *self->own);
+  if (!self->own) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d multipliers", self->count);
+  self->trial = self->own + count;
+  self->given = self->trial + count;
+  self->lag = self->given + count;
+  self->gaps = self->lag + count;
+  self->stiffness = self->gaps + count;
+  self->x = self->stiffness + count;
+  self->u = self->x + n;
+  const flesh_mesh *mesh = flesh_system_mesh(system);
+  const flesh_point rest = {.load = 1, .x = flesh_mesh_positions(mesh), .v = self->u, .a = self->u};
+  int status = flesh_system_constraint_gaps(system, &rest, self->gaps, self->stiffness);
+  if (status) return status;
+  self->softest = INFINITY;
+  for (int k = 0; k < self->count; k++)
+    if (self->stiffness[k] > 0) self->softest = fmin(self->softest, self->stiffness[k]);
+  const double radius = radius_of(mesh);
+  self->inertia = density_of(system, self->x, self->u) * radius * radius / (M_PI * M_PI);
+  return FLESH_OK;
+}
+
+void flesh_multipliers_clear(flesh_multipliers *self)
+{
+  free(self->own);
+  *self = (flesh_multipliers){0};
+}
+
+size_t flesh_multipliers_memory(const flesh_multipliers *self)
+{
+  return (6 * (size_t)self->count + 2 * (size_t)self->n) * sizeof(double);
+}
+
+int flesh_multipliers_view(const flesh_multipliers *self, const flesh_state *state, flesh_state *view)
+{
+  *view = *state;
+  if (state->multipliers && state->multiplier_count != self->count)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the state has %d multipliers; the system has %d", state->multiplier_count,
+                      self->count);
+  if (!state->multipliers && self->count) {
+    view->multipliers = self->own;
+    view->multiplier_count = self->count;
+  }
+  return FLESH_OK;
+}
+
+/* The largest gap where the solve leads to. */
+static int find_gaps(flesh_multipliers *self, const flesh_stage_end *end, const double *u, double *largest)
+{
+  const flesh_point point = {.load = 1, .x = self->x, .v = u, .a = u};
+  end->find(end->data, u, self->x);
+  int status = flesh_system_constraint_gaps(self->system, &point, self->gaps, NULL);
+  *largest = 0;
+  for (int k = 0; k < self->count; k++) *largest = fmax(*largest, fabs(self->gaps[k]));
+  return status || *largest < INFINITY ? status : FLESH_NONFINITE;
+}
+
+/* From the state's pressures, less what the penalty bears of them if the gaps at the stage stay as they were. */
+static void begin(flesh_multipliers *self, const flesh_state *state, double penalty)
+{
+  const size_t bytes = (size_t)self->count * sizeof *self->trial;
+  const int goes_on = !memcmp(state->multipliers, self->given, bytes);
+  memcpy(self->trial, state->multipliers, bytes);
+  for (int k = 0; goes_on && k < self->count; k++) self->trial[k] -= penalty * self->stiffness[k] * self->lag[k];
+}
+
+int flesh_multipliers_solve(flesh_multipliers *self, flesh_nonlinear *nonlinear, flesh_stage *stage,
+                            const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
+                            int extensions, flesh_solve_stats *stats)
+{
+  if (!self->count) return flesh_nonlinear_solve(nonlinear, stage, guesses, extensions, stats);
+  const double *next[] = {self->u, NULL}, *u = flesh_nonlinear_unknowns(nonlinear);
+  const double by_inertia = self->inertia * stage->shift.a / stage->shift.x;
+  double largest = 0;
+  int status = FLESH_NOT_CONVERGED, settled = 0;
+  stage->multipliers = self->trial;
+  stage->penalty = fmax(least, raised * by_inertia / self->softest);
+  begin(self, state, stage->penalty);
+  for (int k = 0; k < SOLVES && !settled; k++) {
+    const int before = stats->newton;
+    status = flesh_nonlinear_solve(nonlinear, stage, k ? next : guesses, extensions, stats);
+    flesh_nonlinear_set_target(nonlinear, status ? 0 : stats->residual_target);
+    if (!status) status = find_gaps(self, end, u, &largest);
+    if (status) break;
+    settled = largest <= (k && stats->newton == before ? fmax(self->tolerance, self->depth) : self->tolerance);
+    if (settled) break;
+    const double change = stage->shift.x * stage->penalty;
+    for (int e = 0; e < self->count; e++) self->trial[e] += change * self->stiffness[e] * self->gaps[e];
+    memcpy(self->u, u, (size_t)self->n * sizeof *u);
+    stats->multiplier_updates++;
+    flesh_nonlinear_go_on(nonlinear);
+  }
+  flesh_nonlinear_set_target(nonlinear, 0);
+  self->left = status || settled ? 0 : largest;
+  return status || settled ? status : FLESH_NOT_CONVERGED;
+}
+
+int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear, const flesh_stage *stage,
+                             flesh_state *state)
+{
+  const size_t bytes = (size_t)self->count * sizeof *self->trial;
+  int status = FLESH_OK;
+  if (!self->count) return FLESH_OK;
+  memset(self->lag, 0, bytes);
+  if (stage->shift.x != 1) {
+    const flesh_point point = flesh_nonlinear_point(nonlinear);
+    status = flesh_system_constraint_gaps(self->system, &point, self->lag, NULL);
+  }
+  for (int k = 0; k < self->count; k++)
+    self->given[k] = self->trial[k] + stage->penalty * self->stiffness[k] * self->lag[k];
+  memcpy(state->multipliers, self->given, bytes);
+  return status;
+}

@@ -1,0 +1,49 @@
+/* multipliers.h: solves of stages whose effects hold constraints by multipliers, as incompressible tets hold their
+ * volumes: the augmented Lagrangian method around Newton's. */
+#ifndef FLESH_TIME_MULTIPLIERS_H
+#define FLESH_TIME_MULTIPLIERS_H
+
+#include "flesh/state.h"
+#include "sundials/kinsol.h"
+
+typedef struct flesh_multipliers {
+  const flesh_system *system;
+  int count, n;     /* 0 multipliers: nothing is held, and nothing below is there */
+  double tolerance; /* of gaps */
+  double depth;     /* of gaps that solving on would not change */
+  double left;      /* the largest gap where the last solve ended without converging, though forces balanced; else 0 */
+  double inertia;   /* kg/m: the body's density times the square of how far its inside is from its surface */
+  double softest;   /* Pa; of the penalties */
+  double *own;      /* [count] Pa, of states without multipliers */
+  double *trial;    /* [count] Pa, of the solve under way, and where it ended */
+  double *given, *lag; /* [count] Pa, those that a state was last given, and the gaps at its stage */
+  double *gaps, *stiffness; /* [count] */
+  double *x, *u;            /* [n] the end of the step, and the unknowns of the last solve */
+} flesh_multipliers;
+
+int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options,
+                             flesh_multipliers *multipliers);
+void flesh_multipliers_clear(flesh_multipliers *multipliers);
+size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
+
+/* *view = *state, with multipliers of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
+int flesh_multipliers_view(const flesh_multipliers *multipliers, const flesh_state *state, flesh_state *view);
+
+/* Where a stage's unknowns u [n] lead to: the positions x [n] at which the constraints are to hold. */
+typedef struct flesh_stage_end {
+  void *data;
+  void (*find)(void *data, const double *u, double *x);
+} flesh_stage_end;
+
+/* As flesh_nonlinear_solve, from the multipliers of the state, where something is held: until no gap at the end exceeds
+ * volume_tolerance, or none exceeds newton_tolerance and what multipliers change by leaves the forces balanced.
+ * FLESH_NOT_CONVERGED where gaps stay. */
+int flesh_multipliers_solve(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, flesh_stage *stage,
+                            const flesh_state *state, const flesh_stage_end *end, const double *const *guesses,
+                            int extensions, flesh_solve_stats *stats);
+/* The state takes over the pressures of the last solve, which has succeeded with this stage: where that holds
+ * constraints at another place, the penalty's share as well. */
+int flesh_multipliers_accept(flesh_multipliers *multipliers, flesh_nonlinear *nonlinear, const flesh_stage *stage,
+                             flesh_state *state);
+
+#endif

@@ -1,0 +1,195 @@
+/* test_incompressible_motion.c: incompressible bodies in motion: volumes, momenta and energy are kept, methods have their
+ * orders, states go on. */
+#include "temporary.h"
+
+#include <stdlib.h>
+
+#include "incompressible.h"
+
+static const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2, FLESH_METHOD_MIDPOINT,
+                                       FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT};
+enum { METHODS = sizeof methods / sizeof methods[0] };
+
+static void momenta(const test_body *b, double P[3], double L[3])
+{
+  double *p = malloc((size_t)b->n * sizeof *p);
+  test_body_mass_times(b, b->state.v, p);
+  for (int c = 0; c < 3; c++) P[c] = L[c] = 0;
+  for (int d = 0; d < b->n; d++) {
+    const int c = d % 3, i = d - c;
+    P[c] += p[d];
+    L[c] += b->state.x[i + (c + 1) % 3] * p[i + (c + 2) % 3] - b->state.x[i + (c + 2) % 3] * p[i + (c + 1) % 3];
+  }
+  free(p);
+}
+
+static double energy_of(const test_body *b)
+{
+  double energies[4], sum = 0;
+  const flesh_point point = {
+      .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v, .multipliers = b->state.multipliers};
+  CHECK_OK(flesh_system_energies(b->system, &point, energies));
+  for (int e = 0; e < flesh_system_effect_count(b->system); e++) sum += energies[e];
+  return sum;
+}
+
+/* Volumes are kept at every step's end by all methods, momenta by all (angular ones exactly by the midpoint rule), and
+ * the energy as its order has it by those that do not damp. */
+static void motion_keeps_what_it_must(void)
+{
+  for (int m = 0; m < METHODS; m++) {
+    test_body b;
+    double P0[3], L0[3], P[3], L[3], gap = 0, turn = 0, drift = 0;
+    flesh_solve_stats stats = {0};
+    throw_block(&b);
+    flesh_integrator *integrator = integrator_of(&b, methods[m], 1e-10, 1);
+    momenta(&b, P0, L0);
+    const double E0 = energy_of(&b);
+    double rest;
+    memcpy(P, P0, sizeof P);
+    for (int k = 0; k < 30; k++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 120, &stats));
+      gap = fmax(gap, largest_gap(&b));
+    }
+    momenta(&b, P, L);
+    for (int c = 0; c < 3; c++) drift = fmax(drift, fabs(P[c] - P0[c])), turn = fmax(turn, fabs(L[c] - L0[c]));
+    rest = energy_of(&b) - E0;
+    const double kinetic = 250. * 9 / 2;
+    printf("# %s: volumes to %.1g, momentum to %.1g N s, angular momentum to %.2g N m s of %.3g, energy %+.3g J of about "
+           "%.3g J; %.3g updates a step\n",
+           flesh_method_name(methods[m]), gap, drift, turn, test_norm(3, L0), rest, kinetic,
+           stats.multiplier_updates / 30.);
+    CHECK_BELOW(gap, 1e-10);
+    CHECK_BELOW(drift, 1e-8 * 250);
+    if (methods[m] == FLESH_METHOD_MIDPOINT) {
+      CHECK_BELOW(turn, 1e-6 * test_norm(3, L0));
+      CHECK_BELOW(fabs(rest), 1e-3 * kinetic);
+    }
+    if (methods[m] == FLESH_METHOD_NEWMARK) CHECK_BELOW(fabs(rest), 1e-2 * kinetic);
+    CHECK_BELOW(rest, 1e-2 * kinetic);
+    CHECK(flesh_integrator_energy_balance(integrator)->gain < 0.05);
+    flesh_integrator_destroy(&integrator);
+    destroy(&b);
+  }
+}
+
+/* A clamped bar that begins to swing; its positions at 1/4 s, in x [n]. */
+static void swing(flesh_method method, int steps, double *x)
+{
+  test_body b;
+  make(test_box(4, 1, 1, 2, 0.5, 0.5), test_material(FLESH_ENERGY_S, 0.5), 1, &b);
+  CHECK_OK(test_body_gravity(&b, 0, 0, -4));
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(flesh_system_finalize(b.system));
+  flesh_integrator *integrator = integrator_of(&b, method, 1e-9, 1);
+  for (int k = 0; k < steps; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.25 / steps, NULL));
+  memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+  flesh_integrator_destroy(&integrator);
+  destroy(&b);
+}
+
+/* Halved steps take a quarter of the error of methods of order 2, half of that of backward Euler. */
+static void methods_have_their_orders(void)
+{
+  static double exact[6000], x[2][6000];
+  flesh_mesh *raised = NULL, *box = test_box(4, 1, 1, 2, 0.5, 0.5);
+  CHECK_OK(flesh_mesh_raise_order(box, &raised));
+  const int n = 3 * flesh_mesh_node_count(raised);
+  flesh_mesh_destroy(&box);
+  flesh_mesh_destroy(&raised);
+  CHECK(n <= 6000);
+  swing(FLESH_METHOD_MIDPOINT, 640, exact);
+  for (int m = 0; m < METHODS; m++) {
+    const int order = flesh_method_order(methods[m]);
+    swing(methods[m], 20, x[0]);
+    swing(methods[m], 40, x[1]);
+    const double coarse = test_distance(n, x[0], exact), fine = test_distance(n, x[1], exact);
+    printf("# %s: %.3g m, %.3g m: order %.2f\n", flesh_method_name(methods[m]), coarse, fine, log2(coarse / fine));
+    CHECK_NEAR(log2(coarse / fine), order, order == 2 ? 0.35 : 0.15);
+  }
+}
+
+/* Multipliers are part of the state: a file keeps them, and a state of it goes on with the same bits as the one that was
+ * written, for any number of threads; without them the first step must find them again. */
+static void states_go_on(void)
+{
+  char folder[200], path[220];
+  CHECK(!test_folder_make(folder, sizeof folder));
+  snprintf(path, sizeof path, "%s/state.txt", folder);
+  test_body b;
+  flesh_solve_stats stats[3] = {{0}};
+  throw_block(&b);
+  const int tets = b.state.multiplier_count;
+  const size_t bytes = (size_t)b.n * sizeof(double), p_bytes = (size_t)tets * sizeof(double);
+  flesh_integrator *first = integrator_of(&b, FLESH_METHOD_NEWMARK, 1e-8, 1);
+  for (int k = 0; k < 6; k++) CHECK_OK(flesh_integrator_step(first, &b.state, 1. / 120, NULL));
+  flesh_integrator_destroy(&first);
+  CHECK_OK(flesh_state_write(path, b.n / 3, &b.state));
+  flesh_state states[3];
+  for (int s = 0; s < 3; s++) {
+    states[s] = (flesh_state){.x = malloc(bytes), .v = malloc(bytes), .multipliers = malloc(p_bytes),
+                              .multiplier_count = tets};
+    CHECK_OK(flesh_state_read(path, b.n / 3, &states[s]));
+    CHECK(!memcmp(states[s].multipliers, b.state.multipliers, p_bytes) && states[s].t == b.state.t);
+  }
+  memcpy(states[1].x, b.state.x, bytes);
+  memcpy(states[1].v, b.state.v, bytes);
+  memset(states[2].multipliers, 0, p_bytes);
+  for (int s = 0; s < 3; s++) {
+    flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_NEWMARK, 1e-8, s == 1 ? 3 : 1);
+    for (int k = 0; k < 3; k++) CHECK_OK(flesh_integrator_step(integrator, &states[s], 1. / 120, &stats[s]));
+    flesh_integrator_destroy(&integrator);
+  }
+  CHECK(!memcmp(states[0].x, states[1].x, bytes) && !memcmp(states[0].v, states[1].v, bytes) &&
+        !memcmp(states[0].multipliers, states[1].multipliers, p_bytes));
+  printf("# without its multipliers a state is off by %.2g m after three steps, with %d updates for %d\n",
+         test_distance(b.n, states[0].x, states[2].x), stats[2].multiplier_updates, stats[0].multiplier_updates);
+  CHECK(test_distance(b.n, states[0].x, states[2].x) > 1e-7);
+  flesh_state bare = {.x = states[2].x, .v = states[2].v};
+  CHECK_OK(flesh_state_read(path, b.n / 3, &bare));
+  states[0].multiplier_count--;
+  CHECK(flesh_state_read(path, b.n / 3, &states[0]) == FLESH_ERR_FILE);
+  CHECK_TEXT(flesh_error_text(), "one for each of the mesh's");
+  for (int s = 0; s < 3; s++) free(states[s].x), free(states[s].v), free(states[s].multipliers);
+  test_folder_remove(folder);
+  destroy(&b);
+}
+
+/* Equilibria on the way of what is prescribed: a run that is stopped and goes on from its file has the bits of one that
+ * was not. */
+static void equilibria_go_on_with_the_same_bits(void)
+{
+  const flesh_keyframe frames[2] = {{0}, {.t = 1, .translation = {0.3, 0, 0.2}}};
+  char folder[200], path[220];
+  CHECK(!test_folder_make(folder, sizeof folder));
+  snprintf(path, sizeof path, "%s/state.txt", folder);
+  test_body b;
+  make(test_box(4, 2, 2, 2, 1, 1), test_material(FLESH_ENERGY_S, 0.5), 0, &b);
+  CHECK_OK(test_body_clamp(&b, 1e-9));
+  CHECK_OK(test_body_hold(&b, 0, 2, FLESH_AXES_ALL, &(flesh_motion){.count = 2, .keyframes = frames}, -INFINITY,
+                          INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  const size_t bytes = (size_t)b.n * sizeof(double), p_bytes = (size_t)b.state.multiplier_count * sizeof(double);
+  flesh_state again = {.x = malloc(bytes), .v = malloc(bytes), .multipliers = malloc(p_bytes),
+                       .multiplier_count = b.state.multiplier_count};
+  flesh_integrator *whole = integrator_of(&b, FLESH_METHOD_STATIC, 1e-8, 1), *rest;
+  for (int k = 0; k < 4; k++) {
+    CHECK_OK(flesh_integrator_step(whole, &b.state, 0.25, NULL));
+    if (k == 1) CHECK_OK(flesh_state_write(path, b.n / 3, &b.state));
+  }
+  CHECK_OK(flesh_state_read(path, b.n / 3, &again));
+  rest = integrator_of(&b, FLESH_METHOD_STATIC, 1e-8, 1);
+  for (int k = 0; k < 2; k++) CHECK_OK(flesh_integrator_step(rest, &again, 0.25, NULL));
+  CHECK(!memcmp(again.x, b.state.x, bytes) && !memcmp(again.multipliers, b.state.multipliers, p_bytes));
+  flesh_integrator_destroy(&whole);
+  flesh_integrator_destroy(&rest);
+  free(again.x), free(again.v), free(again.multipliers);
+  test_folder_remove(folder);
+  destroy(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(motion_keeps_what_it_must), TEST(methods_have_their_orders), TEST(states_go_on),
+                   TEST(equilibria_go_on_with_the_same_bits));
+}
