@@ -23,7 +23,7 @@ typedef enum flesh_preconditioner {
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE,
   /* That of AUTO for what is left without the stiff volume terms of nearly incompressible ten-node tets, which are
-   * projected out. Without such terms it is AUTO. */
+   * projected out. Without such terms, and with IDA, CVODE and ARKODE, it is AUTO. */
   FLESH_PRECONDITIONER_VOLUME_PROJECTION
 } flesh_preconditioner;
 

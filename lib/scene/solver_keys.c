@@ -78,9 +78,10 @@ const flesh_key flesh_solver_table[] = {
      .choices = flesh_preconditioner_names,
      .default_value = "auto",
      .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
-            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; auto: "
-            "two-level, "
-            "or ic on meshes of a few hundred nodes"},
+            "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; "
+            "volume-projection: auto's for what is left without the stiff volume terms of tet10-mean, which are "
+            "projected out; auto: two-level, or ic on meshes of a few hundred nodes, and round it volume-projection "
+            "where Poisson's ratio is 0.493 or more"},
     {.name = "project",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, project),
