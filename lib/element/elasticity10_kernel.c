@@ -164,6 +164,28 @@ static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eig
   return FLESH_OK;
 }
 
+/* What the mean adds to the Hessian. */
+static COMPILED_ONCE void product_of_mean(const flesh_batches *batches, const points *p, const flesh_tet_point *at,
+                                          ten_product *product)
+{
+  ten_forces b;
+  flesh_real energy, stiffness;
+  mean_term(batches, p, &energy, &stiffness);
+  if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
+  mean_gradient(p, &b);
+  for (int a = 0; a < 10; a++)
+    for (int i = 0; i < 3; i++) {
+      product->a[a][i] = b.node[a][i];
+      product->scaled[a][i] = at->scale * stiffness * b.node[a][i];
+    }
+}
+
+static COMPILED_ONCE void blocks_with_mean(corner_blocks *restrict of, const ten_product *restrict mean,
+                                           flesh_real (*restrict K)[9])
+{
+  blocks_and_product(of, mean, K);
+}
+
 static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at,
                                      const double *position, tile_blocks *to)
 {
@@ -175,17 +197,14 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   for (int q = 0; q < POINTS && !status; q++)
     status = blocks_at_point(&p.at[q], at->scale, at->filter, of_corners.point[q]);
   if (status) return status;
-  blocks_of_nodes(&of_corners, of_nodes);
-  if (!batches->volume_shares) {
-    add_blocks(&p.at[0].t, of_nodes, to);
-    return FLESH_OK;
+  if (batches->volume_shares) {
+    ten_product mean;
+    product_of_mean(batches, &p, at, &mean);
+    blocks_with_mean(&of_corners, &mean, of_nodes);
+  } else {
+    blocks_of_nodes(&of_corners, of_nodes);
   }
-  ten_forces b;
-  flesh_real energy, stiffness;
-  mean_term(batches, &p, &energy, &stiffness);
-  if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
-  mean_gradient(&p, &b);
-  add_blocks_and_product(&p.at[0].t, of_nodes, at->scale * stiffness, b.node, to);
+  add_blocks(&p.at[0].t, of_nodes, to);
   return FLESH_OK;
 }
 
