@@ -9,7 +9,7 @@
  * points, nodes have the blocks
  *
  *   i, j:        w (w S_ij + M^i_ij + M^j_ij)
- *   i, m-n:      T_ij + w (M^n_im + M^m_in),                          T_ij = e (w S(g_i, g_m + g_n) + M^i(g_i, g_m + g_n))
+ *   i, m-n:      T_ij + w (M^n_im + M^m_in),   T_ij = e (w S(g_i, g_m + g_n) + M^i(g_i, g_m + g_n))
  *   i, i-j:      (1 + w) M^i_ij - w (M^j_ij + M^j(g_i, g_m + g_n)) - T_ij
  *   v-x, v-y:    (1 + 2 e) M^v_xy + e (e X + M^v_xv + M^v_vy - M^x(g_v, g_x + g_z) - M^y(g_y + g_z, g_v))
  *   i-k, m-n:    e (e X + M^k(g_i, g_m + g_n) + M^i(g_k, g_m + g_n) + M^n(g_i + g_k, g_m) + M^m(g_i + g_k, g_n))

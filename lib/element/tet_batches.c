@@ -265,11 +265,6 @@ static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
 /* What the element's kernels need beside the shapes of a body with materials. */
 static int take_volume_shares(flesh_tets *self, const flesh_body *body)
 {
-  for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET4; k++)
-    if (flesh_form_of_stretches(body->materials[k].energy))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets "
-                        "only",
-                        flesh_forms[body->materials[k].energy].name);
   if (self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return FLESH_OK;
   flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);
   if (!shares) return no_memory(self->cells.count);
