@@ -112,7 +112,8 @@ INLINE void corners_with_all(const corner_blocks *restrict of, const ten_product
       if (i == j) continue;
       const int m = other[i][j], n = last[i][j];
       const flesh_real own = entry(of->point[i], i, j, c, t), its = entry(of->point[j], i, j, c, t);
-      const flesh_real T = SQUARE * EDGE * (CORNER * entry_sum(of->sum, i, j, c, t) + entry_sum(of->point[i], i, j, c, t));
+      const flesh_real with_all = entry_sum(of->sum, i, j, c, t), with_own = entry_sum(of->point[i], i, j, c, t);
+      const flesh_real T = SQUARE * EDGE * (CORNER * with_all + with_own);
       const flesh_real across = entry(of->point[n], i, m, c, t) + entry(of->point[m], i, n, c, t);
       const flesh_real with_its = its + entry_sum(of->point[j], i, j, c, t);
       put_entry(SQUARE * CORNER * across + T, product, i, node_of[m][n], c, K);
@@ -138,7 +139,7 @@ static COMPILED_ONCE void blocks_of_nodes(corner_blocks *restrict of, flesh_real
   blocks_and_product(of, NULL, K);
 }
 
-/* As add_block of a block in memory: its lanes are read in fours, which saves a third of the exchanges between vectors. */
+/* As add_block of a block in memory: lanes are read in fours, which saves a third of the exchanges between vectors. */
 INLINE void add_stored_block(const tets *t, const flesh_real block[9], int pair, tile_blocks *to)
 {
 #if FLESH_LANES == 8
