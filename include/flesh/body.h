@@ -19,8 +19,8 @@ extern "C" {
  *               the share (lambda - 2 mu_L) U is one of the mean of J over the tet, so that nearly
  *               incompressible bodies bend and twist as they should: sum of w (psi - share U(J)) +
  *               V share U(mean J); mu_L = 2 psi_I at F = I, the small-strain shear modulus of forms
- *               without stress at rest. As TET10 where lambda <= 2 mu_L. Mean dilatation:
- *               Nagtegaal, Parks & Rice 1974
+ *               without stress at rest. As TET10 where lambda <= 2 mu_L, or where the form has no
+ *               term of J alone (C, M, CR, StVK). Mean dilatation: Nagtegaal, Parks & Rice 1974
  *   AUTO        TET4 at order 1, TET10_MEAN at order 2 */
 typedef enum flesh_element {
   FLESH_ELEMENT_AUTO,

@@ -73,13 +73,15 @@ INLINE void volume_term(flesh_volume_term term, flesh_real J, flesh_real *U, fle
   *second = flesh_all(1);
 }
 
-/* psi at every point, less what the mean bears of it and with the pressure of that. */
+/* psi at every point, less what the mean bears of it and with the pressure of that; of a form of the singular values
+ * these two alone. */
 static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int with_value, points *p)
 {
   for (int q = 0; q < POINTS; q++) {
     batch *b = &p->at[q];
     int status = find_psi(batches, with_value, b);
-    if (status) return status;
+    if (status == BY_STRETCHES) b->psi = (flesh_psi_real){0};
+    else if (status) return status;
     if (!batches->volume_shares) continue;
     const flesh_volume_share *s = &batches->volume_shares[b->t.material];
     flesh_real U, first, second, U_mean, pressure, stiffness;
@@ -123,6 +125,39 @@ static COMPILED_ONCE void mean_gradient(const points *p, ten_forces *b)
   close_forces(b);
 }
 
+/* The stress at a point times its volume where the form is one of the singular values; sums: its energy and the size of
+ * that. */
+static COMPILED_ONCE int stress_of_stretches(const batch *b, flesh_real P[9], flesh_real sums[2])
+{
+  flesh_real U[9], sigma[3], V[9], UP[9], size;
+  flesh_stretch_real psi;
+  find_stretches(b, U, sigma, V);
+  if (flesh_any(flesh_stretch_form(b->material->energy, b->material, sigma, &psi) == 0)) return FLESH_NONFINITE;
+  size = flesh_abs(psi.value) + flesh_abs(b->psi.value);
+  for (int k = 0; k < 3; k++) size += 0.5 * flesh_abs(psi.p[k] * sigma[k]);
+  sums[0] = b->t.volume * (psi.value + b->psi.value);
+  sums[1] = b->t.volume * size;
+  for (int k = 0; k < 9; k++) UP[k] = U[k] * psi.p[k % 3];
+  flesh_mat3_multiply_transposed(UP, V, P);
+  for (int k = 0; k < 9; k++) P[k] = b->t.volume * (P[k] + b->psi.J * b->C[k]);
+  return FLESH_OK;
+}
+
+/* Adds the forces of a batch whose form is one of the singular values. */
+static COMPILED_ONCE int add_stretch_forces(const points *p, ten_forces *to, flesh_real *sum, flesh_real *size)
+{
+  for (int q = 0; q < POINTS; q++) {
+    flesh_real P[9], sums[2], of_point[4][3];
+    int status = stress_of_stretches(&p->at[q], P, sums);
+    if (status) return status;
+    *sum += sums[0];
+    *size += sums[1];
+    for (int i = 0; i < 3; i++) force_row(&p->at[q].t, i, P + 3 * i, of_point);
+    add_virtual_forces(of_point, q, to);
+  }
+  return FLESH_OK;
+}
+
 static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile, const flesh_tet_point *at, double *r,
                                           double *sums)
 {
@@ -139,7 +174,9 @@ static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile
     int status = find_psi_of_points(batches, sums != NULL, &p);
     if (status) return status;
     open_forces(&f);
-    for (int q = 0; q < POINTS; q++) {
+    const int by_stretches = flesh_form_of_stretches(p.at[0].material->energy);
+    if (by_stretches && (status = add_stretch_forces(&p, &f, &sum, &size))) return status;
+    for (int q = 0; q < POINTS && !by_stretches; q++) {
       const batch *b = &p.at[q];
       if (sums) {
         sum += b->t.volume * b->psi.value;
@@ -172,19 +209,45 @@ static COMPILED_ONCE int elastic_residual(const flesh_batches *batches, int tile
 /* The blocks of virtual corners at a point, exact or filtered. */
 static COMPILED_ONCE int blocks_at_point(const batch *b, double scale, flesh_eigenvalue_filter filter, void *to)
 {
-  if (filter) {
+  const int by_stretches = flesh_form_of_stretches(b->material->energy);
+  if (filter || by_stretches) {
     flesh_real U[9], V[9];
     flesh_spectrum spectrum;
-    int status = decompose(b, U, V, &spectrum);
+    int status = decompose(b, U, V, &spectrum), changed = by_stretches;
     if (status) return status;
-    filter = filter == FLESH_FILTER_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
-    if (flesh_any(flesh_spectrum_filter(&spectrum, filter))) {
+    if (filter) {
+      filter = filter == FLESH_FILTER_ABSOLUTE ? FLESH_FILTER_ABSOLUTE : FLESH_FILTER_CLAMP;
+      changed |= flesh_any(flesh_spectrum_filter(&spectrum, filter));
+    }
+    if (changed) {
       spectral_blocks(b, U, V, &spectrum, scale, keep_block, to);
       return FLESH_OK;
     }
   }
   true_blocks(b, scale, keep_block, to);
   return FLESH_OK;
+}
+
+/* What the mean adds to the Hessian. */
+static COMPILED_ONCE void product_of_mean(const flesh_batches *batches, const points *p, const flesh_tet_point *at,
+                                          ten_product *product)
+{
+  ten_forces b;
+  flesh_real energy, stiffness;
+  mean_term(batches, p, &energy, &stiffness);
+  if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
+  mean_gradient(p, &b);
+  for (int a = 0; a < 10; a++)
+    for (int i = 0; i < 3; i++) {
+      product->a[a][i] = b.node[a][i];
+      product->scaled[a][i] = at->scale * stiffness * b.node[a][i];
+    }
+}
+
+static COMPILED_ONCE void blocks_with_mean(corner_blocks *restrict of, const ten_product *restrict mean,
+                                           flesh_real (*restrict K)[9])
+{
+  blocks_and_product(of, mean, K);
 }
 
 static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, const flesh_tet_point *at,
@@ -199,17 +262,14 @@ static COMPILED_ONCE int add_hessian(const flesh_batches *batches, int index, co
   for (int q = 0; q < POINTS && !status; q++)
     status = blocks_at_point(&p.at[q], at->scale, at->filter, of_corners.point[q]);
   if (status) return status;
-  blocks_of_nodes(&of_corners, of_nodes);
-  if (!batches->volume_shares) {
-    add_blocks(&p.at[0].t, of_nodes, to);
-    return FLESH_OK;
+  if (batches->volume_shares) {
+    ten_product mean;
+    product_of_mean(batches, &p, at, &mean);
+    blocks_with_mean(&of_corners, &mean, of_nodes);
+  } else {
+    blocks_of_nodes(&of_corners, of_nodes);
   }
-  ten_forces b;
-  flesh_real energy, stiffness;
-  mean_term(batches, &p, &energy, &stiffness);
-  if (at->filter) stiffness = flesh_spectrum_filtered(stiffness, at->filter);
-  mean_gradient(&p, &b);
-  add_blocks_and_product(&p.at[0].t, of_nodes, at->scale * stiffness, b.node, to);
+  add_blocks(&p.at[0].t, of_nodes, to);
   return FLESH_OK;
 }
 

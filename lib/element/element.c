@@ -104,6 +104,7 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
 {
   const int user = material->energy == FLESH_ENERGY_USER;
   flesh_psi at;
+  double shear;
   *share = (flesh_volume_share){.term = user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term,
                                 .held = material->incompressible};
   if (user && !(fabs(material->lambda) < INFINITY))
@@ -111,9 +112,11 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                       "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
                       "material.lambda, or take the element tet10");
   if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
-  int status = flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
+  const int of_stretches = flesh_form_of_stretches(material->energy);
+  int status = of_stretches ? flesh_material_small_strain(material, &shear, NULL, NULL)
+                            : flesh_psi_at(material, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &at, NULL);
   if (status) return status;
-  const double shear = 2 * at.I;
+  if (!of_stretches) shear = 2 * at.I;
   share->share = fmax(0, material->lambda - 2 * shear);
   share->moderate = fmin(share->share, MODERATE * shear);
   if (share->held && !(share->share > 0))

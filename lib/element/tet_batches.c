@@ -266,11 +266,6 @@ static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
 static int take_volume_shares(flesh_tets *self, const flesh_body *body, const int *tet)
 {
   int held = 0;
-  for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET4; k++)
-    if (flesh_form_of_stretches(body->materials[k].energy))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "energy %s, a form of the singular values, is computed on four-node tets "
-                        "only",
-                        flesh_forms[body->materials[k].energy].name);
   for (int k = 0; k < self->materials && body->materials && self->element != FLESH_ELEMENT_TET10_MEAN; k++)
     if (body->materials[k].incompressible)
       return flesh_fail(FLESH_ERR_ARGUMENT,

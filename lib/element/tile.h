@@ -138,6 +138,26 @@ INLINE void make_symmetric(flesh_real own[PARTS_OF_EIGHT])
 #endif
 }
 
+/* sum -= the blocks from *star to `end`, by twos: of so many one sum would wait for itself. */
+INLINE void subtract_pairs(const tile_blocks *own, const uint16_t **star, const uint16_t *end,
+                           flesh_real sum[PARTS_OF_EIGHT], double *ninth)
+{
+  flesh_real second[PARTS_OF_EIGHT] = {{0}};
+  double second_ninth = 0;
+  for (; *star < end; *star += 2) {
+    const flesh_real *block = (const flesh_real *)(own->eight + (*star)[0]);
+    const flesh_real *next = (const flesh_real *)(own->eight + (*star)[1]);
+    for (int part = 0; part < PARTS_OF_EIGHT; part++) {
+      sum[part] -= block[part];
+      second[part] -= next[part];
+    }
+    *ninth -= *(const double *)((const char *)own->ninth + (*star)[0]);
+    second_ninth -= *(const double *)((const char *)own->ninth + (*star)[1]);
+  }
+  for (int part = 0; part < PARTS_OF_EIGHT; part++) sum[part] += second[part];
+  *ninth += second_ninth;
+}
+
 /* The body's blocks += own; `anew`: those that no tile before has = own. Those of the nodes follow from the others, as
  * a rigid displacement has no forces: K_aa = -sum of K_ab, of which the symmetric parts do. */
 INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int anew, const int *slots,
@@ -156,7 +176,12 @@ INLINE void tile_close(const flesh_tiles *tiles, int tile, tile_blocks *own, int
   for (int i = 0; i < nodes; i++) {
     flesh_real sum[PARTS_OF_EIGHT] = {{0}};
     double ninth = 0;
+#if ELEMENT_NODES > 4
+    subtract_pairs(own, &star, star + degree[i] / 2 * 2, sum, &ninth);
+    for (const uint16_t *end = star + degree[i] % 2; star < end; star++) {
+#else
     for (const uint16_t *end = star + degree[i]; star < end; star++) {
+#endif
       const flesh_real *block = (const flesh_real *)(own->eight + *star);
       for (int part = 0; part < PARTS_OF_EIGHT; part++) sum[part] -= block[part];
       ninth -= *(const double *)((const char *)own->ninth + *star);

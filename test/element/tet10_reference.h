@@ -3,6 +3,7 @@
 #ifndef FLESH_TEST_TET10_REFERENCE_H
 #define FLESH_TEST_TET10_REFERENCE_H
 
+#include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
 #include "body.h"
@@ -125,19 +126,23 @@ static void problem_close(problem *p)
   free(p->K);
 }
 
-/* Mild enough for J > 0, or with tets inverted and drawn to a point. */
-static void deform(problem *p, int wild)
+/* Mild enough for J > 0; with tets inverted and drawn to a point; inverted alone; all reflected; all flat. */
+enum { MILD, WILD, INVERTED, REFLECTED, FLAT, DEFORMATIONS };
+static void deform(problem *p, int how)
 {
+  const int wild = how == WILD || how == INVERTED;
+  const double height[] = {[REFLECTED] = -1, [FLAT] = 0};
   const double *X = flesh_mesh_positions(p->mesh);
   double R[9];
   random_rotation(R);
   for (int i = 0; i < p->n / 3; i++) {
-    double y[3] = {0.6 * X[3 * i], 1.3 * X[3 * i + 1] + 0.4 * X[3 * i], X[3 * i + 2]};
+    double y[3] = {0.6 * X[3 * i], 1.3 * X[3 * i + 1] + 0.4 * X[3 * i],
+                   (how > INVERTED ? height[how] : 1) * X[3 * i + 2]};
     flesh_mat3_times(R, y, p->x + 3 * i);
-    for (int c = 0; c < 3; c++) p->x[3 * i + c] += (wild ? 0.6 : 0.02) * uniform();
+    for (int c = 0; c < 3 && how != FLAT; c++) p->x[3 * i + c] += (wild ? 0.6 : 0.02) * uniform();
     for (int c = 0; c < 3; c++) p->v[3 * i + c] = uniform();
   }
-  for (int a = 0; a < 10 && wild; a++) /* to a point */
+  for (int a = 0; a < 10 && how == WILD; a++) /* to a point */
     for (int c = 0; c < 3; c++)
       p->x[3 * (a < 4 ? flesh_mesh_tets(p->mesh)[a] : flesh_mesh_tet_edges(p->mesh)[a - 4]) + c] = c;
   for (int d = 0; d < p->n; d++) {
@@ -145,20 +150,6 @@ static void deform(problem *p, int wild)
     p->x_frozen[d] = p->x[d] + viscous_shift.x * way;
     p->v_frozen[d] = p->v[d] + viscous_shift.v * way;
   }
-}
-
-/* d2 psi / dF2 [9][9], its negative eigenvalues treated as `project` says. */
-static void projected_hessian(const flesh_material *m, const double F[9], flesh_eigenvalue_filter project, double H[81])
-{
-  double values[9], vectors[81];
-  CHECK_OK(flesh_material_hessian(m, F, H));
-  if (!project) return;
-  CHECK_OK(flesh_material_eigen(m, F, values, vectors));
-  memset(H, 0, 81 * sizeof *H);
-  for (int e = 0; e < 9; e++)
-    for (int q = 0; q < 81; q++)
-      H[q] += (values[e] > 0 ? values[e] : project == FLESH_FILTER_CLAMP ? 0 : -values[e]) *
-              vectors[9 * e + q / 9] * vectors[9 * e + q % 9];
 }
 
 /* The volume term U over its modulus. */
@@ -180,7 +171,9 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
 {
   const split *s = m->user;
   double U, first, second, U_mean, pressure, stiff;
-  int status = s->whole->psi(I_C, J, s->whole, psi);
+  int status = FLESH_OK;
+  if (flesh_form_of_stretches(s->whole->energy)) *psi = (flesh_psi){0};
+  else status = s->whole->psi(I_C, J, s->whole, psi);
   if (status || s->share == 0) return status;
   volume_term(s->logarithmic, J, &U, &first, &second);
   volume_term(s->logarithmic, s->mean, &U_mean, &pressure, &stiff);
@@ -188,6 +181,49 @@ static int split_psi(double I_C, double J, const flesh_material *m, flesh_psi *p
   psi->J += s->share * (pressure - first);
   psi->JJ -= s->share * second;
   return FLESH_OK;
+}
+
+/* d2 psi / dF2 [9][9] of a material of split_psi; a form of the singular values has the split beside it. */
+static void hessian_of(const flesh_material *m, const double F[9], double H[81])
+{
+  const flesh_material *whole = ((const split *)m->user)->whole;
+  double own[81];
+  CHECK_OK(flesh_material_hessian(m, F, H));
+  if (!flesh_form_of_stretches(whole->energy)) return;
+  CHECK_OK(flesh_material_hessian(whole, F, own));
+  for (int k = 0; k < 81; k++) H[k] += own[k];
+}
+
+/* The same, its negative eigenvalues treated as `project` says: by a general solver. */
+static void projected_hessian(const flesh_material *m, const double F[9], flesh_eigenvalue_filter project, double H[81])
+{
+  double values[9], vectors[81], copy[81];
+  hessian_of(m, F, H);
+  if (!project) return;
+  memcpy(copy, H, sizeof copy);
+  gsl_matrix_view a = gsl_matrix_view_array(copy, 9, 9), v = gsl_matrix_view_array(vectors, 9, 9);
+  gsl_vector_view w = gsl_vector_view_array(values, 9);
+  gsl_eigen_symmv_workspace *space = gsl_eigen_symmv_alloc(9);
+  gsl_eigen_symmv(&a.matrix, &w.vector, &v.matrix, space);
+  gsl_eigen_symmv_free(space);
+  memset(H, 0, 81 * sizeof *H);
+  for (int e = 0; e < 9; e++)
+    for (int q = 0; q < 81; q++)
+      H[q] += (values[e] > 0 ? values[e] : project == FLESH_FILTER_CLAMP ? 0 : -values[e]) *
+              vectors[9 * (q / 9) + e] * vectors[9 * (q % 9) + e];
+}
+
+static void energy_and_stress(const flesh_material *m, const double F[9], double *value, double P[9])
+{
+  const flesh_material *whole = ((const split *)m->user)->whole;
+  double own = 0, own_stress[9] = {0};
+  CHECK_OK(flesh_material_energy(m, F, value));
+  CHECK_OK(flesh_material_stress(m, F, P));
+  if (!flesh_form_of_stretches(whole->energy)) return;
+  CHECK_OK(flesh_material_energy(whole, F, &own));
+  CHECK_OK(flesh_material_stress(whole, F, own_stress));
+  *value += own;
+  for (int c = 0; c < 9; c++) P[c] += own_stress[c];
 }
 
 /* The shear modulus at small strain, 2 psi_I at rest. */
@@ -201,11 +237,12 @@ static double shear_modulus(const flesh_material *m)
                   2 * 210195 * n * n * n * n / 673750);
 }
 
-/* lambda less twice the shear modulus, none for C and M without a volume term. */
+/* lambda less twice the shear modulus, none for C, M, CR and StVK without a term of J. */
 static split split_of(const problem *p, const flesh_material *m)
 {
   const double mu = shear_modulus(m);
-  const int has = m->energy != FLESH_ENERGY_C && m->energy != FLESH_ENERGY_M;
+  const int has = m->energy != FLESH_ENERGY_C && m->energy != FLESH_ENERGY_M && m->energy != FLESH_ENERGY_CR &&
+                  m->energy != FLESH_ENERGY_STVK;
   return (split){.whole = m,
                  .share = p->element == FLESH_ELEMENT_TET10_MEAN && has ? fmax(0, m->lambda - 2 * mu) : 0,
                  .logarithmic = m->energy == FLESH_ENERGY_NEO};
@@ -248,8 +285,7 @@ static void law(kind kind, const flesh_material *m, const double F[9], const dou
                 const double frozen_rate[9], flesh_eigenvalue_filter project, double *value, double P[9], double H[81])
 {
   if (kind == ELASTIC) {
-    CHECK_OK(flesh_material_energy(m, F, value));
-    CHECK_OK(flesh_material_stress(m, F, P));
+    energy_and_stress(m, F, value, P);
     projected_hessian(m, F, project, H);
     return;
   }
