@@ -6,7 +6,7 @@
 
 static const double mu = 80.194e6, kappa = 2 * 80.194e6 * (1 + 0.4999) / (3 * (1 - 2 * 0.4999));
 
-/* How far the middle and the upper edge of the end go up in the slab's middle plane, m, and the noise of the pressures. */
+/* How far the middle and the upper edge of the end go up in the slab's middle plane, m; the noise of the pressures. */
 static void lift(const int cells[3], flesh_element element, double up[2], double *noise)
 {
   flesh_material material;
