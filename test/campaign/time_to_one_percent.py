@@ -5,9 +5,9 @@
 
 A bar of 4 x 1 x 1 m, held at one end, bends under 200 N/m^3 (form S, E = 1e5 Pa) on finer and finer grids, in
 equilibrium to 1e-6, on one thread. A run's cost is the CPU time that it tells, the least of three. Where the finest grid
-is not fine enough, what it would take at least is given, marked `>`: the error falls with the square of the size of the tets (locking
-lets it fall more slowly), the cost grows with their number. With --full tet4 goes on to 192 000 tets, else to 24 000.
-The exit status is 0 where tet10-mean gets there and is cheaper each time.
+is not fine enough, what it would take at least is given, marked `>`: the error falls with the square of the size of the
+tets (locking lets it fall more slowly), the cost grows with their number. With --full tet4 goes on to 192 000 tets, else
+to 24 000. The exit status is 0 where tet10-mean gets there and is cheaper each time.
 """
 import argparse
 import json
