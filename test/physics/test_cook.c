@@ -6,7 +6,7 @@
 
 static const double mu = 80.194e6, kappa = 2 * 80.194e6 * (1 + 0.4999) / (3 * (1 - 2 * 0.4999));
 
-/* How far the middle and the upper edge of the end go up in the slab's middle plane, m, and the noise of the pressures. */
+/* How far the middle and the upper edge of the end go up in the slab's middle plane, m; the noise of the pressures. */
 static void lift(const int cells[3], flesh_element element, double up[2], double *noise)
 {
   flesh_material material;
@@ -58,10 +58,12 @@ static void slab_is_lifted_as_by_another_code(void)
   double other[2][2] = {{NAN, NAN}, {NAN, NAN}}, up[2], noise;
   read_reference(other);
   lift(fine, FLESH_ELEMENT_TET10_MEAN, up, &noise);
+  /* By the first power: stresses are singular where the end that is held meets the sides. */
   for (int k = 0; k < 2; k++) {
-    printf("# %s: deal.II %.4f and %.4f mm; tet10-mean %+.2f %%\n", k ? "edge" : "middle", 1e3 * other[0][k],
-           1e3 * other[1][k], 100 * (up[k] / other[1][k] - 1));
-    CHECK_NEAR(up[k] / other[1][k], 1, 0.01);
+    const double limit = 2 * other[1][k] - other[0][k];
+    printf("# %s: deal.II %.4f and %.4f mm, in the limit %.4f; tet10-mean %+.2f %%\n", k ? "edge" : "middle",
+           1e3 * other[0][k], 1e3 * other[1][k], 1e3 * limit, 100 * (up[k] / limit - 1));
+    CHECK_NEAR(up[k] / limit, 1, 0.01);
   }
 }
 

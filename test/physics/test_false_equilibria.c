@@ -23,7 +23,8 @@ static void displace(unsigned long long seed, double amount, test_body *b)
   test_jitter(3 * corners, amount, seed, x);
   for (int k = 0; flesh_mesh_order(b->mesh) == 2 && k < 6 * flesh_mesh_tet_count(b->mesh); k++) {
     const int *corner = flesh_mesh_tets(b->mesh) + 4 * (k / 6), node = flesh_mesh_tet_edges(b->mesh)[k];
-    for (int c = 0; c < 3; c++) x[3 * node + c] = (x[3 * corner[ends[k % 6][0]] + c] + x[3 * corner[ends[k % 6][1]] + c]) / 2;
+    const double *a = x + 3 * corner[ends[k % 6][0]], *z = x + 3 * corner[ends[k % 6][1]];
+    for (int c = 0; c < 3; c++) x[3 * node + c] = (a[c] + z[c]) / 2;
   }
 }
 

@@ -94,7 +94,10 @@ static inline int cavity_potential(const flesh_effect *effect, const flesh_point
   return FLESH_OK;
 }
 
-static inline const flesh_cells *cavity_cells(const flesh_effect *effect) { return &((const cavity *)effect->data)->cells; }
+static inline const flesh_cells *cavity_cells(const flesh_effect *effect)
+{
+  return &((const cavity *)effect->data)->cells;
+}
 
 /* Nothing where negative eigenvalues are to be left out: half of it is negative. */
 static inline int cavity_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,

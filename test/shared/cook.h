@@ -30,7 +30,8 @@ static inline flesh_mesh *cook_mesh(const int cells[3], flesh_element element)
 }
 
 /* The slab held at X = 0 under `traction` [Pa] upwards at X = 48 mm; elasticity of the element. */
-static inline void cook_make(const int cells[3], flesh_element element, flesh_material material, double traction, test_body *b)
+static inline void cook_make(const int cells[3], flesh_element element, flesh_material material, double traction,
+                             test_body *b)
 {
   int all, count = 0;
   flesh_effect *effect = NULL;

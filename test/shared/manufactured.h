@@ -60,7 +60,8 @@ static inline double manufactured_stress(const flesh_material *material, const j
     force[i] = 0;
     for (int j = 0; j < 3; j++) {
       P[i][j] = mu * (1 - q) * y[i].first[j] + lambda * (J - material->alpha) * C[i][j];
-      force[i] -= mu * (1 - q) * y[i].second[j][j] + mu * q * q * y[i].first[j] * grad_I[j] + lambda * C[i][j] * grad_J[j];
+      force[i] -= mu * (1 - q) * y[i].second[j][j] + mu * q * q * y[i].first[j] * grad_I[j] +
+                  lambda * C[i][j] * grad_J[j];
     }
   }
   return J;

@@ -7,8 +7,8 @@
 
 #include "tet_integrals.h"
 
-/* The mean over tet t of J = det(dx/dX), minus 1, by the element's own points, which are exact to degree 2: four of them,
- * or one. */
+/* The mean over tet t of J = det(dx/dX), minus 1, by the element's own points, which are exact to degree 2: four, or
+ * one. */
 static inline double mean_dilation(const flesh_mesh *mesh, const double *x, int t)
 {
   static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
