@@ -22,7 +22,12 @@ build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --s
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger_pull_fine.yaml \
   --out out
 
+# Near nu = 1/2 four-node tets lock: what part of the figures that is, ten-node ones tell.
+build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --solvers guarded \
+  --elements tet4,tet10-mean --out out/elements
+
 printf '\nThe folder: %s/out. Open, in this order:\n' "$root"
 printf '  %s\n' 'shapes_finger_pull_fine_0.49_guarded.png   the finger pulled and let go, in every energy' \
   'volume_finger_pull_fine_0.49.png           its volume against time' \
-  'verdict.txt                                the comparison in words'
+  'verdict.txt                                the comparison in words' \
+  'elements/verdict.txt                       what part of it is the mesh at 0.49'
