@@ -190,7 +190,7 @@ def test_wrong_shapes_are_told(mesh, bent):
     class Flat(Nail):
         def residual(self, point):
             return np.zeros(3)
-    with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned an array of shape \(3,\); it must be \(45, 3\)"):
+    with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned .* shape \(3,\); it must be \(45, 3\)"):
         flesh.System(mesh, [Flat(mesh)]).residual(bent)
     with pytest.raises(flesh.ArgumentError, match="node numbers from 0 to 44"):
         Strings(mesh, [(0, 45)], 1)

@@ -1,4 +1,4 @@
-"""test_physics.py: materials, effects, systems and integrators give what closed forms and the library's own numbers say."""
+"""test_physics.py: materials, effects, systems and integrators give what closed forms and the library itself say."""
 import ctypes
 import math
 

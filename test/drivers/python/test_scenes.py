@@ -1,7 +1,6 @@
 """test_scenes.py: scenes from files, text and dicts; runs as loops and as iterators; what they write."""
 import gc
 import os
-import subprocess
 
 import numpy as np
 import pytest
