@@ -44,7 +44,7 @@ class Integrator:
         adaptive: of the adaptive methods.
         observe: called with every InternalStep of an adaptive method.
         stop: called often while a step is made, without arguments; to return something true ends the step with
-            InterruptedError_.
+            StoppedError.
     """
 
     def __init__(self, system: System, method: str = "backward-euler", options: Optional[SolverOptions] = None, *,

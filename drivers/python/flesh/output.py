@@ -159,7 +159,7 @@ def run(integrator: Integrator, state: State, h: float, end: float,
 
     Args:
         observers: History, Frames, SkinFrames or functions of a StepRecord; called with the start, then with every step.
-        stop: asked between and within steps, without arguments; something true ends the run with InterruptedError_.
+        stop: asked between and within steps, without arguments; something true ends the run with StoppedError.
     """
     return _Run(integrator, state, h, end, list(observers), stop).go()
 

@@ -115,7 +115,7 @@ def test_leaving_the_loop_ends_the_run(folder):
         list(flesh.steps(integrator, state, 1 / 60, 1, [fail]))
     with pytest.raises(KeyError, match="mine"):
         flesh.run(integrator, state, 1 / 60, 1, [fail])
-    with pytest.raises(flesh.InterruptedError_):
+    with pytest.raises(flesh.StoppedError):
         flesh.run(integrator, state, 1 / 60, 1, stop=lambda: state.t > 0.2)
     assert 0.2 < state.t < 0.25
     with pytest.raises(flesh.ArgumentError):
