@@ -204,7 +204,9 @@ languages=C
 [ -z "$cxx" ] || languages='C CXX'
 {
   printf 'cmake_minimum_required(VERSION 3.10)\nproject(outside %s)\n' "$languages"
-  printf 'find_package(flesh 0.1 REQUIRED)\n'
+  # While MAJOR is 0, MINOR tells what goes together.
+  wanted=$(sed -n 's/^#define FLESH_VERSION_STRING "\([0-9]*\.[0-9]*\).*/\1/p' "$include/flesh/version.h")
+  printf 'find_package(flesh %s REQUIRED)\n' "$wanted"
   printf 'add_executable(shared_c installed.c)\ntarget_link_libraries(shared_c flesh::flesh)\n'
   printf 'add_executable(static_c installed.c)\ntarget_link_libraries(static_c flesh::flesh_static)\n'
   printf 'add_executable(owner_c bar_kinsol.c)\ntarget_link_libraries(owner_c flesh::flesh_static)\n'

@@ -3,7 +3,7 @@
     sweep_figure.py [FOLDER]
 
 A bar hangs in equilibrium, of three energies at five Poisson's ratios: how much its volume changes, in FOLDER/drift.png
-(FOLDER is out/python_sweep by default). A sweep that was interrupted goes on with flesh.sweep(..., resume=True).
+(FOLDER is out/python_sweep by default). With resume=True a sweep that was interrupted goes on, and one that is complete is only read.
 """
 import os
 import sys
@@ -36,7 +36,7 @@ def main(folder="out/python_sweep"):
         "set": {"output.frame_interval": 0},
         "axes": [{"key": "body.material.energy", "name": "energy", "values": ["B", "E", "S"]},
                  {"key": "body.material.poisson", "name": "nu", "values": [0.1, 0.3, 0.4, 0.45, 0.49]}],
-    }, folder)
+    }, folder, resume=True)
     table = result.table.to_pandas()
     drift = table.pivot(index="nu", columns="energy", values="max_volume_drift")
     figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")

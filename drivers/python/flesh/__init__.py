@@ -48,7 +48,7 @@ _handler = None
 
 
 def set_error_handler(handler) -> None:
-    """Has handler(status, sentence) called for every failure that the library records; None: nobody is told.
+    """Has handler(status, sentence) called for every failure that the library records; None: no handler.
 
     A positive status is a try that may still be mended. It may be called from threads of the library.
     """

@@ -44,14 +44,6 @@ def pointer(array, kind="double"):
     return ffi.NULL if array is None else ffi.from_buffer(f"{kind}[]", array)
 
 
-def writable(array, shape, name):
-    """`array` itself, into which the library is to write. ArgumentError where that cannot be."""
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64 or array.shape != shape or \
-            not array.flags.c_contiguous or not array.flags.writeable:
-        raise ArgumentError(f"{name} must be a writable, contiguous array of doubles of shape {shape}")
-    return array
-
-
 class _Memory:
     """Memory of the library, with what owns it: numpy keeps this as the base of a view."""
 

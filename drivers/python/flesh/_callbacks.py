@@ -56,11 +56,6 @@ def raise_kept():
         raise error
 
 
-def begin():
-    """Tells that this thread calls the library, so that what its callbacks raise is kept for it."""
-    _callers.add(threading.get_ident())
-
-
 def call(function, *arguments):
     """Calls a function that returns a status; raises what a callback raised, or the status's exception."""
     _callers.add(threading.get_ident())

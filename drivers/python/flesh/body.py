@@ -3,7 +3,7 @@ from typing import Optional
 
 import numpy as np
 
-from ._arrays import Names, doubles, integers, pointer, view
+from ._arrays import Names, integers, pointer, view
 from ._callbacks import call
 from ._library import ffi, lib, text
 from .errors import ArgumentError

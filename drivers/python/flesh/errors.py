@@ -8,7 +8,7 @@ from ._library import lib, text
 
 __all__ = ["Error", "RecoverableError", "UndefinedError", "NonFiniteError", "NotConvergedError", "NotPositiveError",
            "ArgumentError", "OutOfMemoryError", "FileError", "SolveError", "IntegratorError", "BudgetError",
-           "NonFiniteRunError", "InterruptedError_", "SundialsError", "EnergyError", "ProgramError", "by_status"]
+           "NonFiniteRunError", "StoppedError", "SundialsError", "EnergyError", "ProgramError", "by_status"]
 
 
 class Error(Exception):
@@ -89,7 +89,7 @@ class NonFiniteRunError(Error):
     status = lib.FLESH_ERR_NONFINITE
 
 
-class InterruptedError_(Error):
+class StoppedError(Error):
     """Interrupted by a stop function."""
     status = lib.FLESH_ERR_INTERRUPTED
 

@@ -44,7 +44,7 @@ class Integrator:
         adaptive: of the adaptive methods.
         observe: called with every InternalStep of an adaptive method.
         stop: called often while a step is made, without arguments; to return something true ends the step with
-            InterruptedError_.
+            StoppedError.
     """
 
     def __init__(self, system: System, method: str = "backward-euler", options: Optional[SolverOptions] = None, *,
@@ -84,12 +84,12 @@ class Integrator:
         copy = AdaptiveOptions._copy(options._struct)
         copy._struct.observe = ffi.NULL
         if observe is not None:
-            def told(_data, step):
+            def observed(_data, step):
                 shape = (self.system.mesh.node_count, 3)
                 observe(InternalStep(step.t, step.h, step.order, step.rejected, step.convergence_failures,
                                      view(step.state.x, shape, "double", self),
                                      view(step.state.v, shape, "double", self)))
-            self._observe = _callbacks.status_callback("int(void *, const flesh_internal_step *)", told)
+            self._observe = _callbacks.status_callback("int(void *, const flesh_internal_step *)", observed)
             copy._struct.observe = self._observe
         call(lib.flesh_integrator_set_adaptive, self._pointer, copy._struct)
 

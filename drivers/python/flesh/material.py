@@ -87,7 +87,7 @@ class Material:
             if value is not None:
                 setattr(given, name, float(value))
         if constants is None:
-            # As in a scene: matched where the form can be, which any constants of soft matter tell.
+            # As in a scene: matched where the form can be; a trial with any valid constants shows that.
             constants = "raw" if lib.flesh_material_from_young(energy, lib.FLESH_CONSTANTS_MATCHED, 1, 0.25,
                                                                self._struct) else "matched"
         how = _one_of("flesh_constants", constants, lib.flesh_constants_from_name, "constants")

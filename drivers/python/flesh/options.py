@@ -1,4 +1,4 @@
-"""options.py: the options of solves and methods, and what is told of a step."""
+"""options.py: the options of solves and methods, and the statistics of a step."""
 import numpy as np
 
 from ._arrays import Field, Flags, Names, Options, Record
@@ -149,7 +149,7 @@ class EnergyBalance(Record):
     t_largest: float = Field("time at which it was that large, s")
     scale: float = Field("most energy above the lowest potential so far, J")
     t_since: float = Field("when energy minus work was least, s")
-    worst_tet: int = Field("tet with the smallest J where an excess was told last, or -1")
+    worst_tet: int = Field("tet with the smallest J where an excess was reported last, or -1")
     fastest_node: int = Field("fastest node there, or -1")
     worst_J: float = Field("the tet's J")
     worst_position: np.ndarray = Field("[3] its middle, m")

@@ -18,7 +18,7 @@ __all__ = ["StepRecord", "run", "steps", "History", "Frames", "SkinFrames"]
 
 
 class StepRecord(NamedTuple):
-    """An accepted step as it is told; step 0 is the start. Its arrays are copies, which may be kept."""
+    """An accepted step; step 0 is the start. Its arrays are copies, which may be kept."""
     step: int
     t: float  # s
     h: float  # s; 0 at the start
@@ -140,9 +140,9 @@ class _Run:
                           state._checked(system.mesh.node_count), self.steps)
 
     def _told(self, observer, system):
-        def told(_data, record):
+        def observed(_data, record):
             observer(StepRecord._of(record, system.mesh, system.effect_count))
-        self.functions.append(_callbacks.status_callback("int(void *, const flesh_step_record *)", told))
+        self.functions.append(_callbacks.status_callback("int(void *, const flesh_step_record *)", observed))
         return self.functions[-1]
 
     def go(self):
@@ -158,8 +158,8 @@ def run(integrator: Integrator, state: State, h: float, end: float,
     always that of the last success, also after an exception or Ctrl-C.
 
     Args:
-        observers: History, Frames, SkinFrames or functions of a StepRecord; told of the start, then of every step.
-        stop: asked between and within steps, without arguments; something true ends the run with InterruptedError_.
+        observers: History, Frames, SkinFrames or functions of a StepRecord; called with the start, then with every step.
+        stop: asked between and within steps, without arguments; something true ends the run with StoppedError.
     """
     return _Run(integrator, state, h, end, list(observers), stop).go()
 

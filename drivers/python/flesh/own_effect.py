@@ -1,6 +1,4 @@
 """own_effect.py: effects written in Python."""
-from typing import Optional
-
 import numpy as np
 
 from . import _callbacks

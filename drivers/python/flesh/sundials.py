@@ -47,17 +47,19 @@ class _Problem:
         return self._parts * self.system.unknowns
 
     def _vector(self, array):
-        """A vector that shows an array, which must outlive it."""
+        """A vector that shows an array and keeps it alive."""
         made = sundials_function("N_VMake_Serial")(self.size, pointer(array), self._context[0])
         if not made:
             raise SundialsError("N_VMake_Serial failed")
-        return ffi.gc(made, sundials_function("N_VDestroy"))
+        destroy = sundials_function("N_VDestroy")
+        return ffi.gc(made, lambda vector, _keep=array: destroy(vector))
 
     def _in(self, values, name):
-        array = doubles(np.ravel(values), (self.size,), name)
-        return array, self._vector(array)
+        """A vector that shows an argument, where it lies or a copy."""
+        return self._vector(doubles(np.ravel(values), (self.size,), name))
 
     def _out(self):
+        """A new array with the vector that shows it."""
         array = np.zeros(self.size)
         return array, self._vector(array)
 
@@ -131,16 +133,16 @@ class KinsolProblem(_Problem):
 
     def residual(self, u) -> np.ndarray:
         """r(u) [3*nodes], N."""
-        (_, at), (r, out) = self._in(u, "u"), self._out()
+        at, (r, out) = self._in(u, "u"), self._out()
         call(lib.flesh_kinsol_residual, at, out, self._pointer)
         return r
 
     def jacobian(self, u) -> "scipy.sparse.csc_matrix":
         """dr/du at u as a scipy.sparse.csc_matrix, N/m."""
-        keep = self._in(u, "u")
+        at = self._in(u, "u")
 
         def fill(matrix):
-            return lib.flesh_kinsol_jacobian(keep[1], ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL)
+            return lib.flesh_kinsol_jacobian(at, ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL)
         return self._sparse(lib.flesh_problem_entries(self._pointer), fill)
 
     def jacobian_times(self, v, u=None) -> np.ndarray:
@@ -148,15 +150,15 @@ class KinsolProblem(_Problem):
 
         RecoverableError where v . Jv <= 0: a direction of negative curvature.
         """
-        (_, right), (out, result) = self._in(v, "v"), self._out()
+        right, (out, result) = self._in(v, "v"), self._out()
         new = ffi.new("flesh_sunboolean *", 0)
-        at = ffi.NULL if u is None else self._in(u, "u")[1]
+        at = ffi.NULL if u is None else self._in(u, "u")
         call(lib.flesh_kinsol_jacobian_times, right, result, at, new, self._pointer)
         return out
 
     def preconditioner_setup(self, u) -> None:
         """Assembles at u and factors."""
-        _, at = self._in(u, "u")
+        at = self._in(u, "u")
         call(lib.flesh_kinsol_preconditioner_setup, at, ffi.NULL, ffi.NULL, ffi.NULL, self._pointer)
 
     def preconditioner_solve(self, r) -> np.ndarray:
@@ -194,7 +196,7 @@ class _Motion(_Problem):
 
     def get_state(self, t: float, y) -> State:
         """A new state from y [6*nodes] at t s, constrained dofs exactly."""
-        _, at = self._in(y, "y")
+        at = self._in(y, "y")
         state = State.at_rest(self.system.mesh)
         self._function("get_state")(self._pointer, float(t), at, state._struct)
         return state
@@ -217,39 +219,39 @@ class IdaProblem(_Motion):
 
     def curvature(self, y, yp) -> float:
         """|y''| right after a start, root mean square in units of the scales, 1/s^2; inf where it has no value."""
-        (_x, at), (_d, derivative) = self._in(y, "y"), self._in(yp, "yp")
+        at, derivative = self._in(y, "y"), self._in(yp, "yp")
         return call_value(lib.flesh_ida_curvature, self._pointer, at, derivative)
 
     def residual(self, t: float, y, yp) -> np.ndarray:
         """F(t, y, y') [6*nodes]."""
-        (_, at), (_, derivative), (r, out) = self._in(y, "y"), self._in(yp, "yp"), self._out()
+        at, derivative, (r, out) = self._in(y, "y"), self._in(yp, "yp"), self._out()
         call(lib.flesh_ida_residual, float(t), at, derivative, out, self._pointer)
         return r
 
     def jacobian(self, t: float, cj: float, y, yp) -> "scipy.sparse.csc_matrix":
         """dF/dy + cj dF/dy' as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]."""
-        first, second = self._in(y, "y"), self._in(yp, "yp")
+        at, derivative = self._in(y, "y"), self._in(yp, "yp")
 
         def fill(matrix):
-            return lib.flesh_ida_jacobian(float(t), float(cj), first[1], second[1], ffi.NULL, matrix, self._pointer,
+            return lib.flesh_ida_jacobian(float(t), float(cj), at, derivative, ffi.NULL, matrix, self._pointer,
                                           ffi.NULL, ffi.NULL, ffi.NULL)
         return self._sparse(lib.flesh_ida_entries(self._pointer), fill)
 
     def preconditioner_setup(self, t: float, cj: float, y, yp) -> None:
         """Assembles at (t, y, y') and factors."""
-        (_x, at), (_d, derivative) = self._in(y, "y"), self._in(yp, "yp")
+        at, derivative = self._in(y, "y"), self._in(yp, "yp")
         call(lib.flesh_ida_preconditioner_setup, float(t), at, derivative, ffi.NULL, float(cj), self._pointer)
 
     def preconditioner_solve(self, b, t: float = 0.0, cj: float = 0.0, delta: float = 0.0) -> np.ndarray:
         """P^-1 b [6*nodes] with the last set-up; t, cj and delta are not used."""
-        (_, right), (z, out) = self._in(b, "b"), self._out()
+        right, (z, out) = self._in(b, "b"), self._out()
         call(lib.flesh_ida_preconditioner_solve, float(t), ffi.NULL, ffi.NULL, ffi.NULL, right, out, float(cj),
              float(delta), self._pointer)
         return z
 
     def jacobian_times(self, v) -> np.ndarray:
         """The product [6*nodes] with the matrix of the last preconditioner set-up, and its cj."""
-        (_, right), (out, result) = self._in(v, "v"), self._out()
+        right, (out, result) = self._in(v, "v"), self._out()
         call(lib.flesh_ida_jacobian_times, 0.0, ffi.NULL, ffi.NULL, ffi.NULL, right, result, 0.0, self._pointer,
              ffi.NULL, ffi.NULL)
         return out
@@ -267,39 +269,39 @@ class OdeProblem(_Motion):
 
     def rhs(self, t: float, y) -> np.ndarray:
         """f(t, y) [6*nodes]."""
-        (_, at), (ydot, out) = self._in(y, "y"), self._out()
+        at, (ydot, out) = self._in(y, "y"), self._out()
         call(lib.flesh_ode_rhs, float(t), at, out, self._pointer)
         return ydot
 
     def jacobian(self, t: float, y) -> "scipy.sparse.csc_matrix":
         """df/dy as a scipy.sparse.csc_matrix [6*nodes, 6*nodes]; lumped mass alone, as it is full otherwise."""
-        keep = self._in(y, "y")
+        at = self._in(y, "y")
 
         def fill(matrix):
-            return lib.flesh_ode_jacobian(float(t), keep[1], ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL,
+            return lib.flesh_ode_jacobian(float(t), at, ffi.NULL, matrix, self._pointer, ffi.NULL, ffi.NULL,
                                           ffi.NULL)
         return self._sparse(lib.flesh_ode_entries(self._pointer), fill)
 
     def jacobian_times_setup(self, t: float, y) -> None:
         """Assembles at (t, y) for `jacobian_times`."""
-        _, at = self._in(y, "y")
+        at = self._in(y, "y")
         call(lib.flesh_ode_jacobian_times_setup, float(t), at, ffi.NULL, self._pointer)
 
     def jacobian_times(self, v) -> np.ndarray:
         """(df/dy) v [6*nodes] where it was set up."""
-        (_, right), (out, result) = self._in(v, "v"), self._out()
+        right, (out, result) = self._in(v, "v"), self._out()
         call(lib.flesh_ode_jacobian_times, right, result, 0.0, ffi.NULL, ffi.NULL, self._pointer, ffi.NULL)
         return out
 
     def preconditioner_setup(self, t: float, y, gamma: float) -> None:
         """Assembles and factors I - gamma df/dy with one half eliminated, gamma in s."""
-        _, at = self._in(y, "y")
+        at = self._in(y, "y")
         current = ffi.new("flesh_sunboolean *")
         call(lib.flesh_ode_preconditioner_setup, float(t), at, ffi.NULL, 0, current, float(gamma), self._pointer)
 
     def preconditioner_solve(self, r, gamma: float) -> np.ndarray:
         """P^-1 r [6*nodes] with the last set-up, whose gamma is given again."""
-        (_, right), (z, out) = self._in(r, "r"), self._out()
+        right, (z, out) = self._in(r, "r"), self._out()
         call(lib.flesh_ode_preconditioner_solve, 0.0, ffi.NULL, ffi.NULL, right, out, float(gamma), 0.0, 1,
              self._pointer)
         return z

@@ -239,7 +239,7 @@ class System:
 
     @property
     def effect_memory(self) -> List[int]:
-        """Bytes that each effect holds; 0 where it does not tell."""
+        """Bytes that each effect holds; 0 where it does not say."""
         return [lib.flesh_system_effect_memory(self._ready(), k) for k in range(self.effect_count)]
 
     @property

@@ -9,7 +9,7 @@ if MISSING:
     print("missing:", ", ".join(f"python3-{name}" for name in MISSING))
     sys.exit(77)
 
-import pytest  # noqa: E402, what is missing is told first
+import pytest  # noqa: E402, what is missing is reported first
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--rootdir", HERE,

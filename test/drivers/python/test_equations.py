@@ -99,6 +99,20 @@ def test_the_ode_is_the_systems(mild, mesh, rng):
     assert problem.tolerances(1e-4).shape == (270,) and problem.get_state(2.0, y).t == 2
 
 
+def test_arguments_of_any_kind_give_the_same(mild, mesh, rng):
+    problem = flesh.IdaProblem(mild)
+    y, yp = problem.start(flesh.State(mesh.positions * (1.02, 1, 1)))
+    expected = problem.residual(0, y, yp)
+    pairs = np.empty((2, 2 * problem.size))
+    pairs[:, ::2] = y, yp
+    for given in ((list(y), list(yp)), (pairs[0, ::2], pairs[1, ::2]), (y.reshape(2, -1, 3), yp.astype(np.longdouble))):
+        for _ in range(50):
+            assert np.array_equal(problem.residual(0, *given), expected)
+    problem = flesh.OdeProblem(mild)
+    y = problem.start(flesh.State.at_rest(mesh))
+    assert abs(problem.jacobian(0, list(y)) - problem.jacobian(0, y)).max() == 0
+
+
 def test_an_undefined_energy_is_recoverable(mesh, body):
     body = flesh.Body(mesh, flesh.Material("Neo", young=1e5, poisson=0.3))
     problem = flesh.OdeProblem(flesh.System(mesh, [flesh.Inertia(body), flesh.Elasticity(body)]))

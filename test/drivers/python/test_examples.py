@@ -67,6 +67,7 @@ def test_the_fit_finds_the_constants():
 def test_a_sweep_becomes_a_figure(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     drift = load("sweep_figure").main()
+    assert load("sweep_figure").main().equals(drift)  # again: what is complete is not run again
     assert list(drift.columns) == ["B", "E", "S"] and len(drift) == 5 and (drift["S"] < drift["E"]).all()
     with open("out/python_sweep/drift.png", "rb") as file:
         assert file.read(8) == b"\x89PNG\r\n\x1a\n"

@@ -1,4 +1,7 @@
 """test_own_effect.py: effects written in Python: checked, in runs, with exceptions, time, barriers, figures."""
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -187,7 +190,7 @@ def test_wrong_shapes_are_told(mesh, bent):
     class Flat(Nail):
         def residual(self, point):
             return np.zeros(3)
-    with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned an array of shape \(3,\); it must be \(45, 3\)"):
+    with pytest.raises(flesh.ArgumentError, match=r"Flat.residual returned .* shape \(3,\); it must be \(45, 3\)"):
         flesh.System(mesh, [Flat(mesh)]).residual(bent)
     with pytest.raises(flesh.ArgumentError, match="node numbers from 0 to 44"):
         Strings(mesh, [(0, 45)], 1)
@@ -244,6 +247,18 @@ def test_its_barrier_is_asked(mesh, body):
     except flesh.SolveError:
         pass  # nothing pushes back: the barrier alone bars the way
     assert -0.2 < state.x[:, 2].min() < 0
+
+
+def test_it_lives_as_long_as_its_system_and_no_longer(mesh):
+    def pulled():
+        effect = Strings(mesh, PAIRS, 3)
+        return weakref.ref(effect), flesh.System(mesh, [effect])
+    effect, system = pulled()
+    gc.collect()
+    assert effect() is not None and np.abs(system.residual(mesh.positions)).max() > 0
+    del system
+    gc.collect()
+    assert effect() is None
 
 
 def test_cells_of_tets_are_ascending(mesh):

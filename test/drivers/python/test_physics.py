@@ -1,4 +1,4 @@
-"""test_physics.py: materials, effects, systems and integrators give what closed forms and the library's own numbers say."""
+"""test_physics.py: materials, effects, systems and integrators give what closed forms and the library itself say."""
 import ctypes
 import math
 
@@ -245,14 +245,14 @@ def test_a_failed_step_says_why_and_leaves_the_state(mesh, held):
     system.pin(held)
     options = flesh.SolverOptions(max_newton=1, max_cutbacks=1)
     integrator, state = flesh.Integrator(system, options=options), flesh.State.at_rest(mesh)
-    told = []
-    flesh.set_error_handler(lambda status, sentence: told.append((status, sentence)))
+    reported = []
+    flesh.set_error_handler(lambda status, sentence: reported.append((status, sentence)))
     try:
         with pytest.raises(flesh.SolveError) as error:
             integrator.step(state, 1)
     finally:
         flesh.set_error_handler(None)
-    assert told[-1] == (error.value.status, str(error.value)) and integrator.failure.halvings == 1
+    assert reported[-1] == (error.value.status, str(error.value)) and integrator.failure.halvings == 1
     assert state.t == 0 and np.array_equal(state.x, mesh.positions)
 
 

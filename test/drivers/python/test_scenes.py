@@ -1,7 +1,6 @@
 """test_scenes.py: scenes from files, text and dicts; runs as loops and as iterators; what they write."""
 import gc
 import os
-import subprocess
 
 import numpy as np
 import pytest
@@ -84,12 +83,12 @@ def test_overrides_and_their_errors(folder):
 
 def test_the_iterator_is_the_loop(folder):
     scene = flesh.Scene(BAR, folder=folder)
-    told = []
-    end = scene.run([told.append])
+    observed = []
+    end = scene.run([observed.append])
     records = list(scene.steps())
     assert [record.step for record in records] == list(range(7)) and records[-1].last and not records[0].h
-    assert all(np.array_equal(one.x, two.x) and one.t == two.t for one, two in zip(records, told))
-    assert np.array_equal(records[-1].x, end.x) and records[3].stats.newton == told[3].stats.newton > 0
+    assert all(np.array_equal(one.x, two.x) and one.t == two.t for one, two in zip(records, observed))
+    assert np.array_equal(records[-1].x, end.x) and records[3].stats.newton == observed[3].stats.newton > 0
     assert records[-1].J.shape == (192,) and records[-1].min_J == records[-1].J.min()
     assert records[-1].volume == pytest.approx(scene.mesh.volume(end.x), rel=1e-14)
     assert np.allclose(records[-1].energies, scene.system.energies(end.x, end.v), rtol=1e-12)
@@ -116,7 +115,7 @@ def test_leaving_the_loop_ends_the_run(folder):
         list(flesh.steps(integrator, state, 1 / 60, 1, [fail]))
     with pytest.raises(KeyError, match="mine"):
         flesh.run(integrator, state, 1 / 60, 1, [fail])
-    with pytest.raises(flesh.InterruptedError_):
+    with pytest.raises(flesh.StoppedError):
         flesh.run(integrator, state, 1 / 60, 1, stop=lambda: state.t > 0.2)
     assert 0.2 < state.t < 0.25
     with pytest.raises(flesh.ArgumentError):
