@@ -64,7 +64,7 @@ class Material:
         form: "Neo", "A" ... "S", "Fung", "StVK", or a full name ("stable-neo-hookean"); see FORMS.
         constants: "matched" (default where the form has matched ones), "raw" or "as_e".
         young: Young's modulus of small strain, Pa.
-        poisson: Poisson's ratio of small strain, in (-1, 0.5).
+        poisson: Poisson's ratio of small strain, in (-1, 0.5]; 0.5 on ten-node tets, for forms with a volume term.
         mu: Lame's mu of small strain, Pa.
         lambda_: Lame's lambda of small strain, Pa.
         form_constants: what the form has beyond them: exponent=0.5 (b of Fung's), links=8 (N of Arruda & Boyce's);
@@ -169,6 +169,11 @@ class Material:
     for _name in FORM_CONSTANTS:
         vars()[_name] = property(lambda self, _name=_name: getattr(self._struct, _name),
                                  doc="See body.material.{0} in flesh.schema(); 0 for other forms.".format(_name))
+
+    @property
+    def incompressible(self) -> bool:
+        """Poisson's ratio is 1/2: pressures are multipliers of the tets, and psi is that of the penalty."""
+        return bool(self._struct.incompressible)
 
     @property
     def young(self) -> float:

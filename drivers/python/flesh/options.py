@@ -41,6 +41,7 @@ class SolverOptions(Options):
     accept_unconverged: int = Field("1: a solve that ends at max_newton counts all the same")
     techniques: tuple = Field("what helps where plain Newton steps are slow, as a tuple of", _TECHNIQUES)
     threads: int = Field("0: one for each processor; results do not depend on it")
+    volume_tolerance: float = Field("how far the mean of J of an incompressible tet may be from 1 at the end of a step")
 
     def _default(self):
         lib.flesh_solver_options_default(self._struct)
@@ -98,6 +99,7 @@ class SolveStats(Record):
     untangled_nodes: int = Field("nodes moved by that")
     unconverged: int = Field("solves accepted without convergence")
     linear_single: int = Field("those of `linear` in single precision")
+    multiplier_updates: int = Field("of the pressures of incompressible tets, each followed by a solve")
     direct: int = Field("linear solves left to a direct factorisation")
     residual_first: float = Field("2-norm over the free dofs at the first iterate, N, of the last solve")
     residual_last: float = Field("at its end, N")
@@ -135,6 +137,7 @@ class Failure(Record):
     worst_position: np.ndarray = Field("[3] its middle, m")
     worst_node: int = Field("largest residual at the last iterate (adaptive: local error), or -1")
     order: int = Field("adaptive: of the last attempt; else 0")
+    volume_gap: float = Field("largest |mean of J - 1| where forces balance and incompressible tets do not; else 0")
 
 
 class EnergyBalance(Record):

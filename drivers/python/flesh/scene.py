@@ -185,7 +185,8 @@ class Scene:
 
     def start(self) -> State:
         """A new state where the scene starts."""
-        state = State.at_rest(self.mesh)
+        count = lib.flesh_system_multiplier_count(lib.flesh_scene_system(self._pointer))
+        state = State(self.mesh.positions, multipliers=np.zeros(count) if count else None)
         lib.flesh_scene_start(self._pointer, state._struct)
         return state
 

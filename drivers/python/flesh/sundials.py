@@ -100,8 +100,8 @@ class KinsolProblem(_Problem):
 
     def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
-                  frozen_at_solution: bool = False) -> None:
-        """How u moves the point from x0, v0, a0 [nodes, 3], and when; see flesh.Point for the lagged state."""
+                  frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0) -> None:
+        """How u moves the point from x0, v0, a0 [nodes, 3], and when; see flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
         arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag}
         self._base = {name: None if value is None else doubles(value, shape, name).copy()
@@ -110,7 +110,10 @@ class KinsolProblem(_Problem):
         stage.t, stage.load, stage.prescribed_fraction, stage.t_lag = t, load, prescribed_fraction, t
         if t_lag is not None:
             stage.t_lag = t_lag
-        stage.frozen_at_solution = int(frozen_at_solution)
+        stage.frozen_at_solution, stage.penalty = int(frozen_at_solution), float(penalty)
+        if multipliers is not None:
+            self._multipliers = doubles(multipliers, (self.system.multiplier_count,), "multipliers").copy()
+            stage.multipliers = pointer(self._multipliers)
         stage.shift = Shift(*shift)._struct()[0]
         for name, array in self._base.items():
             setattr(stage, name, pointer(array))

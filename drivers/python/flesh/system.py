@@ -26,12 +26,19 @@ class State:
         x: [nodes, 3] positions, m; copied.
         v: [nodes, 3] velocities, m/s; None: at rest.
         t: s.
+        multipliers: [System.multiplier_count] pressures of incompressible tets, Pa; None: the integrator keeps its own.
     """
 
-    def __init__(self, x, v=None, t: float = 0.0):
+    def __init__(self, x, v=None, t: float = 0.0, multipliers=None):
         self.x = doubles(x, (None, 3), "x").copy()
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v").copy()
         self._struct = ffi.new("flesh_state *", {"t": float(t), "x": pointer(self.x), "v": pointer(self.v)})
+        self.multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers").copy()
+        self._set_multipliers()
+
+    def _set_multipliers(self):
+        self._struct.multipliers = pointer(self.multipliers)
+        self._struct.multiplier_count = 0 if self.multipliers is None else len(self.multipliers)
 
     @property
     def t(self) -> float:
@@ -48,9 +55,9 @@ class State:
         return cls(mesh.positions)
 
     @classmethod
-    def read(cls, path, nodes: int) -> "State":
-        """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes."""
-        state = cls(np.zeros((nodes, 3)))
+    def read(cls, path, nodes: int, multipliers: int = 0) -> "State":
+        """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes, and as many multipliers as are asked for."""
+        state = cls(np.zeros((nodes, 3)), multipliers=np.zeros(multipliers) if multipliers else None)
         call(lib.flesh_state_read, path_bytes(path), nodes, state._struct)
         return state
 
@@ -60,7 +67,7 @@ class State:
 
     def copy(self) -> "State":
         """One of its own."""
-        return State(self.x, self.v, self.t)
+        return State(self.x, self.v, self.t, self.multipliers)
 
     def _checked(self, nodes):
         """The struct, whose arrays are those that the attributes name: they may have been replaced."""
@@ -71,6 +78,9 @@ class State:
                 raise ArgumentError(f"state.{name} must be a writable, contiguous array of doubles of shape "
                                     f"({nodes}, 3)")
             setattr(self._struct, name, pointer(array))
+        if self.multipliers is not None:
+            self.multipliers = doubles(self.multipliers, (None,), "state.multipliers")
+        self._set_multipliers()
         return self._struct
 
     def __repr__(self):
@@ -121,11 +131,13 @@ class Point:
         load: in [0, 1], scales the external loads.
         x_lag, v_lag, t_lag: the last accepted state, which lagged forces are evaluated at; None: the point's own.
         x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
+        multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
         threads: who helps; results do not depend on it.
     """
 
     def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *, x_lag=None, v_lag=None,
-                 t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, threads: Optional[Threads] = None):
+                 t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, multipliers=None, penalty: float = 1.0,
+                 threads: Optional[Threads] = None):
         self.x = doubles(x, (None, 3), "x")
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v")
         self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
@@ -139,6 +151,8 @@ class Point:
         self._struct.t_lag = self.t if t_lag is None else float(t_lag)
         for name, value in {"x": self.x, "v": self.v, "a": self.a, **self._arrays}.items():
             setattr(self._struct, name, pointer(value))
+        self._multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers")
+        self._struct.multipliers, self._struct.penalty = pointer(self._multipliers), float(penalty)
         if threads is not None:
             self._struct.threads = threads._pointer
 
@@ -271,8 +285,21 @@ class System:
         """First time after t s at which a constraint or effect stops being smooth; inf if none."""
         return call_value(lib.flesh_system_next_event, self._ready(), float(t))
 
+    @property
+    def multiplier_count(self) -> int:
+        """How many pressures hold incompressible tets: one for each tet, or 0 where none is incompressible."""
+        return lib.flesh_system_multiplier_count(self._ready())
+
+    def constraint_gaps(self, x, v=None, a=None, **point) -> Tuple[np.ndarray, np.ndarray]:
+        """[multiplier_count] mean of J less 1 of incompressible tets, and the penalty's stiffness, Pa."""
+        at, gaps, stiffness = self._point(x, v, a, point), *(np.zeros(self.multiplier_count) for _ in range(2))
+        call(lib.flesh_system_constraint_gaps, self._ready(), at._struct, pointer(gaps), pointer(stiffness))
+        return gaps, stiffness
+
     def _point(self, x, v, a, options):
         point = x if isinstance(x, Point) else Point(x, v, a, **options)
+        if point._multipliers is not None and len(point._multipliers) != self.multiplier_count:
+            raise ArgumentError(f"multipliers has {len(point._multipliers)} values; there are {self.multiplier_count}")
         if point.x.shape != (self.mesh.node_count, 3):
             raise ArgumentError(f"x has shape {point.x.shape}; it must be ({self.mesh.node_count}, 3)")
         return point
