@@ -130,7 +130,7 @@ END
     ! grep -q '±' alone/verdict.txt || return 1
   ! grep -q 'single nodes' alone/verdict.txt || return 1
   # A spring that pulls at a tet alone converges to nothing.
-  sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
+  sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], radius: 0, stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
     beam.yaml >pulled.yaml
   expect 0 "$flesh" drift pulled.yaml --energies S --poisson 0.4 --solvers guarded --out pulled || return 1
   has pulled/verdict.txt 'pulled has a load at single nodes'
