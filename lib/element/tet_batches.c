@@ -279,7 +279,7 @@ static int take_volume_shares(flesh_tets *self, const flesh_body *body)
   for (int k = 0; k < self->materials && !status; k++) {
     if (flesh_body_element_of(body, element, k) == FLESH_ELEMENT_TET10_MEAN)
       status = flesh_volume_share_of(&body->materials[k], &shares[k]);
-    else shares[k] = (flesh_volume_share){0, FLESH_VOLUME_NONE};
+    else shares[k] = (flesh_volume_share){.term = FLESH_VOLUME_NONE};
   }
   return status;
 }
