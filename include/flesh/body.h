@@ -57,6 +57,9 @@ typedef struct flesh_body {
                                       lacks, making these effects fails with FLESH_ERR_ARGUMENT */
   flesh_element element; /* with one that the mesh's order does not fit, making effects fails
                             with FLESH_ERR_ARGUMENT */
+  /* As many as materials; NULL: `element` is that of all. TET10 or TET10_MEAN at order 2 for the
+   * tets of one material, AUTO: `element`. Otherwise making effects fails as above. */
+  const flesh_element *material_elements;
 } flesh_body;
 
 /* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of

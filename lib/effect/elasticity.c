@@ -91,7 +91,8 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
                                                      .materials = tets->batches.materials,
                                                      .tet_material = material,
                                                      .instructions = tets->instructions,
-                                                     .element = tets->element},
+                                                     .element = tets->element,
+                                                     .material_elements = tets->material_elements},
                                        part);
   flesh_free(material);
   return status;

@@ -28,6 +28,12 @@ int flesh_body_find_element(const flesh_body *body, flesh_element *element)
                     flesh_element_name(*element), order, 3 - order);
 }
 
+flesh_element flesh_body_element_of(const flesh_body *body, flesh_element element, int material)
+{
+  const flesh_element own = body->material_elements ? body->material_elements[material] : FLESH_ELEMENT_AUTO;
+  return own == FLESH_ELEMENT_AUTO ? element : own;
+}
+
 /* Where VTK's edges 01 12 02 03 13 23 have the node between two corners. */
 static const int edge_of[4][4] = {{-1, 0, 2, 3}, {0, -1, 1, 4}, {2, 1, -1, 5}, {3, 4, 5, -1}};
 

@@ -8,6 +8,9 @@
 /* The body's element, never AUTO; FLESH_ERR_ARGUMENT where the mesh has another order. */
 int flesh_body_find_element(const flesh_body *body, flesh_element *element);
 
+/* That of the tets of one of the body's materials, where `element` is what flesh_body_find_element found. */
+flesh_element flesh_body_element_of(const flesh_body *body, flesh_element element, int material);
+
 /* The nodes of a tet of ten: corners, ascending, then those on the edges 01 02 03 12 13 23 of these. */
 void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10]);
 

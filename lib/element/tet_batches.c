@@ -273,15 +273,21 @@ static int take_volume_shares(flesh_tets *self, const flesh_body *body, const in
                         "or poisson below 0.5",
                         flesh_element_name(self->element));
   if (self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return FLESH_OK;
+  flesh_element element;
+  int status = flesh_body_find_element(body, &element);
   flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);
   if (!shares) return no_memory(self->cells.count);
   self->batches.volume_shares = shares;
-  for (int k = 0; k < self->materials; k++) {
-    int status = flesh_volume_share_of(&body->materials[k], &shares[k]);
-    if (status) return status;
+  for (int k = 0; k < self->materials && !status; k++) {
+    shares[k] = (flesh_volume_share){.term = FLESH_VOLUME_NONE};
+    if (flesh_body_element_of(body, element, k) == FLESH_ELEMENT_TET10_MEAN)
+      status = flesh_volume_share_of(&body->materials[k], &shares[k]);
+    else if (body->materials[k].incompressible)
+      status = flesh_fail(FLESH_ERR_ARGUMENT,
+                          "the poisson of material %d is 0.5, which the element tet10 cannot hold; take tet10-mean", k);
     held |= shares[k].held;
   }
-  if (!held) return FLESH_OK;
+  if (status || !held) return status;
   int *numbers = flesh_malloc(((size_t)self->cells.count + 1) * sizeof *numbers);
   if (!numbers) return no_memory(self->cells.count);
   memcpy(numbers, tet, (size_t)self->cells.count * sizeof *numbers);
@@ -304,6 +310,20 @@ static int take_masses(flesh_tets *self, const flesh_body *body, const int *tet)
   return FLESH_OK;
 }
 
+/* Tets of TET10 go with those of TET10_MEAN: the mean bears none of their volume term. */
+static int find_elements(const flesh_body *body, int tets, flesh_tets *self)
+{
+  self->material_elements = body->material_elements;
+  for (int e = 0; e < tets && body->material_elements; e++) {
+    const flesh_element own = body->material_elements[body->tet_material ? body->tet_material[e] : 0];
+    if (own != FLESH_ELEMENT_AUTO && (own == FLESH_ELEMENT_TET4) != (self->element == FLESH_ELEMENT_TET4))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the element of tet %d is %s, but the mesh has order %d", e,
+                        flesh_element_name(own), flesh_mesh_order(body->mesh));
+    if (own == FLESH_ELEMENT_TET10_MEAN) self->element = own;
+  }
+  return FLESH_OK;
+}
+
 int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *self)
 {
   *self = (flesh_tets){0};
@@ -311,8 +331,10 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   if (status) return status;
   status = flesh_body_find_element(body, &self->element);
   if (status) return status;
-  self->kernels = kernels_for(self->instructions, self->element);
   int tets = flesh_mesh_tet_count(body->mesh);
+  status = find_elements(body, tets, self);
+  if (status) return status;
+  self->kernels = kernels_for(self->instructions, self->element);
   status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
   if (status) return status;
   self->piece_tile = flesh_malloc(((size_t)self->order.pieces + 1) * sizeof(int));

@@ -13,7 +13,8 @@
 typedef struct flesh_tets {
   flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
   flesh_batches batches;
-  flesh_element element; /* never AUTO */
+  flesh_element element; /* never AUTO; TET10_MEAN where that of any material is */
+  const flesh_element *material_elements; /* the body's; borrowed */
   const flesh_tet_kernels *kernels;
   flesh_instructions instructions; /* never AUTO */
   flesh_tet_order order;           /* without .tet */

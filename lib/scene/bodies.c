@@ -68,6 +68,11 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   return 0;
 }
 
+static flesh_element element_of(const flesh_scene *scene, const flesh_scene_other *other)
+{
+  return (flesh_element)(other->element >= 0 ? other->element : scene->keys.body.element);
+}
+
 static int append_other(flesh_scene *scene, int k, join *j)
 {
   flesh_scene_other *other = (flesh_scene_other *)scene->keys.bodies.values + k;
@@ -79,7 +84,7 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              "%s[%d].name is '%s'; another body has that name already", list_key()->name, k,
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
-  if (!status) status = flesh_scene_fit_mesh(scene, &mesh);
+  if (!status) status = flesh_scene_fit_mesh(scene, element_of(scene, other), &mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
   if (status) {
     flesh_mesh_destroy(&mesh);
@@ -88,8 +93,9 @@ static int append_other(flesh_scene *scene, int k, join *j)
   if (flesh_mesh_order(mesh) != j->order) {
     flesh_mesh_destroy(&mesh);
     return flesh_node_fail(place,
-                           "%s[%d].mesh has tets of %d nodes, and the first body's mesh tets of %d; all must have "
-                           "the same (flesh mesh convert --order)",
+                           "%s[%d]'s tets have %d nodes, and the first body's %d; all must have as many: an element of "
+                           "tet10 or tet10-mean, here and in body.element, puts nodes on edges, and flesh mesh convert "
+                           "--order 1 takes them away",
                            list_key()->name, k, j->order == 1 ? 10 : 4, j->order == 1 ? 4 : 10);
   }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
@@ -129,6 +135,7 @@ int flesh_scene_join_bodies(flesh_scene *scene)
 int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material)
 {
   flesh_scene_other *others = scene->keys.bodies.values;
+  const flesh_element body_element = (flesh_element)scene->keys.body.element;
   for (int k = 0; k < scene->keys.bodies.count; k++) {
     int material = base;
     if (others[k].material.energy >= 0) {
@@ -139,6 +146,11 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
                                              &others[k].material, &scene->materials[material]);
       if (status) return status;
     }
+    if (material == base && base >= 0 && element_of(scene, &others[k]) != body_element) {
+      material = scene->material_count++;
+      scene->materials[material] = scene->materials[base];
+    }
+    if (material >= 0 && material != base) scene->material_elements[material] = element_of(scene, &others[k]);
     if (material < 0 && scene->material_count)
       return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, material)),
                              "%s[%d].material is missing; it must be given where body.material is not, or for no "

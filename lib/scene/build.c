@@ -106,7 +106,10 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
   scene->materials =
       flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)scene->keys.bodies.count + 1) *
                                           sizeof *scene->materials);
-  if (!scene->materials) return no_memory(scene);
+  scene->material_elements =
+      flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)scene->keys.bodies.count + 1) *
+                                          sizeof *scene->material_elements);
+  if (!scene->materials || !scene->material_elements) return no_memory(scene);
   *base = -1;
   int status = FLESH_OK;
   if (scene->keys.body.material.energy >= 0) {
@@ -187,6 +190,7 @@ static int assign_tets(flesh_scene *scene, const flesh_node *body_node, const fl
                              .tet_material = scene->material_count > 1 ? tet_material : NULL,
                              .mass = (flesh_mass)scene->keys.body.mass,
                              .element = (flesh_element)scene->keys.body.element,
+                             .material_elements = scene->part_count ? scene->material_elements : NULL,
                              .part_count = scene->part_count,
                              .parts = scene->parts};
   return FLESH_OK;

@@ -9,27 +9,27 @@
 enum { MOST_REFINED = 10 };
 
 /* The next mesh on the way from the mesh that was read to the one that is wanted; *next is NULL where it is that. */
-static int next_mesh(const flesh_scene *scene, const flesh_mesh *mesh, int refined, flesh_mesh **next)
+static int next_mesh(const flesh_scene *scene, flesh_element element, const flesh_mesh *mesh, int refined,
+                     flesh_mesh **next)
 {
-  const flesh_element element = (flesh_element)scene->keys.body.element;
   *next = NULL;
   if (refined < scene->keys.body.refine) return flesh_mesh_refine(mesh, next);
   if (element == FLESH_ELEMENT_AUTO || element == FLESH_ELEMENT_TET4 || flesh_mesh_order(mesh) == 2) return FLESH_OK;
   return flesh_mesh_raise_order(mesh, next);
 }
 
-int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh)
+int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh)
 {
-  if (scene->keys.body.element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
+  if (element == FLESH_ELEMENT_TET4 && flesh_mesh_order(*mesh) == 2)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the tets have ten nodes, which body.element tet4 has not; it must be tet10 or tet10-mean, or the "
+                      "the tets have ten nodes, which the element tet4 has not; it must be tet10 or tet10-mean, or the "
                       "mesh one of four-node tets (flesh mesh --order 1)");
   if (scene->keys.body.refine > MOST_REFINED)
     return flesh_fail(FLESH_ERR_ARGUMENT, "body.refine is %d; it must be 0 to %d", scene->keys.body.refine,
                       MOST_REFINED);
   for (int refined = 0;; refined++) {
     flesh_mesh *next;
-    int status = next_mesh(scene, *mesh, refined, &next);
+    int status = next_mesh(scene, element, *mesh, refined, &next);
     if (status || !next) return status;
     flesh_mesh_destroy(mesh);
     *mesh = next;
@@ -41,7 +41,7 @@ static int interpolate(const flesh_scene *scene, flesh_mesh **mesh, flesh_state 
 {
   for (int refined = 0;; refined++) {
     flesh_mesh *next;
-    int status = next_mesh(scene, *mesh, refined, &next);
+    int status = next_mesh(scene, (flesh_element)scene->keys.body.element, *mesh, refined, &next);
     if (status || !next) return status;
     status = flesh_mesh_refine_field(*mesh, state->x);
     if (!status) status = flesh_mesh_refine_field(*mesh, state->v);

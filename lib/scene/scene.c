@@ -84,7 +84,7 @@ static int read_mesh(flesh_scene *scene)
       flesh_key_at(body->children, offsetof(flesh_scene_keys, body.mesh) - body->offset);
   place = flesh_scene_place(place, body->children, mesh->offset);
   int status = flesh_mesh_read(scene->keys.body.mesh, &scene->mesh);
-  if (!status) status = flesh_scene_fit_mesh(scene, &scene->mesh);
+  if (!status) status = flesh_scene_fit_mesh(scene, (flesh_element)scene->keys.body.element, &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
                 : FLESH_OK;

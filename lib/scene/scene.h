@@ -16,6 +16,7 @@ struct flesh_scene {
   flesh_body_part *parts;
   int *part_nodes; /* [part_count+1] first node of each */
   flesh_material *materials;
+  flesh_element *material_elements; /* [material_count] of the tets of each; AUTO: the body's */
   int material_count;
   flesh_body body;
   flesh_system *system;
@@ -40,9 +41,9 @@ int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, 
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
 
-/* Refines a mesh that was read as body.refine asks for, and puts nodes on its edges where body.element does;
+/* Refines a mesh that was read as body.refine asks for, and puts nodes on its edges where the element has them;
  * FLESH_ERR_ARGUMENT where the mesh has them and the element has not. */
-int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_mesh **mesh);
+int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh);
 /* Reads start.state into `state`; one of the nodes of body.mesh as it was read is interpolated. */
 int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 /* Densities and materials of their tets; scene->materials has room for one of each, from

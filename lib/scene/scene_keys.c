@@ -124,7 +124,7 @@ static const flesh_key body_table[] = {
      AT(body.element),
      .choices = elements,
      .default_value = "auto",
-     .doc = "of all bodies. tet4: displacements linear in a tet, far too stiff in bending where the material is nearly "
+     .doc = "of all bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending where the material is nearly "
             "incompressible; tet10: quadratic, energies at four points; tet10-mean: the same with the volume term by "
             "the mean of J over a tet, as true at poisson_ratio 0.4999 as at 0.3; auto: tet4 where the mesh has four "
             "nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of four-node tets gets a node "
@@ -170,6 +170,8 @@ static const flesh_key other_table[] = {
      .default_value = "[0, 0, 0]", .doc = "rotation vector of the mesh about the origin"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(density), .range = FLESH_RANGE_POSITIVE,
      .unit = "kg/m^3", .default_value = "", .doc = "instead of body.density"},
+    {.name = "element", .type = FLESH_KEY_CHOICE, AT(element), .choices = elements, .default_value = "",
+     .doc = "instead of body.element; tet10 and tet10-mean stand side by side, tet4 only beside tet4"},
     {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",
      .children = flesh_material_table, .doc = "instead of body.material"},
     {.name = "velocity", .type = FLESH_KEY_VECTOR, AT(velocity), .unit = "m/s", .default_value = "",

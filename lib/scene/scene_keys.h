@@ -19,6 +19,7 @@ typedef struct flesh_scene_region {
 typedef struct flesh_scene_other {
   char *name, *mesh;
   double translation[3], rotation[3], density, velocity[3];
+  int element; /* flesh_element; -1: the body's */
   flesh_scene_material material;
 } flesh_scene_other;
 

@@ -176,9 +176,49 @@ static void ten_node_bodies_are_joined(void)
   close_scene(&o);
   refused("body: {mesh: ten.msh, density: 1, material: {energy: S, young: 1, poisson: 0}}\n"
           "bodies: [{name: a, " BLOCK "}]\neffects: [inertia]\n",
-          "bodies[0].mesh has tets of 4 nodes, and the first body's mesh tets of 10; all must have the same");
+          "bodies[0]'s tets have 4 nodes, and the first body's 10; all must have as many: an element of tet10");
   flesh_mesh_destroy(&block);
   flesh_mesh_destroy(&ten);
+}
+
+/* A bar that bends under its weight with an element for itself, its lowest node's z. */
+static double sag_alone(const char *element)
+{
+  char text[400];
+  double lowest = INFINITY;
+  snprintf(text, sizeof text, "body: {element: %s, mesh: bar.node, density: 1000, material: {energy: S, young: 4e5, "
+                              "poisson: 0.49}}\neffects: [inertia, gravity, pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}]\n",
+           element);
+  outcome o = open_scene(text);
+  run(&o);
+  for (int i = 0; i < o.nodes; i++) lowest = fmin(lowest, o.state.x[3 * i + 2]);
+  close_scene(&o);
+  return lowest;
+}
+
+/* Bodies side by side bend each as its own element has it, also where they share a material. */
+static void each_body_has_its_element(void)
+{
+  static const char *const elements[3] = {"tet10", "tet10-mean", "tet10"};
+  double lowest[3] = {INFINITY, INFINITY, INFINITY}, alone[2] = {sag_alone("tet10"), sag_alone("tet10-mean")};
+  outcome o = open_scene(
+      "body: {name: a, element: tet10, mesh: bar.node, density: 1000, material: {energy: S, young: 4e5, poisson: 0.49}}\n"
+      "bodies:\n"
+      "  - {name: b, element: tet10-mean, mesh: bar.node, translation: [0, 5, 0]}\n"
+      "  - {name: c, mesh: bar.node, translation: [0, 10, 0]}\n"
+      "effects: [inertia, gravity, pin: {box: [[-1, -1, -1], [1e-9, 99, 2]]}]\n");
+  const int nodes = o.nodes / 3;
+  run(&o);
+  for (int i = 0; i < o.nodes; i++) lowest[i / nodes] = fmin(lowest[i / nodes], o.state.x[3 * i + 2]);
+  for (int k = 0; k < 3; k++) {
+    printf("# body %d, %s: %.12g, alone %.12g\n", k, elements[k], lowest[k], alone[k % 2]);
+    CHECK_NEAR(lowest[k], alone[k % 2], 1e-7);
+  }
+  CHECK(fabs(alone[0] - alone[1]) > 1e-4);
+  close_scene(&o);
+  refused("body: {mesh: bar.node, density: 1, element: tet10, material: {energy: S, young: 1, poisson: 0}}\n"
+          "bodies: [{name: a, element: tet4, mesh: bar.node}]\neffects: [inertia]\n",
+          "bodies[0]'s tets have 4 nodes, and the first body's 10; all must have as many");
 }
 
 int main(int argc, char **argv)
@@ -191,7 +231,8 @@ int main(int argc, char **argv)
     return 1;
   flesh_mesh_destroy(&mesh);
   int failed = RUN_TESTS(argc, argv, TEST(each_moves_as_by_itself), TEST(densities_and_selections_are_by_body),
-                         TEST(bad_bodies_are_refused), TEST(ten_node_bodies_are_joined));
+                         TEST(bad_bodies_are_refused), TEST(ten_node_bodies_are_joined),
+                         TEST(each_body_has_its_element));
   test_folder_remove(folder);
   return failed;
 }
