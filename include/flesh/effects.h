@@ -109,8 +109,9 @@ FLESH_API int flesh_effect_traction(const flesh_body *body, int count, const int
                                     flesh_effect **effect);
 
 /* A pressure, Pa, on the deformed `triangles` [3*count], wound outwards (flesh_mesh_surface): -p
- * times the area normal, a third to each node. On a closed surface V = p (volume - rest volume);
- * on an open one the rim's edges are lagged and there is no energy.
+ * times the area normal, a third to each node; at order 2 the exact integral of each node's shape
+ * function over the curved face, of which the triangles are quarters. On a closed surface
+ * V = p (volume - rest volume); on an open one the rim's edges are lagged and there is no energy.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles,
                                     double pressure, const flesh_amplitude *amplitude,

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
@@ -86,7 +87,7 @@ static int by_nodes(const void *a, const void *b)
   return 0;
 }
 
-static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles, double *shares)
+int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
 {
   int all;
   const int *surface = flesh_mesh_surface(mesh, &all);
@@ -106,11 +107,73 @@ static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles
     }
     /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
     const int *face = surface + 12 * (size_t)(found->number / 4);
-    const int node[6] = {face[0], face[4], face[8], face[1], face[5], face[2]};
-    add_quarter(flesh_mesh_positions(mesh), node, found->number % 4, shares);
+    quarters_of[k] = (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, found->number % 4};
   }
   flesh_free(entries);
   return status;
+}
+
+static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles, double *shares)
+{
+  flesh_face_quarter *found = flesh_malloc(((size_t)count + 1) * sizeof *found);
+  if (!found) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d triangles", count);
+  int status = flesh_face_quarters(mesh, count, triangles, found);
+  for (int k = 0; !status && k < count; k++)
+    add_quarter(flesh_mesh_positions(mesh), found[k].node, found[k].quarter, shares);
+  flesh_free(found);
+  return status;
+}
+
+const signed char flesh_face_pair[FLESH_FACE_PAIRS][2] = {{0, 1}, {0, 2}, {0, 3}, {0, 4}, {0, 5}, {1, 2}, {1, 3}, {1, 4},
+                                                          {1, 5}, {2, 3}, {2, 4}, {2, 5}, {3, 4}, {3, 5}, {4, 5}};
+const signed char flesh_face_triple[FLESH_FACE_TRIPLES][3] = {
+    {0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 1, 5}, {0, 2, 3}, {0, 2, 4}, {0, 2, 5}, {0, 3, 4}, {0, 3, 5}, {0, 4, 5},
+    {1, 2, 3}, {1, 2, 4}, {1, 2, 5}, {1, 3, 4}, {1, 3, 5}, {1, 4, 5}, {2, 3, 4}, {2, 3, 5}, {2, 4, 5}, {3, 4, 5}};
+
+/* The integrand has degree 4. */
+static void volume_form(int quarter, double volume[FLESH_FACE_TRIPLES])
+{
+  memset(volume, 0, FLESH_FACE_TRIPLES * sizeof *volume);
+  for (int q = 0; q < RULE; q++) {
+    double L[3] = {0}, N[6], by_L[6][3];
+    for (int k = 0; k < 9; k++) L[k % 3] += rule[q][k / 3] * quarters[quarter][k / 3][k % 3];
+    shapes(L, N, by_L);
+    for (int t = 0; t < FLESH_FACE_TRIPLES; t++) {
+      double D[9];
+      for (int i = 0; i < 3; i++) {
+        const int a = flesh_face_triple[t][i];
+        D[3 * i] = N[a], D[3 * i + 1] = by_L[a][1] - by_L[a][0], D[3 * i + 2] = by_L[a][2] - by_L[a][0];
+      }
+      volume[t] += rule[q][3] / 24 * flesh_mat3_determinant(D);
+    }
+  }
+}
+
+/* Along the sides; the integrand has degree 5, for which three points of Gauss are exact. */
+static void rim_form(int quarter, double rim[6][FLESH_FACE_PAIRS])
+{
+  static const double at[3] = {.11270166537925831, .5, .88729833462074169}, weight[3] = {5. / 18, 8. / 18, 5. / 18};
+  memset(rim, 0, 6 * sizeof *rim);
+  for (int side = 0; side < 3; side++)
+    for (int g = 0; g < 3; g++) {
+      const double *from = quarters[quarter][side], *to = quarters[quarter][(side + 1) % 3];
+      double L[3], N[6], by_L[6][3], dN[6] = {0};
+      for (int i = 0; i < 3; i++) L[i] = from[i] + at[g] * (to[i] - from[i]);
+      shapes(L, N, by_L);
+      for (int a = 0; a < 6; a++)
+        for (int i = 0; i < 3; i++) dN[a] += by_L[a][i] * (to[i] - from[i]);
+      for (int k = 0; k < 6; k++)
+        for (int p = 0; p < FLESH_FACE_PAIRS; p++) {
+          const int a = flesh_face_pair[p][0], b = flesh_face_pair[p][1];
+          rim[k][p] += weight[g] / 3 * N[k] * (N[a] * dN[b] - N[b] * dN[a]);
+        }
+    }
+}
+
+void flesh_face_forms(int quarter, double volume[FLESH_FACE_TRIPLES], double rim[6][FLESH_FACE_PAIRS])
+{
+  volume_form(quarter, volume);
+  rim_form(quarter, rim);
 }
 
 int flesh_face_shares(const flesh_mesh *mesh, int count, const int *triangles, double *shares)

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
+#include "effect/pressure_curved.h"
 #include "math/mat3.h"
 
 /* Of an edge the far nodes of the triangles that go along it from its lower to its higher node, and back; -1 on
@@ -317,6 +318,8 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
   if (!(fabs(value) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT, "pressure is %g Pa; it must be finite", value);
   if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a pressure needs a triangle that it acts on");
+  if (flesh_mesh_order(body->mesh) == 2)
+    return flesh_pressure_curved(body, count, triangles, value, amplitude, effect);
   pressure *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a pressure");
   self->pressure = value;
