@@ -157,6 +157,21 @@ static void check_open(int (*chosen)(int k))
   test_body_destroy(&b);
 }
 
+/* d.(r with the rim lagged - r) at a move of `size` d from the lagged state. */
+static double rim_error(const flesh_effect *effect, const test_body *b, const double *d, double size)
+{
+  double *x = malloc(3 * (size_t)b->n * sizeof *x), *lagged = x + b->n, *now = x + 2 * b->n, error = 0;
+  flesh_point point = point_of(b);
+  for (int k = 0; k < b->n; k++) x[k] = b->state.x[k] + size * d[k], lagged[k] = now[k] = 0;
+  point.x = x;
+  CHECK_OK(effect->operations->residual(effect, &point, lagged));
+  point.x_lag = x;
+  CHECK_OK(effect->operations->residual(effect, &point, now));
+  for (int k = 0; k < b->n; k++) error += size * d[k] * (lagged[k] - now[k]);
+  free(x);
+  return fabs(error);
+}
+
 static int every(int k) { return k >= 0; }
 static int half(int k) { return k / 4 % 2; }
 static int some_quarters(int k) { return k % 3 == 0 || k % 7 == 0; }
@@ -168,6 +183,30 @@ static void forces_are_exact_integrals(void)
   check_open(half);
   check_open(some_quarters);
   check_open(one);
+}
+
+/* What the rim adds is expanded with the symmetric part of its derivative: its work is exact. */
+static void lagged_rims_have_the_symmetric_derivative(void)
+{
+  test_body b;
+  int all, count = 0, *triangles;
+  flesh_effect *effect = NULL;
+  make(2, &b);
+  const int *surface = flesh_mesh_surface(b.mesh, &all);
+  triangles = malloc(3 * (size_t)all * sizeof *triangles);
+  for (int k = 0; k < all; k++)
+    if (some_quarters(k)) memcpy(triangles + 3 * count++, surface + 3 * k, 3 * sizeof *triangles);
+  CHECK_OK(flesh_effect_pressure(&b.body, count, triangles, 1, NULL, &effect));
+  double *d = calloc((size_t)b.n, sizeof *d);
+  inflate_to_ball(&b);
+  test_jitter(b.n, 1, 9, d);
+  const double error = rim_error(effect, &b, d, 1e-3);
+  printf("# work off by %.3g J\n", error);
+  CHECK_BELOW(error, 1e-16);
+  free(d);
+  free(triangles);
+  flesh_effect_destroy(&effect);
+  test_body_destroy(&b);
 }
 
 static void other_triangles_are_refused(void)
@@ -183,5 +222,6 @@ static void other_triangles_are_refused(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(closed_surfaces_have_no_net_force), TEST(flat_faces_pull_at_their_edges),
-                   TEST(forces_are_exact_integrals), TEST(other_triangles_are_refused));
+                   TEST(forces_are_exact_integrals), TEST(lagged_rims_have_the_symmetric_derivative),
+                   TEST(other_triangles_are_refused));
 }
