@@ -32,17 +32,24 @@ typedef struct bar {
   flesh_state state; /* at rest */
 } bar;
 
-/* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. */
-static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass mass, int moves)
+/* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. For elements of ten nodes a tet
+ * the mesh gets nodes on its edges, behind those that it has. */
+static inline void bar_begin_with(bar *b, flesh_element element, const flesh_material *material, flesh_mass mass, int moves)
 {
   TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
+  if (element != FLESH_ELEMENT_TET4) {
+    flesh_mesh *four = b->mesh;
+    TRY(flesh_mesh_raise_order(four, &b->mesh));
+    flesh_mesh_destroy(&four);
+  }
   b->nodes = flesh_mesh_node_count(b->mesh);
   b->tip = (1 * 3 + 1) * 9 + 8; /* node (8,1,1) */
   int tets = flesh_mesh_tet_count(b->mesh);
   b->density = malloc((size_t)tets * sizeof(double));
   for (int e = 0; e < tets; e++) b->density[e] = 1000; /* kg/m^3 */
   b->material = *material;
-  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material, .mass = mass};
+  b->body = (flesh_body){.mesh = b->mesh, .density = b->density, .materials = &b->material, .mass = mass,
+                         .element = element};
   TRY(flesh_system_create(b->mesh, &b->system));
   flesh_effect *effect;
   TRY(flesh_effect_elasticity(&b->body, &effect));
@@ -54,6 +61,11 @@ static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass 
   const size_t n = 3 * (size_t)b->nodes;
   b->state = (flesh_state){.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))};
   memcpy(b->state.x, flesh_mesh_positions(b->mesh), n * sizeof(double));
+}
+
+static inline void bar_begin(bar *b, const flesh_material *material, flesh_mass mass, int moves)
+{
+  bar_begin_with(b, FLESH_ELEMENT_TET4, material, mass, moves);
 }
 
 static inline void bar_gravity(bar *b, double z)

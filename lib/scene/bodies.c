@@ -85,6 +85,7 @@ static int append_other(flesh_scene *scene, int k, join *j)
                              other->name);
   int status = flesh_mesh_read(other->mesh, &mesh);
   if (!status) status = flesh_scene_fit_mesh(scene, element_of(scene, other), &mesh);
+  if (!status) status = flesh_scene_curve_mesh(scene, &other->curved, &mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &other->mesh);
   if (status) {
     flesh_mesh_destroy(&mesh);

@@ -56,7 +56,7 @@ int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state)
   const char *path = scene->keys.start.state;
   const int nodes = flesh_mesh_node_count(scene->mesh);
   int status = flesh_state_read(path, nodes, state);
-  if (status != FLESH_ERR_FILE || scene->part_count) return status;
+  if (status != FLESH_ERR_FILE || scene->part_count || scene->keys.body.curved.count) return status;
   flesh_mesh *mesh = NULL;
   char words[1024];
   snprintf(words, sizeof words, "%s", flesh_error_text());

@@ -85,6 +85,7 @@ static int read_mesh(flesh_scene *scene)
   place = flesh_scene_place(place, body->children, mesh->offset);
   int status = flesh_mesh_read(scene->keys.body.mesh, &scene->mesh);
   if (!status) status = flesh_scene_fit_mesh(scene, (flesh_element)scene->keys.body.element, &scene->mesh);
+  if (!status) status = flesh_scene_curve_mesh(scene, &scene->keys.body.curved, &scene->mesh);
   if (!status) status = flesh_scene_make_absolute(scene, &scene->keys.body.mesh);
   return status ? flesh_node_fail_within(status, place, "%s.%s: ", body->name, mesh->name)
                 : FLESH_OK;

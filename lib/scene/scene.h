@@ -44,6 +44,8 @@ int flesh_scene_join_bodies(flesh_scene *scene);
 /* Refines a mesh that was read as body.refine asks for, and puts nodes on its edges where the element has them;
  * FLESH_ERR_ARGUMENT where the mesh has them and the element has not. */
 int flesh_scene_fit_mesh(const flesh_scene *scene, flesh_element element, flesh_mesh **mesh);
+/* Puts the mesh's boundary on the surfaces [flesh_scene_curved] that it stands for, one after the other. */
+int flesh_scene_curve_mesh(flesh_scene *scene, const flesh_objects *curved, flesh_mesh **mesh);
 /* Reads start.state into `state`; one of the nodes of body.mesh as it was read is interpolated. */
 int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 /* Densities and materials of their tets; scene->materials has room for one of each, from

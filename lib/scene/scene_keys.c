@@ -137,6 +137,14 @@ static const flesh_key body_table[] = {
      .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see what part of a result is the "
             "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; a start state of "
             "the mesh as it was is interpolated"},
+    {.name = "curved",
+     .type = FLESH_KEY_OBJECTS,
+     AT(body.curved),
+     .default_value = "",
+     .children = flesh_curved_table,
+     .child_size = sizeof(flesh_scene_curved),
+     .doc = "surfaces on which the body's boundary is put, nodes on edges too: of faces all of whose corners are nearer "
+            "than a tenth of an edge. For ten-node tets; refused where a tet would fold over"},
     {.name = "material",
      .type = FLESH_KEY_OBJECT,
      AT(body.material),
@@ -170,6 +178,9 @@ static const flesh_key other_table[] = {
      .default_value = "[0, 0, 0]", .doc = "rotation vector of the mesh about the origin"},
     {.name = "density", .type = FLESH_KEY_NUMBER, AT(density), .range = FLESH_RANGE_POSITIVE,
      .unit = "kg/m^3", .default_value = "", .doc = "instead of body.density"},
+    {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(curved), .default_value = "",
+     .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
+     .doc = "as body.curved, before the rotation"},
     {.name = "element", .type = FLESH_KEY_CHOICE, AT(element), .choices = elements, .default_value = "",
      .doc = "instead of body.element; tet10 and tet10-mean stand side by side, tet4 only beside tet4"},
     {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",

@@ -16,8 +16,20 @@ typedef struct flesh_scene_region {
   flesh_scene_material material;
 } flesh_scene_region;
 
+/* A surface that boundary faces stand for. */
+typedef struct flesh_scene_curved {
+  struct {
+    double centre[3], radius;
+  } sphere;
+  struct {
+    double from[3], to[3], radius;
+  } cylinder;
+  char *surface;
+} flesh_scene_curved;
+
 typedef struct flesh_scene_other {
   char *name, *mesh;
+  flesh_objects curved; /* of flesh_scene_curved */
   double translation[3], rotation[3], density, velocity[3];
   int element; /* flesh_element; -1: the body's */
   flesh_scene_material material;
@@ -31,6 +43,7 @@ typedef struct flesh_scene_keys {
     int mass; /* flesh_mass */
     int element; /* flesh_element */
     int refine;  /* times that each tet is cut into eight */
+    flesh_objects curved; /* of flesh_scene_curved */
     flesh_scene_material material;
     flesh_objects regions; /* of flesh_scene_region */
   } body;
@@ -50,6 +63,7 @@ typedef struct flesh_scene_keys {
   flesh_scene_output output;
 } flesh_scene_keys;
 
+extern const flesh_key flesh_curved_table[];   /* into flesh_scene_curved */
 extern const flesh_key flesh_scene_table[];    /* into flesh_scene_keys */
 extern const flesh_key flesh_material_table[]; /* into flesh_scene_material */
 extern const flesh_key flesh_solver_table[];   /* into flesh_solver_options */

@@ -1,0 +1,125 @@
+/* test_curved.c: bodies whose boundary is put on spheres, cylinders and surfaces: volumes, places of nodes, refusals. */
+#include "scene_files.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "flesh/surface.h"
+
+#define MATERIAL "material: {energy: S, young: 1e5, poisson: 0.45}"
+
+/* The scene of one body of `mesh` with these keys. */
+static int open_scene(const char *mesh, const char *keys, flesh_scene **scene)
+{
+  char text[6000];
+  snprintf(text, sizeof text, "body: {mesh: '%s', " MATERIAL ", %s}\neffects: [gravity: {}]\n", mesh, keys);
+  return flesh_scene_read(write_text("scene.yaml", text), 0, NULL, scene);
+}
+
+static const char *of_data(const char *name)
+{
+  static char path[4200];
+  char relative[200];
+  snprintf(relative, sizeof relative, "../data/meshes/%s", name);
+  CHECK(realpath(relative, path));
+  return path;
+}
+
+static double volume_of(const char *mesh, const char *keys)
+{
+  flesh_scene *scene = NULL;
+  CHECK_OK(open_scene(mesh, keys, &scene));
+  if (!scene) return NAN;
+  const double volume = flesh_mesh_volume(flesh_scene_mesh(scene), flesh_mesh_positions(flesh_scene_mesh(scene)));
+  flesh_scene_destroy(&scene);
+  return volume;
+}
+
+/* Half of a thick sphere, and a rod with a round end: what is lacking of their volumes all but vanishes. */
+static void volumes_are_those_of_the_shapes(void)
+{
+  const double shell = 2 * M_PI / 3 * (1e-3 - 3.43e-4), rod = M_PI * 0.028 * 0.028 * (0.272 + 2. / 3 * 0.028);
+  const char *spheres = "element: tet10, curved: [{sphere: {radius: 0.1}}, {sphere: {radius: 0.07}}]";
+  const char *cylinder = "element: tet10, curved: [{cylinder: {from: [0, 0, 0], to: [0.272, 0, 0], radius: 0.028}}, "
+                         "{sphere: {centre: [0.272, 0, 0], radius: 0.028}}]";
+  const double shells[2] = {volume_of(of_data("sphere_shell.msh"), "element: tet10"),
+                            volume_of(of_data("sphere_shell.msh"), spheres)};
+  const double rods[2] = {volume_of(of_data("limb.msh"), "element: tet10"), volume_of(of_data("limb.msh"), cylinder)};
+  printf("# shell off by %.2g, then %.2g; rod by %.2g, then %.2g\n", shells[0] / shell - 1, shells[1] / shell - 1,
+         rods[0] / rod - 1, rods[1] / rod - 1);
+  CHECK(fabs(shells[1] / shell - 1) < 0.02 * fabs(shells[0] / shell - 1));
+  CHECK(fabs(rods[1] / rod - 1) < 0.02 * fabs(rods[0] / rod - 1));
+}
+
+static void nodes_lie_on_the_spheres(void)
+{
+  flesh_scene *scene = NULL;
+  int triangles, curved = 0;
+  CHECK_OK(open_scene(of_data("sphere_shell.msh"),
+                "element: tet10-mean, refine: 0, curved: [{sphere: {radius: 0.1}}, {sphere: {radius: 0.07}}]", &scene));
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  const double *X = flesh_mesh_positions(mesh);
+  const int *surface = flesh_mesh_surface(mesh, &triangles);
+  for (int k = 0; k < 3 * triangles; k++) {
+    const double *x = X + 3 * surface[k], r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+    CHECK(fabs(r - 0.1) < 1e-12 || fabs(r - 0.07) < 1e-12 || fabs(x[1]) < 1e-12);
+  }
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) curved += flesh_mesh_tet_curved(mesh)[e];
+  CHECK(curved > flesh_mesh_tet_count(mesh) / 4);
+  flesh_scene_destroy(&scene);
+}
+
+/* The same shell by a file of a finer one's surface, whose facets are half as long. */
+static void surfaces_of_files_are_followed(void)
+{
+  flesh_scene *scene = NULL;
+  flesh_surface *surface = NULL;
+  const double shell = 2 * M_PI / 3 * (1e-3 - 3.43e-4);
+  CHECK_OK(open_scene(of_data("sphere_shell.msh"),
+                "element: tet10, refine: 1, curved: [{sphere: {radius: 0.1}}, {sphere: {radius: 0.07}}]", &scene));
+  CHECK_OK(flesh_surface_of_mesh(flesh_scene_mesh(scene), &surface));
+  CHECK_OK(flesh_surface_write(surface, NULL, file_path("fine.obj")));
+  flesh_surface_destroy(&surface);
+  flesh_scene_destroy(&scene);
+  const double straight = volume_of(of_data("sphere_shell.msh"), "element: tet10") / shell - 1;
+  const double curved = volume_of(of_data("sphere_shell.msh"), "element: tet10, curved: [{surface: fine.obj}]") / shell - 1;
+  printf("# shell off by %.2g, then %.2g\n", straight, curved);
+  CHECK(fabs(curved) < 0.15 * fabs(straight));
+}
+
+static void refused(const char *mesh, const char *keys, const char *part)
+{
+  flesh_scene *scene = NULL;
+  CHECK(open_scene(mesh, keys, &scene) != FLESH_OK && !scene);
+  if (!strstr(flesh_error_text(), part)) printf("# %s\n", flesh_error_text());
+  CHECK(strstr(flesh_error_text(), part));
+}
+
+static void what_cannot_be_is_refused(void)
+{
+  flesh_mesh *sliver = NULL;
+  const double a = sqrt(1 - 0.09), b = sqrt(1 - 0.16);
+  CHECK_OK(flesh_mesh_create(4, (double[]){-0.3, 0, a, 0.3, 0, a, 0, -0.4, b, 0, 0.4, b}, 1, (int[]){0, 1, 2, 3}, NULL,
+                             &sliver));
+  CHECK_OK(flesh_mesh_write(sliver, file_path("sliver.mesh")));
+  flesh_mesh_destroy(&sliver);
+  refused("sliver.mesh", "element: tet10, curved: [{sphere: {radius: 1}}]", "scene.yaml:1:");
+  CHECK(strstr(flesh_error_text(), "curved[0]: "));
+  CHECK(strstr(flesh_error_text(), "Jacobian"));
+  refused(of_data("limb.msh"), "curved: [{sphere: {radius: 1}}]", "the element must be tet10 or tet10-mean");
+  refused(of_data("limb.msh"), "element: tet10, curved: [{sphere: {radius: 1}}]", "no face of the mesh's boundary lies");
+  refused(of_data("limb.msh"), "element: tet10, curved: [{}]", "0 surfaces are given");
+  refused(of_data("limb.msh"), "element: tet10, curved: [{sphere: {radius: -1}}]", "radius is -1; it must be");
+  refused(of_data("limb.msh"), "element: tet10, curved: [{cylinder: {from: [0, 0, 0], to: [0, 0, 0], radius: 1}}]",
+          "must be two of its axis");
+  refused(of_data("limb.msh"), "element: tet10, curved: [{surface: none.ply}]", "none.ply");
+}
+
+int main(int argc, char **argv)
+{
+  if (test_folder_make(folder, sizeof folder)) return 1;
+  int failed = RUN_TESTS(argc, argv, TEST(volumes_are_those_of_the_shapes), TEST(nodes_lie_on_the_spheres),
+                         TEST(surfaces_of_files_are_followed), TEST(what_cannot_be_is_refused));
+  test_folder_remove(folder);
+  return failed;
+}
