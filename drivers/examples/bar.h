@@ -34,7 +34,8 @@ typedef struct bar {
 
 /* Elasticity, and inertia where `moves`; the program may add effects before bar_finish. For elements of ten nodes a tet
  * the mesh gets nodes on its edges, behind those that it has. */
-static inline void bar_begin_with(bar *b, flesh_element element, const flesh_material *material, flesh_mass mass, int moves)
+static inline void bar_begin_with(bar *b, flesh_element element, const flesh_material *material, flesh_mass mass,
+                                  int moves)
 {
   TRY(flesh_mesh_box((int[]){8, 2, 2}, (double[]){2, 0.5, 0.5}, (double[]){0, 0, 0}, &b->mesh));
   if (element != FLESH_ELEMENT_TET4) {

@@ -20,8 +20,8 @@ int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles,
 enum { FLESH_FACE_PAIRS = 15, FLESH_FACE_TRIPLES = 20 };
 extern const signed char flesh_face_pair[FLESH_FACE_PAIRS][2], flesh_face_triple[FLESH_FACE_TRIPLES][3];
 
-/* Of a quarter with its nodes at y_a: the volume between it and the origin is the sum of volume[t] det(y_a, y_b, y_c) over
- * the triples; a third of the integral of N_k y x dy around it is the sum of rim[k][p] y_a x y_b over the pairs. */
+/* Of a quarter with its nodes at y_a: the volume between it and the origin is the sum of volume[t] det(y_a, y_b, y_c)
+ * over the triples; a third of the integral of N_k y x dy around it is the sum of rim[k][p] y_a x y_b over the pairs. */
 void flesh_face_forms(int quarter, double volume[FLESH_FACE_TRIPLES], double rim[6][FLESH_FACE_PAIRS]);
 
 #endif

@@ -1,12 +1,14 @@
-/* pressure_curved.c: a pressure on the curved faces of ten-node tets: r_k = p times the integral of N_k over the deformed
- * area's normals, exactly.
+/* pressure_curved.c: a pressure on the curved faces of ten-node tets: r_k = p times the integral of N_k over the normals
+ * of the deformed area, exactly.
  *
- * With y = x - c, the volume between a point c and the surface is W = sum of t_abc det(y_a, y_b, y_c), and that integral is
- * dW/dx_k + sum of e_kab y_a x y_b, of which the second is a third of that of N_k y x dy along the rim, where there is
- * one. As on flat triangles (pressure.c), what the rim adds is expanded about the lagged state without the antisymmetric
- * part of its derivative. All goes pair by pair of nodes k < l: with G = sum of t_klc y_c and h = sum of
- * (e_klb - e_lkb)/2 y_b at the lagged state, W is a third of the sum of G.(y_k x y_l), dW/dx_k half of that of y_l x G,
- * and the Jacobian's block is minus the skew matrix of G + h. */
+ * With y = x - c, the volume between a point c and the surface is W = sum of t_abc det(y_a, y_b, y_c), and that
+ * integral is dW/dx_k + sum of e_kab y_a x y_b, of which the second is a third of that of N_k y x dy along the rim,
+ * where there is one. As on flat triangles (pressure.c), what the rim adds is expanded about the lagged state without
+ * the antisymmetric part of its derivative.
+ *
+ * All goes pair by pair of nodes k < l: with G = sum of t_klc y_c and h = sum of (e_klb - e_lkb)/2 y_b at the lagged
+ * state, W is a third of the sum of G.(y_k x y_l), dW/dx_k half of that of y_l x G, and the Jacobian's block is minus
+ * the skew matrix of G + h. */
 #include "effect/pressure_curved.h"
 
 #include <math.h>

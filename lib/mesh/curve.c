@@ -60,7 +60,8 @@ static int mark(const flesh_mesh *mesh, const flesh_nearest_surface *surface, ui
 }
 
 /* Corners first: nodes on edges keep their place between them, and then go to the surface too. */
-static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const uint8_t *on, uint8_t *done, double *x)
+static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surface, const uint8_t *on, uint8_t *done,
+                  double *x)
 {
   const double *X = mesh->positions;
   for (int k = 0; k < 4 * mesh->tets; k++) {
@@ -93,7 +94,8 @@ int flesh_mesh_curve(const flesh_mesh *mesh, const flesh_nearest_surface *surfac
     memcpy(x, mesh->positions, 3 * nodes * sizeof *x);
     *faces = mark(mesh, surface, on);
     place(mesh, surface, on, done, x);
-    status = flesh_mesh_build(mesh->nodes, x, mesh->tets, mesh->tet_nodes, mesh->edge_nodes, mesh->regions, NULL, curved);
+    status = flesh_mesh_build(mesh->nodes, x, mesh->tets, mesh->tet_nodes, mesh->edge_nodes, mesh->regions, NULL,
+                              curved);
   }
   if (!status) (*curved)->flipped = mesh->flipped;
   flesh_free(x);

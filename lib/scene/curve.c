@@ -14,13 +14,14 @@
 #define AT(member) .offset = offsetof(flesh_scene_curved, member)
 #define INSIDE(object, member) .offset = offsetof(flesh_scene_curved, member) - offsetof(flesh_scene_curved, object)
 static const flesh_key sphere_keys[] = {
-    {.name = "centre", .type = FLESH_KEY_VECTOR, INSIDE(sphere, sphere.centre), .unit = "m", .default_value = "[0, 0, 0]",
-     .doc = "of the sphere"},
+    {.name = "centre", .type = FLESH_KEY_VECTOR, INSIDE(sphere, sphere.centre), .unit = "m",
+     .default_value = "[0, 0, 0]", .doc = "of the sphere"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, INSIDE(sphere, sphere.radius), .range = FLESH_RANGE_POSITIVE,
      .unit = "m", .doc = "of the sphere"},
     {0}};
 static const flesh_key cylinder_keys[] = {
-    {.name = "from", .type = FLESH_KEY_VECTOR, INSIDE(cylinder, cylinder.from), .unit = "m", .doc = "one end of its axis"},
+    {.name = "from", .type = FLESH_KEY_VECTOR, INSIDE(cylinder, cylinder.from), .unit = "m",
+     .doc = "one end of its axis"},
     {.name = "to", .type = FLESH_KEY_VECTOR, INSIDE(cylinder, cylinder.to), .unit = "m",
      .doc = "other end of its axis"},
     {.name = "radius", .type = FLESH_KEY_NUMBER, INSIDE(cylinder, cylinder.radius), .range = FLESH_RANGE_POSITIVE,
@@ -136,7 +137,8 @@ static int curve_to(flesh_scene *scene, flesh_scene_curved *to, const flesh_mesh
                       sphere + cylinder + file);
   if (sphere) return flesh_mesh_curve(mesh, &(flesh_nearest_surface){to, nearest_on_sphere}, curved, faces);
   if (cylinder && distance(to->cylinder.from, to->cylinder.to) == 0)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "cylinder.from and cylinder.to are the same point; they must be two of its axis");
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "cylinder.from and cylinder.to are the same point; they must be its two ends");
   if (cylinder) return flesh_mesh_curve(mesh, &(flesh_nearest_surface){to, nearest_on_cylinder}, curved, faces);
   int status = flesh_scene_make_absolute(scene, &to->surface);
   return status ? status : curve_to_file(mesh, to->surface, curved, faces);
@@ -149,8 +151,9 @@ int flesh_scene_curve_mesh(flesh_scene *scene, const flesh_objects *curved, fles
     flesh_mesh *next = NULL;
     int faces = 0, status = flesh_mesh_order(*mesh) == 2
                                 ? curve_to(scene, &entries[k], *mesh, &next, &faces)
-                                : flesh_fail(FLESH_ERR_ARGUMENT, "four-node tets have straight edges; the element must be "
-                                                                 "tet10 or tet10-mean");
+                                : flesh_fail(FLESH_ERR_ARGUMENT,
+                                             "four-node tets have straight edges; the element must be tet10 or "
+                                             "tet10-mean");
     if (!status && !faces) {
       status = flesh_fail(FLESH_ERR_ARGUMENT, "no face of the mesh's boundary lies on it");
       flesh_mesh_destroy(&next);

@@ -119,30 +119,19 @@ static const flesh_key body_table[] = {
      .doc = "lumped: a quarter of each tet's mass to each of its nodes, of ten nodes 1/36 to each corner and "
             "4/27 to each node on an edge; consistent: the mass matrix of the element; where nothing moves, "
             "gravity pulls at ten-node tets by the consistent one, which gives the exact load"},
-    {.name = "element",
-     .type = FLESH_KEY_CHOICE,
-     AT(body.element),
-     .choices = elements,
-     .default_value = "auto",
-     .doc = "of all bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending where the material is nearly "
-            "incompressible; tet10: quadratic, energies at four points; tet10-mean: the same with the volume term by "
-            "the mean of J over a tet, as true at poisson_ratio 0.4999 as at 0.3; auto: tet4 where the mesh has four "
-            "nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of four-node tets gets a node "
-            "in the middle of each edge, after its own nodes"},
-    {.name = "refine",
-     .type = FLESH_KEY_INTEGER,
-     AT(body.refine),
-     .range = FLESH_RANGE_NOT_NEGATIVE,
+    {.name = "element", .type = FLESH_KEY_CHOICE, AT(body.element), .choices = elements, .default_value = "auto",
+     .doc = "of bodies that name no other. tet4: displacements linear in a tet, far too stiff in bending where the "
+            "material is nearly incompressible; tet10: quadratic, energies at four points; tet10-mean: the same with "
+            "the volume term by the mean of J over a tet, as true at poisson_ratio 0.4999 as at 0.3; auto: tet4 where "
+            "the mesh has four nodes a tet, tet10-mean where it has ten. With tet10 and tet10-mean, a mesh of "
+            "four-node tets gets a node in the middle of each edge, after its own nodes"},
+    {.name = "refine", .type = FLESH_KEY_INTEGER, AT(body.refine), .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
      .doc = "times that each tet of the mesh is cut into eight, of all bodies, to see what part of a result is the "
             "mesh's; regions, boxes and spheres mean the same, node numbers the same single points; a start state of "
             "the mesh as it was is interpolated"},
-    {.name = "curved",
-     .type = FLESH_KEY_OBJECTS,
-     AT(body.curved),
-     .default_value = "",
-     .children = flesh_curved_table,
-     .child_size = sizeof(flesh_scene_curved),
+    {.name = "curved", .type = FLESH_KEY_OBJECTS, AT(body.curved), .default_value = "",
+     .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
      .doc = "surfaces on which the body's boundary is put, nodes on edges too: of faces all of whose corners are nearer "
             "than a tenth of an edge. For ten-node tets; refused where a tet would fold over"},
     {.name = "material",

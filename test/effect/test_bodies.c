@@ -202,7 +202,8 @@ static void each_body_has_its_element(void)
   static const char *const elements[3] = {"tet10", "tet10-mean", "tet10"};
   double lowest[3] = {INFINITY, INFINITY, INFINITY}, alone[2] = {sag_alone("tet10"), sag_alone("tet10-mean")};
   outcome o = open_scene(
-      "body: {name: a, element: tet10, mesh: bar.node, density: 1000, material: {energy: S, young: 4e5, poisson: 0.49}}\n"
+      "body: {name: a, element: tet10, mesh: bar.node, density: 1000,\n"
+      "       material: {energy: S, young: 4e5, poisson: 0.49}}\n"
       "bodies:\n"
       "  - {name: b, element: tet10-mean, mesh: bar.node, translation: [0, 5, 0]}\n"
       "  - {name: c, mesh: bar.node, translation: [0, 10, 0]}\n"

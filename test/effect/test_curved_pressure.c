@@ -1,5 +1,5 @@
-/* test_curved_pressure.c: the pressure on the faces of ten-node tets: against integrals by another rule, volumes, sums over
- * closed surfaces, and by derivatives. */
+/* test_curved_pressure.c: the pressure on the faces of ten-node tets: against integrals by another rule, volumes, sums
+ * over closed surfaces, and by derivatives. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -56,7 +56,8 @@ static void closed_surfaces_have_no_net_force(void)
         size += fabs(f[c]);
       }
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * size);
-    const double work = p * (flesh_mesh_volume(b.mesh, b.state.x) - flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh)));
+    const double rest = flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh));
+    const double work = p * (flesh_mesh_volume(b.mesh, b.state.x) - rest);
     printf("# %d cells: energy %.15g J, pressure times change of volume %.15g J\n", cells, energy, work);
     CHECK_NEAR(energy, work, 1e-12 * p * 8);
     free(r);
@@ -93,8 +94,8 @@ static void flat_faces_pull_at_their_edges(void)
   test_body_destroy(&b);
 }
 
-/* The integral of N_k over the deformed normals of triangle `quarter` of a face of six nodes, by Gauss points of degree 9
- * on a square that is folded to a triangle. */
+/* The integral of N_k over the deformed normals of triangle `quarter` of a face of six nodes, by Gauss points of degree
+ * 9 on a square that is folded to a triangle. */
 static void integrate(const double *x, const int node[6], int quarter, double *f)
 {
   static const double at[5] = {.046910077030668, .230765344947158, .5, .769234655052841, .953089922969332};
@@ -117,9 +118,10 @@ static void integrate(const double *x, const int node[6], int quarter, double *f
     for (int k = 0; k < 6; k++)
       for (int d = 0; d < 6; d++) along[d / 3][d % 3] += D[d / 3][k] * x[3 * node[k] + d % 3];
     for (int k = 0; k < 6; k++)
-      for (int d = 0; d < 3; d++)
-        f[3 * node[k] + d] += w * N[k] *
-                              (along[0][(d + 1) % 3] * along[1][(d + 2) % 3] - along[0][(d + 2) % 3] * along[1][(d + 1) % 3]);
+      for (int d = 0; d < 3; d++) {
+        const int i = (d + 1) % 3, j = (d + 2) % 3;
+        f[3 * node[k] + d] += w * N[k] * (along[0][i] * along[1][j] - along[0][j] * along[1][i]);
+      }
   }
 }
 

@@ -82,7 +82,8 @@ static void surfaces_of_files_are_followed(void)
   flesh_surface_destroy(&surface);
   flesh_scene_destroy(&scene);
   const double straight = volume_of(of_data("sphere_shell.msh"), "element: tet10") / shell - 1;
-  const double curved = volume_of(of_data("sphere_shell.msh"), "element: tet10, curved: [{surface: fine.obj}]") / shell - 1;
+  const char *file = "element: tet10, curved: [{surface: fine.obj}]";
+  const double curved = volume_of(of_data("sphere_shell.msh"), file) / shell - 1;
   printf("# shell off by %.2g, then %.2g\n", straight, curved);
   CHECK(fabs(curved) < 0.15 * fabs(straight));
 }
@@ -111,7 +112,7 @@ static void what_cannot_be_is_refused(void)
   refused(of_data("limb.msh"), "element: tet10, curved: [{}]", "0 surfaces are given");
   refused(of_data("limb.msh"), "element: tet10, curved: [{sphere: {radius: -1}}]", "radius is -1; it must be");
   refused(of_data("limb.msh"), "element: tet10, curved: [{cylinder: {from: [0, 0, 0], to: [0, 0, 0], radius: 1}}]",
-          "must be two of its axis");
+          "must be its two ends");
   refused(of_data("limb.msh"), "element: tet10, curved: [{surface: none.ply}]", "none.ply");
 }
 
