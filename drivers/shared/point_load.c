@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "flesh/effect.h"
+#include "flesh/effects.h"
 #include "mesh/pieces.h"
 
 /* Whether all marked nodes are those of one tet; 0 where none is. */
@@ -47,7 +47,7 @@ const char *flesh_point_load(const flesh_scene *scene)
   for (int d = 0; x && d < n; d++) x[d] = flesh_mesh_positions(mesh)[d] * 1.01 + 1e-3;
   for (int k = 0; x && zero && r && marked && !found && k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
-    if (effect->operations->role != FLESH_ROLE_LOAD) continue;
+    if (effect->operations->role != FLESH_ROLE_LOAD || flesh_effect_spring_radius(effect, NULL) > 0) continue;
     memset(marked, 0, (size_t)n);
     double t = 0;
     int failed = mark(effect, t, x, zero, n, r, marked);

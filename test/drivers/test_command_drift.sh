@@ -129,11 +129,13 @@ END
   has alone/verdict.txt 'One mesh and one element' && has alone/verdict.txt 'Four-node tets lock at poisson 0.49' &&
     ! grep -q '±' alone/verdict.txt || return 1
   ! grep -q 'single nodes' alone/verdict.txt || return 1
-  # A spring that pulls at a tet alone converges to nothing.
-  sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
+  # A spring that pulls at a tet alone converges to nothing; within a radius it does.
+  sed 's|^time|  - spring: {point: [0.36, 0.01, 0.02], radius: 0, stiffness: 10, target: [{time: 0, position: [1, 0, 0]}]}\ntime|' \
     beam.yaml >pulled.yaml
   expect 0 "$flesh" drift pulled.yaml --energies S --poisson 0.4 --solvers guarded --out pulled || return 1
-  has pulled/verdict.txt 'pulled has a load at single nodes'
+  has pulled/verdict.txt 'pulled has a load at single nodes' || return 1
+  expect 0 "$flesh" drift pulled.yaml --energies S --poisson 0.4 --solvers guarded --set effects.spring.radius=0.02 --out wide &&
+    ! grep -q 'single nodes' wide/verdict.txt
 }
 
 bad_lists_are_refused() {
