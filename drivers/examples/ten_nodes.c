@@ -110,7 +110,7 @@ static double fall_by_ida(bar *b, SUNContext context)
   TRY(IDASolve(ida, end, &t, y, yp, IDA_NORMAL) < 0);
   const double *X = flesh_mesh_positions(b->mesh);
   const size_t n = 3 * (size_t)b->nodes;
-  flesh_state state = {0, malloc(n * sizeof(double)), malloc(n * sizeof(double))};
+  flesh_state state = {.x = malloc(n * sizeof(double)), .v = malloc(n * sizeof(double))};
   flesh_ida_get_state(problem, t, y, &state);
   const double sunk = X[3 * b->tip + 2] - state.x[3 * b->tip + 2];
   free(state.x);
