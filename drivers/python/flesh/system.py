@@ -1,4 +1,5 @@
 """system.py: the sum of the effects on a body with its constraints, evaluated at a point; states, shifts, threads."""
+import threading
 from typing import TYPE_CHECKING, Callable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -190,7 +191,7 @@ class System:
         self._pointer = owned("flesh_system", create("flesh_system", lib.flesh_system_create, mesh._pointer),
                               lib.flesh_system_destroy)
         self._keep: List = []
-        self._finished = False
+        self._finished, self._finishing = False, threading.Lock()
         for effect in effects:
             self.add(effect)
 
@@ -198,7 +199,8 @@ class System:
     def _of(cls, pointer_, owner):
         """One that is finished and belongs to `owner`."""
         made = cls.__new__(cls)
-        made._pointer, made._keep, made._finished = pointer_, [owner], True
+        made._pointer, made._keep = pointer_, [owner]
+        made._finished, made._finishing = True, threading.Lock()
         made.mesh = Mesh._of(lib.flesh_system_mesh(pointer_), owner)
         return made
 
@@ -228,9 +230,10 @@ class System:
 
     def finalize(self) -> "System":
         """Builds the Jacobian's pattern; nothing can be added afterwards. Returns the system."""
-        if not self._finished:
-            call(lib.flesh_system_finalize, self._pointer)
-            self._finished = True
+        with self._finishing:  # threads that share the system ask for it at once
+            if not self._finished:
+                call(lib.flesh_system_finalize, self._pointer)
+                self._finished = True
         return self
 
     def _ready(self):
