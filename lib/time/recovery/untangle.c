@@ -22,9 +22,12 @@ static const double quasi_static_share = 1e-3;
 static const double quasi_static_way = 1e-3;
 /* A tangle is held in place by loads above this share of that force on one of its nodes. */
 static const double held_share = 0.05;
+static const double rounding_of_terms = 1e-10; /* of a potential */
 enum {
+  VECTORS = 9,
   QUASI_STATIC_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
-  ATTEMPT_LIMIT = 12 /* 2^11 layers are the whole of any mesh that fits here */
+  ATTEMPT_LIMIT = 12, /* 2^11 layers are the whole of any mesh that fits here */
+  REPETITION_LIMIT = 20 /* of a step whose potential falls, but not yet below that of the tangle */
 };
 
 struct flesh_untangler {
@@ -40,6 +43,14 @@ struct flesh_untangler {
   double edge;      /* mean, m */
   double force;     /* that strains the average edge by its own length, N */
   double *v, *a, *r, *saved, *zero; /* [n] */
+  struct {
+    double *x, *v; /* [n] */
+  } begin, end;    /* of the last step; the end with the tangle, and so are the numbers below */
+  double t_begin, t_end;
+  double *multipliers; /* [multiplier_count] of the end */
+  int multiplier_count;
+  int moved, repetitions, in_time; /* of the repositioning under trial */
+  double phi, last;                /* J, of the tangle and of the last repetition */
   uint8_t *fixed; /* [n] */
 };
 
@@ -87,10 +98,13 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   self->expected = NAN;
   self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
   self->edge = flesh_mesh_mean_edge(self->mesh);
-  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero};
+  self->multiplier_count = flesh_system_multiplier_count(system);
+  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero,
+                       &self->begin.x, &self->begin.v, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh)));
-  for (int k = 0; k < 5; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
+  failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
+  for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
   if (!failed) {
     self->force = force_scale(self, &self->stressed);
     return FLESH_OK;
@@ -108,6 +122,11 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   free((*untangler)->r);
   free((*untangler)->saved);
   free((*untangler)->zero);
+  free((*untangler)->begin.x);
+  free((*untangler)->begin.v);
+  free((*untangler)->end.x);
+  free((*untangler)->end.v);
+  free((*untangler)->multipliers);
   free((*untangler)->fixed);
   free(*untangler);
   *untangler = NULL;
@@ -115,11 +134,15 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
 
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
-  return sizeof *self + (size_t)self->n * (5 * sizeof(double) + 1) + flesh_reserve_most(self->reserve);
+  return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 1) +
+         (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve);
 }
 
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
 {
+  self->t_begin = state->t;
+  memcpy(self->begin.x, state->x, sizeof(double) * (size_t)self->n);
+  memcpy(self->begin.v, state->v, sizeof(double) * (size_t)self->n);
   if (state->t == self->expected) return;
   self->expected = state->t;
   self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
@@ -232,8 +255,46 @@ static void settle_velocities(flesh_untangler *self, flesh_state *state)
   }
 }
 
-static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
+/* The potential of the body that stands still there, and the size of its terms, J. */
+static int potential(flesh_untangler *self, const flesh_state *state, double *phi, double *magnitude)
 {
+  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
+  return flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, phi, magnitude);
+}
+
+static void remember_end(flesh_untangler *self, const flesh_state *state)
+{
+  self->t_end = state->t;
+  memcpy(self->end.x, state->x, sizeof(double) * (size_t)self->n);
+  memcpy(self->end.v, state->v, sizeof(double) * (size_t)self->n);
+  if (state->multipliers) memcpy(self->multipliers, state->multipliers, sizeof(double) * (size_t)self->multiplier_count);
+}
+
+static void take_back(flesh_untangler *self, flesh_state *state)
+{
+  state->t = self->t_end;
+  memcpy(state->x, self->end.x, sizeof(double) * (size_t)self->n);
+  memcpy(state->v, self->end.v, sizeof(double) * (size_t)self->n);
+  if (state->multipliers) memcpy(state->multipliers, self->multipliers, sizeof(double) * (size_t)self->multiplier_count);
+}
+
+/* From positions at the end of the step to those at its beginning that lead there by the motion that it had. */
+static void begin_again(flesh_untangler *self, flesh_state *state)
+{
+  const int *moved = flesh_winding_moved(self->winding);
+  settle_velocities(self, state);
+  state->t = self->t_begin;
+  for (int d = 0; d < self->n; d++) {
+    if (self->fixed[d]) state->x[d] = self->begin.x[d];
+    else state->x[d] -= self->end.x[d] - self->begin.x[d];
+    if (self->fixed[d] || !moved[d / 3]) state->v[d] = self->begin.v[d];
+  }
+}
+
+/* Returns 1 when it has repositioned nodes. */
+static int untangle(flesh_untangler *self, flesh_state *state)
+{
+  double magnitude;
   if (!flesh_mesh_may_be_tangled(self->mesh, state->x)) {
     self->attempts = 0;
     return 0;
@@ -255,48 +316,69 @@ static int untangle(flesh_untangler *self, flesh_state *state, flesh_solve_stats
   if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) ||
       !is_balanced(self, state) || is_held(self, state, tangled))
     return 0;
-  memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
-  int moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
-  if (moved < 0) return moved;
+  if (potential(self, state, &self->phi, &magnitude)) return 0;
+  remember_end(self, state);
+  self->moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
+  if (self->moved < 0) return self->moved;
   /* No obstacle is passed: what it bars stays before it. */
-  flesh_system_push_out(self->system, state->t, self->saved, state->t, state->x);
+  flesh_system_push_out(self->system, state->t, self->end.x, state->t, state->x);
   /* Energies that inverted tets have no place in must have one afterwards. */
-  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
-  double phi, magnitude;
-  if (flesh_system_max_feasible_step(self->system, state->t, self->saved, state->t, state->x) < 1 ||
-      flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, &phi, &magnitude)) {
-    memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
+  if (flesh_system_max_feasible_step(self->system, state->t, self->end.x, state->t, state->x) < 1 ||
+      potential(self, state, &self->last, &magnitude)) {
+    take_back(self, state);
     return 0;
   }
-  settle_velocities(self, state);
-  memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
-  stats->untanglings++;
-  stats->untangled_nodes += moved;
+  self->repetitions = 0;
   return 1;
 }
 
 /* The same without a request for memory. */
-static int untangle_from_reserve(flesh_untangler *self, flesh_state *state, flesh_solve_stats *stats)
+static int untangle_from_reserve(flesh_untangler *self, flesh_state *state)
 {
   flesh_reserve *before = flesh_reserve_enter(self->reserve);
-  int status = untangle(self, state, stats);
+  int status = untangle(self, state);
   flesh_reserve_enter(before);
   return status;
 }
 
-int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h,
-                               flesh_solve_stats *stats)
+int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h)
 {
   self->expected = state->t;
   self->quasi_static = is_quasi_static(self, state, h) ? self->quasi_static + 1 : 0;
   if (self->quasi_static < QUASI_STATIC_STEPS) return 0;
   self->quasi_static = 0;
-  return untangle_from_reserve(self, state, stats);
+  self->in_time = 1;
+  const int status = untangle_from_reserve(self, state);
+  if (status == 1) begin_again(self, state);
+  return status;
 }
 
-int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state,
-                                      flesh_solve_stats *stats)
+int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 {
   self->expected = state->t;
-  return untangle_from_reserve(self, state, stats);
+  self->in_time = 0;
+  return untangle_from_reserve(self, state);
+}
+
+int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved, flesh_solve_stats *stats)
+{
+  double phi = INFINITY, magnitude = 0, way = 0;
+  if (solved && potential(self, state, &phi, &magnitude)) phi = INFINITY;
+  for (int d = 0; d < self->n; d++) way = fmax(way, fabs(state->x[d] - self->end.x[d]));
+  const double rounding = rounding_of_terms * magnitude;
+  const int elsewhere = phi < INFINITY && way > quasi_static_way * self->edge;
+  if (elsewhere && phi < self->phi - rounding) {
+    memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
+    stats->untanglings++;
+    stats->untangled_nodes += self->moved;
+    return 0;
+  }
+  if (elsewhere && self->in_time && phi < self->last - rounding && ++self->repetitions < REPETITION_LIMIT) {
+    self->last = phi;
+    begin_again(self, state);
+    return 1;
+  }
+  take_back(self, state);
+  if (self->moved == self->n / 3) self->attempts = ATTEMPT_LIMIT; /* no further one would be another */
+  return 0;
 }
