@@ -26,7 +26,7 @@ typedef struct flesh_drift_case {
   flesh_drift_solver solver;
   /* Figures; NaN where there is none. Plain data: they come through a pipe from the process that ran it. */
   struct flesh_drift_figures {
-    int status, exit_code, element, tets, nodes, steps, max_inverted, first_inverted_step;
+    int status, exit_code, element, tets, nodes, steps, max_inverted, final_inverted, first_inverted_step;
     double max_volume_drift, final_volume_drift, rest_volume_ratio, rest_volume_ratio_theory, min_J;
     double newton_per_step, linear_per_newton, wall_s, failed_at, distance_from_rest;
     double stressed_rest; /* flesh_figures.stressed_rest, J */

@@ -209,6 +209,7 @@ static void note_run(const flesh_figures *figures, const flesh_outcome *outcome,
   f->stressed_rest = figures->stressed_rest;
   f->steps = figures->steps;
   f->max_inverted = figures->max_inverted;
+  f->final_inverted = figures->final_inverted;
   f->first_inverted_step = w->first_inverted_step;
   f->max_volume_drift = figures->max_volume_drift;
   f->final_volume_drift = figures->final_volume_drift;

@@ -66,7 +66,7 @@ static void say_drift(const flesh_drift_plan *plan, int poisson, flesh_drift_sol
 
 static int comes_back(const struct flesh_drift_figures *f)
 {
-  return f->distance_from_rest < 0.01 && fabs(f->final_volume_drift) < 1e-3;
+  return f->distance_from_rest < 0.01 && fabs(f->final_volume_drift) < 1e-3 && !f->final_inverted;
 }
 
 /* What became of a case after the release. */
@@ -99,6 +99,7 @@ static void say_end(const flesh_drift_plan *plan, const flesh_drift_case *c, FIL
   }
   if (f->first_inverted_step >= 0)
     fprintf(stream, "; J <= 0 from step %d, in %d tets at most", f->first_inverted_step, f->max_inverted);
+  if (f->final_inverted) fprintf(stream, ", and in %d at the end", f->final_inverted);
   fprintf(stream, ".\n");
 }
 

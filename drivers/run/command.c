@@ -70,6 +70,9 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   if (figures->untanglings)
     printf("untangled %ld times near equilibrium, %ld nodes in all (solver.techniques: untangle)\n",
            figures->untanglings, figures->untangled_nodes);
+  if (figures->final_inverted)
+    printf("the run ends with %d inverted tet%s: a load holds them, or they are a false equilibrium\n",
+           figures->final_inverted, figures->final_inverted == 1 ? "" : "s");
   printf("results: %s\n", out);
 }
 

@@ -84,6 +84,7 @@ int flesh_figures_observe(void *data, const flesh_step_record *record)
     figures->min_J = record->min_J;
     figures->min_J_t = record->state->t;
   }
+  figures->final_inverted = record->inverted;
   if (record->inverted > figures->max_inverted) figures->max_inverted = record->inverted;
   if (record->inverted && isnan(figures->first_inverted_t))
     figures->first_inverted_t = record->state->t;
@@ -242,6 +243,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "min_J", figures->min_J);
   set(object, "min_J_t", figures->min_J_t);
   set_integer(object, "max_inverted", figures->max_inverted);
+  set_integer(object, "final_inverted", figures->final_inverted);
   set(object, "first_inverted_t", figures->first_inverted_t);
   set_integer(object, "internal_steps", figures->internal_steps);
   set_integer(object, "rejected_steps", figures->rejected);

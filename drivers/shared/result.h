@@ -16,7 +16,7 @@ typedef struct flesh_figures {
   double final_volume_drift; /* V/V_rest - 1 at the end, signed */
   double min_J;              /* over the run */
   double min_J_t;            /* when */
-  int max_inverted;
+  int max_inverted, final_inverted; /* tets with J <= 0: at a time at most, at the end */
   double first_inverted_t; /* first time with a J <= 0; NaN: never */
   long newton, linear, linear_single, direct, assemblies, projections, backtracks, watchdog_steps, solves;
   long subdomains, subdomain_newton;
