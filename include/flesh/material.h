@@ -120,11 +120,12 @@ extern "C" {
       "Saint-Venant 1844, Kirchhoff 1852",                                                         \
       -2 * mu / 3, "-2/3 mu", 0, mu, lambda, 1, NONE)
 
-/* The volume term of a form: none, lambda/2 (J-1)^2, lambda/2 (log J)^2. */
+/* The volume term of a form: none, lambda/2 (J-1)^2, lambda/2 (log J)^2, lambda U(J) with a user's own U. */
 typedef enum flesh_volume_term {
   FLESH_VOLUME_NONE,
   FLESH_VOLUME_QUADRATIC,
-  FLESH_VOLUME_LOGARITHMIC
+  FLESH_VOLUME_LOGARITHMIC,
+  FLESH_VOLUME_USER
 } flesh_volume_term;
 
 #define FLESH_INVARIANT_FORM_LIST(ROW)                                                             \
@@ -168,12 +169,23 @@ struct flesh_material;
 typedef int (*flesh_psi_function)(double I_C, double J, const struct flesh_material *material,
                                   flesh_psi *psi);
 
+/* U(J), the volume part of a psi over its lambda, and its first and second derivatives, no unit. */
+typedef struct flesh_volume_part {
+  double value, J, JJ;
+} flesh_volume_part;
+
+/* A user's U(J): fills *U and returns 0; returns FLESH_UNDEFINED, *U untouched, where it has no value. Must be pure, as
+ * psi. U' = 0 and U'' = 1 at J = 1, so that lambda is the modulus of small changes of volume; for kappa/4 (J^2 - 1 -
+ * 2 log J), for instance, lambda = kappa and U = (J^2 - 1 - 2 log J)/4. */
+typedef int (*flesh_volume_function)(double J, const struct flesh_material *material, flesh_volume_part *U);
+
 /* A material: plain data, copied freely, const once made. */
 typedef struct flesh_material {
   flesh_psi_function psi; /* returns FLESH_UNDEFINED for a form of the singular values */
   double mu, lambda; /* of the formula [Pa]; NaN for a user's psi, which may set and use them;
-                        lambda says then that psi contains lambda/2 (J-1)^2, of which
-                        FLESH_ELEMENT_TET10_MEAN takes a mean */
+                        lambda says then that psi contains lambda U(J), of which FLESH_ELEMENT_TET10_MEAN
+                        takes a mean */
+  flesh_volume_function volume; /* U of a user's psi; NULL: (J-1)^2/2. Not for the built-in forms */
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
@@ -225,7 +237,9 @@ FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants con
                                         const flesh_material_given *given,
                                         flesh_material *material);
 
-/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL.
+/* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. For FLESH_ELEMENT_TET10_MEAN `lambda`
+ * is to be set, and `volume` where the volume part is not lambda/2 (J-1)^2; a body refuses a psi that becomes unstable
+ * without the part of it that tets take a mean of, as one does that does not contain it.
  * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
                                       flesh_material *material);

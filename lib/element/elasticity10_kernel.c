@@ -58,19 +58,44 @@ static COMPILED_ONCE void load_multipliers(const flesh_batches *batches, int ind
     flesh_set_lane(&p->multiplier, l, at->multipliers[batches->tet[first + l]]);
 }
 
-/* U and its derivatives. */
-INLINE void volume_term(flesh_volume_term term, flesh_real J, flesh_real *U, flesh_real *first, flesh_real *second)
+/* U and its derivatives where it is a function of the user's own; 0 where that has no value. */
+static __attribute__((noinline, cold)) int volume_term_one_by_one(const flesh_material *material, const flesh_real *J,
+                                                                  flesh_real of[3])
 {
+  int worst = FLESH_OK;
+  for (int l = 0; l < FLESH_LANES; l++) {
+    flesh_volume_part one = {0};
+    int status = material->volume(flesh_lane(*J, l), material, &one);
+    if (!status && 0 * one.value + 0 * one.J + 0 * one.JJ != 0) status = FLESH_NONFINITE;
+    if (status) one = (flesh_volume_part){0}, worst = status;
+    flesh_set_lane(&of[0], l, one.value);
+    flesh_set_lane(&of[1], l, one.J);
+    flesh_set_lane(&of[2], l, one.JJ);
+  }
+  return worst;
+}
+
+/* U and its derivatives. */
+INLINE int volume_term(flesh_volume_term term, const flesh_material *material, flesh_real J, flesh_real *U,
+                       flesh_real *first, flesh_real *second)
+{
+  if (term == FLESH_VOLUME_USER) {
+    flesh_real at = J, of[3];
+    const int status = volume_term_one_by_one(material, &at, of);
+    *U = of[0], *first = of[1], *second = of[2];
+    return status;
+  }
   if (term == FLESH_VOLUME_LOGARITHMIC) {
     flesh_real inverse = 1 / J, log_J = flesh_log(J);
     *U = 0.5 * log_J * log_J;
     *first = log_J * inverse;
     *second = (1 - log_J) * inverse * inverse;
-    return;
+    return FLESH_OK;
   }
   *U = 0.5 * (J - 1) * (J - 1);
   *first = J - 1;
   *second = flesh_all(1);
+  return FLESH_OK;
 }
 
 /* psi at every point, less what the mean bears of it and with the pressure of that; of a form of the singular values
@@ -85,8 +110,9 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
     if (!batches->volume_shares) continue;
     const flesh_volume_share *s = &batches->volume_shares[b->t.material];
     flesh_real U, first, second, U_mean, pressure, stiffness;
-    volume_term(s->term, b->J, &U, &first, &second);
-    volume_term(s->term, p->J, &U_mean, &pressure, &stiffness);
+    status = volume_term(s->term, b->material, b->J, &U, &first, &second);
+    if (!status) status = volume_term(s->term, b->material, p->J, &U_mean, &pressure, &stiffness);
+    if (status) return status;
     b->psi.value -= s->share * U;
     if (s->held) b->psi.J += p->penalty * s->share * pressure + p->multiplier - s->share * first;
     else b->psi.J += s->share * (pressure - first);
@@ -95,12 +121,12 @@ static COMPILED_ONCE int find_psi_of_points(const flesh_batches *batches, int wi
   return FLESH_OK;
 }
 
-/* V s U(J') and V s U_JJ(J'), with the multiplier's term where the mean is held. */
+/* V s U(J') and V s U_JJ(J'), with the multiplier's term where the mean is held; where psi of the points has a value. */
 INLINE void mean_term(const flesh_batches *batches, const points *p, flesh_real *energy, flesh_real *stiffness)
 {
   const flesh_volume_share *s = &batches->volume_shares[p->at[0].t.material];
   flesh_real U, first, second;
-  volume_term(s->term, p->J, &U, &first, &second);
+  volume_term(s->term, &batches->materials[p->at[0].t.material], p->J, &U, &first, &second);
   *energy = s->share * p->volume * U;
   *stiffness = s->share * p->volume * second;
   if (!s->held) return;

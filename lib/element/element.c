@@ -106,17 +106,50 @@ double flesh_tet10_shape(const double *X, const int node[10], int q, double grad
 /* Of the shear modulus: with it and the points' own share lambda is that of Poisson's ratio 0.45. */
 static const double MODERATE = 7;
 
+/* U of a user's psi at J. */
+static int volume_part_at(const flesh_material *material, double J, flesh_volume_part *U)
+{
+  *U = (flesh_volume_part){.value = 0.5 * (J - 1) * (J - 1), .J = J - 1, .JJ = 1};
+  return material->volume ? material->volume(J, material, U) : FLESH_OK;
+}
+
+/* That a user's U is one of unit modulus, and that psi contains lambda U: without the share of it that the mean takes,
+ * psi may not turn unstable by a change of volume to a half or twice. */
+static int check_users_volume_part(const flesh_material *material, double share)
+{
+  flesh_volume_part U;
+  int status = volume_part_at(material, 1, &U);
+  if (status) return flesh_fail(FLESH_ERR_ARGUMENT, "the volume part U of a user's psi has no value at J = 1");
+  if (!(fabs(U.J) <= 1e-6 && fabs(U.JJ - 1) <= 1e-6))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "the volume part U of a user's psi has U' = %g and U'' = %g at J = 1; they must be 0 and 1, lambda "
+                      "being its modulus",
+                      U.J, U.JJ);
+  for (double J = 0.5; J <= 2; J *= 4) {
+    flesh_psi psi;
+    if (material->psi(3 * cbrt(J * J), J, material, &psi) || volume_part_at(material, J, &U)) continue;
+    if (psi.JJ - share * U.JJ >= -1e-9 * material->lambda) continue;
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "a user's psi has the second derivative %g Pa by J at J = %g, %g Pa without what tet10-mean takes a "
+                      "mean of, so that it does not contain lambda %s; set material.volume to its volume part over "
+                      "lambda (material.lambda is %g Pa), or take the element tet10",
+                      psi.JJ, J, psi.JJ - share * U.JJ, material->volume ? "U(J)" : "(J-1)^2/2", material->lambda);
+  }
+  return FLESH_OK;
+}
+
 int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *share)
 {
   const int user = material->energy == FLESH_ENERGY_USER;
   flesh_psi at;
   double shear;
-  *share = (flesh_volume_share){.term = user ? FLESH_VOLUME_QUADRATIC : flesh_forms[material->energy].volume_term,
+  const flesh_volume_term own = material->volume ? FLESH_VOLUME_USER : FLESH_VOLUME_QUADRATIC;
+  *share = (flesh_volume_share){.term = user ? own : flesh_forms[material->energy].volume_term,
                                 .held = material->incompressible};
   if (user && !(fabs(material->lambda) < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2; set "
-                      "material.lambda, or take the element tet10");
+                      "tet10-mean needs the lambda of a user's psi, which contains lambda/2 (J-1)^2 or lambda "
+                      "times material.volume; set material.lambda, or take the element tet10");
   if (share->term == FLESH_VOLUME_NONE) return FLESH_OK;
   const int of_stretches = flesh_form_of_stretches(material->energy);
   int status = of_stretches ? flesh_material_small_strain(material, &shear, NULL, NULL)
@@ -130,5 +163,5 @@ int flesh_volume_share_of(const flesh_material *material, flesh_volume_share *sh
                       "lambda is %g Pa, the penalty of an incompressible material; it must be more than twice the shear "
                       "modulus, %g Pa",
                       material->lambda, 2 * shear);
-  return FLESH_OK;
+  return user ? check_users_volume_part(material, share->share) : FLESH_OK;
 }

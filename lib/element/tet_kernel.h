@@ -32,7 +32,8 @@ typedef struct flesh_tiles {
                             one, so that the body's block is the transposed one; NULL for tets of four nodes */
 } flesh_tiles;
 
-/* What the mean of J over a tet bears of the volume term: `share` U(J), U = (J-1)^2/2 or (log J)^2/2. */
+/* What the mean of J over a tet bears of the volume term: `share` U(J), U = (J-1)^2/2, (log J)^2/2 or a
+ * user's own. */
 typedef struct flesh_volume_share {
   double share;    /* Pa, not negative */
   double moderate; /* Pa, the part of it that is no stiffer than the rest of the form */

@@ -115,7 +115,8 @@ class Material:
         return made
 
     @classmethod
-    def from_psi(cls, psi: Callable, mu: float = float("nan"), lambda_: float = float("nan")) -> "Material":
+    def from_psi(cls, psi: Callable, mu: float = float("nan"), lambda_: float = float("nan"),
+                 volume: Optional[Callable] = None) -> "Material":
         """A material of your own psi(I_C, J).
 
         Args:
@@ -124,12 +125,17 @@ class Material:
                 once for every tet and point. A compiled function (a ctypes or cffi function pointer with the C
                 signature flesh_psi_function) is taken as it is and costs what a built-in form does.
             mu: for reading, Pa.
-            lambda_: says that psi contains lambda/2 (J-1)^2, Pa, of which ten-node tets take a mean.
+            lambda_: says that psi contains lambda U(J), Pa, of which ten-node tets take a mean.
+            volume: U(J), returns (value, J, JJ), U and its first and second derivatives, with J 0 and JJ 1 at J = 1; may
+                be compiled (flesh_volume_function). None: U = (J-1)^2/2.
         """
         made = cls.__new__(cls)
         made._struct = ffi.new("flesh_material *")
         function, made._keep = _psi_function(psi)
         call(lib.flesh_material_from_psi, function, ffi.NULL, made._struct)
+        if volume is not None:
+            made._struct.volume, keep = _volume_function(volume)
+            made._keep += keep
         setattr(made._struct, "mu", mu)
         setattr(made._struct, "lambda", lambda_)
         return made
@@ -237,13 +243,39 @@ class Material:
         return f"<flesh.Material {self.form}, {self.constants}: mu {self.mu:g} Pa, lambda {self.lambda_:g} Pa>"
 
 
+def _compiled(function, kind):
+    """The C function of this kind that a compiled function is; None for one of Python."""
+    if isinstance(function, ffi.CData):
+        return ffi.cast(kind, function)
+    if hasattr(function, "_objects") or type(function).__name__ == "CFunctionType":
+        import ctypes
+        return ffi.cast(kind, ctypes.cast(function, ctypes.c_void_p).value)
+    return None
+
+
+def _volume_function(volume):
+    """The C function of a volume part U, and what must live as long."""
+    compiled = _compiled(volume, "flesh_volume_function")
+    if compiled is not None:
+        return compiled, (volume,)
+    if not callable(volume):
+        raise ArgumentError(f"volume is {volume!r}; it must be a function of J")
+
+    def evaluate(J, _material, out):
+        value = volume(J)
+        try:
+            out.value, out.J, out.JJ = value
+        except (TypeError, ValueError):
+            raise ArgumentError(f"volume({J:g}) returned {value!r}; it must be (value, J, JJ)") from None
+    function = _callbacks.status_callback("int(double, const struct flesh_material *, flesh_volume_part *)", evaluate)
+    return function, (function, volume)
+
+
 def _psi_function(psi):
     """The C function of a psi, and what must live as long."""
-    if isinstance(psi, ffi.CData):
-        return ffi.cast("flesh_psi_function", psi), (psi,)
-    if hasattr(psi, "_objects") or type(psi).__name__ == "CFunctionType":
-        import ctypes
-        return ffi.cast("flesh_psi_function", ctypes.cast(psi, ctypes.c_void_p).value), (psi,)
+    compiled = _compiled(psi, "flesh_psi_function")
+    if compiled is not None:
+        return compiled, (psi,)
     if not callable(psi):
         raise ArgumentError(f"psi is {psi!r}; it must be a function of I_C and J")
 

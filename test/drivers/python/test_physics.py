@@ -87,6 +87,30 @@ def test_a_psi_in_python_is_the_built_in_form(mesh, bent):
     assert flesh.Material.from_psi(compiled).energy(STRETCH) == pytest.approx(own.energy(STRETCH), rel=1e-14)
 
 
+def test_a_volume_part_in_python_is_the_built_in_one():
+    mesh = flesh.Mesh.box((2, 1, 1), (2.0, 1.0, 1.0)).raise_order()
+    x = mesh.positions + 0.02 * np.sin(9 * mesh.positions[:, ::-1])
+    mu, lambda_ = 2e4, 8e5
+
+    def neo(I_C, J):
+        log = np.log(J)
+        return (mu / 2 * (I_C - 3) - mu * log + lambda_ / 2 * log**2, mu / 2, (lambda_ * log - mu) / J, 0, 0,
+                (lambda_ * (1 - log) + mu) / J**2)
+
+    def volume(J):
+        return np.log(J)**2 / 2, np.log(J) / J, (1 - np.log(J)) / J**2
+
+    def residual(material):
+        return flesh.System(mesh, [flesh.Elasticity(flesh.Body(mesh, material))]).residual(x)
+    r = residual(flesh.Material("Neo", "raw", mu=mu, lambda_=lambda_))
+    assert np.allclose(residual(flesh.Material.from_psi(neo, lambda_=lambda_, volume=volume)), r, rtol=1e-11,
+                       atol=1e-10 * np.abs(r).max())
+    with pytest.raises(flesh.ArgumentError, match="material.volume"):
+        residual(flesh.Material.from_psi(neo, lambda_=lambda_))
+    with pytest.raises(flesh.ArgumentError, match=r"must be \(value, J, JJ\)"):
+        residual(flesh.Material.from_psi(neo, lambda_=lambda_, volume=lambda J: J))
+
+
 def test_what_a_psi_raises_comes_out(mesh, bent):
     log = flesh.Material.from_psi(log_psi)
     with pytest.raises(flesh.UndefinedError):
