@@ -71,7 +71,7 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
     printf("untangled %ld times near equilibrium, %ld nodes in all (solver.techniques: untangle)\n",
            figures->untanglings, figures->untangled_nodes);
   if (figures->final_inverted)
-    printf("the run ends with %d inverted tet%s: a load holds them, or they are a false equilibrium\n",
+    printf("the last state has %d inverted tet%s\n",
            figures->final_inverted, figures->final_inverted == 1 ? "" : "s");
   printf("results: %s\n", out);
 }

@@ -122,16 +122,16 @@ static int check_users_volume_part(const flesh_material *material, double share)
   if (status) return flesh_fail(FLESH_ERR_ARGUMENT, "the volume part U of a user's psi has no value at J = 1");
   if (!(fabs(U.J) <= 1e-6 && fabs(U.JJ - 1) <= 1e-6))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the volume part U of a user's psi has U' = %g and U'' = %g at J = 1; they must be 0 and 1, lambda "
-                      "being its modulus",
+                      "the volume part U of a user's psi has U' = %g and U'' = %g at J = 1; they must be 0 and 1, "
+                      "lambda being its modulus",
                       U.J, U.JJ);
   for (double J = 0.5; J <= 2; J *= 4) {
     flesh_psi psi;
     if (material->psi(3 * cbrt(J * J), J, material, &psi) || volume_part_at(material, J, &U)) continue;
     if (psi.JJ - share * U.JJ >= -1e-9 * material->lambda) continue;
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "a user's psi has the second derivative %g Pa by J at J = %g, %g Pa without what tet10-mean takes a "
-                      "mean of, so that it does not contain lambda %s; set material.volume to its volume part over "
+                      "a user's psi has the second derivative %g Pa by J at J = %g, %g Pa without what tet10-mean "
+                      "takes a mean of, so that it does not contain lambda %s; set material.volume to its volume part over "
                       "lambda (material.lambda is %g Pa), or take the element tet10",
                       psi.JJ, J, psi.JJ - share * U.JJ, material->volume ? "U(J)" : "(J-1)^2/2", material->lambda);
   }

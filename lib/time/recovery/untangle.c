@@ -55,7 +55,8 @@ struct flesh_untangler {
 };
 
 static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
-static const unsigned others = FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
+static const unsigned others =
+    FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
 /* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
 static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, unsigned roles)

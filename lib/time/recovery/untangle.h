@@ -24,15 +24,15 @@ void flesh_untangler_destroy(flesh_untangler **untangler);
 /* To be called with the state before every step, which is where a step is taken again from; a new one is looked at. */
 void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *state);
 
-/* To be called with the state after every accepted step of h. Returns 1 when it repositioned nodes: the state is then one
- * at the step's beginning from which the step is to be taken again, and judged. Else 0, or a negative status. */
+/* To be called with the state after every accepted step of h. Returns 1 when it repositioned nodes: the state is then
+ * one at the step's beginning from which the step is to be taken again, and judged. Else 0, or a negative status. */
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h);
 
 /* The same for an equilibrium, which is quasi-static by itself; with 1 the state is where it is to be solved from. */
 int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state);
 
-/* Judges what the repetition of a step or equilibrium has led to, unless it was not `solved`. Returns 1 where the step is
- * to be taken once more, from the state as it is then: its potential has fallen, but not below that of the tangle.
+/* Judges what the repetition of a step or equilibrium has led to, unless it was not `solved`. Returns 1 where the step
+ * is to be taken once more, from the state as it is then: its potential has fallen, but not below that of the tangle.
  * 0: the state is final, and is kept, which adds to *stats, or is that with the tangle again. */
 int flesh_untangler_judge(flesh_untangler *untangler, flesh_state *state, int solved, flesh_solve_stats *stats);
 
