@@ -184,18 +184,17 @@ static void say_table(double ratio, const char *why, FILE *stream)
           locking[k].poisson, locking[k].coarse, locking[k].fine, why);
 }
 
-/* The linear iterations that a solve may take so that it costs a fifth of the run at most; 0 where it would need more.
- * By counts, so that what is said does not depend on the machine: an iteration with ten-node tets costs a fifth of a step
- * of four-node ones or less, making and filling the matrix 15 steps (at nu = 0.49 to 0.4999, 1500 to 5000 tets). */
-static int affordable(const flesh_scene *scene, double ratio)
+/* Of four-node tets' steps, what both solves cost at most: 63 and 73 at nu = 0.49 with 1536 and 5184 tets of a bar, 23 and
+ * 27 at 0.4999, where steps cost more. By counts, so that what is said does not depend on the machine. */
+enum { TRIAL_STEPS = 75, ITERATIONS_A_STEP = 5, MOST_ITERATIONS = 5000 };
+
+/* The linear iterations that a solve may take, where both cost a fifth of the run at most; 0 where they cost more. */
+static int affordable(const flesh_scene *scene)
 {
   const flesh_scene_time *time = flesh_scene_times(scene);
   if (time->method == FLESH_METHOD_STATIC || !(time->step > 0)) return 0;
-  const double left = 0.2 * time->end / time->step - 15, most = fmin(5 * left, 5000);
-  /* Needed by conjugate gradients with an incomplete factorisation of bars: 264 and 1343 at 0.49 and 0.4999. */
-  const int tets = flesh_mesh_tet_count(flesh_scene_mesh(scene));
-  const double needed = 264 * cbrt(tets / 1536.) * pow(0.02 / (1 - 2 * ratio), 0.35);
-  return needed <= most ? (int)most : 0;
+  const double steps = 0.2 * time->end / time->step;
+  return steps >= TRIAL_STEPS ? (int)fmin(ITERATIONS_A_STEP * steps, MOST_ITERATIONS) : 0;
 }
 
 void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
@@ -204,7 +203,7 @@ void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
   double missing;
   if (flesh_mesh_order(flesh_scene_mesh(scene)) == 2 || !(ratio >= warns_from)) return;
   fprintf(stream, "warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (", ratio);
-  const int most = affordable(scene, ratio);
+  const int most = affordable(scene);
   if (most && !flesh_locking_find(scene, most, &missing))
     fprintf(stream, "by a linear solve on this mesh, the body gives %.0f %% less under a small load across it than with "
                     "tet10-mean",

@@ -10,6 +10,9 @@
 #include "linear/preconditioner.h"
 #include "material/form.h"
 #include "shared/json_memory.h"
+#include "system/inertia_modulus.h"
+#include "system/stiff_rows.h"
+#include "time/method.h"
 
 int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
 {
@@ -140,12 +143,34 @@ void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *
             info->outside, info->distance_max, info->farthest, info->weight_min);
 }
 
+/* Whether stiff volume terms are taken out of the systems of the scene's steps, of the length that it asks for. */
+static int takes_volumes_out(const flesh_scene *scene)
+{
+  const flesh_scene_time *time = flesh_scene_times(scene);
+  const flesh_system *system = flesh_scene_system(scene);
+  const flesh_method_row *method = flesh_method_find(time->method);
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  double *room = malloc((2 * n + 1) * sizeof *room);
+  flesh_stiff_rows rows = {0};
+  flesh_stage stage = {.shift = {.x = 1}};
+  int projects = 0;
+  if (method && room && !flesh_system_stiff_rows_create(system, &rows)) {
+    const flesh_method_memory of_no_nodes = {.options = time->options};
+    method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
+    const double inertia = rows.count ? flesh_system_inertia_modulus(system, room, room + n) : 0;
+    projects = flesh_preconditioner_projects(flesh_scene_solver(scene)->preconditioner, &rows,
+                                             inertia * stage.shift.a / stage.shift.x);
+  }
+  flesh_system_stiff_rows_clear(&rows);
+  free(room);
+  return projects;
+}
+
 const char *flesh_preconditioner_used(const flesh_scene *scene)
 {
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
-  if (solver->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
-    return flesh_preconditioner_name(solver->preconditioner);
+  if (takes_volumes_out(scene)) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
   return flesh_preconditioner_name(flesh_preconditioner_choose(
       solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
 }

@@ -7,6 +7,9 @@
 /* The share of a feasible step that is taken: less than all, so that the body stays apart from obstacles. */
 static const double flesh_feasible_step_kept = 0.9;
 
+/* The penalties of incompressible tets are raised by this factor at least, wherever multipliers are solved for. */
+enum { FLESH_LEAST_PENALTY = 5 };
+
 /* The optional tables of an effect's kind, which are never NULL here: what a kind has not is NULL or 0 in them. */
 static inline const flesh_effect_time *flesh_effect_in_time(const flesh_effect *effect)
 {

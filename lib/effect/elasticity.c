@@ -108,8 +108,9 @@ static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *
   rows->first_main = 4;
   for (int k = 0; k < tets->materials; k++) {
     const flesh_volume_share *s = &batches->volume_shares[k];
-    /* Integrators take at least five times a penalty (time/multipliers.c). */
-    if (s->moderate > 0) rows->ratio = fmax(rows->ratio, (s->held ? 5 : 1) * s->share / s->moderate);
+    if (!(s->moderate > 0)) continue;
+    rows->ratio = fmax(rows->ratio, (s->held ? FLESH_LEAST_PENALTY : 1) * s->share / s->moderate);
+    rows->modulus = rows->modulus > 0 ? fmin(rows->modulus, s->moderate) : s->moderate;
   }
 }
 

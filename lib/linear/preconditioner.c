@@ -26,6 +26,7 @@ struct flesh_preconditioner_data {
   flesh_coarse *coarse; /* NULL: one level */
   int two_levels;       /* it serves for the matrix at hand */
   flesh_volume_projection *projection; /* NULL: the matrix is preconditioned as it is */
+  const flesh_stiff_rows *stiff;       /* that it takes out; borrowed */
   int projects;         /* it serves for the matrix at hand */
   flesh_threads *threads;
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
@@ -81,6 +82,7 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
 {
   flesh_bisection halves = {0};
   int status = flesh_bisection_create(A, &halves);
+  self->stiff = rows;
   if (!status) status = flesh_volume_projection_create(A, rows, positions, &halves, self->threads, &self->projection);
   flesh_bisection_clear(&halves);
   return status;
@@ -130,7 +132,7 @@ static const flesh_block_matrix *project(flesh_preconditioner_data *self, const 
                                          const uint8_t *fixed)
 {
   self->projects = 0;
-  if (!self->projection) return A;
+  if (!self->projection || self->stiff->left_in) return A;
   const flesh_block_matrix *soft = flesh_volume_projection_matrix(self->projection, A, fixed);
   invert_blocks(self, soft);
   self->projects = flesh_volume_projection_setup(self->projection, self->scale, self->inverse) == FLESH_OK;

@@ -9,9 +9,11 @@ enum { FEWEST_NODES = 600 };
 
 const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic",  "jacobi",
                                                    "none", "volume-projection", NULL};
-/* From this stiffness ratio of rows on they are taken out: that of nu = 0.493. A solve in motion takes as much work with
- * as without at about 0.495, an equilibrium at 0.485 (README.md). */
-static const double STIFF = 10;
+/* From these stiffness ratios of rows on they are taken out: those of nu = 0.489 and 0.493. An equilibrium takes as much
+ * work with as without at 0.475 to 0.493, the larger mesh and load are, a step in motion at about 0.495 (README.md). */
+static const double STIFF = 6, STIFF_IN_MOTION = 10;
+/* In motion is what inertia stiffens by this share of what remains without the rows, or more. */
+static const double HEAVY = 1e-3;
 
 static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names ==
                   FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
@@ -28,8 +30,9 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
   return nodes >= FEWEST_NODES ? FLESH_PRECONDITIONER_TWO_LEVEL : FLESH_PRECONDITIONER_IC;
 }
 
-int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows)
+int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia)
 {
   if (!rows->count) return 0;
-  return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= STIFF);
+  const double stiff = inertia >= HEAVY * rows->modulus && inertia > 0 ? STIFF_IN_MOTION : STIFF;
+  return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= stiff);
 }

@@ -8,16 +8,18 @@
  * with their like. */
 static const double DEEP = 3;
 
-/* The system's stiff rows, where the preconditioner is to take them out. */
+/* The system's stiff rows, where the preconditioner is to take them out in some stage. */
 static int take_rows(flesh_direction *self)
 {
   const flesh_system *system = self->equations->system;
   int status = flesh_system_stiff_rows_create(system, &self->rows);
   if (status) return status;
-  if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows)) {
+  if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows, 0)) {
     flesh_system_stiff_rows_clear(&self->rows);
     return FLESH_OK;
   }
+  double *room = self->equations->scratch;
+  self->inertia = flesh_system_inertia_modulus(system, room, room + self->equations->n);
   return self->linear->preconditioner_project(self->preconditioner, self->equations->K, &self->rows,
                                               flesh_mesh_positions(flesh_system_mesh(system)));
 }
@@ -64,7 +66,11 @@ size_t flesh_direction_memory(const flesh_direction *self)
 
 void flesh_direction_begin_stage(flesh_direction *self)
 {
+  const flesh_shift *shift = &self->equations->stage.shift;
   if (self->fallback_state == FLESH_FALLBACK_IN_USE) self->fallback_state = FLESH_FALLBACK_UNUSED;
+  if (self->rows.count)
+    self->rows.left_in = !flesh_preconditioner_projects(self->options->preconditioner, &self->rows,
+                                                        self->inertia * shift->a / shift->x);
 }
 
 int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigenvalue_filter filter)
@@ -74,7 +80,7 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
   if (status) return status;
   self->filter = filter;
   self->assembled = 1;
-  if (self->rows.count) {
+  if (self->rows.count && !self->rows.left_in) {
     const flesh_point point = flesh_equations_point(self->equations, u);
     flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->rows);
   }

@@ -6,6 +6,7 @@
 #include "newton/equations.h"
 #include "linear/direct.h"
 #include "linear/linear.h"
+#include "system/inertia_modulus.h"
 #include "system/stiff_rows.h"
 
 typedef enum flesh_direction_kind {
@@ -30,7 +31,8 @@ typedef struct flesh_direction {
   flesh_solve_stats *stats;            /* borrowed */
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
-  flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner takes them out; else count 0 */
+  flesh_stiff_rows rows;    /* of K as last assembled, where the preconditioner may take them out; else count 0 */
+  double inertia;           /* kg/m, as system/inertia_modulus.h has it; 0 without rows */
   flesh_pcg_space *pcg;     /* NULL with a direct solver */
   flesh_direct *direct;     /* NULL with PCG */
   flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
@@ -52,7 +54,7 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
 void flesh_direction_clear(flesh_direction *direction);
 size_t flesh_direction_memory(const flesh_direction *direction);
 
-/* A new stage: a direct fallback is no longer in use. */
+/* A new stage: a direct fallback is no longer in use, and stiff rows are taken out or left in as the stage asks for. */
 void flesh_direction_begin_stage(flesh_direction *direction);
 
 /* Assembles K at u [n] with the filter. */

@@ -119,7 +119,7 @@ static int correct(flesh_volume_arc *self, const double *u, int known, double en
 void flesh_volume_arc_bend(flesh_volume_arc *self, const double *u, const double *r, double *p)
 {
   flesh_equations *equations = self->equations;
-  if (!self->trial.count) return;
+  if (!self->trial.count || self->direction->rows.left_in) return;
   const double slope = flesh_dot(equations->threads, equations->n, r, p);
   double start, value, magnitude, s = 1;
   if (!(slope < 0) || flesh_equations_potential(equations, u, &start, &magnitude)) return;
@@ -141,7 +141,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
   double before, after, magnitude;
-  if (!self->trial.count || equations->constrained_way > 0) return;
+  if (!self->trial.count || self->direction->rows.left_in || equations->constrained_way > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   double *none = self->none;
   memcpy(self->step, u, (size_t)equations->n * sizeof *u);

@@ -28,6 +28,7 @@ int flesh_system_stiff_rows_create(const flesh_system *system, flesh_stiff_rows 
     rows->first_main = own.first_main;
     rows->count += own.count;
     rows->ratio = fmax(rows->ratio, own.ratio);
+    if (own.modulus > 0) rows->modulus = rows->modulus > 0 ? fmin(rows->modulus, own.modulus) : own.modulus;
   }
   if (!rows->count) return FLESH_OK;
   const size_t m = (size_t)rows->nodes_per_row, all = (size_t)rows->count * m;

@@ -15,44 +15,13 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "system/one_effect.h"
+#include "effect/effect.h"
+#include "system/inertia_modulus.h"
 
 /* Of solves for multipliers, each of which should leave less than half of the gaps. */
 enum { SOLVES = 60 };
 /* The penalty, of that of the reference ratio, at least; and in motion, of the stiffness by inertia. */
-static const double least = 5, raised = 30;
-
-/* Mass over rest volume, kg/m^3; 0 without inertia. */
-static double density_of(const flesh_system *system, double *a, double *r)
-{
-  const double *X = flesh_mesh_positions(flesh_system_mesh(system));
-  const flesh_point point = {.load = 1, .x = X, .v = a, .a = a};
-  double mass = 0;
-  for (int d = 0; d < flesh_system_unknowns(system); d++) a[d] = d % 3 == 0;
-  if (flesh_system_roles_residual(system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, r)) return 0;
-  for (int d = 0; d < flesh_system_unknowns(system); d += 3) mass += r[d];
-  return mass / flesh_mesh_volume(flesh_system_mesh(system), X);
-}
-
-/* The radius of a ball with the body's ratio of volume and surface, m. */
-static double radius_of(const flesh_mesh *mesh)
-{
-  int count;
-  const int *triangle = flesh_mesh_surface(mesh, &count);
-  const double *X = flesh_mesh_positions(mesh);
-  double area = 0;
-  for (int k = 0; k < count; k++) {
-    const double *corner[3];
-    double n[3], *edge[2] = {(double[3]){0}, (double[3]){0}};
-    for (int a = 0; a < 3; a++) corner[a] = X + 3 * (size_t)triangle[3 * k + a];
-    for (int c = 0; c < 3; c++)
-      for (int e = 0; e < 2; e++) edge[e][c] = corner[e + 1][c] - corner[0][c];
-    for (int c = 0; c < 3; c++)
-      n[c] = edge[0][(c + 1) % 3] * edge[1][(c + 2) % 3] - edge[0][(c + 2) % 3] * edge[1][(c + 1) % 3];
-    area += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
-  }
-  return 3 * flesh_mesh_volume(mesh, X) / area;
-}
+static const double least = FLESH_LEAST_PENALTY, raised = 30;
 
 int flesh_multipliers_create(const flesh_system *system, const flesh_solver_options *options, flesh_multipliers *self)
 {
@@ -78,8 +47,7 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
   self->softest = INFINITY;
   for (int k = 0; k < self->count; k++)
     if (self->stiffness[k] > 0) self->softest = fmin(self->softest, self->stiffness[k]);
-  const double radius = radius_of(mesh);
-  self->inertia = density_of(system, self->x, self->u) * radius * radius / (M_PI * M_PI);
+  self->inertia = flesh_system_inertia_modulus(system, self->x, self->u);
   return FLESH_OK;
 }
 

@@ -66,6 +66,26 @@ threads_change_no_bit() {
   has stderr.txt 'threads is 257; it must be in 0 to 256'
 }
 
+# what `auto` comes to goes by the element, Poisson's ratio and whether the solves have inertia
+preconditioners_are_told() {
+  while read -r kind element poisson method said; do
+    expect 0 "$flesh" run bar.yaml --set "solver.preconditioner=$kind" --set "body.element=$element" \
+      --set "body.material.poisson=$poisson" --set "time.method=$method" --set time.end=1/60 --out told --no-frames ||
+      return 1
+    has stdout.txt "^preconditioner: $said\$" && has told/result.json "\"preconditioner\": \"$said\"" ||
+      { echo "$kind, $element, $poisson, $method"; return 1; }
+  done <<'END'
+auto tet10-mean 0.49 backward-euler ic
+auto tet10-mean 0.49 static volume-projection
+auto tet10-mean 0.499 backward-euler volume-projection
+auto tet10-mean 0.45 static ic
+auto tet10 0.499 static ic
+volume-projection tet10-mean 0.49 newmark volume-projection
+volume-projection tet4 0.49 backward-euler ic
+two-level tet10-mean 0.499 static two-level
+END
+}
+
 methods_are_chosen_by_name() {
   for method in bdf2 midpoint newmark hht; do
     expect 0 "$flesh" run bar.yaml --method "$method" --out "by-$method" --no-frames --quiet || return 1
@@ -289,6 +309,7 @@ tests='a_good_run_writes_everything
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
 threads_change_no_bit
+preconditioners_are_told
 methods_are_chosen_by_name
 a_restart_goes_on_where_it_was
 older_results_are_replaced

@@ -425,14 +425,18 @@ static void threads_give_the_same_bits(void)
 
 static void kinds_that_project(void)
 {
-  flesh_stiff_rows rows = {.count = 1, .ratio = 1};
-  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows));
-  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows));
+  flesh_stiff_rows rows = {.count = 1, .ratio = 1, .modulus = 1e5};
+  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0));
+  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows, 0));
+  rows.ratio = 6; /* pays at rest and in steps so long that inertia is next to nothing */
+  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0));
+  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 1e-6 * rows.modulus));
+  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0.1 * rows.modulus));
   rows.ratio = 100;
-  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows));
-  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_TWO_LEVEL, &rows));
+  CHECK(flesh_preconditioner_projects(FLESH_PRECONDITIONER_AUTO, &rows, 0.1 * rows.modulus));
+  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_TWO_LEVEL, &rows, 0));
   rows.count = 0;
-  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows));
+  CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows, 0));
 }
 
 int main(int argc, char **argv)
