@@ -38,10 +38,10 @@ static const flesh_key probe_table[] = {
      .doc = "what moments are about; the mean of the nodes' rest positions by default"},
     {.name = "quantities", .type = FLESH_KEY_SET, AT(quantities), .choices = quantities,
      .default_value = "[position]",
-     .doc = "position, velocity: of the point, or the nodes' mean; reaction: force and moment of the pins and prescribed "
-            "motions on the nodes; J, stretch (principal ones, descending), stress (Cauchy, of elasticity), energy "
-            "(of strain, from rest): at the point, or of the tets all of whose nodes are chosen, the energy as a sum and "
-            "the others as means; contact_force: force and moment of contact on the nodes"},
+     .doc = "position, velocity: of the point, or the nodes' mean; reaction: force and moment of the pins and "
+            "prescribed motions on the nodes; J, stretch (principal ones, descending), stress (Cauchy, of elasticity), "
+            "energy (of strain, from rest): at the point, or of the tets all of whose nodes are chosen, the energy as a "
+            "sum and the others as means; contact_force: force and moment of contact on the nodes"},
     {.name = NULL},
 };
 #undef AT

@@ -22,9 +22,11 @@ static void read_table(const char *path)
   CHECK(*text && text[strlen(text) - 1] == '\n');
   for (char *line = strtok_r(text, "\n", &line_end); line; line = strtok_r(NULL, "\n", &line_end), row_count++) {
     int c = 0;
-    for (char *word = strtok_r(line, ",", &word_end); word && c < MOST_COLUMNS; word = strtok_r(NULL, ",", &word_end), c++)
+    for (char *word = strtok_r(line, ",", &word_end); word && c < MOST_COLUMNS; word = strtok_r(NULL, ",", &word_end)) {
       if (row_count < 0) snprintf(names[c], sizeof names[c], "%s", word);
       else if (row_count < MOST_ROWS) values[row_count][c] = strtod(word, NULL);
+      c++;
+    }
     if (row_count < 0) column_count = c;
     CHECK(c == column_count);
   }
@@ -141,7 +143,7 @@ static void run(const char *text, const char *element, watch *w)
   "       material: {energy: S, constants: matched, young: 4e5, poisson: 0.45}}\n"
 #define LOADS                                                                              \
   "  - gravity: {acceleration: [0, 2, -9.81]}\n"                                           \
-  "  - force: {vector: [300, 0, 100], box: [[3.9, -1, 0.9], [5, 2, 2]]}\n"
+  "  - force: {force: [300, 0, 100], box: [[3.9, -1, 0.9], [5, 2, 2]]}\n"
 #define SOLVER "solver: {newton_tolerance: 1e-11}\n"
 #define PROBES                                                                             \
   "output: {probes: [{name: clamp, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction], about: [0, 0, 0]}]}\n"
@@ -153,7 +155,7 @@ static void reactions_balance_loads_in_statics(void)
       BODY("lumped") "effects:\n" LOADS "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}\n" SOLVER PROBES,
       BODY("lumped") "effects:\n" LOADS "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], axes: [x, y, z]}\n"
                      "  - prescribed_motion: {box: [[3.9, -1, -1], [5, 2, 0.1]], axes: [z],\n"
-                     "                         motion: [{t: 0}, {t: 1, translation: [0, 0, 0.3]}]}\n"
+                     "                         motion: [{time: 0}, {time: 1, translation: [0, 0, 0.3]}]}\n"
                      "time: {end: 1, step: 1}\n" SOLVER
                      "output: {probes: [{name: clamp, box: [[-1, -1, -1], [5, 2, 2]], quantities: [reaction],\n"
                      "                   about: [0, 0, 0]}]}\n"};
@@ -205,9 +207,9 @@ static void reactions_balance_momentum_for_every_method(void)
 {
   static const struct {
     const char *time;
-    double tolerance; /* N s, of 5e3 */
-  } methods[] = {{"newmark", 1e-6}, {"midpoint", 15}, {"bdf2", 150}, {"hht", 150}, {"adaptive", 15},
-                 {"euler-then-adaptive", 150}};
+    double tolerance; /* N s, of 3e3 */
+  } methods[] = {{"newmark", 1e-7}, {"midpoint", 0.05}, {"bdf2", 0.3}, {"hht", 0.1}, {"adaptive", 0.1},
+                 {"euler-then-adaptive", 0.1}};
   for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
     for (int consistent = 0; consistent < 2; consistent++) {
       char text[2000];
@@ -226,8 +228,9 @@ static void reactions_balance_momentum_for_every_method(void)
           change[d] += (force[d] - w.load[k][d]) / 400 * (k && k < w.rows - 1 ? 1 : 0.5);
       }
       for (int d = 0; d < 3; d++) {
-        printf("# %s %d: %g of %g\n", methods[m].time, d, change[d] - w.momentum[w.rows - 1][d], w.momentum[w.rows - 1][d]);
-        CHECK_NEAR(change[d], w.momentum[w.rows - 1][d], methods[m].tolerance);
+        const double momentum = w.momentum[w.rows - 1][d];
+        printf("# %s %d: %g of %g\n", methods[m].time, d, change[d] - momentum, momentum);
+        CHECK_NEAR(change[d], momentum, methods[m].tolerance);
       }
     }
 }
@@ -237,8 +240,8 @@ static void contact_forces_balance_what_falls(void)
   static const char scene[] =
       BODY("lumped") "effects:\n  - inertia: {}\n  - gravity: {}\n  - contact: {plane: {point: [0, 0, -0.01]}}\n"
                      "time: {method: backward-euler, step: 1/50, end: 1/5}\n" SOLVER
-                     "output: {probes: [{name: all, box: [[-1, -1, -1], [5, 2, 2]], quantities: [contact_force, reaction],"
-                     " about: [0, 0, 0]}]}\n";
+                     "output: {probes: [{name: all, box: [[-1, -1, -1], [5, 2, 2]],\n"
+                     "                   quantities: [contact_force, reaction], about: [0, 0, 0]}]}\n";
   for (int e = 0; e < ELEMENTS; e++) {
     watch w;
     double largest = 0;
@@ -266,7 +269,7 @@ static void what_is_wholly_held_needs_the_force_of_its_motion(void)
   double force[3];
   run(BODY("consistent") "effects:\n  - inertia: {}\n  - gravity: {}\n"
       "  - prescribed_motion: {box: [[-1, -1, -1], [5, 2, 2]], interpolation: smooth,\n"
-      "                         motion: [{t: 0}, {t: 1, translation: [0.5, 0, 0]}]}\n"
+      "                         motion: [{time: 0}, {time: 1, translation: [0.5, 0, 0]}]}\n"
       "time: {method: newmark, step: 1/8, end: 1/2}\n" SOLVER
       "output: {probes: [{name: all, box: [[-1, -1, -1], [5, 2, 2]], quantities: [reaction, position]}]}\n",
       "tet4", &w);
@@ -380,8 +383,8 @@ static void a_uniform_strain_is_what_the_material_says(void)
     CHECK_NEAR(at(0, "p.stretch_1 [1]") * at(0, "p.stretch_2 [1]") * at(0, "p.stretch_3 [1]"), J, 1e-12);
     CHECK_NEAR(at(0, "p.J [1]"), J, 1e-12);
     CHECK_NEAR(at(0, "all.J [1]"), J, 1e-12);
-    CHECK_NEAR(at(0, "p.energy [J/m^3]"), psi - rest, 1e-9 * psi);
-    CHECK_NEAR(at(0, "all.energy [J]"), 4 * (psi - rest), 1e-8 * psi);
+    CHECK_NEAR(at(0, "p.energy [J/m^3]"), psi - rest, 1e-8);
+    CHECK_NEAR(at(0, "all.energy [J]"), 4 * (psi - rest), 1e-8);
     for (int k = 0; k < 6; k++) {
       const int i = stress_row[k], j = stress_column[k];
       const double sigma = (P[3 * i] * A[3 * j] + P[3 * i + 1] * A[3 * j + 1] + P[3 * i + 2] * A[3 * j + 2]) / J;
@@ -408,7 +411,7 @@ static void energy_and_mean_stress_are_those_of_the_forces(void)
     for (int e = b == 3 ? 2 : 0; e < ELEMENTS; e++) {
       seen s = {0};
       see(bodies[b], elements[e], bent, &s);
-      CHECK_NEAR(at(0, "all.energy [J]"), s.energy - s.rest_energy, 1e-9 * s.energy);
+      CHECK_NEAR(at(0, "all.energy [J]"), s.energy - s.rest_energy, 1e-7);
       for (int k = 0; k < 6; k++) {
         double total = 0;
         char name[64];
