@@ -14,8 +14,8 @@
 #include "shared/runner.h"
 #include "shared/table.h"
 
-static const char details[] = "Writes into DIR: history.csv (a row per step), frames/frames.pvd "
-                              "(for ParaView), state.txt (the last\n"
+static const char details[] = "Writes into DIR: history.csv (a row per step), probes.csv (the "
+                              "same of output.probes),\nframes/frames.pvd (for ParaView), state.txt (the last\n"
                               "state, to go on from with --start-state), result.json (status, "
                               "figures, provenance) and scene.yaml (every\n"
                               "value in force; running it gives the same result). Results of an "

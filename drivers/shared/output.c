@@ -15,6 +15,7 @@ static const struct {
   const char *name, *begin;
 } written[] = {{"scene.yaml", "# Every key in force"},
                {"history.csv", "t,step,h,newton"},
+               {"probes.csv", "t [s],"},
                {"state.txt", "# t "},
                {"result.json", "{\n  \"status\""}};
 enum { WRITTEN = sizeof written / sizeof *written };

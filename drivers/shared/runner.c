@@ -26,6 +26,7 @@ typedef struct runner {
   const flesh_runner_options *options;
   char *path; /* room for out/name */
   flesh_history *history;
+  flesh_probes *probes; /* NULL without any */
   flesh_frames *frames;
   flesh_surface *surface; /* of the skin, with the next two; NULL without one */
   flesh_skin *skin;
@@ -176,6 +177,18 @@ static int probe(const char *path)
   return status;
 }
 
+/* An older run's would not belong to this one. */
+static int open_probes(runner *r)
+{
+  int count;
+  const flesh_probe *probes = flesh_scene_probes(r->scene, &count);
+  unlink(in_out(r, "probes.csv"));
+  return !count ? FLESH_OK
+                : flesh_probes_create(in_out(r, "probes.csv"), flesh_scene_body(r->scene),
+                                      flesh_scene_system(r->scene), flesh_scene_times(r->scene)->method, count, probes,
+                                      &r->probes);
+}
+
 /* Everything that can fail for want of a writable place fails here, before any solve. */
 static int open_outputs(runner *r, flesh_figures *figures)
 {
@@ -202,6 +215,7 @@ static int open_outputs(runner *r, flesh_figures *figures)
   if (!status)
     status =
         flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
+  if (!status) status = open_probes(r);
   if (status) return status;
   int every = flesh_scene_outputs(r->scene)->frame_interval;
   if (options->no_frames || every < 1) drop_frames(r);
@@ -251,6 +265,7 @@ static int list_observers(runner *r, flesh_figures *figures, flesh_observer obse
   observers[count++] = (flesh_observer){note_step, r};
   observers[count++] = (flesh_observer){flesh_rest_trace_observe, &r->trace};
   if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
+  if (r->probes) observers[count++] = (flesh_observer){flesh_probes_observe, r->probes};
   if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
   if (r->skin_frames)
     observers[count++] = (flesh_observer){flesh_skin_frames_observe, r->skin_frames};
@@ -365,11 +380,13 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   if (!status) status = simulate(&r, figures, outcome);
   note(outcome, status);
   /* Each of these is written even when another could not be. */
-  int kept[4] = {FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK};
+  int kept[5] = {FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK};
   if (prepared) kept[0] = keep_state(&r);
   if (kept[0] && !outcome->status) note(outcome, kept[0]);
   kept[1] = flesh_history_close(&r.history);
   if (kept[1] && !outcome->status) note(outcome, kept[1]);
+  kept[4] = flesh_probes_close(&r.probes);
+  if (kept[4] && !outcome->status) note(outcome, kept[4]);
   flesh_frames_close(&r.frames);
   kept[3] = flesh_skin_frames_close(&r.skin_frames);
   if (kept[3] && !outcome->status) note(outcome, kept[3]);

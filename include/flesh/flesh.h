@@ -15,6 +15,7 @@
 #include "flesh/motion.h"
 #include "flesh/observer.h"
 #include "flesh/obstacle.h"
+#include "flesh/probe.h"
 #include "flesh/scene.h"
 #include "flesh/skin.h"
 #include "flesh/solver.h"

@@ -6,7 +6,7 @@
 #ifndef FLESH_SCENE_H
 #define FLESH_SCENE_H
 
-#include "flesh/integrator.h"
+#include "flesh/probe.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -88,6 +88,10 @@ typedef struct flesh_scene_output {
 } flesh_scene_output;
 /* Owned by the scene. */
 FLESH_API const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene);
+
+/* Its probes [*count], prepared, for flesh_probes_create; NULL and 0 where it has none. Owned by the
+ * scene. Cannot fail. */
+FLESH_API const flesh_probe *flesh_scene_probes(const flesh_scene *scene, int *count);
 
 /* Which way is up in pictures of the scene, a unit vector, and why. */
 typedef enum flesh_up_origin {

@@ -1,38 +1,20 @@
 /* history.c: a CSV file with a row per step. */
 #include "flesh/observer.h"
 
-#include <errno.h>
-#include <stdio_ext.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "base/error.h"
 #include "base/file.h"
 #include "effect/effect.h"
+#include "output/rows.h"
 
 struct flesh_history {
   int reports;     /* columns of what effects report */
   double *values;  /* [reports] */
   double *zeros;   /* [3*n] accelerations, where there are any reports */
-  FILE *stream;
-  char *path;
-  long whole; /* bytes up to the end of the last complete row */
+  flesh_rows rows;
 };
-
-static int written(flesh_history *history)
-{
-  errno = 0;
-  if (!fflush(history->stream) && !ferror(history->stream)) {
-    history->whole = ftell(history->stream);
-    return FLESH_OK;
-  }
-  int reason = errno;
-  __fpurge(history->stream); /* closing must not try again */
-  if (ftruncate(fileno(history->stream), history->whole)) errno = 0; /* half a row may stay */
-  return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", history->path,
-                    reason ? strerror(reason) : "the disk may be full");
-}
 
 /* energy_spring, energy_spring_2, ... or spring_<column>, spring_2_<column> */
 static void print_name(FILE *stream, const flesh_system *system, int index, const char *prefix,
@@ -60,10 +42,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
   *result = NULL;
   FLESH_NEED({path, "path"}, {system, "system"});
   flesh_history *history = calloc(1, sizeof *history);
-  if (!history || !(history->path = strdup(path))) {
-    free(history);
-    return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  }
+  if (!history) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   for (int e = 0; e < flesh_system_effect_count(system); e++)
     for (const char *const *name = report_names(system, e); *name; name++) history->reports++;
   if (history->reports) {
@@ -74,31 +53,26 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
       return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
     }
   }
-  /* A fresh file: an older one may be open in someone's viewer, and links are not written through.
-   */
-  unlink(path);
-  history->stream = fopen(path, "w");
-  if (!history->stream) {
-    int status = flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
-                            strerror(errno));
+  int status = flesh_rows_open(path, &history->rows);
+  if (status) {
     flesh_history_close(&history);
     return status;
   }
   fputs("t,step,h,newton,linear,assemblies,projections,backtracks,residual,residual_target,",
-        history->stream);
+        history->rows.stream);
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     if (!flesh_system_effect(system, e)->operations->energy) continue;
-    print_name(history->stream, system, e, "energy_", ",");
+    print_name(history->rows.stream, system, e, "energy_", ",");
   }
-  fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted", history->stream);
+  fputs("energy_total,volume,volume_ratio,min_J,min_J_tet,inverted", history->rows.stream);
   for (int e = 0; e < flesh_system_effect_count(system); e++)
     for (const char *const *name = report_names(system, e); *name; name++) {
-      putc(',', history->stream);
-      print_name(history->stream, system, e, "", "_");
-      fputs(*name, history->stream);
+      putc(',', history->rows.stream);
+      print_name(history->rows.stream, system, e, "", "_");
+      fputs(*name, history->rows.stream);
     }
-  putc('\n', history->stream);
-  int status = written(history);
+  putc('\n', history->rows.stream);
+  status = flesh_rows_flush(&history->rows);
   if (status) flesh_history_close(&history);
   *result = history;
   return status;
@@ -107,12 +81,7 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
 int flesh_history_close(flesh_history **history)
 {
   if (!history || !*history) return FLESH_OK;
-  int status = FLESH_OK;
-  if ((*history)->stream) {
-    status = written(*history);
-    fclose((*history)->stream);
-  }
-  free((*history)->path);
+  int status = flesh_rows_close(&(*history)->rows);
   free((*history)->values);
   free((*history)->zeros);
   free(*history);
@@ -138,8 +107,8 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
     if (!flesh_effect_figures_of(effect)->report_names) continue;
     flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (const char *const *name = report_names(record->system, e); *name; name++) {
-      putc(',', history->stream);
-      flesh_number_print(history->stream, *values++);
+      putc(',', history->rows.stream);
+      flesh_number_print(history->rows.stream, *values++);
     }
   }
 }
@@ -148,7 +117,7 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
 {
   FLESH_NEED({data, "history"}, {record, "record"});
   flesh_history *history = data;
-  FILE *stream = history->stream;
+  FILE *stream = history->rows.stream;
   const flesh_solve_stats *stats = record->stats;
   put(stream, record->state->t);
   fprintf(stream, "%d,", record->step);
@@ -171,5 +140,5 @@ int flesh_history_observe(void *data, const flesh_step_record *record)
   fprintf(stream, "%d,%d", record->min_J_tet, record->inverted);
   if (history->reports) put_reports(history, record);
   putc('\n', stream);
-  return written(history);
+  return flesh_rows_flush(&history->rows);
 }

@@ -5,7 +5,7 @@
 
 static const char *const skin_formats[] = {"obj", "pc2", "vtu", NULL}; /* bits FLESH_SKIN_OBJ... */
 
-#define AT(member) .offset = offsetof(flesh_scene_output, member) - offsetof(flesh_scene_output, skin)
+#define AT(member) .offset = offsetof(flesh_output_keys, given.member) - offsetof(flesh_output_keys, given.skin)
 static const flesh_key skin_table[] = {
     {.name = "surface",
      .type = FLESH_KEY_PATH,
@@ -19,6 +19,29 @@ static const flesh_key skin_table[] = {
      .default_value = "[obj]",
      .doc = "obj: a file per frame; pc2: one point cache, as Blender's Mesh Cache reads it; vtu: a file "
             "per frame and an index for ParaView"},
+    {.name = NULL},
+};
+#undef AT
+
+/* In the order of flesh_probe_quantity's bits. */
+static const char *const quantities[] = {"position", "velocity", "reaction", "J",
+                                         "stretch",  "stress",   "energy",   "contact_force", NULL};
+
+#define AT(member) .offset = offsetof(flesh_scene_probe, member)
+static const flesh_key probe_table[] = {
+    {.name = "name", .type = FLESH_KEY_TEXT, AT(name),
+     .doc = "what its columns begin with: a letter, then letters, digits, _ and -"},
+    {.name = "point", .type = FLESH_KEY_VECTOR, AT(point), .unit = "m", .default_value = "",
+     .doc = "a point of the body at rest, instead of nodes; interpolated in the tet that holds it"},
+    FLESH_SELECTION_KEYS(flesh_scene_probe, selection),
+    {.name = "about", .type = FLESH_KEY_VECTOR, AT(about), .unit = "m", .default_value = "",
+     .doc = "what moments are about; the mean of the nodes' rest positions by default"},
+    {.name = "quantities", .type = FLESH_KEY_SET, AT(quantities), .choices = quantities,
+     .default_value = "[position]",
+     .doc = "position, velocity: of the point, or the nodes' mean; reaction: force and moment of the pins and "
+            "prescribed motions on the nodes; J, stretch (principal ones, descending), stress (Cauchy, of elasticity), "
+            "energy (of strain, from rest): at the point, or of the tets all of whose nodes are chosen, the energy as a "
+            "sum and the others as means; contact_force: force and moment of contact on the nodes"},
     {.name = NULL},
 };
 #undef AT
@@ -68,27 +91,34 @@ static const flesh_key camera_table[] = {
 const flesh_key flesh_output_table[] = {
     {.name = "frame_interval",
      .type = FLESH_KEY_INTEGER,
-     .offset = offsetof(flesh_scene_output, frame_interval),
+     .offset = offsetof(flesh_output_keys, given.frame_interval),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "1",
      .doc = "steps between written frames; 0: no frames"},
     {.name = "seed",
      .type = FLESH_KEY_INTEGER,
-     .offset = offsetof(flesh_scene_output, seed),
+     .offset = offsetof(flesh_output_keys, given.seed),
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "0",
      .doc = "of everything random in a run"},
     {.name = "skin",
      .type = FLESH_KEY_OBJECT,
-     .offset = offsetof(flesh_scene_output, skin),
+     .offset = offsetof(flesh_output_keys, given.skin),
      .default_value = "",
      .children = skin_table,
      .doc = "a fine surface that follows the body, written into skin/ with every frame"},
     {.name = "camera",
      .type = FLESH_KEY_OBJECT,
-     .offset = offsetof(flesh_scene_output, camera),
+     .offset = offsetof(flesh_output_keys, given.camera),
      .default_value = "{}",
      .children = camera_table,
      .doc = "from where `flesh snap` and `flesh film` see the scene"},
+    {.name = "probes",
+     .type = FLESH_KEY_OBJECTS,
+     .offset = offsetof(flesh_output_keys, probes),
+     .default_value = "",
+     .children = probe_table,
+     .child_size = sizeof(flesh_scene_probe),
+     .doc = "places of which probes.csv has a row per step, with a column for each component of a quantity"},
     {.name = NULL},
 };

@@ -185,16 +185,16 @@ static int check_output(flesh_scene *scene)
 {
   const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
-  const flesh_camera *camera = &scene->keys.output.camera;
+  const flesh_camera *camera = &scene->keys.output.given.camera;
   if (fabs(camera->elevation) > 90 || camera->field_of_view >= 120)
     return flesh_node_fail(place, "%s.camera: the elevation is %g and the field of view %g degrees; "
                                   "they must be -90 to 90 and 0 to less than 120",
                            output->name, camera->elevation, camera->field_of_view);
   if (fabs(camera->up[0]) + fabs(camera->up[1]) + fabs(camera->up[2]) == 0)
     return flesh_node_fail(place, "%s.camera.up is zero; it must be a direction, such as [0, 1, 0]", output->name);
-  if (!scene->keys.output.skin.surface) return FLESH_OK;
-  int status = flesh_scene_make_absolute(scene, &scene->keys.output.skin.surface);
-  if (!status) status = flesh_regular_check(scene->keys.output.skin.surface);
+  if (!scene->keys.output.given.skin.surface) return FLESH_OK;
+  int status = flesh_scene_make_absolute(scene, &scene->keys.output.given.skin.surface);
+  if (!status) status = flesh_regular_check(scene->keys.output.given.skin.surface);
   return status ? flesh_node_fail_within(status, place, "%s.skin.surface: ", output->name)
                 : FLESH_OK;
 }
@@ -227,6 +227,7 @@ static int read_scene(flesh_scene *scene, int count, const char *const *override
   if (!status) status = settle_time(scene);
   if (!status) status = read_start(scene);
   if (!status) status = check_output(scene);
+  if (!status) status = flesh_scene_make_probes(scene);
   return status;
 }
 
@@ -299,7 +300,7 @@ int flesh_scene_material_count(const flesh_scene *scene) { return scene->materia
 const flesh_scene_time *flesh_scene_times(const flesh_scene *scene) { return &scene->time; }
 const flesh_scene_output *flesh_scene_outputs(const flesh_scene *scene)
 {
-  return &scene->keys.output;
+  return &scene->keys.output.given;
 }
 
 void flesh_scene_start(const flesh_scene *scene, flesh_state *state)

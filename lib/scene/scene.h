@@ -21,6 +21,8 @@ struct flesh_scene {
   flesh_body body;
   flesh_system *system;
   flesh_scene_time time;
+  int probe_count;
+  flesh_probe *probes;
   flesh_state start; /* arrays [3*n] in the arena */
 };
 
@@ -53,6 +55,8 @@ int flesh_scene_read_state(const flesh_scene *scene, flesh_state *state);
 int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int *tet_material);
 /* Their velocities at the start, v [3*nodes]. */
 void flesh_scene_start_bodies(const flesh_scene *scene, double *v);
+/* Chooses the nodes of keys.output.probes and checks them; needs the system. */
+int flesh_scene_make_probes(flesh_scene *scene);
 /* Makes a path absolute. */
 int flesh_scene_make_absolute(flesh_scene *scene, char **path);
 /* Densities and materials of the tets from keys.body; needs the mesh. */

@@ -4,6 +4,7 @@
 
 #include "base/key.h"
 #include "flesh/scene.h"
+#include "scene/selection.h"
 
 typedef struct flesh_scene_material {
   int energy, constants; /* flesh_energy, flesh_constants; -1: not given */
@@ -35,6 +36,19 @@ typedef struct flesh_scene_other {
   flesh_scene_material material;
 } flesh_scene_other;
 
+/* A place of which a run writes what happens there. */
+typedef struct flesh_scene_probe {
+  char *name;
+  double point[3], about[3]; /* NaN: none */
+  flesh_selection selection;
+  unsigned quantities; /* bits of flesh_probe_quantity */
+} flesh_scene_probe;
+
+typedef struct flesh_output_keys {
+  flesh_scene_output given;
+  flesh_objects probes; /* of flesh_scene_probe */
+} flesh_output_keys;
+
 typedef struct flesh_scene_keys {
   char *title;
   struct {
@@ -60,13 +74,13 @@ typedef struct flesh_scene_keys {
     double velocity[3];
   } start;
   flesh_solver_options solver;
-  flesh_scene_output output;
+  flesh_output_keys output;
 } flesh_scene_keys;
 
 extern const flesh_key flesh_curved_table[];   /* into flesh_scene_curved */
 extern const flesh_key flesh_scene_table[];    /* into flesh_scene_keys */
 extern const flesh_key flesh_material_table[]; /* into flesh_scene_material */
 extern const flesh_key flesh_solver_table[];   /* into flesh_solver_options */
-extern const flesh_key flesh_output_table[];   /* into flesh_scene_output */
+extern const flesh_key flesh_output_table[];   /* into flesh_output_keys */
 
 #endif

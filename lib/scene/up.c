@@ -18,7 +18,7 @@ flesh_up_origin flesh_scene_up(const flesh_scene *scene, double up[3])
 {
   double against[3] = {0, 0, 0};
   const flesh_system *system = flesh_scene_system(scene);
-  if (direction(scene->keys.output.camera.up, up)) return FLESH_UP_GIVEN;
+  if (direction(scene->keys.output.given.camera.up, up)) return FLESH_UP_GIVEN;
   for (int e = 0; e < flesh_system_effect_count(system); e++) {
     const double *acceleration = flesh_effect_acceleration(flesh_system_effect(system, e));
     for (int d = 0; acceleration && d < 3; d++) against[d] -= acceleration[d];

@@ -43,6 +43,20 @@ a_good_run_writes_everything() {
   ! find . -name '*.part-*' | grep .
 }
 
+probes_stand_beside_the_history() {
+  [ ! -e out/bar/probes.csv ] || return 1 # of a scene without
+  expect 0 "$flesh" run bar.yaml --out probed --no-frames --quiet \
+    --set 'output.probes[0]={name: tip, point: [2, 0.5, 0.5]}' \
+    --set 'output.probes[1]={name: clamp, box: [[-1, -1, -1], [1e-9, 2, 2]], quantities: [reaction]}' || return 1
+  [ "$(lines probed/probes.csv)" -eq 32 ] && cmp out/bar/state.txt probed/state.txt || return 1
+  has probed/probes.csv '^t \[s\],tip.position_x \[m\],tip.position_y \[m\],tip.position_z \[m\],clamp.reaction_x \[N' ||
+    return 1
+  awk -F , 'NF != 10 { exit 1 }' probed/probes.csv || return 1
+  expect 0 "$flesh" run probed/scene.yaml --out repeated --no-frames --quiet || return 1
+  cmp probed/probes.csv repeated/probes.csv || return 1
+  expect 0 "$flesh" run bar.yaml --out repeated --no-frames --quiet && [ ! -e repeated/probes.csv ]
+}
+
 vtk_reads_the_frames() {
   /usr/bin/python3 -c 'import vtkmodules.vtkIOXML' || { echo skipped; return 0; }
   /usr/bin/python3 "$source_folder/shared/check_vtu.py" out/bar/frames/frames.pvd
@@ -306,6 +320,7 @@ full_output_is_noticed() {
 }
 
 tests='a_good_run_writes_everything
+probes_stand_beside_the_history
 vtk_reads_the_frames
 the_resolved_scene_repeats_the_run
 threads_change_no_bit

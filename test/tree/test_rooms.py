@@ -19,7 +19,7 @@ PUBLIC = {
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "body": "element",
     "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
-    "ode": "sundials", "integrator": "time", "observer": "time", "scene": "scene", "flesh": "scene",
+    "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }
 
 

@@ -15,7 +15,7 @@ and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in 
     System, State, Point, Shift         their sum: residual, Jacobian (scipy.sparse), potential
     Scene                               all of it from YAML, a file or a dict
     Integrator, equilibrium             steps and statics
-    run, steps, History, Frames         a run as a loop or as an iterator, and what it writes
+    run, steps, History, Probes, Frames a run as a loop or as an iterator, and what it writes
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """

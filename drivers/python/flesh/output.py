@@ -1,20 +1,21 @@
 """output.py: runs, as a loop with observers or as an iterator, and the files that a run writes."""
 import threading
-from typing import Callable, Iterable, Iterator, NamedTuple, Optional
+from typing import Callable, Iterable, Iterator, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from . import _callbacks
-from ._arrays import view
+from ._arrays import Flags, view
 from ._callbacks import call, create
 from ._library import ffi, lib, path_bytes
+from .body import Body
 from .integrator import Integrator
 from .mesh import Mesh
-from .options import SolveStats
+from .options import METHOD_NAMES, SolveStats
 from .surface import Skin, Surface
 from .system import State, System
 
-__all__ = ["StepRecord", "run", "steps", "History", "Frames", "SkinFrames"]
+__all__ = ["StepRecord", "run", "steps", "History", "Probe", "Probes", "Frames", "SkinFrames"]
 
 
 class StepRecord(NamedTuple):
@@ -79,6 +80,45 @@ class History(_File):
     def __init__(self, path, system: System):
         self._keep = system
         self._open("flesh_history", lib.flesh_history_create, path_bytes(path), system._ready())
+
+
+_QUANTITIES = Flags("flesh_probe_quantity", "FLESH_PROBE_")
+_QUANTITIES.words = {"J" if word == "j" else word: bit for word, bit in _QUANTITIES.words.items()}
+
+
+class Probe(NamedTuple):
+    """A place of which a run writes what happens there: a point of the body at rest, or nodes."""
+    name: str
+    quantities: Sequence[str]  # of position, velocity, reaction, J, stretch, stress, energy, contact_force
+    point: Optional[Sequence[float]] = None  # [3] m, at rest
+    nodes: Sequence[int] = ()  # where there is no point
+    about: Optional[Sequence[float]] = None  # [3] m, what moments are about; by default the nodes' mean at rest
+
+    @classmethod
+    def _of(cls, row):
+        def place(numbers):
+            return None if numbers[0] != numbers[0] else tuple(numbers)
+        return cls(ffi.string(row.name).decode(), _QUANTITIES.word(row.quantities), place(row.point),
+                   tuple(row.nodes[k] for k in range(row.node_count)), place(row.about))
+
+
+class Probes(_File):
+    """probes.csv: a header and a row per step. `method` is the run's. ArgumentError for a point outside the body, and
+    for quantities that a place has not."""
+    _close, _observe = lib.flesh_probes_close, lib.flesh_probes_observe
+
+    def __init__(self, path, body: Body, system: System, method: str, probes: Sequence[Probe]):
+        self._keep = (body, system)
+        rows, kept = ffi.new("flesh_probe[]", max(1, len(probes))), []
+        for row, probe in zip(rows, probes):
+            kept += [ffi.new("char[]", probe.name.encode()), ffi.new("int[]", [int(node) for node in probe.nodes])]
+            row.name, row.nodes, row.node_count = kept[-2], kept[-1], len(probe.nodes)
+            row.quantities = _QUANTITIES.value(probe.quantities, "quantities")
+            row.point = [float("nan")] * 3 if probe.point is None else [float(x) for x in probe.point]
+            row.about = [float("nan")] * 3 if probe.about is None else [float(x) for x in probe.about]
+            call(lib.flesh_probe_prepare, ffi.addressof(row), body._struct, system._ready())
+        self._open("flesh_probes", lib.flesh_probes_create, path_bytes(path), body._struct, system._ready(),
+                   METHOD_NAMES.value(method, "method"), len(probes), rows)
 
 
 class Frames(_File):

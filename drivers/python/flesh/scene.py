@@ -15,7 +15,7 @@ from .integrator import Integrator
 from .material import Material
 from .mesh import Mesh
 from .options import METHOD_NAMES, AdaptiveOptions, MethodOptions, SolverOptions
-from .output import StepRecord, run, steps
+from .output import Probe, StepRecord, run, steps
 from .system import State, System
 
 __all__ = ["Scene", "SceneTime", "SceneOutput", "Camera", "Up", "schema"]
@@ -175,6 +175,13 @@ class Scene:
         return SceneOutput(given.frame_interval, given.seed, text(given.skin.surface),
                            [name for name, bit in _SKIN_FORMATS.items() if given.skin.formats & bit],
                            Camera(ffi.addressof(given, "camera")))
+
+    @property
+    def probes(self) -> List[Probe]:
+        """Its output.probes, for Probes."""
+        count = ffi.new("int *")
+        rows = lib.flesh_scene_probes(self._pointer, count)
+        return [Probe._of(rows[k]) for k in range(count[0])]
 
     @property
     def up(self) -> Up:

@@ -49,14 +49,21 @@ def test_a_dict_text_and_a_file_are_the_same_scene(folder):
 
 @pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
 def test_it_ends_as_the_programs_run_does(folder):
-    scene = flesh.Scene(BAR, {"time.method": "bdf2", "output.frame_interval": 3}, folder)
+    scene = flesh.Scene(BAR, {"time.method": "bdf2", "output.frame_interval": 3,
+                              "output.probes": [
+                                  {"name": "tip", "point": [1, 0.1, 0.1], "quantities": ["position", "J"]},
+                                  {"name": "two", "nodes": [0, 1], "quantities": ["reaction"]}]}, folder)
+    probes = scene.probes
+    assert probes[0].quantities == ("position", "J") and probes[0].point == (1, 0.1, 0.1) and probes[1].nodes == (0, 1)
     scene.write(folder / "resolved.yaml")
     with flesh.History(folder / "history.csv", scene.system) as history, \
-            flesh.Frames(folder / "frames", scene.mesh, 3) as frames:
-        end = scene.run([history, frames])
+            flesh.Frames(folder / "frames", scene.mesh, 3) as frames, \
+            flesh.Probes(folder / "probes.csv", scene.body, scene.system, scene.time.method, probes) as written:
+        end = scene.run([history, frames, written])
     result = flesh.run_scene(folder / "resolved.yaml", folder / "out")
     assert result.result["status"] == "complete" and result.scene.time.method == "bdf2"
     assert np.array_equal(result.state.x, end.x) and np.array_equal(result.state.v, end.v)
+    assert (folder / "probes.csv").read_text() == (folder / "out" / "probes.csv").read_text()
     assert (folder / "history.csv").read_text() == (folder / "out" / "history.csv").read_text()
     names = sorted(os.listdir(folder / "frames"))
     assert names == sorted(os.listdir(folder / "out" / "frames")) and len(result.frames) == 3

@@ -1,0 +1,82 @@
+/* probe.h: what a run writes of chosen places: probes.csv. What returns no status cannot fail. */
+#ifndef FLESH_PROBE_H
+#define FLESH_PROBE_H
+
+#include "flesh/observer.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Of a point, in the tet that holds it at rest; of nodes as follows. Their tets are those all of whose
+ * nodes are chosen.
+ *
+ *   position       [m] mean over the nodes
+ *   velocity       [m/s] mean over the nodes
+ *   reaction       force [N] on the body, of the pins and prescribed motions that hold some of the
+ *                  nodes, and its moment [N m]
+ *   J              det F; of nodes the volume of their tets over that at rest
+ *   stretch        singular values of F, descending, the last with the sign of J; of nodes their mean
+ *                  over the tets' rest volume
+ *   stress         Cauchy stress [Pa] of the elastic energy: P F^T / J; of nodes its mean over the
+ *                  tets' volume
+ *   energy         strain energy from rest: of a point its density per rest volume [J/m^3], of nodes
+ *                  that of their tets [J]
+ *   contact_force  force [N] on the nodes, of all effects of FLESH_ROLE_CONTACT, and its moment [N m]
+ *
+ * Integrals over a tet are those of its element. A value that does not exist (the stress of a form
+ * that needs J > 0 at J <= 0) is NaN.
+ *
+ * The reaction is what is left of the balance of all effects at the state, r = sum of r_e(t, x, v, a),
+ * on the constrained dofs: v is the state's, a on constrained dofs the prescribed one, on free ones
+ * that of the balance r = 0. In statics v and a are 0. Nothing is lagged or frozen: with friction or
+ * viscosity it differs from what a step of finite length balances by the error of the step. */
+typedef enum flesh_probe_quantity {
+  FLESH_PROBE_POSITION = 1,
+  FLESH_PROBE_VELOCITY = 2,
+  FLESH_PROBE_REACTION = 4,
+  FLESH_PROBE_J = 8,
+  FLESH_PROBE_STRETCH = 16,
+  FLESH_PROBE_STRESS = 32,
+  FLESH_PROBE_ENERGY = 64,
+  FLESH_PROBE_CONTACT_FORCE = 128
+} flesh_probe_quantity;
+
+/* A place and what is written of it; all pointers are borrowed. */
+typedef struct flesh_probe {
+  const char *name;    /* a letter, then letters, digits, _ and - */
+  unsigned quantities; /* flesh_probe_quantity, or'ed; not 0 */
+  double point[3];     /* m, at rest; NaN: nodes */
+  int node_count;
+  const int *nodes; /* [node_count], each once; not read for a point */
+  double about[3];  /* m, what moments are about; NaN: the mean of the nodes' rest positions */
+  /* Found by flesh_probe_prepare: of a point its tet, else -1, and its barycentric coordinates for the
+   * corners that flesh_mesh_tets has; of a curved tet those of the straight one that it is the image of. */
+  int tet;
+  double weights[4];
+} flesh_probe;
+
+/* Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a bad
+ * name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the distance);
+ * forces of a point; quantities of tets where no tet has all its nodes chosen; stress or energy without
+ * a material; contact_force without contact. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_system *system);
+
+/* probes.csv: a header and a row per step, flushed as it is written, so that an interrupted run leaves
+ * a valid file. Columns: "t [s]", then "<name>.<quantity>_<component> [<unit>]" by probe; numbers read
+ * back exactly. */
+typedef struct flesh_probes flesh_probes;
+/* Opens the file for prepared probes [count], which are copied, with different names; borrows the rest.
+ * `method` is the run's. Returns new. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
+FLESH_API int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system,
+                                  flesh_method method, int count, const flesh_probe *probes,
+                                  flesh_probes **result);
+/* NULL-safe; sets *probes to NULL. FLESH_ERR_FILE when not all could be written. */
+FLESH_API int flesh_probes_close(flesh_probes **probes);
+/* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_FILE. */
+FLESH_API int flesh_probes_observe(void *probes, const flesh_step_record *record);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,157 @@
+/* node_forces.c: forces of constraints and of contact on every node.
+ *
+ * The sum of all effects, r(t, x, v, a), is 0 on free dofs; on constrained ones it is the force of what holds them. With
+ * a lumped mass r there does not depend on the accelerations of free dofs. With a consistent one these are found from
+ * M a = -r, by conjugate gradients with M's diagonal, for which Wathen (1987) bounds the condition. */
+#include "output/node_forces.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "element/element.h"
+
+/* The diagonal of the consistent mass. */
+static void find_diagonal(const flesh_body *body, double *diagonal)
+{
+  const flesh_mesh *mesh = body->mesh;
+  for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
+    int nodes[10];
+    double masses[55];
+    if (flesh_mesh_order(mesh) == 1) {
+      const int *corners = flesh_mesh_tets(mesh) + 4 * (size_t)e;
+      for (int a = 0; a < 4; a++) diagonal[corners[a]] += body->density[e] * flesh_mesh_tet_volumes(mesh)[e] / 10;
+      continue;
+    }
+    flesh_tet10_nodes(mesh, e, nodes);
+    flesh_tet10_masses(mesh, e, body->density[e], masses);
+    for (int a = 0, k = 0; a < 10; k += 10 - a++) diagonal[nodes[a]] += masses[k];
+  }
+}
+
+int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
+                           int wants_contact, flesh_node_forces *forces)
+{
+  const size_t n = (size_t)flesh_system_unknowns(system);
+  const int solves = wants_reaction && !is_static && body->mass == FLESH_MASS_CONSISTENT;
+  *forces = (flesh_node_forces){.body = body, .system = system, .is_static = is_static};
+  if (!wants_reaction && !wants_contact) return FLESH_OK;
+  int failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
+               !(forces->a = calloc(n, sizeof(double))) || !(forces->zeros = calloc(n, sizeof(double)));
+  if (wants_reaction) failed |= !(forces->reaction = calloc(n, sizeof(double)));
+  if (wants_contact) failed |= !(forces->contact = calloc(n, sizeof(double)));
+  if (solves)
+    failed |= !(forces->diagonal = calloc(n / 3, sizeof(double))) ||
+              !(forces->direction = calloc(n, sizeof(double))) || !(forces->product = calloc(n, sizeof(double))) ||
+              !(forces->residual = calloc(n, sizeof(double)));
+  if (failed) {
+    flesh_node_forces_clear(forces);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the forces on %zu nodes", n / 3);
+  }
+  if (solves) find_diagonal(body, forces->diagonal);
+  return FLESH_OK;
+}
+
+void flesh_node_forces_clear(flesh_node_forces *forces)
+{
+  free(forces->reaction);
+  free(forces->contact);
+  free(forces->constrained);
+  free(forces->v);
+  free(forces->a);
+  free(forces->zeros);
+  free(forces->diagonal);
+  free(forces->direction);
+  free(forces->product);
+  free(forces->residual);
+  *forces = (flesh_node_forces){0};
+}
+
+/* With every pointer set, as effects want it. */
+static flesh_point point_of(const flesh_node_forces *f, const flesh_state *state, const double *a)
+{
+  const double *v = f->is_static ? f->zeros : state->v;
+  return (flesh_point){.t = state->t, .load = 1, .x = state->x, .v = v, .a = a, .x_lag = state->x, .v_lag = v,
+                       .t_lag = state->t, .x_frozen = state->x, .v_frozen = v, .multipliers = state->multipliers};
+}
+
+/* y = the sum of the residuals of a role's effects; their first status that is not FLESH_OK. */
+static int sum_role(const flesh_node_forces *f, flesh_role role, const flesh_point *point, double *y)
+{
+  int status = FLESH_OK;
+  memset(y, 0, (size_t)flesh_system_unknowns(f->system) * sizeof *y);
+  for (int e = 0; e < flesh_system_effect_count(f->system) && !status; e++) {
+    const flesh_effect *effect = flesh_system_effect(f->system, e);
+    if (effect->operations->role == role) status = effect->operations->residual(effect, point, y);
+  }
+  return status;
+}
+
+static double dot(int n, const double *x, const double *y)
+{
+  double sum = 0;
+  for (int d = 0; d < n; d++) sum += x[d] * y[d];
+  return sum;
+}
+
+/* f->residual over the diagonal: its product with f->residual; added to f->direction. */
+static double precondition(flesh_node_forces *f, int n, double keep)
+{
+  double sum = 0;
+  for (int d = 0; d < n; d++) {
+    const double z = f->constrained[d] ? 0 : f->residual[d] / f->diagonal[d / 3];
+    sum += z * f->residual[d];
+    f->direction[d] = z + keep * f->direction[d];
+  }
+  return sum;
+}
+
+/* Free components of f->a: r = 0. */
+static int balance(flesh_node_forces *f, const flesh_state *state, int n)
+{
+  flesh_point point = point_of(f, state, f->a);
+  int status = flesh_system_residual(f->system, &point, f->residual);
+  if (status) return status;
+  for (int d = 0; d < n; d++) f->residual[d] = f->constrained[d] ? 0 : -f->residual[d];
+  memset(f->direction, 0, (size_t)n * sizeof *f->direction);
+  double square = precondition(f, n, 0);
+  const double enough = 1e-28 * square;
+  point.a = f->direction;
+  for (int k = 0; k < 500 && square > enough; k++) {
+    if ((status = sum_role(f, FLESH_ROLE_INERTIA, &point, f->product))) return status;
+    for (int d = 0; d < n; d++)
+      if (f->constrained[d]) f->product[d] = 0;
+    const double step = square / dot(n, f->direction, f->product), before = square;
+    for (int d = 0; d < n; d++) f->a[d] += step * f->direction[d], f->residual[d] -= step * f->product[d];
+    square = 0;
+    for (int d = 0; d < n; d++)
+      if (!f->constrained[d]) square += f->residual[d] * f->residual[d] / f->diagonal[d / 3];
+    precondition(f, n, square / before);
+  }
+  return square > enough || isnan(square) ? FLESH_NONFINITE : FLESH_OK;
+}
+
+static int find_reaction(flesh_node_forces *f, const flesh_state *state, int n)
+{
+  memset(f->a, 0, (size_t)n * sizeof *f->a);
+  flesh_system_fixed(f->system, state->t, f->constrained);
+  if (!f->is_static) flesh_system_prescribe_velocity(f->system, state->t, f->v, f->a);
+  int status = f->diagonal ? balance(f, state, n) : FLESH_OK;
+  const flesh_point point = point_of(f, state, f->a);
+  if (!status) status = flesh_system_residual(f->system, &point, f->reaction);
+  for (int d = 0; d < n; d++)
+    if (!f->constrained[d]) f->reaction[d] = 0;
+  return status;
+}
+
+void flesh_node_forces_find(flesh_node_forces *f, const flesh_state *state)
+{
+  const int n = flesh_system_unknowns(f->system);
+  if (f->reaction && find_reaction(f, state, n))
+    for (int d = 0; d < n; d++) f->reaction[d] = NAN;
+  if (!f->contact) return;
+  const flesh_point point = point_of(f, state, f->zeros);
+  const int status = sum_role(f, FLESH_ROLE_CONTACT, &point, f->contact);
+  for (int d = 0; d < n; d++) f->contact[d] = status ? NAN : 0 - f->contact[d];
+}

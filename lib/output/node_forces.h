@@ -1,0 +1,30 @@
+/* node_forces.h: forces of constraints and of contact on every node, of an accepted step. */
+#ifndef FLESH_OUTPUT_NODE_FORCES_H
+#define FLESH_OUTPUT_NODE_FORCES_H
+
+#include <stdint.h>
+
+#include "flesh/observer.h"
+
+typedef struct flesh_node_forces {
+  double *reaction; /* [3*n] N on the body, 0 on free dofs; NULL: not wanted */
+  double *contact;  /* [3*n] N on the body; NULL: not wanted */
+  /* The rest is node_forces.c's own. */
+  const flesh_body *body;
+  const flesh_system *system;
+  int is_static;
+  uint8_t *constrained;                   /* [3*n] */
+  double *v, *a, *zeros;                  /* [3*n] */
+  double *diagonal;                       /* [n] of the consistent mass, kg; NULL: lumped, or statics */
+  double *direction, *product, *residual; /* [3*n], with diagonal only */
+} flesh_node_forces;
+
+/* Borrows body and system. FLESH_ERR_MEMORY; cleared then. */
+int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, int is_static, int wants_reaction,
+                           int wants_contact, flesh_node_forces *forces);
+void flesh_node_forces_clear(flesh_node_forces *forces);
+
+/* Finds what is wanted at the state; NaN where forces have no value there. */
+void flesh_node_forces_find(flesh_node_forces *forces, const flesh_state *state);
+
+#endif

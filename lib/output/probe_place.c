@@ -1,0 +1,115 @@
+/* probe_place.c: checks probes, and finds where they are. */
+#include "output/probe_place.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "mesh/pieces.h"
+#include "skin/locator.h"
+
+int flesh_probe_find_tets(const flesh_mesh *mesh, const flesh_probe *probe, int *count, int **tets)
+{
+  const int total = flesh_mesh_tet_count(mesh);
+  unsigned char *chosen = calloc((size_t)flesh_mesh_node_count(mesh) + 1, 1);
+  *tets = malloc(((size_t)total + 1) * sizeof **tets);
+  *count = 0;
+  if (!chosen || !*tets) {
+    free(chosen);
+    free(*tets);
+    *tets = NULL;
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the tets of a probe");
+  }
+  for (int k = 0; k < probe->node_count; k++) chosen[probe->nodes[k]] = 1;
+  for (int e = 0; e < total; e++) {
+    int nodes[10], all = 1;
+    const int size = flesh_mesh_tet_nodes(mesh, e, nodes);
+    for (int a = 0; a < size; a++) all &= chosen[nodes[a]];
+    if (all) (*tets)[(*count)++] = e;
+  }
+  free(chosen);
+  return FLESH_OK;
+}
+
+static int check_name(const char *name)
+{
+  int good = name && isalpha((unsigned char)*name);
+  for (const char *c = name; good && *c; c++) good = isalnum((unsigned char)*c) || *c == '_' || *c == '-';
+  if (good) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "name is '%s'; it must be a letter, then letters, digits, _ and -",
+                    name ? name : "");
+}
+
+/* The tet that holds the probe's point at rest. */
+static int locate(flesh_probe *probe, const flesh_mesh *mesh)
+{
+  flesh_locator *locator;
+  flesh_place place;
+  flesh_mesh_info info;
+  const double *p = probe->point;
+  double diagonal = 0;
+  int status = flesh_locator_create(mesh, &locator);
+  if (status) return status;
+  flesh_locator_find(locator, p, -1, &place);
+  flesh_locator_destroy(&locator);
+  flesh_mesh_inspect(mesh, &info);
+  for (int d = 0; d < 3; d++) diagonal += pow(info.high[d] - info.low[d], 2);
+  if (place.tet < 0)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "point is [%g, %g, %g], far outside the body; it must lie in it at rest", p[0],
+                      p[1], p[2]);
+  if (place.distance > 1e-6 * sqrt(diagonal))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "point is [%g, %g, %g], which no tet holds at rest; the nearest is %g m away, and the body reaches "
+                      "from [%g, %g, %g] to [%g, %g, %g]",
+                      p[0], p[1], p[2], place.distance, info.low[0], info.low[1], info.low[2], info.high[0],
+                      info.high[1], info.high[2]);
+  probe->tet = place.tet;
+  memcpy(probe->weights, place.weights, sizeof place.weights);
+  return FLESH_OK;
+}
+
+static int check_nodes(flesh_probe *probe, const flesh_body *body)
+{
+  const double *X = flesh_mesh_positions(body->mesh);
+  const int count = probe->node_count, total = flesh_mesh_node_count(body->mesh);
+  probe->tet = -1;
+  if (count < 1 || !probe->nodes) return flesh_fail(FLESH_ERR_ARGUMENT, "there is neither a point nor a node");
+  double mean[3] = {0, 0, 0};
+  for (int k = 0; k < count; k++) {
+    if (probe->nodes[k] < 0 || probe->nodes[k] >= total)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "nodes[%d] is %d; the mesh has the nodes 0 to %d", k, probe->nodes[k],
+                        total - 1);
+    for (int d = 0; d < 3; d++) mean[d] += X[3 * (size_t)probe->nodes[k] + (size_t)d] / count;
+  }
+  if (isnan(probe->about[0])) memcpy(probe->about, mean, sizeof mean);
+  if (!(probe->quantities & FLESH_PROBE_OF_TETS)) return FLESH_OK;
+  int tet_count, *tets, status = flesh_probe_find_tets(body->mesh, probe, &tet_count, &tets);
+  free(tets);
+  if (status || tet_count) return status;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "quantities has some of J, stretch, stress and energy, but no tet has all its nodes among the %d "
+                    "chosen; choose more, or a point",
+                    count);
+}
+
+int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_system *system)
+{
+  FLESH_NEED({probe, "probe"}, {body, "body"}, {system, "system"});
+  const unsigned asked = probe->quantities;
+  const int is_point = !isnan(probe->point[0]);
+  int status = check_name(probe->name);
+  if (status) return status;
+  if (!asked) return flesh_fail(FLESH_ERR_ARGUMENT, "quantities is empty; it must name at least one");
+  if (is_point && asked & (FLESH_PROBE_REACTION | FLESH_PROBE_CONTACT_FORCE))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "quantities has %s, which a point has not; choose nodes by box, sphere, nodes, regions or body",
+                      asked & FLESH_PROBE_REACTION ? "reaction" : "contact_force");
+  if (asked & (FLESH_PROBE_STRESS | FLESH_PROBE_ENERGY) && !body->materials)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has %s, but the body has no material",
+                      asked & FLESH_PROBE_STRESS ? "stress" : "energy");
+  if (asked & FLESH_PROBE_CONTACT_FORCE && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has contact_force, but nothing touches the body; add contact");
+  return is_point ? locate(probe, body->mesh) : check_nodes(probe, body);
+}

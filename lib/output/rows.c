@@ -1,0 +1,50 @@
+/* rows.c: a file that grows by whole rows. */
+#include "output/rows.h"
+
+#include <errno.h>
+#include <stdio_ext.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+
+int flesh_rows_flush(flesh_rows *rows)
+{
+  errno = 0;
+  if (!fflush(rows->stream) && !ferror(rows->stream)) {
+    rows->whole = ftell(rows->stream);
+    return FLESH_OK;
+  }
+  int reason = errno;
+  __fpurge(rows->stream); /* closing must not try again */
+  if (ftruncate(fileno(rows->stream), rows->whole)) errno = 0; /* half a row may stay */
+  return flesh_fail(FLESH_ERR_FILE, "%s: could not be written completely: %s", rows->path,
+                    reason ? strerror(reason) : "the disk may be full");
+}
+
+int flesh_rows_open(const char *path, flesh_rows *rows)
+{
+  *rows = (flesh_rows){.path = strdup(path)};
+  if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  /* A fresh file: an older one may be open in someone's viewer, and links are not written through. */
+  unlink(path);
+  rows->stream = fopen(path, "w");
+  if (rows->stream) return FLESH_OK;
+  int status = flesh_fail(errno == ENOMEM ? FLESH_ERR_MEMORY : FLESH_ERR_FILE, "%s: cannot be written: %s", path,
+                          strerror(errno));
+  flesh_rows_close(rows);
+  return status;
+}
+
+int flesh_rows_close(flesh_rows *rows)
+{
+  int status = FLESH_OK;
+  if (rows->stream) {
+    status = flesh_rows_flush(rows);
+    fclose(rows->stream);
+  }
+  free(rows->path);
+  *rows = (flesh_rows){0};
+  return status;
+}

@@ -1,0 +1,126 @@
+/* tet_stress.c: strain, stress and energy at points of a body's tets, as its elements have them. */
+#include "output/tet_stress.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "element/element.h"
+#include "element/tet10.h"
+#include "flesh/material.h"
+#include "math/mat3.h"
+#include "output/tet_shape.h"
+
+static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+/* How many materials the body's tets have. */
+static int count_materials(const flesh_body *body)
+{
+  int count = 1;
+  for (int e = 0; body->tet_material && e < flesh_mesh_tet_count(body->mesh); e++)
+    if (body->tet_material[e] >= count) count = body->tet_material[e] + 1;
+  return count;
+}
+
+int flesh_tet_stress_open(const flesh_body *body, flesh_tet_stress *stress)
+{
+  *stress = (flesh_tet_stress){.body = body};
+  if (!body->materials) return FLESH_OK;
+  const int count = count_materials(body);
+  flesh_element element;
+  int status = flesh_body_find_element(body, &element);
+  if (status) return status;
+  stress->shares = calloc((size_t)count, sizeof *stress->shares);
+  stress->rest_energies = calloc((size_t)count, sizeof *stress->rest_energies);
+  if (!stress->shares || !stress->rest_energies)
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the stress of %d materials", count);
+  for (int m = 0; m < count && !status; m++) {
+    if (flesh_body_element_of(body, element, m) == FLESH_ELEMENT_TET10_MEAN)
+      status = flesh_volume_share_of(&body->materials[m], &stress->shares[m]);
+    if (!status && flesh_material_energy(&body->materials[m], identity, &stress->rest_energies[m]))
+      stress->rest_energies[m] = 0;
+  }
+  if (status) flesh_tet_stress_clear(stress);
+  return status;
+}
+
+void flesh_tet_stress_clear(flesh_tet_stress *stress)
+{
+  free(stress->shares);
+  free(stress->rest_energies);
+  *stress = (flesh_tet_stress){0};
+}
+
+static int material_of(const flesh_body *body, int tet) { return body->tet_material ? body->tet_material[tet] : 0; }
+
+/* U and dU/dJ. */
+static void volume_term(flesh_volume_term term, double J, double *U, double *slope)
+{
+  const int logarithmic = term == FLESH_VOLUME_LOGARITHMIC;
+  *U = logarithmic ? 0.5 * log(J) * log(J) : 0.5 * (J - 1) * (J - 1);
+  *slope = logarithmic ? log(J) / J : J - 1;
+}
+
+/* psi(F) and tau, with what the mean of J bears of them (flesh_element). */
+static void find_stress(const flesh_tet_stress *stress, const flesh_state *state, int tet, double mean_J,
+                        flesh_strain_point *p)
+{
+  const int m = material_of(stress->body, tet);
+  const flesh_material *material = &stress->body->materials[m];
+  const flesh_volume_share *share = &stress->shares[m];
+  double P[9], U, slope, mean_U, mean_slope;
+  for (int k = 0; k < 9; k++) p->tau[k] = NAN;
+  if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
+  if (!flesh_material_stress(material, p->F, P)) flesh_mat3_multiply_transposed(P, p->F, p->tau);
+  p->energy -= stress->rest_energies[m];
+  if (!(share->share > 0)) return;
+  volume_term(share->term, p->J, &U, &slope);
+  volume_term(share->term, mean_J, &mean_U, &mean_slope);
+  double pressure = share->share * (mean_slope - slope);
+  p->energy += share->share * (mean_U - U);
+  if (share->held && state->multipliers) {
+    pressure += state->multipliers[tet];
+    p->energy += state->multipliers[tet] * (mean_J - 1);
+  }
+  for (int k = 0; k < 9; k += 4) p->tau[k] += pressure * p->J; /* cof F F^T = J I */
+}
+
+/* F, J and volumes at the tet's points of quadrature; *mean_J their mean. */
+static int find_strains(const flesh_body *body, const double *x, int tet, flesh_strain_point points[4], double *mean_J)
+{
+  const int count = flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
+  double volume = 0, now = 0;
+  for (int q = 0; q < count; q++) {
+    flesh_strain_point *p = &points[q];
+    double L[4];
+    for (int a = 0; a < 4; a++) L[a] = count == 1 ? 0.25 : a == q ? FLESH_TET10_NEAR : FLESH_TET10_FAR;
+    *p = (flesh_strain_point){0};
+    p->volume = flesh_tet_gradient(body->mesh, tet, L, x, p->F) / count;
+    p->J = flesh_mat3_determinant(p->F);
+    volume += p->volume;
+    now += p->volume * p->J;
+  }
+  *mean_J = now / volume;
+  return count;
+}
+
+int flesh_tet_stress_points(const flesh_tet_stress *stress, const flesh_state *state, int tet,
+                            flesh_strain_point points[4])
+{
+  double mean_J;
+  const int count = find_strains(stress->body, state->x, tet, points, &mean_J);
+  for (int q = 0; q < count && stress->shares; q++) find_stress(stress, state, tet, mean_J, &points[q]);
+  return count;
+}
+
+void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *state, int tet, const double L[4],
+                         flesh_strain_point *point)
+{
+  flesh_strain_point points[4];
+  double mean_J;
+  find_strains(stress->body, state->x, tet, points, &mean_J);
+  *point = (flesh_strain_point){.volume = flesh_mesh_tet_volumes(stress->body->mesh)[tet]};
+  flesh_tet_gradient(stress->body->mesh, tet, L, state->x, point->F);
+  point->J = flesh_mat3_determinant(point->F);
+  if (stress->shares) find_stress(stress, state, tet, mean_J, point);
+}

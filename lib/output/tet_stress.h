@@ -1,0 +1,34 @@
+/* tet_stress.h: strain, stress and energy at points of a body's tets, as its elements have them. */
+#ifndef FLESH_OUTPUT_TET_STRESS_H
+#define FLESH_OUTPUT_TET_STRESS_H
+
+#include "element/tet_kernel.h"
+#include "flesh/body.h"
+#include "flesh/state.h"
+
+typedef struct flesh_tet_stress {
+  const flesh_body *body;
+  flesh_volume_share *shares; /* of the materials; 0 where no mean of J is taken */
+  double *rest_energies;      /* psi(I) of the materials, J/m^3 */
+} flesh_tet_stress;
+
+typedef struct flesh_strain_point {
+  double volume; /* m^3 at rest, the point's share of the tet; of a lone point the tet's */
+  double F[9], J;
+  double tau[9];  /* Kirchhoff stress P F^T = J sigma, Pa; NaN where it does not exist, 0 without a material */
+  double energy;  /* J/m^3 from rest; likewise */
+} flesh_strain_point;
+
+/* Borrows the body. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared then. */
+int flesh_tet_stress_open(const flesh_body *body, flesh_tet_stress *stress);
+void flesh_tet_stress_clear(flesh_tet_stress *stress);
+
+/* At the tet's points of quadrature; returns how many there are. */
+int flesh_tet_stress_points(const flesh_tet_stress *stress, const flesh_state *state, int tet,
+                            flesh_strain_point points[4]);
+
+/* At barycentric coordinates L of the tet. */
+void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *state, int tet, const double L[4],
+                         flesh_strain_point *point);
+
+#endif

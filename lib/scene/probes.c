@@ -1,0 +1,70 @@
+/* probes.c: the places of output.probes, chosen and checked. */
+#include <math.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "scene/keys.h"
+#include "scene/scene.h"
+
+/* What is chosen, into the probe. */
+static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe *probe)
+{
+  const flesh_selection *s = &keys->selection;
+  const int selects = !isnan(s->box[0]) || !isnan(s->sphere.radius) || s->nodes.count || s->regions.count || s->body;
+  *probe = (flesh_probe){.name = keys->name, .quantities = keys->quantities, .tet = -1};
+  memcpy(probe->point, keys->point, sizeof probe->point);
+  memcpy(probe->about, keys->about, sizeof probe->about);
+  if (!isnan(keys->point[0]))
+    return selects ? flesh_fail(FLESH_ERR_ARGUMENT,
+                                "point stands beside box, sphere, nodes, regions or body; give it or them")
+                   : FLESH_OK;
+  if (!selects)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, box, sphere, nodes, regions or body");
+  int count, *nodes, status = flesh_selection_nodes(s, &scene->body, &count, &nodes);
+  if (status) return status;
+  int *kept = flesh_arena_take(&scene->arena, (size_t)count * sizeof *kept);
+  if (kept) memcpy(kept, nodes, (size_t)count * sizeof *kept);
+  free(nodes);
+  probe->node_count = count;
+  probe->nodes = kept;
+  return kept ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+}
+
+static int check_name(const flesh_scene *scene, int k)
+{
+  for (int j = 0; j < k; j++)
+    if (!strcmp(scene->probes[j].name, scene->probes[k].name))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "name is %s, as that of probes[%d]; names must differ",
+                        scene->probes[k].name, j);
+  return FLESH_OK;
+}
+
+int flesh_scene_make_probes(flesh_scene *scene)
+{
+  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
+  const flesh_key *list = flesh_key_at(output->children, offsetof(flesh_output_keys, probes));
+  const flesh_objects *objects = &scene->keys.output.probes;
+  const flesh_scene_probe *keys = objects->values;
+  if (!objects->count) return FLESH_OK;
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  place = flesh_scene_place(place, output->children, list->offset);
+  scene->probes = flesh_arena_take(&scene->arena, (size_t)objects->count * sizeof *scene->probes);
+  if (!scene->probes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
+  for (int k = 0; k < objects->count; k++) {
+    int status = choose(scene, &keys[k], &scene->probes[k]);
+    if (!status) status = flesh_probe_prepare(&scene->probes[k], &scene->body, scene->system);
+    if (!status) status = check_name(scene, k);
+    if (status)
+      return flesh_node_fail_within(status, flesh_node_item(place, k), "%s.%s[%d]: ", output->name, list->name, k);
+    scene->probe_count = k + 1;
+  }
+  return FLESH_OK;
+}
+
+const flesh_probe *flesh_scene_probes(const flesh_scene *scene, int *count)
+{
+  *count = scene->probe_count;
+  return scene->probes;
+}
