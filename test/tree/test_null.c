@@ -25,6 +25,7 @@
  * flesh_kinsol_preconditioner_solve fval, flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user,
  * flesh_material_small_strain mu, flesh_material_small_strain lambda, flesh_material_small_strain rest_stress,
  * flesh_mesh_create regions, flesh_mesh_create_quadratic regions, flesh_history_close history,
+ * flesh_probes_close probes,
  * flesh_frames_close frames, flesh_run steps,
  * flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2, flesh_ode_jacobian w3,
  * flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
@@ -189,6 +190,16 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_history_create, history, (any, any, NULL));
   REFUSES(flesh_history_observe, history, (NULL, any));
   REFUSES(flesh_history_observe, record, (any, NULL));
+  REFUSES(flesh_probe_prepare, probe, (NULL, any, any));
+  REFUSES(flesh_probe_prepare, body, (any, NULL, any));
+  REFUSES(flesh_probe_prepare, system, (any, any, NULL));
+  REFUSES(flesh_probes_create, path, (NULL, any, any, 0, 1, any, any));
+  REFUSES(flesh_probes_create, body, (any, NULL, any, 0, 1, any, any));
+  REFUSES(flesh_probes_create, system, (any, any, NULL, 0, 1, any, any));
+  REFUSES(flesh_probes_create, probes, (any, any, any, 0, 1, NULL, any));
+  REFUSES(flesh_probes_create, result, (any, any, any, 0, 1, any, NULL));
+  REFUSES(flesh_probes_observe, probes, (NULL, any));
+  REFUSES(flesh_probes_observe, record, (any, NULL));
   REFUSES(flesh_frames_create, directory, (NULL, any, 1, any));
   REFUSES(flesh_frames_create, mesh, (any, NULL, 1, any));
   REFUSES(flesh_frames_create, frames, (any, any, 1, NULL));
