@@ -148,13 +148,14 @@ static int takes_volumes_out(const flesh_scene *scene)
 {
   const flesh_scene_time *time = flesh_scene_times(scene);
   const flesh_system *system = flesh_scene_system(scene);
-  const flesh_method_row *method = flesh_method_find(time->method);
+  const int by_euler_first = time->method == FLESH_METHOD_EULER_THEN_ADAPTIVE;
+  const flesh_method_row *method = flesh_method_find(by_euler_first ? FLESH_METHOD_BACKWARD_EULER : time->method);
   const size_t n = (size_t)flesh_system_unknowns(system);
   double *room = malloc((2 * n + 1) * sizeof *room);
   flesh_stiff_rows rows = {0};
   flesh_stage stage = {.shift = {.x = 1}};
   int projects = 0;
-  if (method && room && !flesh_system_stiff_rows_create(system, &rows)) {
+  if (method && method->stage && room && !flesh_system_stiff_rows_create(system, &rows)) {
     const flesh_method_memory of_no_nodes = {.options = time->options};
     method->stage(&of_no_nodes, &(flesh_state){0}, time->step, time->step, &stage);
     const double inertia = rows.count ? flesh_system_inertia_modulus(system, room, room + n) : 0;
