@@ -61,11 +61,12 @@ static int split(const char *option, const char *text, int (*take)(void *data, c
 }
 
 typedef struct lists {
-  int energies, poissons, steps, solvers;
+  int energies, poissons, steps, solvers, elements;
   flesh_energy energy[LIMIT + 1];
   flesh_constants constants[LIMIT + 1];
   double poisson[LIMIT + 1], step[LIMIT + 1];
   flesh_hardcases_solver solver[LIMIT + 1];
+  flesh_element element[LIMIT + 1];
 } lists;
 
 /* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
@@ -125,6 +126,17 @@ static int take_solver(void *data, const char *item)
                           item);
 }
 
+static int take_element(void *data, const char *item)
+{
+  lists *l = data;
+  for (int e = FLESH_ELEMENT_TET4; e <= FLESH_ELEMENT_TET10_MEAN; e++)
+    if (!strcmp(item, flesh_element_name((flesh_element)e))) {
+      l->element[l->elements++] = (flesh_element)e;
+      return FLESH_OK;
+    }
+  return flesh_fail(FLESH_ERR_ARGUMENT, "--elements has '%s'; the elements are tet4, tet10 and tet10-mean", item);
+}
+
 typedef struct choice {
   int count;
   const flesh_hardcases_case *cases[256];
@@ -162,7 +174,7 @@ static int list_cases(void)
 }
 
 static int add_setting(flesh_hardcases_setting *settings, int *count, const lists *l, int e, int p,
-                       int h, int s)
+                       int h, int s, int element)
 {
   if (*count == SETTING_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
@@ -172,18 +184,20 @@ static int add_setting(flesh_hardcases_setting *settings, int *count, const list
                                                    .step = l->step[h],
                                                    .first_poisson = p == 0,
                                                    .first_step = h == 0,
-                                                   .solver = l->solver[s]};
+                                                   .solver = l->solver[s],
+                                                   .element = l->element[element]};
   return FLESH_OK;
 }
 
 static int make_settings(const lists *l, flesh_hardcases_setting *settings, int *count)
 {
   int status = FLESH_OK;
-  for (int s = 0; s < l->solvers; s++)
-    for (int e = 0; e < l->energies; e++)
-      for (int h = 0; h < l->steps; h++)
-        for (int p = 0; p < l->poissons && !status; p++)
-          status = add_setting(settings, count, l, e, p, h, s);
+  for (int element = 0; element < l->elements; element++)
+    for (int s = 0; s < l->solvers; s++)
+      for (int e = 0; e < l->energies; e++)
+        for (int h = 0; h < l->steps; h++)
+          for (int p = 0; p < l->poissons && !status; p++)
+            status = add_setting(settings, count, l, e, p, h, s, element);
   return status;
 }
 
@@ -285,7 +299,7 @@ static const char *forms_with_lambda(char text[256])
 
 /* What the command line asks for, as it stands there; NULL: the default. */
 typedef struct request {
-  const char *energies, *poissons, *steps, *solvers, *cases;
+  const char *energies, *poissons, *steps, *solvers, *elements, *cases;
 } request;
 
 /* What that makes of the plan. */
@@ -300,6 +314,7 @@ static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_sett
   if (!status) status = split("--poisson", asked->poissons, take_poisson, l);
   if (!status) status = split("--steps", asked->steps, take_step, l);
   if (!status) status = split("--solvers", asked->solvers, take_solver, l);
+  if (!status) status = split("--elements", asked->elements, take_element, l);
   if (!status) status = split("--cases", asked->cases, take_case, chosen);
   if (!status && chosen->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
@@ -313,7 +328,7 @@ static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_sett
 
 int flesh_command_hardcases(int argc, char **argv)
 {
-  request asked = {.steps = "1/60", .solvers = "default", .cases = "*"};
+  request asked = {.steps = "1/60", .solvers = "default", .elements = "tet4", .cases = "*"};
   int list = 0;
   lists *l = calloc(1, sizeof *l);
   choice *chosen = calloc(1, sizeof *chosen);
@@ -338,6 +353,8 @@ int flesh_command_hardcases(int argc, char **argv)
       {"solvers", "LIST", FLESH_OPTION_TEXT, &asked.solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
        "                         trust-region, no-untangling or all (default: default)"},
+      {"elements", "LIST", FLESH_OPTION_TEXT, &asked.elements,
+       "tet4, tet10 or tet10-mean; the latter two put nodes on the edges of the same meshes (default: tet4)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
        "how often the random cases run, each with other numbers (default 1)"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,

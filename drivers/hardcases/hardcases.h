@@ -3,6 +3,7 @@
 #ifndef FLESH_HARDCASES_HARDCASES_H
 #define FLESH_HARDCASES_HARDCASES_H
 
+#include "flesh/body.h"
 #include "flesh/material.h"
 #include "shared/options.h"
 #include "hardcases/cases.h"
@@ -28,6 +29,7 @@ typedef struct flesh_hardcases_setting {
   int first_poisson,
       first_step; /* whether cases with a Poisson's ratio or step of their own run here */
   flesh_hardcases_solver solver;
+  flesh_element element; /* tet4, tet10 or tet10-mean */
 } flesh_hardcases_setting;
 
 /* From best to worst. */
@@ -108,7 +110,7 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 const char *flesh_hardcases_end_name(flesh_hardcases_end end);
 
-/* "S 0.49 default": with constants and step where they are not the usual ones. */
+/* "S 0.49 default": with constants, step and element where they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[80]);
 
 /* "cases/scramble_2_S_0.49_default", below plan->out. */
@@ -116,6 +118,9 @@ void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]
 
 /* Distance from rest and volume below which a body is back. */
 #define FLESH_HARDCASES_TOLERANCE 1e-3
+
+/* The mesh of the run: the case's, with nodes on edges where its element has ten. Returns new. */
+int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, flesh_mesh **mesh);
 
 /* Writes scene.yaml, release.yaml (of cases with a release), the mesh and the start state into
  * `folder` (made when missing). */

@@ -21,15 +21,16 @@
 void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256])
 {
   const flesh_hardcases_setting *s = run->setting;
-  char seed[24] = "", constants[16] = "", step[24] = "";
+  char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
   if (run->row->flags & FLESH_HARDCASES_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
   if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
     snprintf(step, sizeof step, "_h%g", s->step);
-  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed,
+  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
+  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s%s_%s", run->row->name, seed,
            flesh_energy_name(s->energy), constants,
-           run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
+           run->row->poisson > 0 ? run->row->poisson : s->poisson, step, element,
            flesh_hardcases_solver_name(s->solver));
 }
 

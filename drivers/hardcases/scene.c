@@ -71,8 +71,10 @@ static void write_body(FILE *stream, const flesh_hardcases_run *run)
   char title[80];
   flesh_hardcases_setting_title(run->setting, title);
   fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
-  fprintf(stream, "body:\n  mesh: body.mesh\n  density: %g\n  material: ",
-          row->density > 0 ? row->density : 1000);
+  fputs("body:\n  mesh: body.mesh\n", stream);
+  if (run->setting->element != FLESH_ELEMENT_TET4)
+    fprintf(stream, "  element: %s\n", flesh_element_name(run->setting->element));
+  fprintf(stream, "  density: %g\n  material: ", row->density > 0 ? row->density : 1000);
   write_material(stream, run, 1);
   if (row->young_ratio > 0) {
     fputs("\n  regions:\n    - tags: [1]\n      material: ", stream);
@@ -116,12 +118,26 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   return flesh_file_commit(&file);
 }
 
+int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, flesh_mesh **mesh)
+{
+  flesh_mesh *corners = NULL;
+  *mesh = NULL;
+  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &corners);
+  if (status || run->setting->element == FLESH_ELEMENT_TET4) {
+    *mesh = corners;
+    return status;
+  }
+  status = flesh_mesh_raise_order(corners, mesh);
+  flesh_mesh_destroy(&corners);
+  return status;
+}
+
 static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                        const char *folder)
 {
   char path[1500];
   flesh_mesh *mesh = NULL;
-  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &mesh);
+  int status = flesh_hardcases_run_mesh(plan, run, &mesh);
   if (status) return status;
   snprintf(path, sizeof path, "%s/body.mesh", folder);
   status = flesh_mesh_write(mesh, path);

@@ -72,6 +72,20 @@ other_solvers_are_found_out() {
     [ "$(lines out/hardcases.csv)" -eq 28 ] || { cat out/hardcases.csv; return 1; }
 }
 
+# Ten-node tets of the same meshes: their nodes on edges start elsewhere too, and what is run alone is the same.
+bodies_of_ten_node_tets_recover() {
+  battery --energies S --poisson 0.49 --cases jitter50,stretch5,invert_one --elements tet4,tet10,tet10-mean &&
+    all_are outcome recovered && all_are inverted_end 0 && all_are tets 324 || return 1
+  [ "$(value element stretch5 S 0.49)" = "$(printf 'tet4\ntet10\ntet10-mean')" ] &&
+    [ "$(value newton stretch5 S 0.49 | sort -u | wc -l)" -eq 3 ] || return 1 # three problems, not one thrice
+  [ "$(value max_inverted invert_one S 0.49)" = "$(printf '1\n1\n1')" ] || return 1
+  folder=out/cases/jitter50_seed1_S_0.49_tet10-mean_default
+  has "$folder/scene.yaml" 'element: tet10-mean' && has out/verdict.txt 'S 0.49 tet10-mean default *3 of 3' &&
+    [ "$(grep -c '' "$folder/start.txt")" -gt "$(grep -c '' out/cases/jitter50_seed1_S_0.49_default/start.txt)" ] &&
+    expect 0 "$flesh" run "$folder/scene.yaml" --out again --no-frames --quiet &&
+    cmp again/state.txt "$folder/out/state.txt"
+}
+
 # A body that has had no time to come back is not called recovered, and what its end is, is found out.
 an_early_end_is_no_recovery() {
   battery --energies S --poisson 0.45 --cases stretch10,jitter20 --set time.end=1/60 &&
@@ -161,6 +175,7 @@ bad_options_are_refused() {
     expect 2 "$flesh" hardcases --energies S,X && has stderr.txt "X" &&
     expect 2 "$flesh" hardcases --energies S.as_f && has stderr.txt 'as_f' &&
     expect 2 "$flesh" hardcases --solvers fast && has stderr.txt 'kinsol-line-search' &&
+    expect 2 "$flesh" hardcases --elements hex8 && has stderr.txt "'hex8'.*tet4, tet10 and tet10-mean" &&
     expect 2 "$flesh" hardcases --cases nonsense && has stderr.txt "'nonsense'.*--list" &&
     expect 2 "$flesh" hardcases --steps 0 && has stderr.txt "'0'.*positive" &&
     expect 2 "$flesh" hardcases --cases '' && has stderr.txt 'empty' &&
@@ -175,7 +190,7 @@ the_old_name_tells_the_new() {
     [ ! -s stdout.txt ]
 }
 
-run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
+run_tests hard_starts_recover bodies_of_ten_node_tets_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
   undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone other_solvers_are_found_out \
   rises_are_seen an_early_end_is_no_recovery a_death_is_a_row \
   a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
