@@ -18,8 +18,19 @@ typedef enum flesh_hardcases_solver {
   FLESH_HARDCASES_ABSOLUTE,         /* the defaults, but they become absolute values */
   FLESH_HARDCASES_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
   FLESH_HARDCASES_NO_UNTANGLING,    /* the defaults, but tangles in equilibrium are left as they are */
-  FLESH_HARDCASES_SOLVERS
+  FLESH_HARDCASES_SOLVERS,          /* those above: "all" */
+  FLESH_HARDCASES_CLAMPED_ALWAYS = FLESH_HARDCASES_SOLVERS, /* every Hessian projected, in one of the three ways */
+  FLESH_HARDCASES_ABSOLUTE_ALWAYS,
+  FLESH_HARDCASES_TRUST_REGION_ALWAYS,
+  FLESH_HARDCASES_NAMED_SOLVERS
 } flesh_hardcases_solver;
+
+/* A mesh that takes the place of the cases' own. */
+typedef struct flesh_hardcases_body {
+  char name[64];    /* "8x4x2", or the file's without folder and suffix */
+  const char *file; /* NULL: a block of `cells` */
+  int cells[3];
+} flesh_hardcases_body;
 
 /* A column of the matrix: what a case is run with. */
 typedef struct flesh_hardcases_setting {
@@ -30,6 +41,7 @@ typedef struct flesh_hardcases_setting {
       first_step; /* whether cases with a Poisson's ratio or step of their own run here */
   flesh_hardcases_solver solver;
   flesh_element element; /* tet4, tet10 or tet10-mean */
+  const flesh_hardcases_body *body; /* NULL: the cases' own meshes */
 } flesh_hardcases_setting;
 
 /* From best to worst. */
@@ -95,6 +107,7 @@ typedef struct flesh_hardcases_run {
 typedef struct flesh_hardcases_plan {
   const char *out;
   int quick, jobs;
+  int filters; /* compares eigenvalue filters: runs are kept, and taken up again */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;
@@ -134,6 +147,17 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
 /* Runs all, each in a process of its own, plan->jobs at a time. FLESH_ERR_INTERRUPTED when a signal
  * ended the battery: the runs that were done stand. */
 int flesh_hardcases_run_all(flesh_hardcases_plan *plan);
+
+/* Keeps the figures of a run that has ended in its folder, for a battery that goes on from there. What cannot be
+ * written is run again. */
+void flesh_hardcases_keep(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run);
+/* Takes a run's outcome and figures from there if it ran with the same settings, options, budget and version; returns
+ * whether it did. */
+int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run *run);
+
+/* Of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt and on stdout. */
+int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
+int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
 
 /* hardcases.csv. */
 int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan);

@@ -20,8 +20,11 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
       [FLESH_HARDCASES_CLAMPED] = "clamped",
       [FLESH_HARDCASES_ABSOLUTE] = "absolute",
       [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
-      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_SOLVERS, "a name of every solver");
+      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling",
+      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "clamped-always",
+      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "absolute-always",
+      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "trust-region-always"};
+  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_NAMED_SOLVERS, "a name of every solver");
   return names[solver];
 }
 
@@ -94,7 +97,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
         "checked,worst_rise,finite,max_inverted,"
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
         "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
-        "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,element,folder,message\n",
+        "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,"
+        "element,mesh,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
@@ -128,7 +132,7 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     field(stream, f->cpu_s);
     field(stream, f->simulated_s);
     field(stream, f->stressed_rest);
-    fprintf(stream, ",%s,%s", flesh_element_name(s->element), folder);
+    fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
   }
