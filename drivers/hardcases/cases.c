@@ -268,4 +268,19 @@ const flesh_hardcases_case flesh_hardcases_case_table[] = {
    .amount = 2, .flags = PINNED | STATIC, .step = 1, .poisson = 0.495,
    .doc = "stretched twice and twisted by half a turn"},
   {0}};
+
+const flesh_hardcases_case flesh_hardcases_filter_table[] = {
+  {.name = "stretch", .group = "filters", .start = FLESH_HARDCASES_SCALE_X, .amount = 2.5, .noise = 0.1,
+   .flags = PINNED | RANDOM | STATIC, .step = 1,
+   .doc = "stretched 2.5 times, every node moved by up to 10 % of an edge; one face held at rest, statics"},
+  {.name = "twist", .group = "filters", .start = FLESH_HARDCASES_TWIST, .amount = 0.5, .noise = 0.1,
+   .flags = PINNED | RANDOM | STATIC, .step = 1,
+   .doc = "twisted by half a turn, every node moved by up to 10 % of an edge; one face held at rest, statics"},
+  {.name = "squash", .group = "filters", .start = FLESH_HARDCASES_SCALE_X, .amount = 0.4, .noise = 0.1,
+   .flags = PINNED | RANDOM | STATIC, .step = 1,
+   .doc = "squashed to 0.4 of its length, every node moved by up to 10 % of an edge; one face held at rest, statics"},
+  {.name = "noise", .group = "filters", .start = FLESH_HARDCASES_JITTER, .amount = 0.5,
+   .flags = PINNED | RANDOM | STATIC, .step = 1,
+   .doc = "every node moved by up to 50 % of an edge; one face held at rest, statics"},
+  {0}};
 /* clang-format on */

@@ -64,11 +64,14 @@ typedef struct flesh_hardcases_case {
   double young_ratio;           /* of region 1; 0: one material */
   const char
       *effects; /* items of the scene's list, beside inertia and the pinned face; NULL: none */
+  double noise; /* every coordinate moved besides by up to this part of the node's mean edge */
   const char *doc;
 } flesh_hardcases_case;
 
 /* The table; ends with a NULL name. */
 extern const flesh_hardcases_case flesh_hardcases_case_table[];
+/* The starts that eigenvalue filters are compared with; ends so too. */
+extern const flesh_hardcases_case flesh_hardcases_filter_table[];
 
 /* Makes the case's mesh. Returns new. */
 int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);

@@ -16,6 +16,7 @@
 #include "shared/process.h"
 #include "shared/output.h"
 #include "hardcases/hardcases.h"
+#include "hardcases/lists.h"
 #include "material/form.h"
 
 static const char details[] = "Puts bodies through what breaks elastic solvers: scrambled, "
@@ -37,98 +38,26 @@ static const char details[] = "Puts bodies through what breaks elastic solvers: 
                               "recovered all the same. Free bodies on an exact line or point are "
                               "accepted as the equilibria they are.\n\n"
                               "Writes into DIR: hardcases.csv (a row per run), verdict.txt, "
-                              "matrix.png (cases x settings), frames_*.png, cases/.\n";
+                              "matrix.png (cases x settings), frames_*.png, cases/.\n\n"
+                              "With --filters, blocks that were stretched, twisted, squashed or shaken are solved for "
+                              "equilibrium, by each element,\n"
+                              "Poisson's ratio, mesh, seed and treatment of negative eigenvalues (--solvers). "
+                              "verdict.txt and profiles.csv, .png then\n"
+                              "have performance profiles (Dolan & More 2002), and what was run is not run again by the "
+                              "same command.\n";
 
-enum { LIMIT = 64, SETTING_LIMIT = 1024 };
-
-/* Calls `take` with every item of a comma list. */
-static int split(const char *option, const char *text, int (*take)(void *data, const char *item),
-                 void *data)
-{
-  char item[64];
-  int count = 0;
-  while (*text) {
-    size_t length = strcspn(text, ",");
-    snprintf(item, sizeof item, "%.*s", (int)(length < 63 ? length : 63), text);
-    int status = take(data, item);
-    if (status) return status;
-    if (++count > LIMIT)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "%s has more than %d items", option, LIMIT);
-    text += length + (text[length] == ',');
-  }
-  return count ? FLESH_OK
-               : flesh_fail(FLESH_ERR_ARGUMENT, "%s is empty; it must be a list", option);
-}
-
-typedef struct lists {
-  int energies, poissons, steps, solvers;
-  flesh_energy energy[LIMIT + 1];
-  flesh_constants constants[LIMIT + 1];
-  double poisson[LIMIT + 1], step[LIMIT + 1];
-  flesh_hardcases_solver solver[LIMIT + 1];
-} lists;
-
-/* "S", or "D.as_e" with its constants; matched where the form can be, else raw. */
-static int take_energy(void *data, const char *item)
-{
-  lists *l = data;
-  char name[64];
-  const char *dot = strchr(item, '.');
-  snprintf(name, sizeof name, "%.*s", dot ? (int)(dot - item) : 63, item);
-  flesh_energy energy;
-  flesh_constants constants;
-  int status = flesh_energy_from_name(name, &energy);
-  if (status) return status;
-  constants = flesh_form_default_constants(energy);
-  if (dot) status = flesh_constants_from_name(dot + 1, &constants);
-  l->energy[l->energies] = energy;
-  l->constants[l->energies++] = constants;
-  return status;
-}
-
-static int take_poisson(void *data, const char *item)
-{
-  lists *l = data;
-  double value;
-  if (flesh_option_number(item, &value) || !(value > -1 && value < 0.5))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "--poisson has '%s'; every value must be in (-1, 0.5)",
-                      item);
-  l->poisson[l->poissons++] = value;
-  return FLESH_OK;
-}
-
-static int take_step(void *data, const char *item)
-{
-  lists *l = data;
-  double value;
-  if (flesh_option_number(item, &value) || !(value > 0))
-    return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "--steps has '%s'; every value must be positive [s], as in 1/60", item);
-  l->step[l->steps++] = value;
-  return FLESH_OK;
-}
-
-static int take_solver(void *data, const char *item)
-{
-  lists *l = data;
-  for (int s = 0; s < FLESH_HARDCASES_SOLVERS; s++)
-    if (!strcmp(item, flesh_hardcases_solver_name((flesh_hardcases_solver)s)) || !strcmp(item, "all")) {
-      l->solver[l->solvers++] = (flesh_hardcases_solver)s;
-      if (strcmp(item, "all")) return FLESH_OK;
-    }
-  return !strcmp(item, "all")
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_ARGUMENT,
-                          "--solvers has '%s'; the solvers are default, kinsol-line-search, plain, "
-                          "always-projected, never-projected, clamped, absolute, trust-region, "
-                          "no-untangling, or all of them: all",
-                          item);
-}
+enum { SETTING_LIMIT = 4096 };
 
 typedef struct choice {
+  int filters;
   int count;
   const flesh_hardcases_case *cases[256];
 } choice;
+
+static const flesh_hardcases_case *table_of(int filters)
+{
+  return filters ? flesh_hardcases_filter_table : flesh_hardcases_case_table;
+}
 
 /* A case or group by name or pattern; after a `!`, what is not taken of those before it, or of all. */
 static int take_case(void *data, const char *item)
@@ -137,7 +66,7 @@ static int take_case(void *data, const char *item)
   const int leave = *item == '!';
   int found = 0;
   if (leave && c->count == 0) take_case(data, "*");
-  for (const flesh_hardcases_case *row = flesh_hardcases_case_table; row->name; row++) {
+  for (const flesh_hardcases_case *row = table_of(c->filters); row->name; row++) {
     if (fnmatch(item + leave, row->name, 0) && fnmatch(item + leave, row->group, 0)) continue;
     found = 1;
     int place = 0;
@@ -154,15 +83,15 @@ static int take_case(void *data, const char *item)
                      item);
 }
 
-static int list_cases(void)
+static int list_cases(int filters)
 {
-  for (const flesh_hardcases_case *row = flesh_hardcases_case_table; row->name; row++)
+  for (const flesh_hardcases_case *row = table_of(filters); row->name; row++)
     printf("%-10s %-20s %s\n", row->group, row->name, row->doc);
   return 0;
 }
 
-static int add_setting(flesh_hardcases_setting *settings, int *count, const lists *l, int e, int p,
-                       int h, int s)
+static int add_setting(flesh_hardcases_setting *settings, int *count, const flesh_hardcases_lists *l, int e, int p,
+                       int h, int s, int element, int body)
 {
   if (*count == SETTING_LIMIT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the lists make more than %d settings", SETTING_LIMIT);
@@ -172,18 +101,22 @@ static int add_setting(flesh_hardcases_setting *settings, int *count, const list
                                                    .step = l->step[h],
                                                    .first_poisson = p == 0,
                                                    .first_step = h == 0,
-                                                   .solver = l->solver[s]};
+                                                   .solver = l->solver[s],
+                                                   .element = l->element[element],
+                                                   .body = l->bodies ? &l->body[body] : NULL};
   return FLESH_OK;
 }
 
-static int make_settings(const lists *l, flesh_hardcases_setting *settings, int *count)
+static int make_settings(const flesh_hardcases_lists *l, flesh_hardcases_setting *settings, int *count)
 {
   int status = FLESH_OK;
-  for (int s = 0; s < l->solvers; s++)
-    for (int e = 0; e < l->energies; e++)
-      for (int h = 0; h < l->steps; h++)
-        for (int p = 0; p < l->poissons && !status; p++)
-          status = add_setting(settings, count, l, e, p, h, s);
+  for (int element = 0; element < l->elements; element++)
+    for (int s = 0; s < l->solvers; s++)
+      for (int e = 0; e < l->energies; e++)
+        for (int h = 0; h < l->steps; h++)
+          for (int p = 0; p < l->poissons; p++)
+            for (int b = 0; b < (l->bodies ? l->bodies : 1) && !status; b++)
+              status = add_setting(settings, count, l, e, p, h, s, element, b);
   return status;
 }
 
@@ -253,9 +186,11 @@ static int run_and_draw(flesh_hardcases_plan *plan)
   snprintf(words, sizeof words, "%s", flesh_error_text());
   int status = flesh_hardcases_write_csv(plan);
   if (!status && !ran) status = check_written(plan);
-  if (!status) status = flesh_hardcases_write_verdict(plan);
+  if (!status) status = plan->filters ? flesh_hardcases_write_filters(plan) : flesh_hardcases_write_verdict(plan);
   if (ran) return flesh_fail(ran, "%s", words);
-  const int undrawn = status ? status : flesh_hardcases_draw(plan);
+  const int undrawn = status          ? status
+                      : plan->filters ? flesh_hardcases_draw_filters(plan)
+                                      : flesh_hardcases_draw(plan);
   if (!status) status = flesh_plot_accept("hardcases", undrawn);
   if (status) return status;
   printf("\nresults: %s/hardcases.csv, %s/verdict.txt, %s %s/*.png\n", plan->out, plan->out,
@@ -285,22 +220,43 @@ static const char *forms_with_lambda(char text[256])
 
 /* What the command line asks for, as it stands there; NULL: the default. */
 typedef struct request {
-  const char *energies, *poissons, *steps, *solvers, *cases;
+  const char *energies, *poissons, *steps, *solvers, *elements, *meshes, *cases;
 } request;
 
+/* Of --filters, what was not asked for. */
+static void choose_filters(request *asked, flesh_hardcases_plan *plan)
+{
+  const int quick = plan->quick;
+  if (!asked->energies) asked->energies = "S";
+  if (!asked->poissons) asked->poissons = quick ? "0.45" : "0.3,0.45,0.49,0.499,0.4999,0.49999";
+  if (!asked->elements) asked->elements = "tet4,tet10,tet10-mean";
+  if (!asked->meshes) asked->meshes = quick ? "4x2x2" : "8x4x2,16x8x8,32x16x16";
+  if (!asked->solvers)
+    asked->solvers = "default,clamped,absolute,trust-region,always-projected,clamped-always,absolute-always,"
+                     "trust-region-always";
+  if (plan->seeds < 1) plan->seeds = quick ? 1 : 5;
+}
+
 /* What that makes of the plan. */
-static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_setting *settings,
+static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, flesh_hardcases_setting *settings,
                   flesh_hardcases_plan *plan)
 {
   char every[256];
+  if (plan->filters) choose_filters(asked, plan);
+  if (!asked->solvers) asked->solvers = "default";
+  if (!asked->elements) asked->elements = "tet4";
+  if (plan->seeds < 1) plan->seeds = 1;
   if (!asked->energies) asked->energies = plan->quick ? "S,E" : forms_with_lambda(every);
   if (!asked->poissons) asked->poissons = plan->quick ? "0.45,0.49" : "0,0.3,0.45,0.49,0.499,0.4999";
   if (!(plan->max_seconds > 0)) plan->max_seconds = plan->quick ? 15 : 30;
-  int status = split("--energies", asked->energies, take_energy, l);
-  if (!status) status = split("--poisson", asked->poissons, take_poisson, l);
-  if (!status) status = split("--steps", asked->steps, take_step, l);
-  if (!status) status = split("--solvers", asked->solvers, take_solver, l);
-  if (!status) status = split("--cases", asked->cases, take_case, chosen);
+  int status = flesh_hardcases_split("--energies", asked->energies, flesh_hardcases_take_energy, l);
+  if (!status) status = flesh_hardcases_split("--poisson", asked->poissons, flesh_hardcases_take_poisson, l);
+  if (!status) status = flesh_hardcases_split("--steps", asked->steps, flesh_hardcases_take_step, l);
+  if (!status) status = flesh_hardcases_split("--solvers", asked->solvers, flesh_hardcases_take_solver, l);
+  if (!status) status = flesh_hardcases_split("--elements", asked->elements, flesh_hardcases_take_element, l);
+  if (!status && asked->meshes) status = flesh_hardcases_split("--meshes", asked->meshes, flesh_hardcases_take_body, l);
+  chosen->filters = plan->filters;
+  if (!status) status = flesh_hardcases_split("--cases", asked->cases, take_case, chosen);
   if (!status && chosen->count == 0)
     status = flesh_fail(FLESH_ERR_ARGUMENT, "--cases '%s' leaves none; `flesh hardcases --list` shows them",
                         asked->cases);
@@ -313,15 +269,15 @@ static int choose(request *asked, lists *l, choice *chosen, flesh_hardcases_sett
 
 int flesh_command_hardcases(int argc, char **argv)
 {
-  request asked = {.steps = "1/60", .solvers = "default", .cases = "*"};
+  request asked = {.steps = "1/60", .cases = "*"};
   int list = 0;
-  lists *l = calloc(1, sizeof *l);
+  flesh_hardcases_lists *l = calloc(1, sizeof *l);
   choice *chosen = calloc(1, sizeof *chosen);
   flesh_hardcases_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
   flesh_overrides overrides;
   long processors = sysconf(_SC_NPROCESSORS_ONLN);
   flesh_hardcases_plan plan = {
-      .out = "out/hardcases", .seeds = 1, .jobs = processors > 1 ? (int)processors : 1};
+      .out = "out/hardcases", .jobs = processors > 1 ? (int)processors : 1};
   int status = flesh_overrides_open(&overrides, argc);
   if (!status && (!l || !chosen || !settings))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -338,8 +294,15 @@ int flesh_command_hardcases(int argc, char **argv)
       {"solvers", "LIST", FLESH_OPTION_TEXT, &asked.solvers,
        "default, kinsol-line-search, plain, always-projected, never-projected, clamped, absolute,\n"
        "                         trust-region, no-untangling or all (default: default)"},
+      {"elements", "LIST", FLESH_OPTION_TEXT, &asked.elements,
+       "tet4, tet10 or tet10-mean; the latter two put nodes on the edges of the same meshes (default: tet4)"},
       {"seeds", "N", FLESH_OPTION_COUNT, &plan.seeds,
-       "how often the random cases run, each with other numbers (default 1)"},
+       "how often the random cases run, each with other numbers (default 1; 5 with --filters)"},
+      {"filters", NULL, FLESH_OPTION_SWITCH, &plan.filters,
+       "compare eigenvalue filters in statics by performance profiles, which see"},
+      {"meshes", "LIST", FLESH_OPTION_TEXT, &asked.meshes,
+       "cells of blocks, as in 8x4x2, or mesh files whose flat face of least x is held, in place of\n"
+       "                         the cases' own"},
       {"quick", NULL, FLESH_OPTION_SWITCH, &plan.quick,
        "smaller meshes and fewer settings: minutes"},
       {"max-seconds", "S", FLESH_OPTION_POSITIVE, &plan.max_seconds,
@@ -352,7 +315,7 @@ int flesh_command_hardcases(int argc, char **argv)
       {0}};
   const flesh_usage usage = {"hardcases", "", "Runs the battery of hard cases.", details, 0, 0, rows, NULL};
   int count, code = flesh_options_read(&usage, argc, argv, &count);
-  if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases();
+  if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases(plan.filters);
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
   status = choose(&asked, l, chosen, settings, &plan);

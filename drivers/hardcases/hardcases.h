@@ -3,6 +3,7 @@
 #ifndef FLESH_HARDCASES_HARDCASES_H
 #define FLESH_HARDCASES_HARDCASES_H
 
+#include "flesh/body.h"
 #include "flesh/material.h"
 #include "shared/options.h"
 #include "hardcases/cases.h"
@@ -17,8 +18,19 @@ typedef enum flesh_hardcases_solver {
   FLESH_HARDCASES_ABSOLUTE,         /* the defaults, but they become absolute values */
   FLESH_HARDCASES_TRUST_REGION,     /* the defaults, but they become one or the other, in statics too */
   FLESH_HARDCASES_NO_UNTANGLING,    /* the defaults, but tangles in equilibrium are left as they are */
-  FLESH_HARDCASES_SOLVERS
+  FLESH_HARDCASES_SOLVERS,          /* those above: "all" */
+  FLESH_HARDCASES_CLAMPED_ALWAYS = FLESH_HARDCASES_SOLVERS, /* every Hessian projected, in one of the three ways */
+  FLESH_HARDCASES_ABSOLUTE_ALWAYS,
+  FLESH_HARDCASES_TRUST_REGION_ALWAYS,
+  FLESH_HARDCASES_NAMED_SOLVERS
 } flesh_hardcases_solver;
+
+/* A mesh that takes the place of the cases' own. */
+typedef struct flesh_hardcases_body {
+  char name[64];    /* "8x4x2", or the file's without folder and suffix */
+  const char *file; /* NULL: a block of `cells` */
+  int cells[3];
+} flesh_hardcases_body;
 
 /* A column of the matrix: what a case is run with. */
 typedef struct flesh_hardcases_setting {
@@ -28,6 +40,8 @@ typedef struct flesh_hardcases_setting {
   int first_poisson,
       first_step; /* whether cases with a Poisson's ratio or step of their own run here */
   flesh_hardcases_solver solver;
+  flesh_element element; /* tet4, tet10 or tet10-mean */
+  const flesh_hardcases_body *body; /* NULL: the cases' own meshes */
 } flesh_hardcases_setting;
 
 /* From best to worst. */
@@ -93,6 +107,7 @@ typedef struct flesh_hardcases_run {
 typedef struct flesh_hardcases_plan {
   const char *out;
   int quick, jobs;
+  int filters; /* compares eigenvalue filters: runs are kept, and taken up again */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;
@@ -108,7 +123,7 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 const char *flesh_hardcases_end_name(flesh_hardcases_end end);
 
-/* "S 0.49 default": with constants and step where they are not the usual ones. */
+/* "S 0.49 default": with constants, step and element where they are not the usual ones. */
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[80]);
 
 /* "cases/scramble_2_S_0.49_default", below plan->out. */
@@ -116,6 +131,9 @@ void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]
 
 /* Distance from rest and volume below which a body is back. */
 #define FLESH_HARDCASES_TOLERANCE 1e-3
+
+/* The mesh of the run: the case's, with nodes on edges where its element has ten. Returns new. */
+int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, flesh_mesh **mesh);
 
 /* Writes scene.yaml, release.yaml (of cases with a release), the mesh and the start state into
  * `folder` (made when missing). */
@@ -129,6 +147,17 @@ void flesh_hardcases_run_one(const flesh_hardcases_plan *plan, const flesh_hardc
 /* Runs all, each in a process of its own, plan->jobs at a time. FLESH_ERR_INTERRUPTED when a signal
  * ended the battery: the runs that were done stand. */
 int flesh_hardcases_run_all(flesh_hardcases_plan *plan);
+
+/* Keeps the figures of a run that has ended in its folder, for a battery that goes on from there. What cannot be
+ * written is run again. */
+void flesh_hardcases_keep(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run);
+/* Takes a run's outcome and figures from there if it ran with the same settings, options, budget and version; returns
+ * whether it did. */
+int flesh_hardcases_recall(const flesh_hardcases_plan *plan, flesh_hardcases_run *run);
+
+/* Of --filters: performance profiles as profiles.csv and profiles.png, the verdicts as verdict.txt and on stdout. */
+int flesh_hardcases_write_filters(const flesh_hardcases_plan *plan);
+int flesh_hardcases_draw_filters(const flesh_hardcases_plan *plan);
 
 /* hardcases.csv. */
 int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan);

@@ -213,7 +213,7 @@ static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_ru
   static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
                                             "out/state.txt"};
   char folder[256], path[1700];
-  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &s->mesh);
+  int status = flesh_hardcases_run_mesh(plan, run, &s->mesh);
   if (status) return status;
   int nodes = flesh_mesh_node_count(s->mesh);
   double *v = malloc(sizeof *v * 3 * (size_t)nodes);
@@ -260,7 +260,7 @@ static const flesh_hardcases_setting *shown(const flesh_hardcases_plan *plan)
   for (int s = 1; s < plan->setting_count; s++) {
     const flesh_hardcases_setting *other = &plan->settings[s];
     int same = other->energy == best->energy && other->constants == best->constants &&
-               other->solver == best->solver && other->step == best->step;
+               other->solver == best->solver && other->step == best->step && other->element == best->element;
     if (same && other->poisson <= 0.49 && other->poisson > best->poisson) best = other;
   }
   return best;
@@ -277,7 +277,8 @@ static int draw_frames(const flesh_hardcases_plan *plan, const char *group)
   for (int k = 0; k < plan->run_count && !status; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
     int first = r->setting->first_poisson && r->row->poisson > 0 &&
-                r->setting->energy == setting->energy && r->setting->solver == setting->solver;
+                r->setting->energy == setting->energy && r->setting->solver == setting->solver &&
+                r->setting->element == setting->element;
     if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
     if (count == plan->case_count) break;
     status = read_strip(plan, r, &strips[count]);

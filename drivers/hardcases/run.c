@@ -21,15 +21,17 @@
 void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256])
 {
   const flesh_hardcases_setting *s = run->setting;
-  char seed[24] = "", constants[16] = "", step[24] = "";
+  char seed[24] = "", constants[16] = "", step[24] = "", element[24] = "";
   if (run->row->flags & FLESH_HARDCASES_RANDOM) snprintf(seed, sizeof seed, "_seed%d", run->seed);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, "_%s", flesh_constants_name(s->constants));
   if (!(run->row->step > 0) && fabs(s->step * 60 - 1) > 1e-9)
     snprintf(step, sizeof step, "_h%g", s->step);
-  snprintf(folder, 256, "cases/%s%s_%s%s_%g%s_%s", run->row->name, seed,
+  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, "_%s", flesh_element_name(s->element));
+  snprintf(folder, 256, "cases/%s%s%s%s_%s%s_%g%s%s_%s", s->body ? s->body->name : "", s->body ? "_" : "",
+           run->row->name, seed,
            flesh_energy_name(s->energy), constants,
-           run->row->poisson > 0 ? run->row->poisson : s->poisson, step,
+           run->row->poisson > 0 ? run->row->poisson : s->poisson, step, element,
            flesh_hardcases_solver_name(s->solver));
 }
 
@@ -200,7 +202,7 @@ typedef struct job {
   double deadline; /* after which it hangs; 0: none */
 } job;
 
-static void collect(job *j)
+static void collect(const flesh_hardcases_plan *plan, job *j)
 {
   int ended = 0;
   while (waitpid(j->process.id, &ended, 0) < 0 && errno == EINTR) continue;
@@ -219,6 +221,7 @@ static void collect(job *j)
                crashed > 0 ? strsignal(crashed) : "exit");
   }
   j->run->outcome = judge(j->run);
+  if (plan->filters && j->run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, j->run);
 }
 
 static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
@@ -259,6 +262,10 @@ int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
   int status = jobs && ends ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   while (!(status && !running) && (next < plan->run_count || running)) {
     int stopping = status || flesh_interrupt_signal();
+    if (!stopping && next < plan->run_count && plan->filters && flesh_hardcases_recall(plan, &plan->runs[next])) {
+      next++, done++;
+      continue;
+    }
     if (!stopping && next < plan->run_count && running < plan->jobs) {
       int place = 0;
       while (jobs[place].process.id) place++;
@@ -286,7 +293,7 @@ int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
     if (waited && !status) status = waited;
     for (int j = 0; j < room; j++)
       if (jobs[j].process.id && ends[j].revents) {
-        collect(&jobs[j]);
+        collect(plan, &jobs[j]);
         running--;
         show_progress(plan, ++done, jobs[j].run);
       }

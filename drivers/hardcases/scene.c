@@ -47,7 +47,7 @@ static void write_material(FILE *stream, const flesh_hardcases_run *run, double 
 
 static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 {
-  static const char *const keys[FLESH_HARDCASES_SOLVERS] = {
+  static const char *const keys[FLESH_HARDCASES_NAMED_SOLVERS] = {
       [FLESH_HARDCASES_KINSOL] = "line_search: residual",
       [FLESH_HARDCASES_PLAIN] = "line_search: none, project: always, max_newton: 10, "
                              "max_cutbacks: 0, accept_unconverged: true",
@@ -56,7 +56,10 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
       [FLESH_HARDCASES_CLAMPED] = "eigenvalue_filter: clamp",
       [FLESH_HARDCASES_ABSOLUTE] = "eigenvalue_filter: absolute",
       [FLESH_HARDCASES_TRUST_REGION] = "eigenvalue_filter: trust-region",
-      [FLESH_HARDCASES_NO_UNTANGLING] = "techniques: [negative_curvature, nonlinear_elimination, watchdog]"};
+      [FLESH_HARDCASES_NO_UNTANGLING] = "techniques: [negative_curvature, nonlinear_elimination, watchdog]",
+      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "eigenvalue_filter: clamp, project: always",
+      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "eigenvalue_filter: absolute, project: always",
+      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "eigenvalue_filter: trust-region, project: always"};
   /* Statics end at a share of the residual that they begin with, which is huge far from rest. */
   const char *tolerance = run->row->flags & FLESH_HARDCASES_STATIC ? "newton_tolerance: 1e-8" : NULL;
   const char *key = keys[run->setting->solver];
@@ -71,8 +74,10 @@ static void write_body(FILE *stream, const flesh_hardcases_run *run)
   char title[80];
   flesh_hardcases_setting_title(run->setting, title);
   fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
-  fprintf(stream, "body:\n  mesh: body.mesh\n  density: %g\n  material: ",
-          row->density > 0 ? row->density : 1000);
+  fputs("body:\n  mesh: body.mesh\n", stream);
+  if (run->setting->element != FLESH_ELEMENT_TET4)
+    fprintf(stream, "  element: %s\n", flesh_element_name(run->setting->element));
+  fprintf(stream, "  density: %g\n  material: ", row->density > 0 ? row->density : 1000);
   write_material(stream, run, 1);
   if (row->young_ratio > 0) {
     fputs("\n  regions:\n    - tags: [1]\n      material: ", stream);
@@ -116,12 +121,52 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
   return flesh_file_commit(&file);
 }
 
+/* A block of the battery's size, or the file's tets with four nodes each, moved and scaled to begin at 0 and to be
+ * 0.2 m long along x. */
+static int make_body(const flesh_hardcases_body *body, flesh_mesh **mesh)
+{
+  flesh_mesh *read = NULL, *lowered = NULL;
+  flesh_mesh_info info;
+  if (!body->file) return flesh_mesh_box(body->cells, (double[3]){0.2, 0.1, 0.1}, (double[3]){0}, mesh);
+  int status = flesh_mesh_read(body->file, &read);
+  if (!status && flesh_mesh_order(read) == 2) {
+    status = flesh_mesh_lower_order(read, &lowered);
+    flesh_mesh_destroy(&read);
+    read = lowered;
+  }
+  if (status) return status;
+  flesh_mesh_inspect(read, &info);
+  double *x = malloc(sizeof *x * 3 * (size_t)info.nodes);
+  if (!x) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int d = 0; d < 3 * info.nodes && !status; d++)
+    x[d] = (flesh_mesh_positions(read)[d] - info.low[d % 3]) * 0.2 / (info.high[0] - info.low[0]);
+  if (!status) status = flesh_mesh_create(info.nodes, x, info.tets, flesh_mesh_tets(read), NULL, mesh);
+  free(x);
+  flesh_mesh_destroy(&read);
+  return status;
+}
+
+int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, flesh_mesh **mesh)
+{
+  flesh_mesh *corners = NULL;
+  *mesh = NULL;
+  int status = run->setting->body ? make_body(run->setting->body, &corners)
+                                  : flesh_hardcases_make_mesh(run->row, plan->quick, &corners);
+  if (status || run->setting->element == FLESH_ELEMENT_TET4) {
+    *mesh = corners;
+    return status;
+  }
+  status = flesh_mesh_raise_order(corners, mesh);
+  flesh_mesh_destroy(&corners);
+  return status;
+}
+
 static int write_start(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run,
                        const char *folder)
 {
   char path[1500];
   flesh_mesh *mesh = NULL;
-  int status = flesh_hardcases_make_mesh(run->row, plan->quick, &mesh);
+  int status = flesh_hardcases_run_mesh(plan, run, &mesh);
   if (status) return status;
   snprintf(path, sizeof path, "%s/body.mesh", folder);
   status = flesh_mesh_write(mesh, path);

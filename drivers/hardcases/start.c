@@ -159,6 +159,7 @@ int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh
     double u[3];
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
     start_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i, state->v + 3 * i);
+    for (int c = 0; c < 3; c++) state->x[3 * i + c] += row->noise * edge[i] * u[c];
   }
   if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
   free(edge);

@@ -20,8 +20,11 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
       [FLESH_HARDCASES_CLAMPED] = "clamped",
       [FLESH_HARDCASES_ABSOLUTE] = "absolute",
       [FLESH_HARDCASES_TRUST_REGION] = "trust-region",
-      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling"};
-  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_SOLVERS, "a name of every solver");
+      [FLESH_HARDCASES_NO_UNTANGLING] = "no-untangling",
+      [FLESH_HARDCASES_CLAMPED_ALWAYS] = "clamped-always",
+      [FLESH_HARDCASES_ABSOLUTE_ALWAYS] = "absolute-always",
+      [FLESH_HARDCASES_TRUST_REGION_ALWAYS] = "trust-region-always"};
+  static_assert(sizeof names / sizeof *names == FLESH_HARDCASES_NAMED_SOLVERS, "a name of every solver");
   return names[solver];
 }
 
@@ -53,11 +56,12 @@ const char *flesh_hardcases_end_name(flesh_hardcases_end end)
 
 void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[80])
 {
-  char constants[16] = "", step[32] = "";
+  char constants[16] = "", step[32] = "", element[24] = "";
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, " %s", flesh_constants_name(s->constants));
   if (fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, " h=%g", s->step);
-  snprintf(title, 80, "%s%s %g%s %s", flesh_energy_name(s->energy), constants, s->poisson, step,
+  if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, " %s", flesh_element_name(s->element));
+  snprintf(title, 80, "%s%s %g%s%s %s", flesh_energy_name(s->energy), constants, s->poisson, step, element,
            flesh_hardcases_solver_name(s->solver));
 }
 
@@ -93,7 +97,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
         "checked,worst_rise,finite,max_inverted,"
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
         "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
-        "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,folder,message\n",
+        "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,"
+        "element,mesh,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
@@ -127,7 +132,7 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     field(stream, f->cpu_s);
     field(stream, f->simulated_s);
     field(stream, f->stressed_rest);
-    fprintf(stream, ",%s", folder);
+    fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
   }
@@ -147,6 +152,7 @@ static int is_expected(const flesh_hardcases_run *r)
   const flesh_hardcases_setting *s = r->setting;
   double poisson = r->row->poisson > 0 ? r->row->poisson : s->poisson;
   if (s->energy != FLESH_ENERGY_S && s->energy != FLESH_ENERGY_E) return 0;
+  if (s->element != FLESH_ELEMENT_TET4) return 0;
   if (s->solver != FLESH_HARDCASES_DEFAULT) return 0;
   return poisson < 0.4951 || !(r->row->flags & FLESH_HARDCASES_HARDEST);
 }
@@ -260,7 +266,7 @@ int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
     expected += is_expected(&plan->runs[k]) && plan->runs[k].outcome != FLESH_HARDCASES_NOT_RUN;
     broken += is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]);
   }
-  SAY("\nPromised to come back (S and E, default solver; above nu = 0.495 not from scramble or "
+  SAY("\nPromised to come back (S and E, tet4, default solver; above nu = 0.495 not from scramble or "
       "point): %d of %d "
       "do%s\n",
       expected - broken, expected, broken ? "; these do not:" : ".");
