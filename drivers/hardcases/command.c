@@ -267,6 +267,20 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   return status;
 }
 
+/* Returns the exit code. */
+static int choose_and_batter(request *asked, flesh_hardcases_lists *l, choice *chosen,
+                             flesh_hardcases_setting *settings, flesh_hardcases_plan *plan)
+{
+  int status = choose(asked, l, chosen, settings, plan);
+  flesh_interrupt_watch();
+  if (!status) status = batter(plan);
+  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) {
+    flesh_command_fail("hardcases", status);
+    return 143;
+  }
+  return status ? flesh_command_fail("hardcases", status) : 0;
+}
+
 int flesh_command_hardcases(int argc, char **argv)
 {
   request asked = {.steps = "1/60", .cases = "*"};
@@ -318,11 +332,7 @@ int flesh_command_hardcases(int argc, char **argv)
   if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases(plan.filters);
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
-  status = choose(&asked, l, chosen, settings, &plan);
-  flesh_interrupt_watch();
-  if (!status) status = batter(&plan);
-  code = status ? flesh_command_fail("hardcases", status) : 0;
-  if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) code = 143;
+  code = choose_and_batter(&asked, l, chosen, settings, &plan);
 done:
   free(plan.runs);
   free(settings);
