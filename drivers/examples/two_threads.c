@@ -37,7 +37,7 @@ static void *run(void *data)
 static job job_at_rest(const bar *b, flesh_method method)
 {
   const size_t n = 3 * (size_t)b->nodes;
-  job j = {.body = b, .method = method, .state = {0, malloc(n * sizeof(double)), calloc(n, sizeof(double))}};
+  job j = {.body = b, .method = method, .state = {.x = malloc(n * sizeof(double)), .v = calloc(n, sizeof(double))}};
   memcpy(j.state.x, b->state.x, n * sizeof(double));
   return j;
 }

@@ -133,7 +133,7 @@ static void cubes_shear_as_they_must(void)
         .load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v, .multipliers = b.state.multipliers};
     CHECK_OK(flesh_system_residual(b.system, &point, r));
     for (int d = 0; d < b.n; d++) {
-      worst = fmax(worst, fabs(b.state.x[d] - X[d] - (d % 3 == 0) * g * X[d + 1]));
+      worst = fmax(worst, fabs(b.state.x[d] - X[d] - (d % 3 == 0 ? g * X[d + 1] : 0)));
       if (d % 3 == 0 && X[d + 1] == 1) force += r[d];
     }
     flesh_psi psi;

@@ -318,7 +318,7 @@ static void threads_share_a_system_and_give_the_same_bits(void)
   for (int k = 0; k < 4; k++) {
     jobs[k] = (job){.system = b.system,
                     .n = b.n,
-                    .state = {0, malloc((size_t)b.n * sizeof(double)), malloc((size_t)b.n * sizeof(double))}};
+                    .state = {.x = malloc((size_t)b.n * sizeof(double)), .v = malloc((size_t)b.n * sizeof(double))}};
     memcpy(jobs[k].state.x, b.state.x, (size_t)b.n * sizeof(double));
     for (int d = 0; d < b.n; d++) jobs[k].state.v[d] = d % 3 == 1 ? (1 + k % 2) * b.state.x[d - 1] : 0;
   }
