@@ -151,8 +151,9 @@ static void say_solved(const flesh_hardcases_plan *plan, table *t, FILE *stream)
       for (int b = 0; b < s; b++) again |= plan->settings[b].poisson == nu;
       if (again) continue;
       const flesh_profile p = profile_of(t, NEWTON, nu);
-      if (pass < 0) SAY("%s nu %g: %d", count++ ? "," : "", nu, flesh_profile_problems(&p, NULL));
+      if (pass < 0) SAY("%s nu %g: %d", count ? "," : "", nu, flesh_profile_problems(&p, NULL));
       else SAY(" %7d", flesh_profile_solved(&p, pass));
+      count++;
     }
   }
   SAY("\n");
