@@ -64,7 +64,7 @@ a_run_repeats_alone() {
 
 # The stock ways break what the default survives, or take far longer, and it shows.
 other_solvers_are_found_out() {
-  battery --energies S --poisson 0.49 --cases stretch10,plane,twist2 --solvers all || return 1
+  battery --energies S --poisson 0.49 --cases stretch10,plane,twist2 --solvers all --max-seconds 600 || return 1
   [ "$(value outcome plane S 0.49)" = recovered ] && [ "$(value outcome stretch10 S 0.49)" = recovered ] || return 1
   [ "$(value outcome stretch10 S 0.49 plain)" != recovered ] &&
     [ "$(value outcome stretch10 S 0.49 never-projected)" != recovered ] &&
