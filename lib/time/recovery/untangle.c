@@ -23,6 +23,7 @@ static const double quasi_static_way = 1e-3;
 /* A tangle is held in place by loads above this share of that force on one of its nodes. */
 static const double held_share = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
+static const double vanished_share = 0.01;     /* of the volume at rest */
 enum {
   VECTORS = 9,
   QUASI_STATIC_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
@@ -49,6 +50,7 @@ struct flesh_untangler {
   double t_begin, t_end;
   double *multipliers; /* [multiplier_count] of the end */
   int multiplier_count;
+  int vanished; /* The body is a point, in which form E has no more energy than at rest for a ratio of 0. */
   int moved, repetitions, in_time; /* of the repositioning under trial */
   double phi, last;                /* J, of the tangle and of the last repetition */
   uint8_t *fixed; /* [n] */
@@ -292,6 +294,34 @@ static void begin_again(flesh_untangler *self, flesh_state *state)
   }
 }
 
+/* A group that lies behind an obstacle in part is moved before it as a whole, as pushing single nodes out would flatten
+ * it again. Between two obstacles there may be no such place. */
+static void clear_obstacles(flesh_untangler *self, flesh_state *state)
+{
+  enum { TRIES = 4 };
+  const int *moved = flesh_winding_moved(self->winding);
+  int nodes = self->n / 3, groups = 0;
+  for (int i = 0; i < nodes; i++) groups = moved[i] > groups ? moved[i] : groups;
+  for (int k = 0; k < TRIES * groups; k++) {
+    double farthest[3] = {0}, square = 0;
+    int is_free = 1;
+    memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
+    flesh_system_push_out(self->system, state->t, self->end.x, state->t, self->saved);
+    for (int i = 0; i < nodes; i++) {
+      if (moved[i] != k % groups + 1) continue;
+      double way[3], length = 0;
+      for (int c = 0; c < 3; c++) {
+        way[c] = self->saved[3 * i + c] - state->x[3 * i + c];
+        length += way[c] * way[c];
+        is_free &= !self->fixed[3 * i + c];
+      }
+      if (length > square) square = length, memcpy(farthest, way, sizeof way);
+    }
+    for (int d = 0; d < self->n && is_free; d++)
+      if (moved[d / 3] == k % groups + 1) state->x[d] += farthest[d % 3];
+  }
+}
+
 /* Returns 1 when it has repositioned nodes. */
 static int untangle(flesh_untangler *self, flesh_state *state)
 {
@@ -319,9 +349,12 @@ static int untangle(flesh_untangler *self, flesh_state *state)
     return 0;
   if (potential(self, state, &self->phi, &magnitude)) return 0;
   remember_end(self, state);
+  self->vanished = fabs(flesh_mesh_volume(self->mesh, state->x)) <
+                   vanished_share * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
   self->moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (self->moved < 0) return self->moved;
   /* No obstacle is passed: what it bars stays before it. */
+  if (self->moved == self->n / 3) clear_obstacles(self, state);
   flesh_system_push_out(self->system, state->t, self->end.x, state->t, state->x);
   /* Energies that inverted tets have no place in must have one afterwards. */
   if (flesh_system_max_feasible_step(self->system, state->t, self->end.x, state->t, state->x) < 1 ||
@@ -368,7 +401,9 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   for (int d = 0; d < self->n; d++) way = fmax(way, fabs(state->x[d] - self->end.x[d]));
   const double rounding = rounding_of_terms * magnitude;
   const int elsewhere = phi < INFINITY && way > quasi_static_way * self->edge;
-  if (elsewhere && phi < self->phi - rounding) {
+  const int better = phi < self->phi - rounding ||
+                     (self->vanished && !flesh_mesh_may_be_tangled(self->mesh, state->x));
+  if (elsewhere && better) {
     memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
     stats->untanglings++;
     stats->untangled_nodes += self->moved;
