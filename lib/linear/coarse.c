@@ -207,14 +207,14 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
 }
 
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *halves, flesh_threads *threads, flesh_coarse **coarse)
+                        const flesh_bisection *bisection, flesh_threads *threads, flesh_coarse **coarse)
 {
   flesh_coarse *self = flesh_calloc(1, sizeof *self);
   *coarse = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
   self->threads = threads;
-  int status = build(self, A, positions, vertices, halves->order);
+  int status = build(self, A, positions, vertices, bisection->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }

@@ -47,10 +47,10 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   self->chunks = (A->rows + CHUNK - 1) / CHUNK;
   self->threads = threads;
   self->unit = 1;
-  flesh_bisection halves = {0};
-  int status = flesh_bisection_create(A, &halves);
-  if (!status) status = flesh_product_create(A, &halves, single, &self->product);
-  flesh_bisection_clear(&halves);
+  flesh_bisection bisection = {0};
+  int status = flesh_bisection_create(A, &bisection);
+  if (!status) status = flesh_product_create(A, &bisection, single, &self->product);
+  flesh_bisection_clear(&bisection);
   /* The product has room of its own behind the padding. */
   void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room};
   enum { VECTORS = sizeof vectors / sizeof vectors[0] };
