@@ -124,16 +124,16 @@ static void move(int begin, int end, const double *base, double shift, const dou
     for (int d = begin; d < end; d++) y[d] = shift * u[d];
 }
 
-typedef struct departure {
+typedef struct displacement {
   flesh_equations *equations;
   const double *u;
-} departure;
+} displacement;
 
 enum { DOFS = 4096 }; /* of a task */
 
 static void move_part(void *data, int part)
 {
-  const departure *from = data;
+  const displacement *from = data;
   flesh_equations *self = from->equations;
   const flesh_stage *s = &self->stage;
   const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
@@ -152,7 +152,7 @@ static double displacement_to(const flesh_equations *self, const double *u)
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(departure){self, u});
+  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(displacement){self, u});
   for (int k = 0; k < self->constrained_count; k++) {
     const int d = self->constrained_dofs[k];
     const double value = self->u_constrained[d];
