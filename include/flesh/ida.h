@@ -14,8 +14,8 @@
  * and the Jacobian stays symmetric. Newton's convergence and the error test of IDA are in the units
  * of y, so the force rows need no scaling by the mass.
  *
- * What is prescribed, the springs of a drag and the set of constrained dofs change their course at
- * events. One start is good up to the next event; there, or when the state was changed from
+ * At events prescribed motions, loads or the set of constrained dofs change abruptly (a keyframe, a
+ * release). One start is valid up to the next event; there, or when the state was changed from
  * outside, start again:
  *
  *   flesh_ida_problem_create(system, &options, &problem);

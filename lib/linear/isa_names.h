@@ -10,7 +10,7 @@
 #define flesh_pcg_space_destroy FLESH_OF_ISA(flesh_pcg_space_destroy)
 #define flesh_pcg_space_memory FLESH_OF_ISA(flesh_pcg_space_memory)
 #define flesh_pcg FLESH_OF_ISA(flesh_pcg)
-#define flesh_pcg_departure FLESH_OF_ISA(flesh_pcg_departure)
+#define flesh_pcg_model_error FLESH_OF_ISA(flesh_pcg_model_error)
 #define flesh_pcg_guided FLESH_OF_ISA(flesh_pcg_guided)
 
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)

@@ -30,8 +30,9 @@ typedef struct flesh_linear {
   int (*pcg_guided)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
                     const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
                     const double *b, double *x, flesh_pcg_result *result);
-  double (*pcg_departure)(const flesh_pcg_space *space, const double *r);
-  int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *halves, int single, flesh_product *product);
+  double (*pcg_model_error)(const flesh_pcg_space *space, const double *r);
+  int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
+                        flesh_product *product);
   void (*product_clear)(flesh_product *product);
   double (*product_multiply)(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y);

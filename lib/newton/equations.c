@@ -100,11 +100,11 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
   flesh_system_prescribe(self->system, stage->t, self->u_constrained);
-  self->constrained_way = 0;
+  self->constrained_displacement = 0;
   for (int k = 0; k < count; k++) {
     double *u = &self->u_constrained[dofs[k]];
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
-    self->constrained_way = fmax(self->constrained_way, fabs(*u));
+    self->constrained_displacement = fmax(self->constrained_displacement, fabs(*u));
   }
   flesh_clearance_begin(&self->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
   return changed;
@@ -124,16 +124,16 @@ static void move(int begin, int end, const double *base, double shift, const dou
     for (int d = begin; d < end; d++) y[d] = shift * u[d];
 }
 
-typedef struct departure {
+typedef struct displacement {
   flesh_equations *equations;
   const double *u;
-} departure;
+} displacement;
 
 enum { DOFS = 4096 }; /* of a task */
 
 static void move_part(void *data, int part)
 {
-  const departure *from = data;
+  const displacement *from = data;
   flesh_equations *self = from->equations;
   const flesh_stage *s = &self->stage;
   const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
@@ -143,16 +143,16 @@ static void move_part(void *data, int part)
 }
 
 /* How far a node at u is from where the stage begins, at most, m. */
-static double way_to(const flesh_equations *self, const double *u)
+static double displacement_to(const flesh_equations *self, const double *u)
 {
   return fmax(flesh_clearance_moved(&self->clearance, self->stage.shift.x, u),
-              2 * fabs(self->stage.shift.x) * self->constrained_way);
+              2 * fabs(self->stage.shift.x) * self->constrained_displacement);
 }
 
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(departure){self, u});
+  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(displacement){self, u});
   for (int k = 0; k < self->constrained_count; k++) {
     const int d = self->constrained_dofs[k];
     const double value = self->u_constrained[d];
@@ -162,7 +162,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   }
   const int looks = self->clearance.free && self->clearance.least_left > 0;
   if (looks) {
-    self->clearance.moved = way_to(self, u);
+    self->clearance.moved = displacement_to(self, u);
     self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
   }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
@@ -188,7 +188,7 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
 int flesh_equations_is_clear(const flesh_equations *self, const double *u)
 {
   if (!flesh_system_limits_step(self->system)) return 1;
-  return self->clearance.free && self->clearance.least_left > 0 && way_to(self, u) < self->clearance.least_left;
+  return self->clearance.free && self->clearance.least_left > 0 && displacement_to(self, u) < self->clearance.least_left;
 }
 
 int flesh_equations_can_reach(flesh_equations *self, const double *u)

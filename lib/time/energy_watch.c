@@ -16,7 +16,7 @@
  *
  * W of a step, u being the displacement over it:
  * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
- *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its way; and
+ *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its path; and
  *   V(t_1,x_0) - V(t_0,x_0). Along a turn of what is held V is not convex: R_1 does little along the chord where the
  *   step turns far, and all of a constant torque's work with the prescribed velocity v_1: what h R_1.v_1 is larger by
  *   than R_1.u may be put in, too, and is taken as not known. Where the step turns by more than a right angle (u and
@@ -32,8 +32,8 @@
  * have it.
  *
  * Nothing is reported below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left
- * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
- * motion as slow as its tolerance. */
+ * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of
+ * a motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
 #include <math.h>
