@@ -162,8 +162,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
   int **integers[] = {&self->column, &self->source, &self->lower_place};
-  int **by_row[] = {&self->start, &self->pairs};
-  int failed = 0;
+  int **by_row[] = {&self->start, &self->pairs}, failed = 0;
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     failed |= !(*integers[k] = flesh_huge_pages_alloc((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
