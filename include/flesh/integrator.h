@@ -188,6 +188,29 @@ FLESH_API flesh_progress flesh_integrator_progress(const flesh_integrator *integ
 /* Of the last failed step. */
 FLESH_API const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator);
 
+/* What an integrator remembers between steps, as bytes: the history of its method, what first
+ * iterates go on from, matrices and factors that serve again, the watch over the energy, pressures of
+ * its own, the memory of recovery, and counts. The state is not part of it. Another integrator of the
+ * same system, method and options that loads them, with the state, goes on with the same bits; but
+ * not from within IDA's steps (flesh_integrator_saves_all).
+ *
+ * Writes them to data [*size]; NULL: only *size is found. FLESH_ERR_ARGUMENT where `room` bytes are
+ * too few. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_integrator_save(const flesh_integrator *integrator, size_t room, void *data,
+                                    size_t *size);
+/* Takes over what was saved; to be called between steps, after the options are set, which are no part
+ * of it. FLESH_ERR_FILE, with nothing changed, for what is no saved history, is cut off or damaged (a
+ * checksum says so), or comes from another version of the library or another kind of machine;
+ * FLESH_ERR_ARGUMENT, with nothing changed, for another method, mesh, other effects, solvers or
+ * instructions. Where it says that the integrator is lost, and after FLESH_ERR_MEMORY, that can but be
+ * destroyed. */
+FLESH_API int flesh_integrator_load(flesh_integrator *integrator, const void *data, size_t size);
+/* Whether what would be saved now is all that the next step depends on. 0 while IDA steps (adaptive
+ * methods), which gives its history but does not take it back: a loaded integrator starts IDA anew
+ * from the state, with order 1, and the motion agrees within flesh_adaptive_options.tolerance. Cannot
+ * fail. */
+FLESH_API int flesh_integrator_saves_all(const flesh_integrator *integrator);
+
 /* Bytes held by the integrator by now. */
 FLESH_API size_t flesh_integrator_memory(const flesh_integrator *integrator);
 

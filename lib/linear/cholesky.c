@@ -39,8 +39,7 @@ enum {
 };
 
 struct flesh_cholesky {
-  int rows;
-  int begin[4]; /* of the halves and the separator */
+  int rows, begin[4]; /* of the halves and the separator */
   int *order;   /* [rows] nodes in the order of elimination */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
@@ -56,8 +55,7 @@ struct flesh_cholesky {
   three *partners;                 /* [3 parts][longest] sums of a row's blocks, by those whose product is dropped */
   float *work, *spill;             /* [12*blocks], [12*separator_blocks]: blocks of four-lane rows */
   flesh_triangle upper, lower;     /* U; U^T */
-  float *inverse;                  /* [9*rows] of D */
-  float *y;                        /* [4*rows] */
+  float *inverse, *y;              /* [9*rows] of D; [4*rows] */
 };
 
 static int separator_blocks(const flesh_cholesky *self)
@@ -164,8 +162,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
   int **integers[] = {&self->column, &self->source, &self->lower_place};
-  int **by_row[] = {&self->start, &self->pairs};
-  int failed = 0;
+  int **by_row[] = {&self->start, &self->pairs}, failed = 0;
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     failed |= !(*integers[k] = flesh_huge_pages_alloc((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
@@ -207,9 +204,8 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bi
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
   if (!status) {
-    const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
+    const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows] - rows;
     long long *sorted = flesh_malloc((blocks + 1) * sizeof *sorted);
-    const size_t rows = (size_t)A->rows;
     int *room = flesh_malloc((3 * rows + 1) * sizeof *room);
     status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows)
                             : FLESH_ERR_MEMORY;
@@ -230,11 +226,10 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
                     self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
-                    self->partners, self->inverse, self->y};
+                    self->partners, self->inverse, self->y, self->order};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_triangle_clear(&self->upper);
   flesh_triangle_clear(&self->lower);
-  flesh_free(self->order);
   flesh_free(self);
   *cholesky = NULL;
 }
@@ -445,4 +440,11 @@ size_t flesh_cholesky_memory(const flesh_cholesky *self)
          flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
          separator * 9 * sizeof(double) + (size_t)separator_blocks(self) * 12 * sizeof(float) +
          (rows + separator + 3 * (size_t)self->longest) * sizeof(three);
+}
+
+void flesh_cholesky_archive(flesh_cholesky *self, flesh_archive *archive)
+{
+  flesh_triangle_archive(&self->upper, archive);
+  flesh_triangle_archive(&self->lower, archive);
+  flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->rows * sizeof *self->inverse);
 }

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/threads.h"
 #include "linear/coarse.h"
 #include "linear/bisection.h"
@@ -30,5 +31,6 @@ double flesh_cholesky_solve(flesh_cholesky *cholesky, flesh_coarse *coarse, cons
 void flesh_cholesky_result(const flesh_cholesky *cholesky, const flesh_coarse *coarse, int begin, int end, float *z);
 
 size_t flesh_cholesky_memory(const flesh_cholesky *cholesky);
+void flesh_cholesky_archive(flesh_cholesky *cholesky, flesh_archive *archive);
 
 #endif

@@ -423,3 +423,9 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
          flesh_coarse_cholesky_memory(&self->matrix);
 }
+
+void flesh_coarse_archive(flesh_coarse *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->grid.local, (size_t)self->rows * sizeof *self->grid.local);
+  flesh_coarse_cholesky_archive(&self->matrix, archive);
+}

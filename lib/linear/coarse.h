@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
 #include "linear/isa_names.h"
@@ -36,5 +37,6 @@ double flesh_coarse_solve(flesh_coarse *coarse);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);
+void flesh_coarse_archive(flesh_coarse *coarse, flesh_archive *archive);
 
 #endif

@@ -21,6 +21,7 @@ typedef struct flesh_linear {
   int (*preconditioner_restore)(flesh_preconditioner_data *preconditioner, const float *error, double *step);
   double (*preconditioner_turned)(const flesh_preconditioner_data *preconditioner);
   size_t (*preconditioner_memory)(const flesh_preconditioner_data *preconditioner);
+  void (*preconditioner_archive)(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
   int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
   void (*pcg_space_destroy)(flesh_pcg_space **space);
   size_t (*pcg_space_memory)(const flesh_pcg_space *space);

@@ -12,6 +12,7 @@ const flesh_linear FLESH_OF_ISA(flesh_linear) = {
     .preconditioner_restore = flesh_preconditioner_restore,
     .preconditioner_turned = flesh_preconditioner_turned,
     .preconditioner_memory = flesh_preconditioner_memory,
+    .preconditioner_archive = flesh_preconditioner_archive,
     .pcg_space_create = flesh_pcg_space_create,
     .pcg_space_destroy = flesh_pcg_space_destroy,
     .pcg_space_memory = flesh_pcg_space_memory,

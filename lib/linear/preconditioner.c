@@ -280,3 +280,17 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }
+
+void flesh_preconditioner_archive(flesh_preconditioner_data *self, flesh_archive *archive)
+{
+  if (self->inverse) flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->rows * sizeof *self->inverse);
+  FLESH_ARCHIVE(archive, self->scale);
+  FLESH_ARCHIVE(archive, self->shift);
+  FLESH_ARCHIVE(archive, self->less);
+  FLESH_ARCHIVE(archive, self->by_diagonal);
+  flesh_archive_int(archive, &self->two_levels, 0, self->coarse != NULL);
+  flesh_archive_int(archive, &self->projects, 0, self->projection != NULL);
+  if (self->cholesky) flesh_cholesky_archive(self->cholesky, archive);
+  if (self->coarse) flesh_coarse_archive(self->coarse, archive);
+  if (self->projection) flesh_volume_projection_archive(self->projection, archive);
+}

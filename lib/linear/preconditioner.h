@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "flesh/linear_solver.h"
@@ -63,5 +64,8 @@ int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, cons
 double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
+
+/* What set-ups have made, and what the next one goes by. The stiff rows are not part of it. */
+void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
 
 #endif

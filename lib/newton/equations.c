@@ -75,18 +75,37 @@ size_t flesh_equations_memory(const flesh_equations *self)
          (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
+/* What follows from which dofs are constrained. */
+static void list_constrained(flesh_equations *self)
+{
+  self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
+  self->constrained_count = 0;
+  for (int d = 0; d < self->n; d++)
+    if (self->constrained[d]) self->constrained_dofs[self->constrained_count++] = d;
+  memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
+}
+
 int flesh_equations_find_constrained(flesh_equations *self, double t)
 {
   uint8_t *before = (uint8_t *)self->scratch;
   memcpy(before, self->constrained, (size_t)self->n);
   flesh_system_fixed(self->system, t, self->constrained);
   if (!memcmp(before, self->constrained, (size_t)self->n)) return 0;
-  self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
-  self->constrained_count = 0;
-  for (int d = 0; d < self->n; d++)
-    if (self->constrained[d]) self->constrained_dofs[self->constrained_count++] = d;
-  memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
+  list_constrained(self);
   return 1;
+}
+
+void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
+{
+  const size_t vector = (size_t)self->n * sizeof(double);
+  flesh_archive_bytes(archive, self->constrained, (size_t)self->n);
+  flesh_archive_bytes(archive, self->reached.x, vector);
+  FLESH_ARCHIVE(archive, self->reached.there.known);
+  FLESH_ARCHIVE(archive, self->reached.there.phi);
+  FLESH_ARCHIVE(archive, self->reached.there.magnitude);
+  if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
+  flesh_clearance_archive(&self->clearance, archive);
+  if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
 }
 
 int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "base/parallel_vector.h"
 #include "flesh/solver.h"
 #include "system/clearance.h"
@@ -62,6 +63,9 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                          flesh_equations *equations);
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
+
+/* What lasts from stage to stage; `matrix`: K as well. */
+void flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
 
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
  * before. */

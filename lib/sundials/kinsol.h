@@ -2,6 +2,7 @@
 #ifndef FLESH_SUNDIALS_KINSOL_H
 #define FLESH_SUNDIALS_KINSOL_H
 
+#include "base/archive.h"
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
 #include "system/position_potential.h"
@@ -66,5 +67,7 @@ void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 /* Those of its solves. */
 flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
+/* What lasts from solve to solve. FLESH_ERR_MEMORY. */
+int flesh_nonlinear_archive(flesh_nonlinear *nonlinear, flesh_archive *archive);
 
 #endif

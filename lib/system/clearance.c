@@ -111,3 +111,18 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
       self->least_left = fmin(self->least_left, self->left[k]);
   }
 }
+
+void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
+{
+  if (!self->x) return;
+  FLESH_ARCHIVE(archive, self->known);
+  if (self->known) {
+    FLESH_ARCHIVE(archive, self->t);
+    flesh_archive_bytes(archive, self->x, ((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
+    FLESH_ARCHIVE(archive, self->low);
+    FLESH_ARCHIVE(archive, self->high);
+  }
+  FLESH_ARCHIVE(archive, self->least_left);
+  FLESH_ARCHIVE(archive, self->moved);
+  FLESH_ARCHIVE(archive, self->moved_most);
+}

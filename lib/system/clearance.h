@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/system.h"
 
 /* With the maximum norm of dofs a node's displacement is sqrt(3) times that at most. */
@@ -27,6 +28,7 @@ typedef struct flesh_clearance flesh_clearance;
 int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, flesh_clearance *clearance);
 void flesh_clearance_clear(flesh_clearance *clearance);
 size_t flesh_clearance_memory(const flesh_clearance *clearance);
+void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive);
 
 /* A stage at t begins at x0 [n], its lagged state is x_lag [n] at t_lag. Looks again, at the lagged state, where half
  * of an effect's clearance is used up. */

@@ -437,4 +437,14 @@ int flesh_adaptive_is_slow(flesh_adaptive *self, const flesh_state *state, doubl
   return status < 0 ? status : FLESH_OK;
 }
 
+int flesh_adaptive_runs(const flesh_adaptive *self) { return self->running; }
+
+void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->t);
+  FLESH_ARCHIVE(archive, self->h);
+  flesh_archive_bytes(archive, self->returned, 2 * (size_t)self->n * sizeof *self->returned);
+  if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
+}
+
 void *flesh_adaptive_ida(const flesh_adaptive *self) { return self->ida; }

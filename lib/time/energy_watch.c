@@ -293,3 +293,32 @@ int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, 
   if (status) watch->known = 0;
   return status;
 }
+
+void flesh_energy_watch_archive(flesh_energy_watch *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->energies, (size_t)self->effects * sizeof *self->energies);
+  FLESH_ARCHIVE(archive, self->known);
+  FLESH_ARCHIVE(archive, self->t);
+  FLESH_ARCHIVE(archive, self->marks);
+  FLESH_ARCHIVE(archive, self->energy);
+  FLESH_ARCHIVE(archive, self->kinetic);
+  FLESH_ARCHIVE(archive, self->least);
+  FLESH_ARCHIVE(archive, self->lowest);
+  FLESH_ARCHIVE(archive, self->rounding);
+  FLESH_ARCHIVE(archive, self->unbalanced);
+  FLESH_ARCHIVE(archive, self->floor);
+  FLESH_ARCHIVE(archive, self->rate);
+  FLESH_ARCHIVE(archive, self->rate_t);
+  FLESH_ARCHIVE(archive, self->turned);
+  FLESH_ARCHIVE(archive, self->step);
+  flesh_archive_int(archive, &self->lasting.count, 0, FLESH_ENERGY_STEPS);
+  flesh_archive_int(archive, &self->lasting.next, 0, FLESH_ENERGY_STEPS - 1);
+  FLESH_ARCHIVE(archive, self->lasting.least);
+  FLESH_ARCHIVE(archive, self->lasting.parts);
+  FLESH_ARCHIVE(archive, self->lasting.part);
+  FLESH_ARCHIVE(archive, self->lasting.t);
+  FLESH_ARCHIVE(archive, self->reported);
+  FLESH_ARCHIVE(archive, self->balance);
+  FLESH_ARCHIVE(archive, self->warning);
+  self->warning[sizeof self->warning - 1] = 0;
+}

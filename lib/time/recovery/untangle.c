@@ -418,3 +418,13 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   if (self->moved == self->n / 3) self->attempts = ATTEMPT_LIMIT; /* no further one would be another */
   return 0;
 }
+
+void flesh_untangler_archive(flesh_untangler *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->quasi_static);
+  flesh_archive_int(archive, &self->attempts, 0, ATTEMPT_LIMIT);
+  FLESH_ARCHIVE(archive, self->know_velocity);
+  FLESH_ARCHIVE(archive, self->may_collapse);
+  FLESH_ARCHIVE(archive, self->expected);
+  if (self->know_velocity) flesh_archive_bytes(archive, self->v, (size_t)self->n * sizeof *self->v);
+}
