@@ -362,7 +362,7 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   return self->stop && reached < toward ? self->stop(self->stop_data) : FLESH_OK;
 }
 
-/* Whether energy has come from nowhere by the state, which is that given back. */
+/* Whether there is spurious energy at the state, which is the one returned. */
 static int watch_energy(flesh_adaptive *self, const flesh_state *state)
 {
   int status = flesh_adaptive_energy_judge(&self->energy, state);

@@ -10,7 +10,7 @@
  * dV/dt|_x is the work of loads, springs and obstacles that change with time: of an obstacle the force on the body
  * times the obstacle's own motion, friction included, since what friction takes is d.v relative to it. W is the sum of
  * P over the steps; so D = E - W never rises in truth, and methods that damp only lower it. What D rises by above its
- * least value before is energy from nowhere, the excess. It is reported as a share of the energy that the motion has had
+ * least value before is spurious energy, the excess. It is reported as a fraction of the energy that the motion has had
  * rightly: the largest of E - V_least - excess so far, V_least being the lowest V so far. Both do not depend on what V
  * is counted from.
  *

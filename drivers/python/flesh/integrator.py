@@ -132,7 +132,7 @@ class Integrator:
 
     @property
     def energy_balance(self) -> EnergyBalance:
-        """Energy, work put in, and what came from nowhere."""
+        """Energy, external work, and spurious energy."""
         return EnergyBalance(lib.flesh_integrator_energy_balance(self._pointer))
 
     def set_max_energy_gain(self, gain: float) -> None:
