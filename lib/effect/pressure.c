@@ -1,11 +1,11 @@
-/* pressure.c: a pressure on surface triangles that follows them: -p times the deformed area normal, a third to each
- * node.
+/* pressure.c: a pressure on the deformed surface (a follower load): -p times the area normal of each triangle, a third
+ * to each node.
  *
  * With y = x - c, the volume W = sum of y_0.(y_1 x y_2)/6 between a point c and the surface has as its gradient just
  * these thirds, but for edges a -> b on the rim of an open surface, where (y_a x y_b)/6 at either end is lacking. So
  * r = p dW/dx, of which everything has exact derivatives and a surface without a rim nothing else, plus the rim's part.
  * That has no potential (Sewell 1967): it is expanded about the lagged state, without the antisymmetric part of its
- * derivative. What is left out is of the size of an edge; statics repeat a solve until it stands still. */
+ * derivative. What is left out is of the size of an edge; statics repeat a solve until it no longer changes. */
 #include <math.h>
 #include <stdlib.h>
 

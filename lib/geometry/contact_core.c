@@ -1,4 +1,4 @@
-/* contact_core.c: keeps the midst of a ball or rod out of the body's faces. */
+/* contact_core.c: keeps the core of a spherical or capsule obstacle out of the body's faces. */
 #include "geometry/contact_core.h"
 
 #include <math.h>

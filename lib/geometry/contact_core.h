@@ -1,9 +1,9 @@
-/* contact_core.h: keeps the midst of a ball or rod out of the body's faces.
+/* contact_core.h: keeps the core of a spherical or capsule obstacle out of the body's faces.
  *
- * Nodes alone cannot: a body that is stretched enough lets a ball slip between them. So the faces,
- * too, feel a barrier, around balls of half the radius; in ordinary contact, where nodes bear, none
- * of them is reached. The barrier is summed over faces, edges and vertices as that of triangle
- * meshes is. */
+ * A barrier on nodes alone does not: a body that is stretched enough lets a ball slip between its
+ * nodes. So there is a second barrier on the faces, around a core of half the obstacle's radius. In
+ * ordinary contact, where nodes bear the load, no face is near the core. The barrier is summed over
+ * faces, edges and vertices as that of triangle meshes is. */
 #ifndef FLESH_GEOMETRY_CONTACT_CORE_H
 #define FLESH_GEOMETRY_CONTACT_CORE_H
 

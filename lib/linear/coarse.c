@@ -1,8 +1,8 @@
-/* coarse.c: P^T A P by pairs of cells, and its sparse Cholesky factor.
+/* coarse.c: the coarse matrix P^T A P, assembled by pairs of cells, and its sparse Cholesky factor.
  *
- * The node at (x, y, z) of its cell moves with corner a by the product of x or 1 - x, y or 1 - y, z or 1 - z, as the
- * bits of a say. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination:
- * component c of its displacement is the unknown 3 rank + c. */
+ * The weight of corner a for a node at (x, y, z) of its cell is the product of x or 1 - x, y or 1 - y, z or 1 - z, by
+ * the bits of a. A vertex has the rank 4 place + slot, `place` that of its patch in the order of elimination: component
+ * c of its displacement is the unknown 3 rank + c. */
 #include "linear/coarse.h"
 
 #include <math.h>

@@ -1,5 +1,6 @@
-/* coarse_grid.c: the finest grid that has few enough vertices near nodes, vertices split where what they would move is
- * not connected, and patches of 2 x 2 of them across the longest axis. */
+/* coarse_grid.c: makes the grid of the coarse level: the finest one with few enough vertices near nodes; vertices are
+ * split where the nodes that they would move are not connected, and grouped in patches of 2 x 2 across the longest
+ * axis. */
 #include "linear/coarse_grid.h"
 
 #include <math.h>

@@ -1,13 +1,13 @@
-/* coarse_grid.h: a grid of cells over a body at rest, whose vertices' displacements, trilinear between them, move the
- * body's nodes. */
+/* coarse_grid.h: a grid of cells over a body at rest. The displacements of its vertices, interpolated trilinearly, move
+ * the body's nodes. */
 #ifndef FLESH_LINEAR_COARSE_GRID_H
 #define FLESH_LINEAR_COARSE_GRID_H
 
 #include "flesh/block_matrix.h"
 #include "linear/lanes.h"
 
-/* Nodes go by where vectors store them (bisection.h). Parts of a body that a vertex would move without their being
- * connected near it, two bodies or the fingers of a hand, have a vertex each there, unless they are far too many. */
+/* Nodes are numbered as vectors store them (bisection.h). Where a vertex would move parts of a body that are not
+ * connected near it (two bodies, the fingers of a hand), each part has a vertex of its own, unless they are too many. */
 typedef struct flesh_coarse_grid {
   int vertices, cells, patches;
   int *cell;           /* [rows] of each node */

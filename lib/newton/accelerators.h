@@ -1,5 +1,6 @@
-/* accelerators.h: what may take an accepted Newton step further: each proposes another one, which is taken only where
- * the potential falls below that of the step at hand. A new one is a file with a row, and a line in the table. */
+/* accelerators.h: techniques that take an accepted Newton step further. Each proposes another step, which is taken only
+ * where its potential is lower than that of the accepted one. A new one is a file with a row, and a line in the table.
+ * */
 #ifndef FLESH_NEWTON_ACCELERATORS_H
 #define FLESH_NEWTON_ACCELERATORS_H
 
@@ -21,7 +22,7 @@ typedef struct flesh_accepted_step {
   const double *u, *r; /* [n] the iterate and its residual */
   const double *p;     /* [n] the step */
   double start, value; /* J, potentials at u and u + p */
-  double cut;          /* its share of the first try; 1: it was not cut */
+  double cut;          /* its length over that of the first try; 1: it was not cut */
   flesh_direction_kind kind;
   int unpredicted; /* the quadratic model did not predict it */
 } flesh_accepted_step;

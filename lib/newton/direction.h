@@ -1,5 +1,5 @@
 /* direction.h: solves K p = b for the direction of a Newton step: true or filtered Hessian, by preconditioned conjugate
- * gradients or a direct factorisation. Which Hessian, how exactly and when to factor again is asked of it. */
+ * gradients or a direct factorisation. Its callers decide which Hessian, how exactly and when to factor again. */
 #ifndef FLESH_NEWTON_DIRECTION_H
 #define FLESH_NEWTON_DIRECTION_H
 

@@ -1,5 +1,5 @@
-/* line_search.h: scales a direction so that the incremental potential falls. The only rule there is by which a step is
- * accepted, and how well the quadratic model predicted the accepted one. */
+/* line_search.h: scales a direction so that the incremental potential falls. It has the only rule by which a step is
+ * accepted, and measures how well the quadratic model predicted the accepted one. */
 #ifndef FLESH_NEWTON_LINE_SEARCH_H
 #define FLESH_NEWTON_LINE_SEARCH_H
 
@@ -37,8 +37,8 @@ void flesh_search_begin_stage(flesh_search *search);
 
 /* Scales the direction p [n] at u, where the residual is r, so that the potential falls (Armijo, with the approximate
  * Wolfe condition of Hager & Zhang 2005 where round-off dominates). `measure_model`: the ratio of a filtered step is
- * asked for. FLESH_OK; FLESH_NOT_POSITIVE where p is no descent direction; FLESH_NOT_CONVERGED where no length serves.
- * */
+ * asked for. FLESH_OK; FLESH_NOT_POSITIVE where p is no descent direction; FLESH_NOT_CONVERGED where no length is
+ * accepted. */
 int flesh_search_run(flesh_search *search, const double *u, const double *r, flesh_direction_kind kind,
                           int measure_model, double *p, flesh_search_result *result);
 

@@ -1,5 +1,5 @@
-/* matrix_policy.h: when an older K or its preconditioner serves once more, how exactly linear systems are solved, and
- * whether in single precision: everything that ages with a matrix is here. */
+/* matrix_policy.h: when an older K or its preconditioner is kept, how exactly linear systems are solved, and whether in
+ * single precision: everything that depends on the age of a matrix is here. */
 #ifndef FLESH_NEWTON_MATRIX_POLICY_H
 #define FLESH_NEWTON_MATRIX_POLICY_H
 
@@ -9,15 +9,15 @@ typedef struct flesh_matrix_policy {
   flesh_equations *equations;          /* borrowed */
   flesh_direction *direction;          /* borrowed */
   float *inertia;           /* [n] diagonal of the mass matrix; NULL: with a direct solver */
-  int stage_continues;      /* the next stage goes on smoothly from this one: what was prepared may serve there, too */
-  flesh_shift prepared_for; /* what the preconditioner was made for */
-  int kept;                 /* K is that of an earlier iterate of the stage: its factor serves, too */
-  /* In how many stages before this one K was last assembled (-1: it is none of theirs), and how far residuals departed
-   * from what it predicted for each of these, over the residual before (0: not known). */
+  int stage_continues;      /* the next stage continues smoothly from this one: what was prepared may be kept for it */
+  flesh_shift prepared_for; /* the shift that the preconditioner was made for */
+  int kept;                 /* K is that of an earlier iterate of the stage, and its factor is kept, too */
+  /* How many stages ago K was assembled (-1: it is no stage's matrix), and its model error per stage of age, over the
+   * residual before (0: not known). */
   int age;
   double drift;
-  /* Of kept matrices: the last model error, over the square of the residual before (0: not known); how many times as
-   * large as predicted model errors of a kept one may be; what the next was predicted to be. */
+  /* Of kept matrices: the last model error, over the square of the residual before (0: not known); the factor by which a
+   * model error may exceed its prediction; the predicted next model error. */
   double curvature_estimate, safety_factor, predicted_error;
   double target;        /* N, of the nonlinear solve; 0: not known */
   double previous_norm; /* N, of the residual at the linear solve before this one of the same stage; 0 at first */
@@ -32,12 +32,12 @@ void flesh_matrix_policy_clear(flesh_matrix_policy *policy);
  * before it took. */
 void flesh_matrix_policy_begin_stage(flesh_matrix_policy *policy, int constraints_changed,
                                      const flesh_solve_stats *last);
-/* The stage ends at u [n]: how an older K has served. */
+/* The stage ends at u [n]: measures the model error of an older K. */
 void flesh_matrix_policy_end_stage(flesh_matrix_policy *policy, const double *u);
 
-/* Whether K, assembled at an earlier iterate of this stage or of one that it goes on from, serves where the residual is
- * r [n], too: as little as residuals differ from what K predicts, steps with it end at the target as soon as with a new
- * one, or by one more. Then it counts as kept. `usable`: the last direction was a plain Newton one. */
+/* Whether K, assembled at an earlier iterate of this stage or of one that it continues, is kept where the residual is
+ * r [n]: when its predicted model error is so small that the iteration reaches the target in as many steps as with a new
+ * K, or in one more. `usable`: the last direction was a plain Newton one. */
 int flesh_matrix_policy_keep(flesh_matrix_policy *policy, int usable, const double *r);
 /* K has been assembled anew, for this stage's equations. */
 void flesh_matrix_policy_assembled(flesh_matrix_policy *policy);
@@ -46,8 +46,8 @@ void flesh_matrix_policy_overwritten(flesh_matrix_policy *policy);
 
 /* Factors K, or makes its preconditioner. */
 int flesh_matrix_policy_refresh(flesh_matrix_policy *policy);
-/* The same where the older one does not serve: one made for an earlier iterate serves until the excess iterations due
- * to its age would have paid for a new one. */
+/* The same where the older one is not kept: one made for an earlier iterate is kept until the excess iterations due to
+ * its age have cost as much as a new one. */
 int flesh_matrix_policy_prepare(flesh_matrix_policy *policy);
 
 /* The tolerance [N] of a linear solve at a residual of `norm`, asked for with `tolerance`. */

@@ -1,4 +1,4 @@
-/* newton.c: the transitions of one Newton iteration, and what makes it of its parts. */
+/* newton.c: one Newton iteration: the table of transitions between its parts, and the loop that follows it. */
 #include "newton/newton.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* newton.h: one Newton iteration, made of its parts: equations, direction, line search, accelerators, matrix policy.
  *
- * Who owns the iteration (KINSOL, by the adapters in lib/sundials) asks for the matrix at an iterate, has it prepared,
- * and takes the step. README.md has the theory. Nothing here knows SUNDIALS. */
+ * The owner of the iteration (KINSOL, by the adapters in lib/sundials) asks for the matrix at an iterate, has it
+ * prepared, and takes the step. README.md has the theory. Nothing here depends on SUNDIALS. */
 #ifndef FLESH_NEWTON_NEWTON_H
 #define FLESH_NEWTON_NEWTON_H
 
@@ -23,8 +23,8 @@ typedef struct flesh_newton {
   flesh_accelerators accelerators;
   flesh_matrix_policy policy;
   flesh_balance balance;
-  flesh_stage_solver solver;      /* of the systems of few nodes; none: nonlinear elimination is not there */
-  flesh_reserve *reserve;             /* of these systems; NULL: there are none */
+  flesh_stage_solver solver;      /* of the systems of few nodes; none: no nonlinear elimination */
+  flesh_reserve *reserve;         /* memory of these systems; NULL: there are none */
   double *u, *r;                  /* [n] the iterate of K, and the residual there in a step */
   const double *weights;          /* [n] of the residual in the step's linear solves, borrowed; NULL: ones */
   int follow_curvature;           /* the next direction follows negative curvature, where there is one */
@@ -35,11 +35,11 @@ typedef struct flesh_newton {
   int (*stop)(void *data);        /* NULL: not asked */
   void *stop_data;
   double given_target;            /* N; of the residual, 0: what the options make of it */
-  int stopped;                    /* what it answered in this stage; FLESH_OK: go on */
+  int stopped;                    /* what `stop` returned in this stage; FLESH_OK: go on */
 } flesh_newton;
 
 /* Borrows `system` (finished), copies `options`. FLESH_ERR_ARGUMENT for options that make no sense or are not built in,
- * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts know each other. */
+ * FLESH_ERR_MEMORY. The struct must not move afterwards: its parts point to each other. */
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *newton);
 /* Whether such options and such a system need a solver of systems of few nodes. */
@@ -50,7 +50,7 @@ size_t flesh_newton_memory(const flesh_newton *newton);
 /* What lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
 int flesh_newton_archive(flesh_newton *newton, flesh_archive *archive);
 
-/* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached. */
+/* Sets the stage, finds the dofs that are constrained at its time, and clears what was cached. */
 void flesh_newton_set_stage(flesh_newton *newton, const flesh_stage *stage);
 /* The frozen state of effects that have one becomes the point of u [n] (flesh_stage.frozen_at_solution). */
 void flesh_newton_freeze(flesh_newton *newton, const double *u);
@@ -65,8 +65,8 @@ int flesh_newton_prepare(flesh_newton *newton, int usable);
  * residual in linear solves, or NULL. FLESH_NOT_CONVERGED, FLESH_NOT_POSITIVE: there is none. */
 int flesh_newton_step(flesh_newton *newton, const double *weights, const double *b, double tolerance, double *p);
 
-/* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; those constrained at t keep the a they come with.
- * Overwrites K and the caches. Status > 0 where there is none. */
+/* The acceleration a [n] with r(t, x, v, a) = 0 over the free dofs, x, v and multipliers being the state's; dofs that
+ * are constrained at t keep their given a. Overwrites K and the caches. Status > 0 where there is none. */
 int flesh_newton_acceleration(flesh_newton *newton, const flesh_state *state, double t, double *a);
 /* The constrained dofs of x and v [n] take their prescribed values (read there only); a jump du_c moves the free ones
  * by M_ff du_f = -M_fc du_c, the limit of a short step: nothing with lumped mass. Overwrites K and the caches. */

@@ -1,4 +1,4 @@
-/* stage.c: the start, the measure of convergence and the verdict of a stage's solve. */
+/* stage.c: the first iterate, the convergence criterion and the result of a stage's solve. */
 #include "newton/stage.h"
 
 #include <math.h>

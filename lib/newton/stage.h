@@ -1,5 +1,5 @@
 /* stage.h: the solve of a stage from beginning to end: where it starts, how small its residual must become, and whether
- * it still gets anywhere. */
+ * it still makes progress. */
 #ifndef FLESH_NEWTON_STAGE_H
 #define FLESH_NEWTON_STAGE_H
 
@@ -12,7 +12,7 @@ typedef enum flesh_iteration_end {
   FLESH_ITERATION_UNDEFINED /* where the residual has no value, and no shorter step has led out */
 } flesh_iteration_end;
 
-/* Who owns Newton's iteration. */
+/* The owner of Newton's iteration. */
 typedef struct flesh_iteration {
   void *data;
   /* Iterates from u [n] until the residual's 2-norm is at most `target` [N], or it ends otherwise. A status that is not
@@ -25,9 +25,8 @@ typedef struct flesh_iteration {
  * FLESH_NOT_CONVERGED; FLESH_UNDEFINED or FLESH_NONFINITE where the start has no residual. Adds to *stats. */
 int flesh_stage_solve(flesh_newton *newton, const flesh_stage *stage, const double *const *guesses,
                       const flesh_iteration *iteration, double *u, flesh_solve_stats *stats);
-/* Whether a solve still gets somewhere at u [n]: its last iterations, since the potential was *reached (NAN: the
- * first), took at least a tenth of all that has been gained. Starting again with half the step would throw that away.
- * */
+/* Whether a solve still makes progress at u [n]: its last iterations, since the potential was *reached (NAN: the first),
+ * have at least a tenth of the decrease so far. A restart with half the step would lose that decrease. */
 int flesh_stage_gains(flesh_newton *newton, const double *u, double *reached);
 /* Adds what the newton's parts have counted to *stats. */
 void flesh_stage_count(const flesh_newton *newton, flesh_solve_stats *stats);

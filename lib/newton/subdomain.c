@@ -1,6 +1,6 @@
-/* subdomain.c: the elements around the nodes that carry a residual are a small body of their own, with its outer nodes
- * held, whose stage is solved as any other; all that is no sum over elements (inertia, loads, contact...) is there by
- * its quadratic model, which is exact for most of it. */
+/* subdomain.c: nonlinear elimination's small system. The elements around the nodes that carry a residual become a body
+ * of their own with its outer nodes constrained, whose stage is solved like any other. Effects that are no sum over
+ * elements (inertia, loads, contact ...) are replaced by their quadratic models, which are exact for most of them. */
 #include "newton/subdomain.h"
 
 #include <math.h>

@@ -1,9 +1,9 @@
 /* volume_arc.c: second-order corrections (Nocedal & Wright 2006, section 18.3) of the volumes that stiff rows measure,
  * along the arc that they make of a step (Mayne & Polak 1982).
  *
- * With b the rows, the volume of what turns changes by b.q to first order, as Newton's step wants it, and by more to
- * second order, which the bulk modulus punishes: straight steps are cut to almost nothing. As volumes are cubic in
- * positions, Simpson's rule gives from b at three places what they change by. */
+ * With b the rows, a step q changes volumes by b.q to first order, as Newton's model has it. A rotation also changes
+ * them to second order, which costs so much energy that straight steps are cut to almost nothing. As volumes are cubic
+ * in positions, Simpson's rule gives their exact change from b at three points. */
 #include "newton/volume_arc.h"
 
 #include <math.h>
@@ -16,7 +16,8 @@
 
 enum { LENGTHS = 5, CORRECTIONS = 12 };
 
-/* Straight steps serve where the energy of their volumes' error is less than this, over what they should gain. */
+/* Straight steps are kept where the energy of their volumes' error is less than this fraction of the predicted
+ * decrease. */
 static const double SMALL = 0.01;
 /* Corrections end where the error's energy is this small beside the straight step's. */
 static const double CORRECTED = 1e-6;

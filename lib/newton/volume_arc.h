@@ -1,4 +1,5 @@
-/* volume_arc.h: bends Newton steps so that nearly incompressible elements keep the volume that the step gives them. */
+/* volume_arc.h: corrects Newton steps to second order, so that nearly incompressible elements get the change of volume
+ * that the step gives them to first order. */
 #ifndef FLESH_NEWTON_VOLUME_ARC_H
 #define FLESH_NEWTON_VOLUME_ARC_H
 
@@ -18,8 +19,8 @@ void flesh_volume_arc_clear(flesh_volume_arc *arc);
 size_t flesh_volume_arc_memory(const flesh_volume_arc *arc);
 
 /* The Newton step p [n] at u, where the residual is r, becomes s p plus what its volumes lack to second order, s = 1,
- * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight steps
- * keep volumes well enough, or the preconditioner projects nothing. */
+ * 1/2 ..., where that lowers the potential as far as s p should; else p stays as it is. It stays also where straight
+ * steps keep volumes well enough, or the preconditioner projects nothing. */
 void flesh_volume_arc_bend(flesh_volume_arc *arc, const double *u, const double *r, double *p);
 
 /* Where a solve of the stage starts, u [n], extrapolated in straight lines: moves it so that volumes are those of the

@@ -1,8 +1,8 @@
 /* watchdog.c: the watchdog technique (Chamberlain, Powell, Lemarechal & Pedersen 1982).
  *
- * What is stiff turns along arcs: a straight step strains it, and is cut to almost nothing by the potential, again and
- * again. Then a multiple of the step that has been cut is taken although the potential rises. There the residual is
- * that of what is strained, and one or two Newton steps take it back. */
+ * Stiff parts rotate along arcs: a straight step strains them, and the line search cuts it to almost nothing,
+ * repeatedly. Then a multiple of the cut step is taken although the potential rises. The residual there is that of the
+ * strained parts, and one or two Newton steps remove it. */
 #include <math.h>
 
 #include "newton/accelerators.h"

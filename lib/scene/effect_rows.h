@@ -63,7 +63,7 @@ extern const char *const flesh_axis_names[];
 /* clang-format off */
 #define FLESH_AXES_KEY(parameters)                                                                       \
   {.name = "axes", .type = FLESH_KEY_SET, .offset = offsetof(parameters, axes),                    \
-   .choices = flesh_axis_names, .default_value = "[x, y, z]", .doc = "the components held"}
+   .choices = flesh_axis_names, .default_value = "[x, y, z]", .doc = "the constrained components"}
 /* clang-format on */
 
 #endif

@@ -31,15 +31,15 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-6",
      .doc = "a solve has converged when the residual's 2-norm over the free dofs is at most this times the larger of "
-            "the applied load's and the first iterate's; where obstacles, prescribed places or springs may have gone "
-            "on at once, and in statics, the first iterate's counts at most as the largest force at the current one: "
+            "the applied load's and the first iterate's; where obstacles, prescribed positions or springs may have "
+            "jumped, and in statics, the first iterate's counts at most as the largest force at the current one: "
             "of loads, contact, inertia, elements and reactions"},
     {.name = "volume_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, volume_tolerance),
      .range = FLESH_RANGE_FRACTION,
      .default_value = "1e-8",
-     .doc = "of tets with poisson 0.5: their mean of J differs from 1 by this at most"},
+     .doc = "of tets with poisson 0.5: the largest difference of their mean of J from 1"},
     {.name = "linear_tolerance",
      .type = FLESH_KEY_NUMBER,
      .offset = offsetof(flesh_solver_options, linear_tolerance),
@@ -51,13 +51,13 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, max_newton),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "1200",
-     .doc = "Newton iterations per solve; every 300 must gain a tenth of what has been gained"},
+     .doc = "Newton iterations per solve; every 300 must gain a tenth of the decrease of the potential so far"},
     {.name = "max_linear",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, max_linear),
      .range = FLESH_RANGE_POSITIVE,
      .default_value = "2000",
-     .doc = "iterations per linear solve; one that they do not end is left to a direct factorisation, "
+     .doc = "iterations per linear solve; where they do not converge a direct factorisation solves, "
             "unless that costs more"},
     {.name = "max_cutbacks",
      .type = FLESH_KEY_INTEGER,
@@ -77,18 +77,18 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, preconditioner),
      .choices = flesh_preconditioner_names,
      .default_value = "auto",
-     .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: and with it displacements that "
+     .doc = "of pcg: ic: incomplete Cholesky on 3x3 blocks; two-level: ic and a coarse level, displacements that "
             "are trilinear between the vertices of a grid over the body; jacobi: inverse diagonal blocks; none; "
-            "volume-projection: auto's for what is left without the stiff volume terms of tet10-mean, which are "
-            "projected out; auto: two-level, or ic on meshes of a few hundred nodes, and round it volume-projection "
-            "where Poisson's ratio is 0.493 or more"},
+            "volume-projection: projects the stiff volume terms of tet10-mean out and preconditions the rest as auto "
+            "does; auto: two-level, or ic on meshes of a few hundred nodes, with volume-projection where Poisson's "
+            "ratio is 0.493 or more, in statics 0.489"},
     {.name = "project",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, project),
      .choices = projections,
      .default_value = "when_indefinite",
-     .doc = "when the elements' Hessians are made positive semi-definite: where negative curvature "
-            "shows, always, "
+     .doc = "when the elements' Hessians are made positive semi-definite: where the true Hessian is "
+            "indefinite, always, "
             "or never"},
     {.name = "eigenvalue_filter",
      .type = FLESH_KEY_CHOICE,
@@ -103,7 +103,7 @@ const flesh_key flesh_solver_table[] = {
      .offset = offsetof(flesh_solver_options, line_search),
      .choices = line_searches,
      .default_value = "potential",
-     .doc = "potential: full steps guarded by a search on the incremental potential; none: plain full "
+     .doc = "potential: full steps, reduced by a search on the incremental potential; none: plain full "
             "Newton steps; "
             "residual: KINSOL's line search on the residual"},
     {.name = "techniques",
@@ -112,22 +112,22 @@ const flesh_key flesh_solver_table[] = {
      .choices = techniques,
      .may_be_empty = 1,
      .default_value = "[negative_curvature, nonlinear_elimination, watchdog, untangle]",
-     .doc = "what helps where plain Newton steps are slow or a body is tangled; [] for none of it. negative_curvature: "
-            "steps that prove too short are lengthened where few nodes carry the residual (a crease, a tet that turns "
-            "inside out), after a cut, or time and again; and where few do, with pcg and project: when_indefinite, the "
-            "true Hessian is followed downhill along negative curvature. nonlinear_elimination: where a step went "
-            "otherwise than predicted and left few nodes that carry the residual, these and their neighbours are "
-            "solved for alone before the next (line_search: potential). watchdog: where steps are cut by what is "
-            "stiff, which a straight step cannot turn, a longer one is tried, with Newton steps from there; taken if "
-            "the potential ends lower (line_search: potential). untangle: near equilibrium, nodes of tets that stay "
-            "inverted, collapsed or wound once more around an edge, and are held so by no load, are repositioned by "
-            "their neighbours and the rest shape (counted in the results)"},
+     .doc = "techniques for bodies on which plain Newton steps are slow or that are tangled; [] for none. "
+            "negative_curvature: steps that prove too short are lengthened where few nodes carry the residual (a "
+            "crease, a tet that turns inside out), after a cut, or after many such steps; and where few nodes carry "
+            "it, with pcg and project: when_indefinite, the true Hessian is followed downhill along negative "
+            "curvature. nonlinear_elimination: after a step that was not predicted and left few nodes that carry the "
+            "residual, these and their neighbours are solved for alone (line_search: potential). watchdog: where "
+            "straight steps strain stiff parts that rotate, and are cut, a longer one is tried, with Newton steps "
+            "from there; taken if the potential ends lower (line_search: potential). untangle: near equilibrium, "
+            "nodes of tets that stay inverted, collapsed or wound once more around an edge, though no load holds "
+            "them so, are repositioned by their neighbours and the rest shape (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),
      .default_value = "false",
-     .doc = "true: a solve that ends at max_newton counts all the same, as in programs that take a "
-            "fixed number of iterations; false: the step is retried in halves and fails"},
+     .doc = "true: a solve that ends at max_newton without convergence is accepted, as in programs that take a "
+            "fixed number of iterations; false: the step is retried in halves and then fails"},
     {.name = "threads",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_solver_options, threads),

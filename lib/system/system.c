@@ -1,4 +1,4 @@
-/* system.c: a system from its first effect to its pattern, and what it asks of all of its effects. */
+/* system.c: builds a system of effects and constraints with its pattern, and what it asks of all of its effects. */
 #include "flesh/system.h"
 
 #include <math.h>

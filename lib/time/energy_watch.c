@@ -1,4 +1,4 @@
-/* energy_watch.c: the balance of a motion's energy with the work that is put in.
+/* energy_watch.c: the balance of a motion's energy with the external work.
  *
  * The motion obeys M a + dV/dx(x,t) + f + d = R, with the forces f of effects without an energy (a pressure on an open
  * surface), dissipative ones d with d.v >= 0 (damping, viscosity, friction relative to what rubs) and the reactions R
@@ -17,15 +17,15 @@
  * W of a step, u being the displacement over it:
  * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
  *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its path; and
- *   V(t_1,x_0) - V(t_0,x_0). Along a turn of what is held V is not convex: R_1 does little along the chord where the
- *   step turns far, and all of a constant torque's work with the prescribed velocity v_1: what h R_1.v_1 is larger by
- *   than R_1.u may be put in, too, and is taken as not known. Where the step turns by more than a right angle (u and
- *   v_1 are apart by half of that), nothing of its work is known: the change of E counts as put in.
+ *   V(t_1,x_0) - V(t_0,x_0). Along a prescribed rotation V is not convex: R_1 does little along the chord of a large
+ *   rotation, and all of a constant torque's work with the prescribed velocity v_1. The excess of h R_1.v_1 over R_1.u
+ *   may be external work, too, and is taken as not known. Where the step rotates by more than a right angle (u and v_1
+ *   are apart by half of that), nothing of its work is known: the change of E counts as external work.
  * - Others are of second order: power at the step's middle, interpolated between their stages, R.v there. For the
  *   midpoint rule that is its own stage, and v_1.Mv_1/2 - v_0.Mv_0/2 = u.Ma exactly; for Newmark's, BDF2 and HHT the
  *   line through the stages of two steps, which for Newmark's is the trapezoidal rule of its own accelerations; for IDA
  *   those of its internal steps. V(t,x) by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
- * At an event, where constraints are taken up and loads begin and end, the change of E counts as put in.
+ * At an event, where constraints jump and loads begin and end, the change of E counts as external work.
  *
  * Between their stages, methods that damp little end steps where a stiff barrier is met deeper or has been passed: the
  * energy of one such state says little, and the next step takes it back. So an excess counts where three steps in a row

@@ -1,13 +1,13 @@
 /* multipliers.c: the augmented Lagrangian method (Hestenes 1969, Powell 1969; Nocedal & Wright 2006, section 17.3): a
- * solve with multipliers p that stand still and a penalty k for gaps c of the constraints, p <- p + k c, and again.
+ * solve with constant multipliers p and a penalty k for the gaps c of the constraints, then p <- p + k c, and so on.
  *
- * Of the error of the pressure a solve leaves a share q/(q + k), q being how stiff the body is against it: as stiff as
- * its material in statics, where the penalty is some hundred times as stiff as that; in motion also as heavy, as what
- * is inside moves only as fast as what is between it and the surface lets it. The penalty is raised with that.
+ * A solve leaves the fraction q/(q + k) of the error of the pressure, q being the stiffness of the body against it. In
+ * statics q is that of its material, and the penalty is some hundred times as large. In motion the inertia of the
+ * material between a tet and the surface adds to q, and the penalty is raised with that.
  *
- * The force of a multiplier acts where the method balances; what it holds is the end of the step, x_1 = x_0 + u, where
- * that is another place. Held at the stage, the midpoint rule's ends would swing around the constraint with a swing
- * that grows. As the stage moves by shift.x u, p changes by shift.x k c. */
+ * The force of a multiplier acts at the point where the method balances forces; the constraint is on the end of the
+ * step, x_1 = x_0 + u, where that is another point. Were it on the stage, the ends of the midpoint rule would oscillate
+ * around the constraint with growing amplitude. As the stage moves by shift.x u, p changes by shift.x k c. */
 #include "time/multipliers.h"
 
 #include <math.h>

@@ -9,7 +9,7 @@
 
 typedef struct flesh_multipliers {
   const flesh_system *system;
-  int count, n;     /* 0 multipliers: nothing is held, and nothing below is there */
+  int count, n;     /* 0 multipliers: there are no constraints, and nothing below is allocated */
   double tolerance; /* of gaps */
   double depth;     /* of gaps that solving on would not change */
   double left;      /* the largest gap where the last solve ended without converging, though forces balanced; else 0 */

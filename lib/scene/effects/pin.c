@@ -26,7 +26,7 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
 
 const flesh_effect_row flesh_effect_row_pin = {
     .name = "pin",
-    .doc = "Nodes, or single components of them, held at their rest positions. Where several pins and "
+    .doc = "Nodes, or single components of them, constrained to their rest positions. Where several pins and "
      "prescribed motions constrain a component at a time, the last of them counts.",
     .keys = keys,
     .parameters_size = sizeof(parameters),

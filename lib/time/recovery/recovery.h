@@ -1,5 +1,5 @@
 /* recovery.h: what is tried where a solve fails or ends in a tangle: a step in halves, a load in increments, tangled
- * nodes repositioned; and what is known where all of that fails. Nothing here solves: callers say how. */
+ * nodes repositioned; and the report where all of that fails. Nothing here solves: callers pass how to. */
 #ifndef FLESH_TIME_RECOVERY_RECOVERY_H
 #define FLESH_TIME_RECOVERY_RECOVERY_H
 
@@ -47,8 +47,7 @@ typedef int flesh_load_attempt(void *data, const flesh_load_increment *increment
  * The status of the smallest increment, where that fails, or a negative one at once. */
 int flesh_recovery_raise_load(const flesh_recovery *recovery, flesh_load_attempt *attempt, void *data);
 
-/* Takes down what is known of a body at x [3*n] where a solve fails: the tet with the smallest J. The rest of
- * *failure stays. */
+/* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
 /* FLESH_ERR_SOLVE, or FLESH_ERR_NONFINITE, with the recovery's failure in words. */
 int flesh_recovery_fail(const flesh_recovery *recovery);

@@ -1,4 +1,4 @@
-/* untangle.c: when a tangle is one for good, and what is done about it. */
+/* untangle.c: decides when a tangle is permanent, repositions its nodes, and judges the result of the next solve. */
 #include "time/recovery/untangle.h"
 
 #include <math.h>

@@ -1,15 +1,15 @@
-/* untangle.h: puts back what is tangled for good, between steps.
+/* untangle.h: repositions the nodes of permanent tangles between steps.
  *
  * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a
- * local minimum of its energy from which no solver leads out; collapsed to a point it may sit in one
+ * local minimum of its energy, which a solver does not leave; collapsed to a point it may sit in one
  * too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the tangled
  * nodes are repositioned by their neighbours and the rest shape (winding.h), first those of the
  * tangle and one layer around it, then twice as many layers at every further attempt. The step, or the
- * equilibrium, is then solved again from there, and what it leads to is kept if its potential is lower than
- * that of the tangle; else a load holds the tangle, be it through the flesh around it, and it is taken back.
- * That is no motion: it is counted in flesh_solve_stats and can be switched off
+ * equilibrium, is then solved again from there. The result is kept if its potential is lower than
+ * that of the tangle; else a load holds the tangle, perhaps through the material around it, and the
+ * state is reset. No force does this: it is counted in flesh_solve_stats and can be switched off
  * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin
- * in an exact line or point, may collapse: that is where they rest. */
+ * in an exact line or point, may collapse: that is an equilibrium of theirs, and is left. */
 #ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
 #define FLESH_TIME_RECOVERY_UNTANGLE_H
 

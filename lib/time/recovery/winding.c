@@ -1,4 +1,4 @@
-/* winding.c: tangles of a deformed mesh and their undoing. */
+/* winding.c: finds the tangles of a deformed mesh, and where its nodes lie without them. */
 #include "time/recovery/winding.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* winding.h: finds where a deformed mesh is tangled, and puts tangled nodes back where the rest shape fits best.
+/* winding.h: finds where a deformed mesh is tangled, and repositions tangled nodes where the rest shape fits best.
  *
  * A tangle is an inverted tet, or an edge around which the body winds once more than at rest: the
  * dihedral angles of the edge's tets then sum to 2 pi more, though every J may be positive. No
