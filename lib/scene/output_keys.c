@@ -88,6 +88,11 @@ static const flesh_key camera_table[] = {
     {.name = NULL},
 };
 
+/* In the order of flesh_field's and flesh_field_place's bits. */
+static const char *const fields[] = {"displacement", "velocity", "J",        "stretch",       "stress", "von_mises",
+                                     "pressure",     "energy_density", "reaction", "contact_force", NULL};
+static const char *const places[] = {"nodes", "tets", "points", NULL};
+
 const flesh_key flesh_output_table[] = {
     {.name = "frame_interval",
      .type = FLESH_KEY_INTEGER,
@@ -95,6 +100,22 @@ const flesh_key flesh_output_table[] = {
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "1",
      .doc = "steps between written frames; 0: no frames"},
+    {.name = "fields",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_output_keys, given.fields),
+     .choices = fields,
+     .default_value = "[displacement, velocity]",
+     .doc = "what frames have: displacement and velocity in any case; J (volume over that at rest, as J_mean), stretch "
+            "(principal ones, descending), stress (Cauchy, of elasticity), von_mises and pressure of it, and "
+            "energy_density (of strain, from rest) at fields_at; reaction (of pins and prescribed motions) and "
+            "contact_force at nodes. The smallest J of every tet and its region are always there"},
+    {.name = "fields_at",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_output_keys, given.fields_at),
+     .choices = places,
+     .default_value = "[nodes, tets]",
+     .doc = "nodes: means over the tets around each; tets: means over each; points: at the points of quadrature of "
+            "each tet, as cell data"},
     {.name = "seed",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_output_keys, given.seed),

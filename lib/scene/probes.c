@@ -1,10 +1,11 @@
-/* probes.c: the places of output.probes, chosen and checked. */
+/* probes.c: the places of output.probes, chosen and checked, and the fields of frames, checked. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "output/fields.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
 
@@ -61,6 +62,17 @@ int flesh_scene_make_probes(flesh_scene *scene)
     scene->probe_count = k + 1;
   }
   return FLESH_OK;
+}
+
+int flesh_scene_check_fields(const flesh_scene *scene)
+{
+  const flesh_scene_output *given = &scene->keys.output.given;
+  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
+  int status = flesh_fields_check(&scene->body, scene->system, given->fields, given->fields_at);
+  if (!status) return status;
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  place = flesh_scene_place(place, output->children, offsetof(flesh_output_keys, given.fields));
+  return flesh_node_fail_within(status, place, "%s.", output->name);
 }
 
 const flesh_probe *flesh_scene_probes(const flesh_scene *scene, int *count)

@@ -12,7 +12,9 @@ import tempfile
 
 sys.dont_write_bytecode = True  # nothing beside the sources
 from vtk_tap import check, collection, finish, read, rows_of
-from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonCore import reference, vtkDataArray
+
+UNITS = vtkDataArray.UNITS_LABEL()
 
 
 def values(array):
@@ -60,6 +62,8 @@ def check_sample(folder):
     point, cell = arrays(grid.GetPointData()), arrays(grid.GetCellData())
     check("point arrays", sorted(point) == ["mark", "velocity"])
     check("vectors are exact", point["velocity"] == [(i + .1, i * .1, -i / 7) for i in range(5)])
+    check("units are VTK's", grid.GetPointData().GetArray("velocity").GetInformation().Get(UNITS) == "m/s & more" and
+          not grid.GetPointData().GetArray("mark").GetInformation().Has(UNITS))
     check("integers are exact", point["mark"] == [0, -1, -2, -3, -4])
     check("cell arrays", sorted(cell) == ["J & more", "region"])
     check("cell values are exact", cell["J & more"] == [.5, 1 / 3])
@@ -69,6 +73,9 @@ def check_sample(folder):
     check("polygons' values are exact", arrays(polygons.GetCellData())["J & more"] == [.5, 1 / 3])
     grid, points = check_grid(os.path.join(folder, "quadratic.vtu"))
     check("ten nodes are in VTK's order", tets_of(grid, [10]) == [[0, 1, 2, 3, 9, 8, 7, 6, 5, 4]])
+    groups = [[grid.GetCellData().GetArray(name).GetComponentName(c) for c in range(count)]
+              for name, count in (("named", 4), ("numbered", 3))]
+    check("components have names", groups == [["<x>_1", "y_1", "<x>_2", "y_2"], ["1", "2", "3"]])
     parameters = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     bent = []
     for k, (i, j) in enumerate([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]):
