@@ -85,6 +85,10 @@ class History(_File):
 _QUANTITIES = Flags("flesh_probe_quantity", "FLESH_PROBE_")
 _QUANTITIES.words = {"J" if word == "j" else word: bit for word, bit in _QUANTITIES.words.items()}
 
+FIELDS = Flags("flesh_field", "FLESH_FIELD_")
+FIELDS.words = {"J" if word == "j" else word: bit for word, bit in FIELDS.words.items()}
+PLACES = Flags("flesh_field_place", "FLESH_AT_")
+
 
 class Probe(NamedTuple):
     """A place of which a run writes what happens there: a point of the body at rest, or nodes."""
@@ -128,6 +132,19 @@ class Frames(_File):
     def __init__(self, directory, mesh: Mesh, every: int = 1):
         self._keep = mesh
         self._open("flesh_frames", lib.flesh_frames_create, path_bytes(directory), mesh._pointer, every)
+
+    def set_fields(self, body: Body, system: System, method: str, fields: Sequence[str],
+                   at: Sequence[str] = ("nodes", "tets")) -> None:
+        """What frames have besides displacement, velocity and the smallest J of each tet, as output.fields of a scene.
+
+        Args:
+            method: the run's.
+            fields: of J, stretch, stress, von_mises, pressure, energy_density, reaction, contact_force.
+            at: of nodes, tets, points (of quadrature).
+        """
+        call(lib.flesh_frames_set_fields, self._pointer, body._struct, system._ready(),
+             METHOD_NAMES.value(method, "method"), FIELDS.value(fields, "fields"), PLACES.value(at, "at"))
+        self._keep = (self._keep, body, system)
 
 
 class SkinFrames(_File):
