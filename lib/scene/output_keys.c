@@ -34,6 +34,9 @@ static const flesh_key probe_table[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, AT(point), .unit = "m", .default_value = "",
      .doc = "a point of the body at rest, instead of nodes; interpolated in the tet that holds it"},
     FLESH_SELECTION_KEYS(flesh_scene_probe, selection),
+    {.name = "effect", .type = FLESH_KEY_TEXT, AT(effect), .default_value = "",
+     .doc = "a pin, prescribed_motion or contact of the scene, as pin or pin[1] (the second), instead of nodes: its "
+            "nodes, of a contact all, and the forces of it alone"},
     {.name = "about", .type = FLESH_KEY_VECTOR, AT(about), .unit = "m", .default_value = "",
      .doc = "what moments are about; the mean of the nodes' rest positions by default"},
     {.name = "quantities", .type = FLESH_KEY_SET, AT(quantities), .choices = quantities,
@@ -141,5 +144,11 @@ const flesh_key flesh_output_table[] = {
      .children = probe_table,
      .child_size = sizeof(flesh_scene_probe),
      .doc = "places of which probes.csv has a row per step, with a column for each component of a quantity"},
+    {.name = "reactions",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_output_keys, reactions),
+     .default_value = "false",
+     .doc = "a probe of every pin, prescribed_motion and contact besides, named pin, pin_2 ..., with the force that it "
+            "bears and its moment about the origin"},
     {.name = NULL},
 };

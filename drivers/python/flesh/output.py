@@ -97,13 +97,15 @@ class Probe(NamedTuple):
     point: Optional[Sequence[float]] = None  # [3] m, at rest
     nodes: Sequence[int] = ()  # where there is no point
     about: Optional[Sequence[float]] = None  # [3] m, what moments are about; by default the nodes' mean at rest
+    holder: int = 0  # reaction of one pin or prescribed motion alone, counted from 1 as they were added; 0: of all
+    contact: int = 0  # contact force of the system's effect contact - 1 alone; 0: of all contacts
 
     @classmethod
     def _of(cls, row):
         def place(numbers):
             return None if numbers[0] != numbers[0] else tuple(numbers)
         return cls(ffi.string(row.name).decode(), _QUANTITIES.word(row.quantities), place(row.point),
-                   tuple(row.nodes[k] for k in range(row.node_count)), place(row.about))
+                   tuple(row.nodes[k] for k in range(row.node_count)), place(row.about), row.holder, row.contact)
 
 
 class Probes(_File):
@@ -117,6 +119,7 @@ class Probes(_File):
         for row, probe in zip(rows, probes):
             kept += [ffi.new("char[]", probe.name.encode()), ffi.new("int[]", [int(node) for node in probe.nodes])]
             row.name, row.nodes, row.node_count = kept[-2], kept[-1], len(probe.nodes)
+            row.holder, row.contact = probe.holder, probe.contact
             row.quantities = _QUANTITIES.value(probe.quantities, "quantities")
             row.point = [float("nan")] * 3 if probe.point is None else [float(x) for x in probe.point]
             row.about = [float("nan")] * 3 if probe.about is None else [float(x) for x in probe.about]

@@ -52,8 +52,10 @@ def test_it_ends_as_the_programs_run_does(folder):
     scene = flesh.Scene(BAR, {"time.method": "bdf2", "output.frame_interval": 3,
                               "output.probes": [
                                   {"name": "tip", "point": [1, 0.1, 0.1], "quantities": ["position", "J"]},
-                                  {"name": "two", "nodes": [0, 1], "quantities": ["reaction"]}]}, folder)
+                                  {"name": "two", "nodes": [0, 1], "quantities": ["reaction"]}],
+                              "output.reactions": True}, folder)
     probes = scene.probes
+    assert [(probe.name, probe.holder) for probe in probes] == [("tip", 0), ("two", 0), ("pin", 1)]
     assert probes[0].quantities == ("position", "J") and probes[0].point == (1, 0.1, 0.1) and probes[1].nodes == (0, 1)
     scene.write(folder / "resolved.yaml")
     with flesh.History(folder / "history.csv", scene.system) as history, \
@@ -65,6 +67,7 @@ def test_it_ends_as_the_programs_run_does(folder):
     assert np.array_equal(result.state.x, end.x) and np.array_equal(result.state.v, end.v)
     assert (folder / "probes.csv").read_text() == (folder / "out" / "probes.csv").read_text()
     assert (folder / "history.csv").read_text() == (folder / "out" / "history.csv").read_text()
+    assert result.probes.rows == 7 and result.probes["pin.reaction_z [N]"][-1] > 1
     names = sorted(os.listdir(folder / "frames"))
     assert names == sorted(os.listdir(folder / "out" / "frames")) and len(result.frames) == 3
     assert (folder / "frames" / names[0]).read_bytes() == (folder / "out" / "frames" / names[0]).read_bytes()
