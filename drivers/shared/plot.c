@@ -58,20 +58,20 @@ static char *joined(const char *a, const char *b, const char *c)
   return text;
 }
 
-static int make_drawing(const char *folder, const char *name, drawing *d)
+static int make_drawing(const char *folder, const char *name, const char *suffix, drawing *d)
 {
-  snprintf(d->picture, sizeof d->picture, ".picture.part-%ld.png", (long)getpid());
+  snprintf(d->picture, sizeof d->picture, ".picture.part-%ld%.8s", (long)getpid(), suffix);
   d->script = joined(".", name, ".gp"); /* with ./ it is neither an option nor a command */
   d->log = joined(folder, name, ".log");
   d->drawn = joined(folder, d->picture, "");
-  d->target = joined(folder, name, ".png");
+  d->target = joined(folder, name, suffix);
   return d->script && d->log && d->drawn && d->target ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
 }
 
 static int draw(const char *folder, const char *name, const drawing *d)
 {
   int code = run_gnuplot(folder, d->script, d->picture, d->log);
-  if (!code && flesh_png_is_whole(d->drawn)) {
+  if (!code && flesh_picture_is_whole(d->drawn)) {
     unlink(d->log);
     if (!rename(d->drawn, d->target)) return FLESH_OK;
     return flesh_fail(FLESH_ERR_FILE, "%s: cannot be written: %s", d->target, strerror(errno));
@@ -91,11 +91,13 @@ static int draw(const char *folder, const char *name, const drawing *d)
   return flesh_fail(FLESH_ERR_FILE, "%s is not drawn: gnuplot failed; its words are in %s", d->target, d->log);
 }
 
-int flesh_plot_draw(const char *folder, const char *name)
+int flesh_plot_draw(const char *folder, const char *name) { return flesh_plot_draw_as(folder, name, ".png"); }
+
+int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix)
 {
   drawing d = {0};
   gnuplot_missing = 0;
-  int status = make_drawing(folder, name, &d);
+  int status = make_drawing(folder, name, suffix, &d);
   if (!status) status = draw(folder, name, &d);
   if (status && d.drawn) unlink(d.drawn);
   free(d.script);

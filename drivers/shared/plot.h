@@ -10,6 +10,8 @@
 /* Runs `gnuplot NAME.gp` in `folder`. FLESH_ERR_FILE with one sentence when gnuplot is not
  * installed or fails; the script stays. */
 int flesh_plot_draw(const char *folder, const char *name);
+/* The same for NAME.svg, .pdf or .png, as flesh_plot_begin_as has made the script for it. */
+int flesh_plot_draw_as(const char *folder, const char *name, const char *suffix);
 
 /* What a command makes of the status of its pictures: where gnuplot is not installed the figures still stand, which is
  * said on stderr, and FLESH_OK returned; any other failure is the command's. */

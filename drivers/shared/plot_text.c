@@ -52,7 +52,7 @@ static int check_name(const char *name)
                         *c == '\n' ? "a line break" : "a control character", (int)(c - name) + 1);
   if (!*name || strchr(name, '/') || strchr("|<", *name))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "a picture cannot be named '%s.png'; its name must be that of a file and not begin with | or <",
+                      "a picture cannot be named '%s'; its name must be that of a file and not begin with | or <",
                       name);
   return FLESH_OK;
 }
@@ -71,12 +71,20 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
 
 void flesh_plot_begin(FILE *stream, const char *name, int width, int height)
 {
+  flesh_plot_begin_as(stream, name, ".png", width, height);
+}
+
+void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height)
+{
+  static const char font[] = "font 'DejaVu Sans,11' background '#ffffff'";
   fputs("# Draws the picture that is named here: gnuplot ./THIS_FILE\nif (!exists('picture')) picture = ", stream);
-  flesh_plot_quote_file(stream, name, ".png");
-  fprintf(stream,
-          "\nset terminal pngcairo size %d,%d enhanced rounded font 'DejaVu Sans,11' background '#ffffff'\n"
-          "set encoding utf8\nset output picture\n",
-          width, height);
+  flesh_plot_quote_file(stream, name, suffix);
+  if (!strcmp(suffix, ".svg"))
+    fprintf(stream, "\nset terminal svg size %d,%d dynamic enhanced rounded %s\n", width, height, font);
+  else if (!strcmp(suffix, ".pdf"))
+    fprintf(stream, "\nset terminal pdfcairo size %.4gin,%.4gin enhanced rounded %s\n", width / 96., height / 96., font);
+  else fprintf(stream, "\nset terminal pngcairo size %d,%d enhanced rounded %s\n", width, height, font);
+  fputs("set encoding utf8\nset output picture\n", stream);
 }
 
 void flesh_plot_log_ticks(FILE *stream, const char *axis, double low, double high)

@@ -13,6 +13,8 @@ int flesh_plot_open(const char *folder, const char *name, const char *suffix, fl
 
 /* Terminal of width x height pixels, and the output NAME.png (elsewhere when gnuplot has `picture`). */
 void flesh_plot_begin(FILE *stream, const char *name, int width, int height);
+/* The same for NAME.svg, .pdf (of 96 pixels an inch) or .png. */
+void flesh_plot_begin_as(FILE *stream, const char *name, const char *suffix, int width, int height);
 
 /* Prints the text as a gnuplot string, for scripts and for data. Only letters, digits and harmless signs stand as they
  * are; the rest is written in octal. Control characters become spaces, what is not UTF-8 becomes '?'. */

@@ -217,11 +217,15 @@ static int open_outputs(runner *r, flesh_figures *figures)
         flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
   if (!status) status = open_probes(r);
   if (status) return status;
-  int every = flesh_scene_outputs(r->scene)->frame_interval;
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  const int every = output->frame_interval;
   if (options->no_frames || every < 1) drop_frames(r);
   else
     status =
         flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
+  if (!status && r->frames)
+    status = flesh_frames_set_fields(r->frames, flesh_scene_body(r->scene), flesh_scene_system(r->scene),
+                                     flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
   if (!status && r->frames) status = open_skin(r, every);
   return status;
 }

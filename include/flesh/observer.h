@@ -62,6 +62,45 @@ typedef struct flesh_frames flesh_frames;
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */
 FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
                                   flesh_frames **frames);
+/* What else frames have, and where. Arrays at nodes and of tets are named as below; at the points of
+ * quadrature (one of a tet of four nodes, four of one of ten, point q next to corner q) they are cell
+ * data named ..._at_points with the components of all points. Every array has its unit as VTK's key
+ * UNITS_LABEL. Stress is Cauchy's, of the elastic energy, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
+ *
+ *   J               J_mean: volume over that at rest
+ *   stretch         singular values of F, descending, the last with the sign of J
+ *   stress          Pa
+ *   von_mises       Pa, of the stress of that place
+ *   pressure        Pa, minus a third of the trace of the stress of that place
+ *   energy_density  J/m^3 of volume at rest, strain energy from rest
+ *   reaction        N on the body, at nodes: as flesh_probe's (flesh/probe.h) before it is summed up
+ *   contact_force   N on the body, at nodes
+ *
+ * Of a tet: stress is the mean over its volume, the rest over its volume at rest. At a node: the mean
+ * over its tets, by their volume at rest and whatever their material; stress and stretch of a tet of
+ * ten nodes are those of the linear field through its points (Hinton & Campbell 1974). A value that
+ * does not exist is NaN. */
+typedef enum flesh_field {
+  FLESH_FIELD_DISPLACEMENT = 1, /* this and the next are there in any case */
+  FLESH_FIELD_VELOCITY = 2,
+  FLESH_FIELD_J = 4,
+  FLESH_FIELD_STRETCH = 8,
+  FLESH_FIELD_STRESS = 16,
+  FLESH_FIELD_VON_MISES = 32,
+  FLESH_FIELD_PRESSURE = 64,
+  FLESH_FIELD_ENERGY_DENSITY = 128,
+  FLESH_FIELD_REACTION = 256,
+  FLESH_FIELD_CONTACT_FORCE = 512
+} flesh_field;
+typedef enum flesh_field_place { FLESH_AT_NODES = 1, FLESH_AT_TETS = 2, FLESH_AT_POINTS = 4 } flesh_field_place;
+
+/* Adds the `fields` (flesh_field, or'ed) at `places` (flesh_field_place, or'ed) to the frames to come,
+ * instead of earlier ones; `method` is the run's. Borrows body and system.
+ * Errors: FLESH_ERR_ARGUMENT for a body of another mesh, fields of a material without one,
+ * contact_force without contact, fields at no place; FLESH_ERR_MEMORY. */
+FLESH_API int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body,
+                                      const flesh_system *system, flesh_method method,
+                                      unsigned fields, unsigned places);
 /* NULL-safe; sets *frames to NULL. Cannot fail. */
 FLESH_API int flesh_frames_close(flesh_frames **frames);
 /* A flesh_observer's function. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY, FLESH_ERR_FILE. */

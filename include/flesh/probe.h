@@ -50,6 +50,11 @@ typedef struct flesh_probe {
   int node_count;
   const int *nodes; /* [node_count], each once; not read for a point */
   double about[3];  /* m, what moments are about; NaN: the mean of the nodes' rest positions */
+  /* Whose forces count, each on the components that it holds: 0, all pins and prescribed motions; k, the
+   * k-th of the system in the order of their addition. A component that several hold is the last one's. */
+  int holder;
+  /* 0: all contacts; k: the system's effect k - 1 (flesh_system_effect) alone. */
+  int contact;
   /* Found by flesh_probe_prepare: of a point its tet, else -1, and its barycentric coordinates for the
    * corners that flesh_mesh_tets has; of a curved tet those of the straight one that it is the image of. */
   int tet;
@@ -58,8 +63,9 @@ typedef struct flesh_probe {
 
 /* Checks a probe, and fills in probe->tet, weights and about. FLESH_ERR_ARGUMENT with a sentence: a bad
  * name; no quantity; a point farther than 1e-6 of the body's diagonal from all tets (with the distance);
- * forces of a point; quantities of tets where no tet has all its nodes chosen; stress or energy without
- * a material; contact_force without contact. Further errors: FLESH_ERR_MEMORY. */
+ * forces of a point; a holder or a contact that the system has not; quantities of tets where no tet has
+ * all its nodes chosen; stress or energy without a material; contact_force without contact. Further
+ * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_system *system);
 
 /* probes.csv: a header and a row per step, flushed as it is written, so that an interrupted run leaves

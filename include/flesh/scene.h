@@ -84,6 +84,7 @@ typedef struct flesh_scene_output {
     char *surface;    /* absolute path; NULL: no skin */
     unsigned formats; /* FLESH_SKIN_OBJ ..., see skin.h */
   } skin;
+  unsigned fields, fields_at; /* for flesh_frames_set_fields */
   flesh_camera camera;
 } flesh_scene_output;
 /* Owned by the scene. */

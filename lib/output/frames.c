@@ -8,7 +8,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
-#include "output/vtu.h"
+#include "output/fields.h"
 #include "output/obstacles.h"
 
 enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
@@ -19,6 +19,7 @@ struct flesh_frames {
   double *displacement;   /* [3*nodes] */
   int every;
   flesh_pvd index;
+  flesh_fields fields;
 };
 
 static const char *path_of(flesh_frames *frames, const char *name)
@@ -84,9 +85,45 @@ int flesh_frames_close(flesh_frames **frames)
   free((*frames)->path);
   free((*frames)->displacement);
   flesh_pvd_clear(&(*frames)->index);
+  flesh_fields_clear(&(*frames)->fields);
   free(*frames);
   *frames = NULL;
   return FLESH_OK;
+}
+
+int flesh_frames_set_fields(flesh_frames *frames, const flesh_body *body, const flesh_system *system,
+                            flesh_method method, unsigned fields, unsigned places)
+{
+  FLESH_NEED({frames, "frames"}, {body, "body"}, {system, "system"});
+  if (flesh_mesh_node_count(body->mesh) != flesh_mesh_node_count(frames->mesh) ||
+      flesh_mesh_tet_count(body->mesh) != flesh_mesh_tet_count(frames->mesh))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: the body's mesh is not that of the frames");
+  flesh_fields opened;
+  int status = flesh_fields_open(body, system, method, fields, places, &opened);
+  if (status) return status;
+  flesh_fields_clear(&frames->fields);
+  frames->fields = opened;
+  return FLESH_OK;
+}
+
+/* What every frame has, and behind it the chosen fields. */
+static void list_arrays(flesh_frames *frames, const flesh_step_record *record, flesh_field_list *nodes,
+                        flesh_field_list *tets)
+{
+  const flesh_mesh *mesh = frames->mesh;
+  const flesh_field_list *more_nodes = &frames->fields.nodes, *more_tets = &frames->fields.tets;
+  const double *rest = flesh_mesh_positions(mesh);
+  for (int d = 0; d < 3 * flesh_mesh_node_count(mesh); d++) frames->displacement[d] = record->state->x[d] - rest[d];
+  if (frames->fields.body) flesh_fields_find(&frames->fields, record->state);
+  nodes->arrays[0] =
+      (flesh_vtu_array){.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"};
+  nodes->arrays[1] =
+      (flesh_vtu_array){.name = "velocity", .components = 3, .doubles = record->state->v, .unit = "m/s"};
+  tets->arrays[0] = (flesh_vtu_array){.name = "J", .components = 1, .doubles = record->J, .unit = "1"};
+  tets->arrays[1] = (flesh_vtu_array){.name = "region", .components = 1, .integers = flesh_mesh_regions(mesh)};
+  nodes->count = tets->count = 2;
+  for (int k = 0; k < more_nodes->count; k++) nodes->arrays[nodes->count++] = more_nodes->arrays[k];
+  for (int k = 0; k < more_tets->count; k++) tets->arrays[tets->count++] = more_tets->arrays[k];
 }
 
 int flesh_frames_observe(void *data, const flesh_step_record *record)
@@ -98,22 +135,17 @@ int flesh_frames_observe(void *data, const flesh_step_record *record)
   int status = flesh_pvd_next(&frames->index, &name);
   if (!status) status = flesh_obstacles_write(frames->directory, record);
   if (status) return status;
-  const double *rest = flesh_mesh_positions(frames->mesh), *x = record->state->x;
-  int nodes = flesh_mesh_node_count(frames->mesh);
-  for (int d = 0; d < 3 * nodes; d++) frames->displacement[d] = x[d] - rest[d];
-  const flesh_vtu_array point_arrays[] = {{"displacement", 3, frames->displacement, NULL},
-                                          {"velocity", 3, record->state->v, NULL}};
-  const flesh_vtu_array cell_arrays[] = {{"J", 1, record->J, NULL},
-                                         {"region", 1, NULL, flesh_mesh_regions(frames->mesh)}};
-  const flesh_vtu content = {.points = nodes,
+  flesh_field_list of_nodes, of_tets;
+  list_arrays(frames, record, &of_nodes, &of_tets);
+  const flesh_vtu content = {.points = flesh_mesh_node_count(frames->mesh),
                              .tets = flesh_mesh_tet_count(frames->mesh),
-                             .positions = x,
+                             .positions = record->state->x,
                              .tet_nodes = flesh_mesh_tets(frames->mesh),
                              .edge_nodes = flesh_mesh_tet_edges(frames->mesh),
-                             .point_array_count = 2,
-                             .cell_array_count = 2,
-                             .point_arrays = point_arrays,
-                             .cell_arrays = cell_arrays};
+                             .point_array_count = of_nodes.count,
+                             .cell_array_count = of_tets.count,
+                             .point_arrays = of_nodes.arrays,
+                             .cell_arrays = of_tets.arrays};
   snprintf(name, NAME_SIZE, "frame_%06d.vtu", record->step);
   status = flesh_vtu_write(path_of(frames, name), &content);
   return status ? status : flesh_pvd_add(&frames->index, path_of(frames, "frames.pvd"), record->state->t);

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "element/element.h"
+#include "system/parts.h"
 
 /* The diagonal of the consistent mass. */
 static void find_diagonal(const flesh_body *body, double *diagonal)
@@ -39,8 +40,10 @@ int flesh_node_forces_open(const flesh_body *body, const flesh_system *system, i
   if (!wants_reaction && !wants_contact) return FLESH_OK;
   int failed = !(forces->constrained = calloc(n, 1)) || !(forces->v = calloc(n, sizeof(double))) ||
                !(forces->a = calloc(n, sizeof(double))) || !(forces->zeros = calloc(n, sizeof(double)));
-  if (wants_reaction) failed |= !(forces->reaction = calloc(n, sizeof(double)));
-  if (wants_contact) failed |= !(forces->contact = calloc(n, sizeof(double)));
+  if (wants_reaction)
+    failed |= !(forces->reaction = calloc(n, sizeof(double))) || !(forces->holder = calloc(n, sizeof(int)));
+  if (wants_contact)
+    failed |= !(forces->contact = calloc(n, sizeof(double))) || !(forces->one_contact = calloc(n, sizeof(double)));
   if (solves)
     failed |= !(forces->diagonal = calloc(n / 3, sizeof(double))) ||
               !(forces->direction = calloc(n, sizeof(double))) || !(forces->product = calloc(n, sizeof(double))) ||
@@ -57,6 +60,8 @@ void flesh_node_forces_clear(flesh_node_forces *forces)
 {
   free(forces->reaction);
   free(forces->contact);
+  free(forces->holder);
+  free(forces->one_contact);
   free(forces->constrained);
   free(forces->v);
   free(forces->a);
@@ -136,6 +141,7 @@ static int find_reaction(flesh_node_forces *f, const flesh_state *state, int n)
 {
   memset(f->a, 0, (size_t)n * sizeof *f->a);
   flesh_system_fixed(f->system, state->t, f->constrained);
+  flesh_system_holders(f->system, state->t, f->holder);
   if (!f->is_static) flesh_system_prescribe_velocity(f->system, state->t, f->v, f->a);
   int status = f->diagonal ? balance(f, state, n) : FLESH_OK;
   const flesh_point point = point_of(f, state, f->a);
@@ -154,4 +160,15 @@ void flesh_node_forces_find(flesh_node_forces *f, const flesh_state *state)
   const flesh_point point = point_of(f, state, f->zeros);
   const int status = sum_role(f, FLESH_ROLE_CONTACT, &point, f->contact);
   for (int d = 0; d < n; d++) f->contact[d] = status ? NAN : 0 - f->contact[d];
+}
+
+const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_state *state, int effect)
+{
+  const int n = flesh_system_unknowns(f->system);
+  const flesh_point point = point_of(f, state, f->zeros);
+  const flesh_effect *contact = flesh_system_effect(f->system, effect);
+  for (int d = 0; d < n; d++) f->one_contact[d] = 0;
+  const int status = contact->operations->residual(contact, &point, f->one_contact);
+  for (int d = 0; d < n; d++) f->one_contact[d] = status ? NAN : 0 - f->one_contact[d];
+  return f->one_contact;
 }

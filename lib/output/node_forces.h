@@ -9,12 +9,14 @@
 typedef struct flesh_node_forces {
   double *reaction; /* [3*n] N on the body, 0 on free dofs; NULL: not wanted */
   double *contact;  /* [3*n] N on the body; NULL: not wanted */
+  int *holder;      /* [3*n] with reaction: whose it is (flesh_system_holders) */
   /* The rest is node_forces.c's own. */
   const flesh_body *body;
   const flesh_system *system;
   int is_static;
   uint8_t *constrained;                   /* [3*n] */
   double *v, *a, *zeros;                  /* [3*n] */
+  double *one_contact;                    /* [3*n] with contact */
   double *diagonal;                       /* [n] of the consistent mass, kg; NULL: lumped, or statics */
   double *direction, *product, *residual; /* [3*n], with diagonal only */
 } flesh_node_forces;
@@ -26,5 +28,8 @@ void flesh_node_forces_clear(flesh_node_forces *forces);
 
 /* Finds what is wanted at the state; NaN where forces have no value there. */
 void flesh_node_forces_find(flesh_node_forces *forces, const flesh_state *state);
+
+/* The contact forces of the system's effect number `effect` alone [3*n], valid until the next call; needs contact. */
+const double *flesh_node_forces_of_contact(flesh_node_forces *forces, const flesh_state *state, int effect);
 
 #endif

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "mesh/pieces.h"
 #include "skin/locator.h"
+#include "system/parts.h"
 
 int flesh_probe_find_tets(const flesh_mesh *mesh, const flesh_probe *probe, int *count, int **tets)
 {
@@ -94,6 +95,20 @@ static int check_nodes(flesh_probe *probe, const flesh_body *body)
                     count);
 }
 
+static int check_holder(const flesh_probe *probe, const flesh_system *system)
+{
+  const int effects = flesh_system_effect_count(system);
+  if (probe->holder < 0 || probe->holder > system->constraint_count)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "holder is %d; the system has %d pins and prescribed motions, counted from 1",
+                      probe->holder, system->constraint_count);
+  if (probe->contact < 0 || probe->contact > effects ||
+      (probe->contact && flesh_system_effect(system, probe->contact - 1)->operations->role != FLESH_ROLE_CONTACT))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "contact is %d; none of the system's %d effects, counted from 1, is a contact of this number",
+                      probe->contact, effects);
+  return FLESH_OK;
+}
+
 int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_system *system)
 {
   FLESH_NEED({probe, "probe"}, {body, "body"}, {system, "system"});
@@ -111,5 +126,6 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
                       asked & FLESH_PROBE_STRESS ? "stress" : "energy");
   if (asked & FLESH_PROBE_CONTACT_FORCE && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
     return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has contact_force, but nothing touches the body; add contact");
+  if ((status = check_holder(probe, system))) return status;
   return is_point ? locate(probe, body->mesh) : check_nodes(probe, body);
 }

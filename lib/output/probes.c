@@ -183,12 +183,16 @@ static void find_vector(const flesh_mesh *mesh, const flesh_probe *probe, const 
   for (int d = 0; d < 3; d++) value[d] /= probe->node_count;
 }
 
-/* The sum of forces [3*n] on the probe's nodes, and their moment. */
-static void sum_forces(const flesh_probe *probe, const double *x, const double *force, double sums[6])
+/* The sum of forces [3*n] on the probe's nodes, and their moment; with `holder`, of the probe's holder alone. */
+static void sum_forces(const flesh_probe *probe, const double *x, const double *force, const int *holder,
+                       double sums[6])
 {
   for (int c = 0; c < 6; c++) sums[c] = 0;
   for (int k = 0; k < probe->node_count; k++) {
-    const double *f = force + 3 * (size_t)probe->nodes[k], *y = x + 3 * (size_t)probe->nodes[k];
+    const size_t at = 3 * (size_t)probe->nodes[k];
+    const double *y = x + at;
+    double f[3];
+    for (int d = 0; d < 3; d++) f[d] = holder && holder[at + (size_t)d] != probe->holder ? 0 : force[at + (size_t)d];
     for (int d = 0; d < 3; d++) {
       const int e = (d + 1) % 3, g = (d + 2) % 3;
       sums[d] += f[d];
@@ -239,11 +243,16 @@ static void put_row(flesh_probes *probes, const place *at, const flesh_state *st
   find_vector(probes->mesh, probe, state->x, next);
   find_vector(probes->mesh, probe, state->v, next += 3);
   next += 3;
-  if (probe->quantities & FLESH_PROBE_REACTION) sum_forces(probe, state->x, probes->forces.reaction, next);
+  if (probe->quantities & FLESH_PROBE_REACTION)
+    sum_forces(probe, state->x, probes->forces.reaction, probe->holder ? probes->forces.holder : NULL, next);
   next += 6;
   if (probe->quantities & FLESH_PROBE_OF_TETS) find_strain(probes, at, state, next);
   next += OF_TETS;
-  if (probe->quantities & FLESH_PROBE_CONTACT_FORCE) sum_forces(probe, state->x, probes->forces.contact, next);
+  if (probe->quantities & FLESH_PROBE_CONTACT_FORCE)
+    sum_forces(probe, state->x,
+               probe->contact ? flesh_node_forces_of_contact(&probes->forces, state, probe->contact - 1)
+                              : probes->forces.contact,
+               NULL, next);
   for (int c = 0; c < COLUMNS; c++) {
     if (!(probe->quantities & columns[c].quantity)) continue;
     putc(',', probes->rows.stream);

@@ -128,8 +128,9 @@ static int write_vtu(flesh_skin_frames *frames, int number, const flesh_state *s
   flesh_skin_apply(frames->skin, 3, 0, state->v, frames->v);
   for (size_t d = 0; d < 3 * (size_t)vertices; d++)
     frames->displacement[d] = frames->x[d] - rest[d];
-  const flesh_vtu_array arrays[] = {{"displacement", 3, frames->displacement, NULL},
-                                    {"velocity", 3, frames->v, NULL}};
+  const flesh_vtu_array arrays[] = {
+      {.name = "displacement", .components = 3, .doubles = frames->displacement, .unit = "m"},
+      {.name = "velocity", .components = 3, .doubles = frames->v, .unit = "m/s"}};
   const flesh_vtu content = {.points = vertices,
                              .positions = frames->x,
                              .polygons = flesh_surface_face_count(frames->surface),

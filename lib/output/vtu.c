@@ -43,14 +43,38 @@ static size_t array_bytes(const flesh_vtu_array *array, int count)
   return (size_t)count * array->components * (array->doubles ? sizeof(double) : sizeof(int32_t));
 }
 
-static void print_header(FILE *stream, const char *type, const char *name, int components,
-                         uint64_t bytes, uint64_t *offset)
+/* ComponentName0="..." and so on. */
+static void print_component_names(FILE *stream, const flesh_vtu_array *array)
+{
+  const int groups = array->groups > 1 ? array->groups : 1, each = array->components / groups;
+  for (int c = 0; c < array->components && (array->component_names || groups > 1); c++) {
+    fprintf(stream, " ComponentName%d=\"", c);
+    if (array->component_names) print_escaped(stream, array->component_names[c % each]);
+    if (groups > 1) fprintf(stream, "%s%d", array->component_names ? "_" : "", c / each + 1);
+    putc('"', stream);
+  }
+}
+
+static void print_header(FILE *stream, const char *type, const flesh_vtu_array *array, uint64_t bytes, uint64_t *offset)
 {
   fprintf(stream, "        <DataArray type=\"%s\" Name=\"", type);
-  print_escaped(stream, name);
-  fprintf(stream, "\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%llu\"/>\n",
-          components, (unsigned long long)*offset);
+  print_escaped(stream, array->name);
+  fprintf(stream, "\" NumberOfComponents=\"%d\"", array->components);
+  print_component_names(stream, array);
+  fprintf(stream, " format=\"appended\" offset=\"%llu\"", (unsigned long long)*offset);
+  if (array->unit) {
+    fputs(">\n          <InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">", stream);
+    print_escaped(stream, array->unit);
+    fputs("</InformationKey>\n        </DataArray>\n", stream);
+  } else fputs("/>\n", stream);
   *offset += sizeof(uint64_t) + bytes;
+}
+
+/* Of what the format itself asks for. */
+static void print_plain_header(FILE *stream, const char *type, const char *name, int components, uint64_t bytes,
+                               uint64_t *offset)
+{
+  print_header(stream, type, &(flesh_vtu_array){.name = name, .components = components}, bytes, offset);
 }
 
 static void print_array_headers(FILE *stream, const char *section, int array_count,
@@ -58,8 +82,7 @@ static void print_array_headers(FILE *stream, const char *section, int array_cou
 {
   fprintf(stream, "      <%s>\n", section);
   for (int a = 0; a < array_count; a++)
-    print_header(stream, arrays[a].doubles ? "Float64" : "Int32", arrays[a].name,
-                 arrays[a].components, array_bytes(&arrays[a], count), offset);
+    print_header(stream, arrays[a].doubles ? "Float64" : "Int32", &arrays[a], array_bytes(&arrays[a], count), offset);
   fprintf(stream, "      </%s>\n", section);
 }
 
@@ -115,12 +138,12 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   print_array_headers(stream, "CellData", content->cell_array_count, content->cell_arrays, cells,
                       &offset);
   fputs("      <Points>\n", stream);
-  print_header(stream, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points, &offset);
+  print_plain_header(stream, "Float64", "Points", 3, 3 * sizeof(double) * (uint64_t)points, &offset);
   fputs("      </Points>\n      <Cells>\n", stream);
-  print_header(stream, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corner_count,
+  print_plain_header(stream, "Int32", "connectivity", 1, sizeof(int32_t) * (uint64_t)corner_count,
                &offset);
-  print_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells, &offset);
-  print_header(stream, "UInt8", "types", 1, (uint64_t)cells, &offset);
+  print_plain_header(stream, "Int64", "offsets", 1, sizeof(int64_t) * (uint64_t)cells, &offset);
+  print_plain_header(stream, "UInt8", "types", 1, (uint64_t)cells, &offset);
   fputs("      </Cells>\n    </Piece>\n  </UnstructuredGrid>\n"
         "  <AppendedData encoding=\"raw\">\n_",
         stream);

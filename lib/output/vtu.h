@@ -9,6 +9,11 @@ typedef struct flesh_vtu_array {
   int components;
   const double *doubles;
   const int *integers;
+  const char *unit; /* NULL: none; VTK's key UNITS_LABEL */
+  /* Names of components / groups components, which come again in every group, with the group's number behind them:
+   * XX_1, XX_2 ...; NULL: the number alone, or nothing for a single group. */
+  const char *const *component_names;
+  int groups; /* 0: 1 */
 } flesh_vtu_array;
 
 /* What a .vtu holds; everything borrowed. */

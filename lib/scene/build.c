@@ -10,6 +10,7 @@
 #include "scene/effect_list.h"
 #include "scene/keys.h"
 #include "scene/scene.h"
+#include "system/parts.h"
 
 static int no_memory(const flesh_scene *scene)
 {
@@ -232,7 +233,7 @@ static int complete_effects(flesh_scene *scene)
   void *parameters = flesh_arena_take(&scene->arena, elasticity->parameters_size);
   if (!longer || !parameters) return no_memory(scene);
   if (list->count) memcpy(longer, entries, (size_t)list->count * sizeof *longer);
-  longer[list->count++] = (flesh_effect_entry){elasticity, parameters, NULL, elasticity->name};
+  longer[list->count++] = (flesh_effect_entry){.row = elasticity, .parameters = parameters, .path = elasticity->name};
   list->values = longer;
   flesh_key_reader reader = {.arena = &scene->arena};
   return flesh_keys_read(&reader, elasticity->keys, NULL, scene->root, elasticity->name,
@@ -262,11 +263,15 @@ int flesh_scene_make_system(flesh_scene *scene)
         list, "the scene has neither effects nor a material; nothing acts on the body");
   if ((status = flesh_system_create(scene->mesh, &scene->system)))
     return flesh_fail_within(status, "%s: ", scene->path);
-  const flesh_effect_entry *entry = scene->keys.effects.values;
-  for (int i = 0; i < scene->keys.effects.count; i++, entry++)
+  flesh_effect_entry *entry = scene->keys.effects.values;
+  for (int i = 0; i < scene->keys.effects.count; i++, entry++) {
+    const int constraints = scene->system->constraint_count, effects = flesh_system_effect_count(scene->system);
     if ((status = entry->row->add(entry->parameters, &scene->body, scene->system)))
       return flesh_node_fail_within(status, entry->node ? entry->node : scene->root,
                                     "%s: ", entry->path);
+    if (scene->system->constraint_count > constraints) entry->constraint = constraints + 1;
+    if (flesh_system_effect_count(scene->system) > effects) entry->effect = effects + 1;
+  }
   status = flesh_system_finalize(scene->system);
   return status ? flesh_fail_within(status, "%s: ", scene->path) : FLESH_OK;
 }

@@ -10,6 +10,8 @@ typedef struct flesh_effect_entry {
   void *parameters;       /* read from the row's keys */
   const flesh_node *node; /* of the parameters; NULL for one that was added without being listed */
   const char *path;       /* "effects[1].gravity" */
+  /* What it is in the finished system, counted from 1: a constraint (pins, prescribed motions), an effect; 0: none. */
+  int constraint, effect;
 } flesh_effect_entry;
 
 /* The row of that name; NULL if none. */

@@ -34,6 +34,9 @@ static const flesh_key probe_table[] = {
     {.name = "point", .type = FLESH_KEY_VECTOR, AT(point), .unit = "m", .default_value = "",
      .doc = "a point of the body at rest, instead of nodes; interpolated in the tet that holds it"},
     FLESH_SELECTION_KEYS(flesh_scene_probe, selection),
+    {.name = "effect", .type = FLESH_KEY_TEXT, AT(effect), .default_value = "",
+     .doc = "a pin, prescribed_motion or contact of the scene, as pin or pin[1] (the second), instead of nodes: its "
+            "nodes, of a contact all, and the forces of it alone"},
     {.name = "about", .type = FLESH_KEY_VECTOR, AT(about), .unit = "m", .default_value = "",
      .doc = "what moments are about; the mean of the nodes' rest positions by default"},
     {.name = "quantities", .type = FLESH_KEY_SET, AT(quantities), .choices = quantities,
@@ -88,6 +91,11 @@ static const flesh_key camera_table[] = {
     {.name = NULL},
 };
 
+/* In the order of flesh_field's and flesh_field_place's bits. */
+static const char *const fields[] = {"displacement", "velocity", "J",        "stretch",       "stress", "von_mises",
+                                     "pressure",     "energy_density", "reaction", "contact_force", NULL};
+static const char *const places[] = {"nodes", "tets", "points", NULL};
+
 const flesh_key flesh_output_table[] = {
     {.name = "frame_interval",
      .type = FLESH_KEY_INTEGER,
@@ -95,6 +103,22 @@ const flesh_key flesh_output_table[] = {
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "1",
      .doc = "steps between written frames; 0: no frames"},
+    {.name = "fields",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_output_keys, given.fields),
+     .choices = fields,
+     .default_value = "[displacement, velocity]",
+     .doc = "what frames have: displacement and velocity in any case; J (volume over that at rest, as J_mean), stretch "
+            "(principal ones, descending), stress (Cauchy, of elasticity), von_mises and pressure of it, and "
+            "energy_density (of strain, from rest) at fields_at; reaction (of pins and prescribed motions) and "
+            "contact_force at nodes. The smallest J of every tet and its region are always there"},
+    {.name = "fields_at",
+     .type = FLESH_KEY_SET,
+     .offset = offsetof(flesh_output_keys, given.fields_at),
+     .choices = places,
+     .default_value = "[nodes, tets]",
+     .doc = "nodes: means over the tets around each; tets: means over each; points: at the points of quadrature of "
+            "each tet, as cell data"},
     {.name = "seed",
      .type = FLESH_KEY_INTEGER,
      .offset = offsetof(flesh_output_keys, given.seed),
@@ -120,5 +144,11 @@ const flesh_key flesh_output_table[] = {
      .children = probe_table,
      .child_size = sizeof(flesh_scene_probe),
      .doc = "places of which probes.csv has a row per step, with a column for each component of a quantity"},
+    {.name = "reactions",
+     .type = FLESH_KEY_BOOLEAN,
+     .offset = offsetof(flesh_output_keys, reactions),
+     .default_value = "false",
+     .doc = "a probe of every pin, prescribed_motion and contact besides, named pin, pin_2 ..., with the force that it "
+            "bears and its moment about the origin"},
     {.name = NULL},
 };

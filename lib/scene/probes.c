@@ -1,11 +1,13 @@
-/* probes.c: the places of output.probes, chosen and checked. */
+/* probes.c: the places of output.probes, chosen and checked, and the fields of frames, checked. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/error.h"
+#include "output/fields.h"
 #include "scene/keys.h"
+#include "scene/probe_effects.h"
 #include "scene/scene.h"
 
 /* What is chosen, into the probe. */
@@ -16,12 +18,17 @@ static int choose(flesh_scene *scene, const flesh_scene_probe *keys, flesh_probe
   *probe = (flesh_probe){.name = keys->name, .quantities = keys->quantities, .tet = -1};
   memcpy(probe->point, keys->point, sizeof probe->point);
   memcpy(probe->about, keys->about, sizeof probe->about);
+  if (keys->effect)
+    return selects || !isnan(keys->point[0])
+               ? flesh_fail(FLESH_ERR_ARGUMENT,
+                            "effect stands beside point, box, sphere, nodes, regions or body; give it or them")
+               : flesh_scene_probe_effect(scene, keys->effect, probe);
   if (!isnan(keys->point[0]))
     return selects ? flesh_fail(FLESH_ERR_ARGUMENT,
                                 "point stands beside box, sphere, nodes, regions or body; give it or them")
                    : FLESH_OK;
   if (!selects)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, box, sphere, nodes, regions or body");
+    return flesh_fail(FLESH_ERR_ARGUMENT, "nothing is chosen; give point, box, sphere, nodes, regions, body or effect");
   int count, *nodes, status = flesh_selection_nodes(s, &scene->body, &count, &nodes);
   if (status) return status;
   int *kept = flesh_arena_take(&scene->arena, (size_t)count * sizeof *kept);
@@ -36,9 +43,25 @@ static int check_name(const flesh_scene *scene, int k)
 {
   for (int j = 0; j < k; j++)
     if (!strcmp(scene->probes[j].name, scene->probes[k].name))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "name is %s, as that of probes[%d]; names must differ",
-                        scene->probes[k].name, j);
+      return flesh_fail(FLESH_ERR_ARGUMENT, "%s is %s, as that of probes[%d]; names must differ",
+                        k < scene->keys.output.probes.count ? "name" : "its name", scene->probes[k].name, j);
   return FLESH_OK;
+}
+
+/* Those of output.reactions, behind the given ones. */
+static int add_bearing(flesh_scene *scene, int count, const flesh_key *output)
+{
+  const int given = scene->probe_count;
+  int status = count ? flesh_scene_probe_bearing(scene, scene->probes + given) : FLESH_OK;
+  for (int k = given; k < given + count && !status; k++) {
+    status = flesh_probe_prepare(&scene->probes[k], &scene->body, scene->system);
+    if (!status) status = check_name(scene, k);
+    scene->probe_count = k + 1;
+  }
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  place = flesh_scene_place(place, output->children, offsetof(flesh_output_keys, reactions));
+  const char *name = scene->probe_count > given ? scene->probes[scene->probe_count - 1].name : "a pin";
+  return status ? flesh_node_fail_within(status, place, "%s.reactions: the probe %s: ", output->name, name) : FLESH_OK;
 }
 
 int flesh_scene_make_probes(flesh_scene *scene)
@@ -47,10 +70,11 @@ int flesh_scene_make_probes(flesh_scene *scene)
   const flesh_key *list = flesh_key_at(output->children, offsetof(flesh_output_keys, probes));
   const flesh_objects *objects = &scene->keys.output.probes;
   const flesh_scene_probe *keys = objects->values;
-  if (!objects->count) return FLESH_OK;
+  const int bearing = scene->keys.output.reactions == 1 ? flesh_scene_count_bearing(scene) : 0;
+  if (!objects->count && !bearing) return FLESH_OK;
   const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
   place = flesh_scene_place(place, output->children, list->offset);
-  scene->probes = flesh_arena_take(&scene->arena, (size_t)objects->count * sizeof *scene->probes);
+  scene->probes = flesh_arena_take(&scene->arena, ((size_t)objects->count + (size_t)bearing) * sizeof *scene->probes);
   if (!scene->probes) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", scene->path);
   for (int k = 0; k < objects->count; k++) {
     int status = choose(scene, &keys[k], &scene->probes[k]);
@@ -60,7 +84,18 @@ int flesh_scene_make_probes(flesh_scene *scene)
       return flesh_node_fail_within(status, flesh_node_item(place, k), "%s.%s[%d]: ", output->name, list->name, k);
     scene->probe_count = k + 1;
   }
-  return FLESH_OK;
+  return add_bearing(scene, bearing, output);
+}
+
+int flesh_scene_check_fields(const flesh_scene *scene)
+{
+  const flesh_scene_output *given = &scene->keys.output.given;
+  const flesh_key *output = flesh_key_at(flesh_scene_table, offsetof(flesh_scene_keys, output));
+  int status = flesh_fields_check(&scene->body, scene->system, given->fields, given->fields_at);
+  if (!status) return status;
+  const flesh_node *place = flesh_scene_place(scene->root, flesh_scene_table, output->offset);
+  place = flesh_scene_place(place, output->children, offsetof(flesh_output_keys, given.fields));
+  return flesh_node_fail_within(status, place, "%s.", output->name);
 }
 
 const flesh_probe *flesh_scene_probes(const flesh_scene *scene, int *count)

@@ -41,12 +41,14 @@ typedef struct flesh_scene_probe {
   char *name;
   double point[3], about[3]; /* NaN: none */
   flesh_selection selection;
+  char *effect; /* "pin[1]"; NULL: none */
   unsigned quantities; /* bits of flesh_probe_quantity */
 } flesh_scene_probe;
 
 typedef struct flesh_output_keys {
   flesh_scene_output given;
   flesh_objects probes; /* of flesh_scene_probe */
+  int reactions;        /* whether there is a probe of each pin, prescribed motion and contact besides */
 } flesh_output_keys;
 
 typedef struct flesh_scene_keys {

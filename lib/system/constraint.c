@@ -19,6 +19,18 @@ int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
   return count;
 }
 
+void flesh_system_holders(const flesh_system *system, double t, int *holder)
+{
+  for (int d = 0; d < 3 * system->nodes; d++) holder[d] = 0;
+  for (int k = 0; k < system->constraint_count; k++) {
+    const flesh_constraint *held = &system->constraints[k];
+    if (t < held->from || t >= held->until) continue;
+    for (int j = 0; j < held->count; j++)
+      for (int c = 0; c < 3; c++)
+        if (held->axes >> c & 1) holder[3 * held->nodes[j] + c] = k + 1;
+  }
+}
+
 int flesh_system_holds(const flesh_system *system, double t)
 {
   for (int k = 0; k < system->constraint_count; k++)

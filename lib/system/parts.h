@@ -19,6 +19,9 @@ typedef struct flesh_system_entry {
   int owns_slots;
 } flesh_system_entry;
 
+/* Which constraint holds each component at time t, counted from 1; 0: none. holder [3*nodes]. */
+void flesh_system_holders(const flesh_system *system, double t, int *holder);
+
 struct flesh_system {
   const flesh_mesh *mesh;
   int nodes, finished, limits_step; /* limits_step: some effect has a max_feasible_step */

@@ -59,7 +59,13 @@ probes_stand_beside_the_history() {
 
 vtk_reads_the_frames() {
   /usr/bin/python3 -c 'import vtkmodules.vtkIOXML' || { echo skipped; return 0; }
-  /usr/bin/python3 "$source_folder/shared/check_vtu.py" out/bar/frames/frames.pvd
+  /usr/bin/python3 "$source_folder/shared/check_vtu.py" out/bar/frames/frames.pvd || return 1
+  for element in tet4 tet10-mean; do
+    expect 0 "$flesh" run bar.yaml --set body.element=$element --set 'output.fields=[J, stress, von_mises, reaction]' \
+      --set 'output.fields_at=[nodes, tets, points]' --set time.end=1/30 --out fields --quiet &&
+      /usr/bin/python3 "$source_folder/shared/check_vtu.py" fields/frames/frame_000002.vtu >vtk.txt &&
+      has vtk.txt 'nodes: von Mises' && has vtk.txt 'tets: components at points' || { cat vtk.txt; return 1; }
+  done
 }
 
 the_resolved_scene_repeats_the_run() {

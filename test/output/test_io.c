@@ -177,7 +177,8 @@ static void frames_read_back(void)
   double x[9], v[9], got[18];
   int tets[4] = {0, 1, 2, 2};
   for (int d = 0; d < 9; d++) x[d] = d / 7., v[d] = -d / 3.;
-  const flesh_vtu_array arrays[] = {{"displacement", 3, x, NULL}, {"velocity", 3, v, NULL}};
+  const flesh_vtu_array arrays[] = {{.name = "displacement", .components = 3, .doubles = x, .unit = "m"},
+                                    {.name = "velocity", .components = 3, .doubles = v}};
   const flesh_vtu content = {.points = 3, .tets = 1, .positions = x, .tet_nodes = tets,
                              .point_array_count = 2, .point_arrays = arrays};
   static const char *const names[] = {"Points", "velocity"};

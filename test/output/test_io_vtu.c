@@ -17,8 +17,15 @@ int main(int argc, char **argv)
     velocity[3 * i] = i + 0.1, velocity[3 * i + 1] = i * 0.1, velocity[3 * i + 2] = -i / 7.0;
     mark[i] = -i;
   }
-  const flesh_vtu_array point_arrays[] = {{"velocity", 3, velocity, NULL}, {"mark", 1, NULL, mark}};
-  const flesh_vtu_array cell_arrays[] = {{"J & more", 1, J, NULL}, {"region", 1, NULL, region}};
+  static const char *const names[] = {"<x>", "y"};
+  const flesh_vtu_array point_arrays[] = {
+      {.name = "velocity", .components = 3, .doubles = velocity, .unit = "m/s & more"},
+      {.name = "mark", .components = 1, .integers = mark}};
+  const flesh_vtu_array cell_arrays[] = {{.name = "J & more", .components = 1, .doubles = J},
+                                         {.name = "region", .components = 1, .integers = region}};
+  const flesh_vtu_array grouped[] = {
+      {.name = "named", .components = 4, .doubles = positions, .component_names = names, .groups = 2},
+      {.name = "numbered", .components = 3, .doubles = positions, .groups = 3}};
   const flesh_vtu content = {.points = 5,
                              .tets = 2,
                              .positions = positions,
@@ -56,7 +63,7 @@ int main(int argc, char **argv)
                                .tet_nodes = tets,
                                .edge_nodes = edge_nodes,
                                .cell_array_count = 2,
-                               .cell_arrays = cell_arrays};
+                               .cell_arrays = grouped};
   snprintf(path, sizeof path, "%s/quadratic.vtu", argv[2]);
   if (!status) status = flesh_vtu_write(path, &quadratic);
   const char *files[] = {"sample.vtu", "sample.vtu"};

@@ -46,7 +46,7 @@ static double at(int row, const char *name)
 static void vector_at(int row, const char *prefix, const char *unit, double value[3])
 {
   for (int d = 0; d < 3; d++) {
-    char name[96];
+    char name[160];
     snprintf(name, sizeof name, "%s_%c [%s]", prefix, 'x' + d, unit);
     value[d] = at(row, name);
   }
@@ -262,6 +262,75 @@ static void contact_forces_balance_what_falls(void)
   }
 }
 
+/* Adds a probe's force and moment. */
+static void add_forces(int row, const char *probe, const char *quantity, const char *moment_name, double sums[6])
+{
+  char name[96];
+  double value[3];
+  snprintf(name, sizeof name, "%s.%s", probe, quantity);
+  vector_at(row, name, "N", value);
+  for (int d = 0; d < 3; d++) sums[d] += value[d];
+  snprintf(name, sizeof name, "%s.%s", probe, moment_name);
+  vector_at(row, name, "N m", value);
+  for (int d = 0; d < 3; d++) sums[3 + d] += value[d];
+}
+
+#define HOLDERS                                                                                                       \
+  "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}\n"                                                                   \
+  "  - pin: {box: [[-1, -1, -1], [1e-9, 2, 0.1]], axes: [x]}\n"                                                      \
+  "  - prescribed_motion: {box: [[3.9, -1, -1], [5, 2, 0.1]], axes: [y, z],\n"                                       \
+  "                         motion: [{time: 0}, {time: 1, translation: [0, 0.1, 0.5]}]}\n"
+#define TOUCHED                                                                                                       \
+  "  - contact: {plane: {point: [0, 0, -0.01]}}\n"                                                                   \
+  "  - contact: {sphere: {centre: [2, 0.5, 1.52], radius: 0.5},\n"                                                   \
+  "              motion: [{time: 0}, {time: 1, translation: [0, 0, -2]}]}\n"
+#define OF_EACH                                                                                                       \
+  "output:\n  reactions: true\n"                                                                                     \
+  "  probes:\n    - {name: low, box: [[-1, -1, -1], [1e-9, 2, 0.1]], quantities: [reaction], about: [0, 0, 0]}\n"    \
+  "    - {name: far, effect: prescribed_motion, quantities: [reaction, position], about: [4, 0, 0]}\n"
+
+/* Of every pin, prescribed motion and contact by itself; together they balance loads and inertia, about one point. */
+static void each_bears_its_own_and_together_they_balance(void)
+{
+  static const char *const scenes[] = {
+      BODY("lumped") "effects:\n" LOADS HOLDERS "time: {end: 1, step: 1}\n" SOLVER OF_EACH,
+      BODY("lumped") "effects:\n  - inertia: {}\n" LOADS HOLDERS TOUCHED
+                     "time: {method: backward-euler, step: 1/50, end: 1/5}\n" SOLVER OF_EACH};
+  for (int s = 0; s < 2; s++)
+    for (int e = 0; e < ELEMENTS; e++) {
+      watch w;
+      double largest[2] = {0};
+      run(scenes[s], elements[e], &w);
+      /* The prescribed motion begins with a jump of its velocity, an impulse in the first step that no row shows. */
+      for (int k = s ? 2 : 1; k < w.rows; k++) {
+        double sums[6] = {0}, far[3], motion[3], far_moment[3], motion_moment[3];
+        add_forces(k, "pin", "reaction", "reaction_moment", sums);
+        add_forces(k, "pin_2", "reaction", "reaction_moment", sums);
+        add_forces(k, "prescribed_motion", "reaction", "reaction_moment", sums);
+        if (s) add_forces(k, "contact", "contact_force", "contact_moment", sums);
+        if (s) add_forces(k, "contact_2", "contact_force", "contact_moment", sums);
+        for (int d = 0; d < 3; d++) {
+          const double change = s ? 50 * (w.momentum[k][d] - w.momentum[k - 1][d]) : 0;
+          CHECK_NEAR(sums[d], w.load[k][d] + change, 2e-4);
+          CHECK_NEAR(sums[3 + d], w.load_moment[k][d] + (s ? w.rate_moment[k][d] : 0), 2e-3);
+        }
+        /* Of what both pins hold the second bears x alone, and the first the rest. */
+        CHECK_NEAR(at(k, "pin_2.reaction_x [N]"), at(k, "low.reaction_x [N]"), 1e-9);
+        CHECK(at(k, "pin_2.reaction_y [N]") == 0 && fabs(at(k, "low.reaction_y [N]")) > 1);
+        vector_at(k, "far.reaction", "N", far);
+        vector_at(k, "prescribed_motion.reaction", "N", motion);
+        vector_at(k, "far.reaction_moment", "N m", far_moment);
+        vector_at(k, "prescribed_motion.reaction_moment", "N m", motion_moment);
+        CHECK(far[0] == 0 && !memcmp(far, motion, sizeof far));
+        CHECK_NEAR(far_moment[1], motion_moment[1] + 4 * far[2], 1e-7); /* (y - (4,0,0)) x f */
+        CHECK_NEAR(far_moment[2], motion_moment[2] - 4 * far[1], 1e-7);
+        if (s) largest[0] = fmax(largest[0], at(k, "contact.contact_force_z [N]"));
+        if (s) largest[1] = fmin(largest[1], at(k, "contact_2.contact_force_z [N]"));
+      }
+      CHECK(!s || (largest[0] > 1e4 && largest[1] < -1e3));
+    }
+}
+
 /* A body wholly held moves as it is told: R = m (a - g). */
 static void what_is_wholly_held_needs_the_force_of_its_motion(void)
 {
@@ -430,6 +499,7 @@ int main(int argc, char **argv)
   int failed = RUN_TESTS(
       argc, argv, TEST(reactions_balance_loads_in_statics), TEST(reactions_balance_inertia_in_motion),
       TEST(reactions_balance_momentum_for_every_method), TEST(contact_forces_balance_what_falls),
+      TEST(each_bears_its_own_and_together_they_balance),
       TEST(what_is_wholly_held_needs_the_force_of_its_motion), TEST(a_uniform_strain_is_what_the_material_says),
       TEST(energy_and_mean_stress_are_those_of_the_forces));
   test_folder_remove(folder);

@@ -15,7 +15,11 @@ static const struct {
     {"point: [1, 0, 0]",
      {"output.probes[0].name is missing"}},
     {"name: a",
-     {"output.probes[0]: nothing is chosen; give point, box, sphere, nodes, regions or body"}},
+     {"output.probes[0]: nothing is chosen; give point, box, sphere, nodes, regions, body or effect"}},
+    {"name: a, effect: pin",
+     {"output.probes[0]: effect is 'pin', but the scene has no pin, prescribed_motion or contact"}},
+    {"name: a, effect: gravity, point: [1, 0, 0]",
+     {"output.probes[0]: effect stands beside point, box, sphere, nodes, regions or body; give it or them"}},
     {"name: a, point: [1, 0, 0], nodes: [3]",
      {"output.probes[0]: point stands beside box, sphere, nodes, regions or body"}},
     {"name: a, nodes: [99]",
@@ -45,6 +49,45 @@ static void bad_probes_are_refused_with_place_and_reason(void)
     CHECK(read_scene("bad.yaml", text, 0, NULL, &scene) == FLESH_ERR_ARGUMENT && !scene);
     for (int p = 0; p < 3 && bad[k].parts[p]; p++) CHECK_TEXT(flesh_error_text(), bad[k].parts[p]);
   }
+}
+
+#define HELD                                                                                                            \
+  "body: {mesh: bar.node, material: {energy: S, young: 1e5, poisson: 0.3}}\neffects:\n  - pin: {nodes: [0]}\n"          \
+  "  - contact: {plane: {point: [0, 0, -1]}}\n  - pin: {nodes: [1, 2], axes: [z]}\ntime: {end: 1}\n"
+
+static void what_bears_is_found_by_its_name(void)
+{
+  static const char *const wrong[][2] = {
+      {"{probes: [{name: a, effect: 'pin[2]'}]}",
+       "effect is 'pin[2]'; of this scene it must be one of pin, contact, pin[1]"},
+      {"{probes: [{name: a, effect: 'pin[1'}]}", "effect is 'pin[1'; of this scene"},
+      {"{probes: [{name: a, effect: elasticity}]}", "effect is 'elasticity'; of this scene"},
+      {"{probes: [{name: a, effect: contact, quantities: [reaction]}]}",
+       "bad.yaml:7:19: output.probes[0]: quantities has reaction, but contact has contact_force"},
+      {"{probes: [{name: pin, nodes: [1]}], reactions: true}",
+       "output.reactions: the probe pin: its name is pin, as that of probes[0]; names must differ"}};
+  char text[1000];
+  int count = -1;
+  flesh_scene *scene = NULL, *again = NULL;
+  for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+    snprintf(text, sizeof text, "%soutput: %s\n", HELD, wrong[k][0]);
+    CHECK(read_scene("bad.yaml", text, 0, NULL, &scene) == FLESH_ERR_ARGUMENT && !scene);
+    CHECK_TEXT(flesh_error_text(), wrong[k][1]);
+  }
+  snprintf(text, sizeof text, "%soutput: {reactions: true, probes: [{name: a, effect: 'pin[1]'}]}\n", HELD);
+  CHECK_OK(read_scene("held.yaml", text, 0, NULL, &scene));
+  CHECK_OK(flesh_scene_write(scene, file_path("resolved.yaml")));
+  CHECK_OK(flesh_scene_read(file_path("resolved.yaml"), 0, NULL, &again));
+  for (int pass = 0; pass < 2; pass++) {
+    const flesh_probe *p = flesh_scene_probes(pass ? again : scene, &count);
+    CHECK(count == 4 && p[0].holder == 2 && p[0].node_count == 2 && p[0].nodes[1] == 2 && !p[0].contact);
+    CHECK(!strcmp(p[1].name, "pin") && p[1].holder == 1 && p[1].quantities == FLESH_PROBE_REACTION);
+    CHECK(p[1].about[0] == 0 && p[1].about[1] == 0 && p[1].about[2] == 0);
+    CHECK(!strcmp(p[2].name, "contact") && p[2].contact == 1 && !p[2].holder && p[2].node_count == 20);
+    CHECK(!strcmp(p[3].name, "pin_2") && p[3].holder == 2 && p[3].nodes[0] == 1);
+  }
+  flesh_scene_destroy(&scene);
+  flesh_scene_destroy(&again);
 }
 
 static void good_probes_are_found_and_written(void)
@@ -79,7 +122,7 @@ int main(int argc, char **argv)
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_bar();
   int failed = RUN_TESTS(argc, argv, TEST(bad_probes_are_refused_with_place_and_reason),
-                         TEST(good_probes_are_found_and_written));
+                         TEST(what_bears_is_found_by_its_name), TEST(good_probes_are_found_and_written));
   test_folder_remove(folder);
   return failed;
 }

@@ -2,7 +2,8 @@
 
     check_vtu.py PROGRAM    runs `PROGRAM --write DIR`, which writes sample.vtu and sample.pvd from the same
                             formulas as below, and compares (TAP; exit 77 without VTK)
-    check_vtu.py FILE...    checks any .vtu or .pvd: it reads, its cells are tets of finite points
+    check_vtu.py FILE...    checks any .vtu or .pvd: it reads, its cells are tets of finite points; where it has stresses,
+                            they are tensors with units, and their von Mises stress is von_mises
 """
 import math
 import os
@@ -12,7 +13,9 @@ import tempfile
 
 sys.dont_write_bytecode = True  # nothing beside the sources
 from vtk_tap import check, collection, finish, read, rows_of
-from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonCore import reference, vtkDataArray
+
+UNITS = vtkDataArray.UNITS_LABEL()
 
 
 def values(array):
@@ -46,7 +49,32 @@ def check_grid(path):
     check(f"{path}: points are finite", all(math.isfinite(p) for point in points for p in point))
     check(f"{path}: every cell is a tet",
           all(grid.GetCellType(c) in (10, 24) for c in range(grid.GetNumberOfCells())))
+    for where, data in (("nodes", grid.GetPointData()), ("tets", grid.GetCellData())):
+        if data.HasArray("stress"):
+            check_stress(f"{path}: {where}", data)
     return grid, points
+
+
+def von_mises(stress):
+    xx, yy, zz, xy, yz, xz = stress
+    return math.sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
+
+
+def check_stress(where, data):
+    names = ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
+    array = data.GetArray("stress")
+    check(f"{where}: components and unit", array.GetInformation().Get(UNITS) == "Pa" and
+          [array.GetComponentName(c) for c in range(array.GetNumberOfComponents())] == names)
+    rows = values(array)
+    check(f"{where}: there is stress", max(map(von_mises, rows)) > 100)
+    if data.HasArray("von_mises"):
+        check(f"{where}: von Mises", all(math.isclose(v, von_mises(row), rel_tol=1e-12, abs_tol=1e-9)
+                                         for v, row in zip(values(data.GetArray("von_mises")), rows)))
+    if data.HasArray("stress_at_points"):
+        at = data.GetArray("stress_at_points")
+        count = at.GetNumberOfComponents() // 6
+        check(f"{where}: components at points", [at.GetComponentName(c) for c in range(6 * count)] ==
+              ([f"{name}_{q + 1}" for q in range(count) for name in names] if count > 1 else names))
 
 
 def check_sample(folder):
@@ -60,6 +88,8 @@ def check_sample(folder):
     point, cell = arrays(grid.GetPointData()), arrays(grid.GetCellData())
     check("point arrays", sorted(point) == ["mark", "velocity"])
     check("vectors are exact", point["velocity"] == [(i + .1, i * .1, -i / 7) for i in range(5)])
+    check("units are VTK's", grid.GetPointData().GetArray("velocity").GetInformation().Get(UNITS) == "m/s & more" and
+          not grid.GetPointData().GetArray("mark").GetInformation().Has(UNITS))
     check("integers are exact", point["mark"] == [0, -1, -2, -3, -4])
     check("cell arrays", sorted(cell) == ["J & more", "region"])
     check("cell values are exact", cell["J & more"] == [.5, 1 / 3])
@@ -69,6 +99,9 @@ def check_sample(folder):
     check("polygons' values are exact", arrays(polygons.GetCellData())["J & more"] == [.5, 1 / 3])
     grid, points = check_grid(os.path.join(folder, "quadratic.vtu"))
     check("ten nodes are in VTK's order", tets_of(grid, [10]) == [[0, 1, 2, 3, 9, 8, 7, 6, 5, 4]])
+    groups = [[grid.GetCellData().GetArray(name).GetComponentName(c) for c in range(count)]
+              for name, count in (("named", 4), ("numbered", 3))]
+    check("components have names", groups == [["<x>_1", "y_1", "<x>_2", "y_2"], ["1", "2", "3"]])
     parameters = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     bent = []
     for k, (i, j) in enumerate([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]):

@@ -207,6 +207,9 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_frames_create, directory, (NULL, any, 1, any));
   REFUSES(flesh_frames_create, mesh, (any, NULL, 1, any));
   REFUSES(flesh_frames_create, frames, (any, any, 1, NULL));
+  REFUSES(flesh_frames_set_fields, frames, (NULL, any, any, 0, 4, 1));
+  REFUSES(flesh_frames_set_fields, body, (any, NULL, any, 0, 4, 1));
+  REFUSES(flesh_frames_set_fields, system, (any, any, NULL, 0, 4, 1));
   REFUSES(flesh_frames_observe, frames, (NULL, any));
   REFUSES(flesh_frames_observe, record, (any, NULL));
   REFUSES(flesh_run, system, (NULL, any, any, any, any));

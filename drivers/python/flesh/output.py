@@ -85,6 +85,10 @@ class History(_File):
 _QUANTITIES = Flags("flesh_probe_quantity", "FLESH_PROBE_")
 _QUANTITIES.words = {"J" if word == "j" else word: bit for word, bit in _QUANTITIES.words.items()}
 
+FIELDS = Flags("flesh_field", "FLESH_FIELD_")
+FIELDS.words = {"J" if word == "j" else word: bit for word, bit in FIELDS.words.items()}
+PLACES = Flags("flesh_field_place", "FLESH_AT_")
+
 
 class Probe(NamedTuple):
     """A place of which a run writes what happens there: a point of the body at rest, or nodes."""
@@ -93,13 +97,15 @@ class Probe(NamedTuple):
     point: Optional[Sequence[float]] = None  # [3] m, at rest
     nodes: Sequence[int] = ()  # where there is no point
     about: Optional[Sequence[float]] = None  # [3] m, what moments are about; by default the nodes' mean at rest
+    holder: int = 0  # reaction of one pin or prescribed motion alone, counted from 1 as they were added; 0: of all
+    contact: int = 0  # contact force of the system's effect contact - 1 alone; 0: of all contacts
 
     @classmethod
     def _of(cls, row):
         def place(numbers):
             return None if numbers[0] != numbers[0] else tuple(numbers)
         return cls(ffi.string(row.name).decode(), _QUANTITIES.word(row.quantities), place(row.point),
-                   tuple(row.nodes[k] for k in range(row.node_count)), place(row.about))
+                   tuple(row.nodes[k] for k in range(row.node_count)), place(row.about), row.holder, row.contact)
 
 
 class Probes(_File):
@@ -113,6 +119,7 @@ class Probes(_File):
         for row, probe in zip(rows, probes):
             kept += [ffi.new("char[]", probe.name.encode()), ffi.new("int[]", [int(node) for node in probe.nodes])]
             row.name, row.nodes, row.node_count = kept[-2], kept[-1], len(probe.nodes)
+            row.holder, row.contact = probe.holder, probe.contact
             row.quantities = _QUANTITIES.value(probe.quantities, "quantities")
             row.point = [float("nan")] * 3 if probe.point is None else [float(x) for x in probe.point]
             row.about = [float("nan")] * 3 if probe.about is None else [float(x) for x in probe.about]
@@ -128,6 +135,19 @@ class Frames(_File):
     def __init__(self, directory, mesh: Mesh, every: int = 1):
         self._keep = mesh
         self._open("flesh_frames", lib.flesh_frames_create, path_bytes(directory), mesh._pointer, every)
+
+    def set_fields(self, body: Body, system: System, method: str, fields: Sequence[str],
+                   at: Sequence[str] = ("nodes", "tets")) -> None:
+        """What frames have besides displacement, velocity and the smallest J of each tet, as output.fields of a scene.
+
+        Args:
+            method: the run's.
+            fields: of J, stretch, stress, von_mises, pressure, energy_density, reaction, contact_force.
+            at: of nodes, tets, points (of quadrature).
+        """
+        call(lib.flesh_frames_set_fields, self._pointer, body._struct, system._ready(),
+             METHOD_NAMES.value(method, "method"), FIELDS.value(fields, "fields"), PLACES.value(at, "at"))
+        self._keep = (self._keep, body, system)
 
 
 class SkinFrames(_File):

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import _location
 from .errors import ArgumentError, FileError, ProgramError
+from .frame import Frame
 from .scene import Scene, _flow
 from .system import State
 
@@ -119,12 +120,15 @@ class RunResult:
     Attributes:
         folder: its path.
         history: Table of history.csv, a row per step.
+        probes: Table of probes.csv, a row per step; None where the scene has no probes.
         result: result.json as a dict: status, figures, provenance.
     """
 
     def __init__(self, folder):
         self.folder = os.fspath(folder)
         self.history = Table.read(os.path.join(folder, "history.csv"))
+        probed = os.path.join(folder, "probes.csv")
+        self.probes: Optional[Table] = Table.read(probed) if os.path.exists(probed) else None
         self.result: Dict = json.loads(_text(folder, "result.json"))
 
     @property
@@ -143,6 +147,10 @@ class RunResult:
     def frames(self) -> List[str]:
         """Paths of its frames in their order."""
         return sorted(glob.glob(os.path.join(glob.escape(self.folder), "frames", "frame_*.vtu")))
+
+    def frame(self, index: int = -1) -> Frame:
+        """A frame with its fields as arrays; the last one by default."""
+        return Frame.read(self.frames[index])
 
 
 class DriftResult:

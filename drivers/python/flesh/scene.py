@@ -2,7 +2,7 @@
 import json
 import math
 import os
-from typing import Iterator, List, Mapping, NamedTuple, Optional, Union
+from typing import Iterator, List, Mapping, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from .integrator import Integrator
 from .material import Material
 from .mesh import Mesh
 from .options import METHOD_NAMES, AdaptiveOptions, MethodOptions, SolverOptions
-from .output import Probe, StepRecord, run, steps
+from .output import FIELDS, PLACES, Probe, StepRecord, run, steps
 from .system import State, System
 
 __all__ = ["Scene", "SceneTime", "SceneOutput", "Camera", "Up", "schema"]
@@ -53,6 +53,8 @@ class SceneOutput(NamedTuple):
     skin_surface: Optional[str]  # absolute path; None: no skin
     skin_formats: List[str]
     camera: Camera
+    fields: Tuple[str, ...]  # of frames, for Frames.set_fields
+    fields_at: Tuple[str, ...]
 
 
 class Up(NamedTuple):
@@ -174,7 +176,8 @@ class Scene:
         given = lib.flesh_scene_outputs(self._pointer)
         return SceneOutput(given.frame_interval, given.seed, text(given.skin.surface),
                            [name for name, bit in _SKIN_FORMATS.items() if given.skin.formats & bit],
-                           Camera(ffi.addressof(given, "camera")))
+                           Camera(ffi.addressof(given, "camera")), FIELDS.word(given.fields),
+                           PLACES.word(given.fields_at))
 
     @property
     def probes(self) -> List[Probe]:

@@ -52,8 +52,10 @@ def test_it_ends_as_the_programs_run_does(folder):
     scene = flesh.Scene(BAR, {"time.method": "bdf2", "output.frame_interval": 3,
                               "output.probes": [
                                   {"name": "tip", "point": [1, 0.1, 0.1], "quantities": ["position", "J"]},
-                                  {"name": "two", "nodes": [0, 1], "quantities": ["reaction"]}]}, folder)
+                                  {"name": "two", "nodes": [0, 1], "quantities": ["reaction"]}],
+                              "output.reactions": True}, folder)
     probes = scene.probes
+    assert [(probe.name, probe.holder) for probe in probes] == [("tip", 0), ("two", 0), ("pin", 1)]
     assert probes[0].quantities == ("position", "J") and probes[0].point == (1, 0.1, 0.1) and probes[1].nodes == (0, 1)
     scene.write(folder / "resolved.yaml")
     with flesh.History(folder / "history.csv", scene.system) as history, \
@@ -65,6 +67,7 @@ def test_it_ends_as_the_programs_run_does(folder):
     assert np.array_equal(result.state.x, end.x) and np.array_equal(result.state.v, end.v)
     assert (folder / "probes.csv").read_text() == (folder / "out" / "probes.csv").read_text()
     assert (folder / "history.csv").read_text() == (folder / "out" / "history.csv").read_text()
+    assert result.probes.rows == 7 and result.probes["pin.reaction_z [N]"][-1] > 1
     names = sorted(os.listdir(folder / "frames"))
     assert names == sorted(os.listdir(folder / "out" / "frames")) and len(result.frames) == 3
     assert (folder / "frames" / names[0]).read_bytes() == (folder / "out" / "frames" / names[0]).read_bytes()
@@ -73,6 +76,45 @@ def test_it_ends_as_the_programs_run_does(folder):
     with pytest.raises(flesh.ProgramError, match="nowhere.yaml") as error:
         flesh.program("run", folder / "nowhere.yaml")
     assert error.value.status == 3
+
+
+@pytest.mark.skipif(not _location.PROGRAM, reason="the program is not built")
+@pytest.mark.parametrize("element, points", [("tet4", 1), ("tet10", 4)])
+def test_frames_have_the_fields_that_are_asked_for(folder, element, points):
+    fields = ["J", "stretch", "stress", "von_mises", "reaction"]
+    scene = flesh.Scene(BAR, {"body.element": element, "time.end": 0.05, "output.fields": fields,
+                              "output.fields_at": ["nodes", "tets", "points"]}, folder)
+    assert scene.output.fields == tuple(fields) and scene.output.fields_at == ("nodes", "tets", "points")
+    with flesh.Frames(folder / "frames", scene.mesh, 3) as frames:
+        frames.set_fields(scene.body, scene.system, scene.time.method, fields, scene.output.fields_at)
+        end = scene.run([frames])
+    scene.write(folder / "resolved.yaml")
+    result = flesh.run_scene(folder / "resolved.yaml", folder / "out")
+    frame = result.frame()
+    assert result.probes is None
+    assert (folder / "frames" / "frame_000003.vtu").read_bytes() == (folder / "out/frames/frame_000003.vtu").read_bytes()
+    assert np.array_equal(frame.positions, end.x) and np.array_equal(frame.nodes["velocity"], end.v)
+    assert np.array_equal(frame.tets[:, :4], scene.mesh.tets) and len(frame.cells["region"]) == scene.mesh.tet_count
+    assert {"stress": "Pa", "von_mises_at_points": "Pa", "reaction": "N", "stretch": "1", "velocity": "m/s"}.items() \
+        <= frame.units.items()
+    stress, at_points = frame.cells["stress"], frame.cells["stress_at_points"]
+    J, J_at_points = frame.cells["J_mean"], frame.cells["J_at_points"]
+    assert at_points.shape == (len(stress), points, 6) and frame.nodes["stress"].shape == (len(end.x), 6)
+    assert np.allclose(J, J_at_points.mean(axis=1), rtol=1e-13)
+    assert np.allclose(stress * J[:, None], (at_points * J_at_points[:, :, None]).mean(axis=1), rtol=1e-9, atol=1e-8)
+    assert np.allclose(frame.cells["stretch_at_points"].prod(axis=2), J_at_points, rtol=1e-13)
+    xx, yy, zz, xy, yz, xz = frame.nodes["stress"].T
+    mises = np.sqrt(((xx - yy)**2 + (yy - zz)**2 + (zz - xx)**2) / 2 + 3 * (xy**2 + yz**2 + xz**2))
+    assert np.allclose(frame.nodes["von_mises"], mises, rtol=1e-12) and mises.max() > 100
+    held = frame.nodes["reaction"].any(axis=1)
+    assert held.any() and np.all(scene.mesh.positions[held, 0] < 1e-9)
+    with pytest.raises(flesh.ArgumentError, match="fields has contact_force, but nothing touches"):
+        flesh.Scene(BAR, {"output.fields": ["contact_force"]}, folder)
+    cut = folder / "cut.vtu"
+    cut.write_bytes((folder / "frames" / "frame_000003.vtu").read_bytes()[:6000])
+    for path, words in ((cut, "not a whole frame"), (folder / "none.vtu", "No such file"), (folder / "resolved.yaml", "no raw")):
+        with pytest.raises(flesh.FileError, match=words):
+            flesh.Frame.read(path)
 
 
 def test_overrides_and_their_errors(folder):

@@ -1,0 +1,34 @@
+/* curves.h: the curves that `flesh plot` draws: columns of the tables of runs. */
+#ifndef FLESH_PLOT_CURVES_H
+#define FLESH_PLOT_CURVES_H
+
+#include "plot/csv.h"
+
+typedef struct flesh_curve {
+  char *title;
+  int count, drawn; /* drawn: points that can be: finite, and positive where the axis is logarithmic */
+  double *x, *y;    /* [count] */
+} flesh_curve;
+
+typedef struct flesh_curves {
+  int count;
+  flesh_curve *curves;
+  char x_label[2 * FLESH_CSV_NAME + 8], y_label[2 * FLESH_CSV_NAME + 8]; /* with units */
+  double low[2], high[2]; /* of what can be drawn, of x and y */
+} flesh_curves;
+
+/* What the command line asks for. */
+typedef struct flesh_curves_wanted {
+  int path_count, y_count;
+  char *const *paths; /* folders of results, or CSV files */
+  char *const *y;
+  const char *x, *by; /* NULL: time, else the first column; no groups */
+  int log[2];         /* of x and y */
+} flesh_curves_wanted;
+
+/* Errors: FLESH_ERR_ARGUMENT with a sentence for columns that are not there, have words or other units, and where
+ * nothing can be drawn; FLESH_ERR_FILE, FLESH_ERR_MEMORY. Cleared then. */
+int flesh_curves_read(const flesh_curves_wanted *wanted, flesh_curves *curves);
+void flesh_curves_clear(flesh_curves *curves);
+
+#endif

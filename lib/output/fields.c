@@ -1,0 +1,249 @@
+/* fields.c: stress, strain, energy and forces as arrays over nodes, tets and the points of tets, for frames.
+ *
+ * A node's stress and stretch are means over the tets around it by their volume at rest, of the tet's value at the
+ * node: constant in a tet of four nodes, in one of ten linear through its four points of quadrature and carried on to
+ * its corners (Hinton & Campbell 1974, local smoothing), on an edge half-way. J and energy are means of the tets'
+ * means: beyond the points they could change their sign. */
+#include "output/fields.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "element/tet10.h"
+#include "math/svd3.h"
+#include "mesh/edges.h"
+#include "mesh/pieces.h"
+
+enum { J, STRETCH, STRESS, VON_MISES, PRESSURE, ENERGY_DENSITY };
+_Static_assert(ENERGY_DENSITY + 1 == FLESH_TET_FIELDS, "a field is missing");
+
+static const char *const stretch_names[] = {"1", "2", "3"};
+static const char *const stress_names[] = {"XX", "YY", "ZZ", "XY", "YZ", "XZ"}; /* VTK's order */
+
+/* `at`: where the field's values begin in a sample; -1: it follows from the stress. */
+static const struct {
+  const char *name, *points_name, *unit;
+  int components, at;
+  const char *const *component_names;
+} rows[FLESH_TET_FIELDS] = {{"J_mean", "J_at_points", "1", 1, 0, NULL},
+                            {"stretch", "stretch_at_points", "1", 3, 1, stretch_names},
+                            {"stress", "stress_at_points", "Pa", 6, 4, stress_names},
+                            {"von_mises", "von_mises_at_points", "Pa", 1, -1, NULL},
+                            {"pressure", "pressure_at_points", "Pa", 1, -1, NULL},
+                            {"energy_density", "energy_density_at_points", "J/m^3", 1, 10, NULL}};
+
+/* J, three stretches, six stresses and the energy of a place. */
+enum { SAMPLE = 11 };
+static const int tensor_place[6] = {0, 4, 8, 1, 5, 2};
+
+static const unsigned of_tets = FLESH_FIELD_J | FLESH_FIELD_STRETCH | FLESH_FIELD_STRESS | FLESH_FIELD_VON_MISES |
+                                FLESH_FIELD_PRESSURE | FLESH_FIELD_ENERGY_DENSITY;
+static const unsigned of_stress = FLESH_FIELD_STRESS | FLESH_FIELD_VON_MISES | FLESH_FIELD_PRESSURE;
+
+static int wants(const flesh_fields *f, int row) { return (f->fields & (unsigned)FLESH_FIELD_J << row) != 0; }
+
+int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsigned fields, unsigned places)
+{
+  const unsigned of_material = of_stress | FLESH_FIELD_ENERGY_DENSITY;
+  if (fields & of_tets && !places)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fields_at is empty; it must name some of nodes, tets and points");
+  if (fields & of_material && !body->materials)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fields has %s, but the body has no material",
+                      fields & FLESH_FIELD_STRESS      ? "stress"
+                      : fields & FLESH_FIELD_VON_MISES ? "von_mises"
+                      : fields & FLESH_FIELD_PRESSURE  ? "pressure"
+                                                       : "energy_density");
+  if (fields & FLESH_FIELD_CONTACT_FORCE && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fields has contact_force, but nothing touches the body; add contact");
+  return FLESH_OK;
+}
+
+static int point_count(const flesh_body *body)
+{
+  return flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
+}
+
+/* Room for an array, which joins the list. */
+static int add_array(flesh_field_list *list, const char *name, int row, int groups, int count, double **values)
+{
+  const int components = groups * rows[row].components;
+  *values = calloc((size_t)count * (size_t)components + 1, sizeof **values);
+  list->arrays[list->count++] = (flesh_vtu_array){.name = name,
+                                                  .components = components,
+                                                  .doubles = *values,
+                                                  .unit = rows[row].unit,
+                                                  .component_names = rows[row].component_names,
+                                                  .groups = groups};
+  return *values ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the field %s of %d places", name, count);
+}
+
+static int add_arrays(flesh_fields *f)
+{
+  const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
+  int status = FLESH_OK;
+  for (int row = 0; row < FLESH_TET_FIELDS && !status; row++) {
+    /* What follows from the stress needs it; the lists have it when it is asked for. */
+    const int hidden = row == STRESS && !wants(f, row) && f->fields & of_stress;
+    const int node_count = f->nodes.count, tet_count = f->tets.count;
+    if (!wants(f, row) && !hidden) continue;
+    if (f->places & FLESH_AT_NODES) status = add_array(&f->nodes, rows[row].name, row, 1, n, &f->at_nodes[row]);
+    if (!status && f->places & FLESH_AT_TETS)
+      status = add_array(&f->tets, rows[row].name, row, 1, tets, &f->at_tets[row]);
+    if (!status && f->places & FLESH_AT_POINTS)
+      status = add_array(&f->tets, rows[row].points_name, row, point_count(f->body), tets, &f->at_points[row]);
+    if (hidden) f->nodes.count = node_count, f->tets.count = tet_count;
+  }
+  return status;
+}
+
+static void add_forces(flesh_fields *f)
+{
+  static const char *const names[] = {"reaction", "contact_force"};
+  const double *const values[] = {f->forces.reaction, f->forces.contact};
+  for (int k = 0; k < 2; k++)
+    if (values[k])
+      f->nodes.arrays[f->nodes.count++] =
+          (flesh_vtu_array){.name = names[k], .components = 3, .doubles = values[k], .unit = "N"};
+}
+
+int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_method method, unsigned fields,
+                      unsigned places, flesh_fields *f)
+{
+  *f = (flesh_fields){.fields = fields, .places = places, .body = body};
+  int status = flesh_fields_check(body, system, fields, places);
+  if (!status) status = flesh_tet_stress_open(body, &f->stress);
+  if (!status) status = add_arrays(f);
+  if (!status && !(f->weight = calloc((size_t)flesh_mesh_node_count(body->mesh) + 1, sizeof(double))))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for fields");
+  if (!status)
+    status = flesh_node_forces_open(body, system, method == FLESH_METHOD_STATIC, (fields & FLESH_FIELD_REACTION) != 0,
+                                    (fields & FLESH_FIELD_CONTACT_FORCE) != 0, &f->forces);
+  if (!status) add_forces(f);
+  if (status) flesh_fields_clear(f);
+  return status;
+}
+
+void flesh_fields_clear(flesh_fields *f)
+{
+  for (int row = 0; row < FLESH_TET_FIELDS; row++) {
+    free(f->at_nodes[row]);
+    free(f->at_tets[row]);
+    free(f->at_points[row]);
+  }
+  free(f->weight);
+  flesh_tet_stress_clear(&f->stress);
+  flesh_node_forces_clear(&f->forces);
+  *f = (flesh_fields){0};
+}
+
+/* Of a point of quadrature: its stress is Cauchy's. */
+static void take_sample(const flesh_fields *f, const flesh_strain_point *p, double sample[SAMPLE])
+{
+  double U[9], V[9];
+  sample[0] = p->J;
+  if (wants(f, STRETCH)) flesh_svd3(p->F, U, sample + rows[STRETCH].at, V);
+  for (int k = 0; k < 6; k++) sample[rows[STRESS].at + k] = p->tau[tensor_place[k]] / p->J;
+  sample[rows[ENERGY_DENSITY].at] = p->energy;
+}
+
+/* Means over the tet: of stress over its volume, of the rest over that at rest, which is returned. */
+static double take_mean(int count, const flesh_strain_point *points, double (*samples)[SAMPLE], double mean[SAMPLE])
+{
+  double volume = 0, now = 0;
+  for (int q = 0; q < count; q++) volume += points[q].volume, now += points[q].volume * points[q].J;
+  for (int k = 0; k < SAMPLE; k++) {
+    const int s = k - rows[STRESS].at, is_stress = s >= 0 && s < 6;
+    double sum = 0;
+    for (int q = 0; q < count; q++)
+      sum += points[q].volume * (is_stress ? points[q].tau[tensor_place[s]] : samples[q][k]);
+    mean[k] = sum / (is_stress ? now : volume);
+  }
+  return volume;
+}
+
+/* A field of a sample to its place; `stress` is what others follow from. */
+static void put(int row, const double *values, const double *s, double *to)
+{
+  if (row == VON_MISES)
+    *to = sqrt(0.5 * (pow(s[0] - s[1], 2) + pow(s[1] - s[2], 2) + pow(s[2] - s[0], 2)) +
+               3 * (s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+  else if (row == PRESSURE) *to = -(s[0] + s[1] + s[2]) / 3;
+  else memcpy(to, values, (size_t)rows[row].components * sizeof *to);
+}
+
+static void put_sample(const double sample[SAMPLE], double *const arrays[FLESH_TET_FIELDS], size_t index)
+{
+  for (int row = 0; row < FLESH_TET_FIELDS; row++)
+    if (arrays[row])
+      put(row, sample + (rows[row].at < 0 ? 0 : rows[row].at), sample + rows[STRESS].at,
+          arrays[row] + index * (size_t)rows[row].components);
+}
+
+/* Adds a tet's values at its nodes, times its volume. */
+static void add_to_nodes(flesh_fields *f, int tet, int count, double (*samples)[SAMPLE], const double mean[SAMPLE],
+                         double volume)
+{
+  const double beyond = 1 / (FLESH_TET10_NEAR - FLESH_TET10_FAR); /* from point a to corner a, seen from the middle */
+  double values[10][SAMPLE], middle[SAMPLE] = {0};
+  int nodes[10];
+  const int size = flesh_mesh_tet_nodes(f->body->mesh, tet, nodes);
+  for (int a = 0; a < 4; a++) memcpy(values[a], mean, sizeof values[a]);
+  for (int k = rows[STRETCH].at; k < rows[STRESS].at + 6 && count == 4; k++) {
+    for (int q = 0; q < 4; q++) middle[k] += samples[q][k] / 4;
+    for (int a = 0; a < 4; a++) values[a][k] = middle[k] + beyond * (samples[a][k] - middle[k]);
+  }
+  for (int a = 4; a < size; a++)
+    for (int k = 0; k < SAMPLE; k++)
+      values[a][k] = (values[flesh_edge_corners[a - 4][0]][k] + values[flesh_edge_corners[a - 4][1]][k]) / 2;
+  for (int a = 0; a < size; a++) {
+    f->weight[nodes[a]] += volume;
+    for (int row = 0; row < FLESH_TET_FIELDS; row++)
+      for (int k = 0; f->at_nodes[row] && rows[row].at >= 0 && k < rows[row].components; k++)
+        f->at_nodes[row][(size_t)nodes[a] * (size_t)rows[row].components + (size_t)k] +=
+            volume * values[a][rows[row].at + k];
+  }
+}
+
+/* Sums over tets become means; a node of no tet has no value. */
+static void finish_nodes(flesh_fields *f, int n)
+{
+  for (int row = 0; row < FLESH_TET_FIELDS; row++) {
+    const size_t components = (size_t)rows[row].components;
+    for (size_t i = 0; f->at_nodes[row] && i < (size_t)n; i++) {
+      double *to = f->at_nodes[row] + i * components;
+      if (rows[row].at < 0) put(row, to, f->at_nodes[STRESS] + 6 * i, to);
+      for (size_t k = 0; rows[row].at >= 0 && k < components; k++)
+        to[k] = f->weight[i] > 0 ? to[k] / f->weight[i] : NAN;
+    }
+  }
+}
+
+static void clear_nodes(flesh_fields *f, size_t n)
+{
+  memset(f->weight, 0, n * sizeof *f->weight);
+  for (int row = 0; row < FLESH_TET_FIELDS; row++)
+    if (f->at_nodes[row]) memset(f->at_nodes[row], 0, n * (size_t)rows[row].components * sizeof(double));
+}
+
+void flesh_fields_find(flesh_fields *f, const flesh_state *state)
+{
+  const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
+  if (f->forces.system) flesh_node_forces_find(&f->forces, state);
+  if (!(f->fields & of_tets)) return;
+  clear_nodes(f, (size_t)n);
+  for (int e = 0; e < tets; e++) {
+    flesh_strain_point points[4];
+    double samples[4][SAMPLE] = {{0}}, mean[SAMPLE];
+    const int count = flesh_tet_stress_points(&f->stress, state, e, points);
+    for (int q = 0; q < count; q++) {
+      take_sample(f, &points[q], samples[q]);
+      put_sample(samples[q], f->at_points, (size_t)e * (size_t)count + (size_t)q);
+    }
+    const double volume = take_mean(count, points, samples, mean);
+    put_sample(mean, f->at_tets, (size_t)e);
+    if (f->places & FLESH_AT_NODES) add_to_nodes(f, e, count, samples, mean, volume);
+  }
+  if (f->places & FLESH_AT_NODES) finish_nodes(f, n);
+}

@@ -1,0 +1,43 @@
+/* fields.h: stress, strain, energy and forces as arrays over nodes, tets and the points of tets, for frames. */
+#ifndef FLESH_OUTPUT_FIELDS_H
+#define FLESH_OUTPUT_FIELDS_H
+
+#include "flesh/observer.h"
+#include "output/node_forces.h"
+#include "output/tet_stress.h"
+#include "output/vtu.h"
+
+/* Fields that tets have, in the order of flesh_field's bits from FLESH_FIELD_J on. */
+enum { FLESH_TET_FIELDS = 6 };
+
+/* Arrays over nodes, or over tets; with room for the two that every frame has. */
+typedef struct flesh_field_list {
+  int count;
+  flesh_vtu_array arrays[2 * FLESH_TET_FIELDS + 4];
+} flesh_field_list;
+
+typedef struct flesh_fields {
+  flesh_field_list nodes, tets; /* for a .vtu; values are the last found */
+  /* The rest is fields.c's own. */
+  unsigned fields, places;
+  const flesh_body *body;
+  flesh_tet_stress stress;
+  flesh_node_forces forces;
+  double *weight;                            /* [n] m^3 at rest of each node's tets */
+  double *at_nodes[FLESH_TET_FIELDS];        /* [n * components]; NULL: not wanted, likewise below */
+  double *at_tets[FLESH_TET_FIELDS];         /* [tets * components] */
+  double *at_points[FLESH_TET_FIELDS];       /* [tets * points * components] */
+} flesh_fields;
+
+/* Whether the body has these fields: FLESH_ERR_ARGUMENT with a sentence that begins with "fields" otherwise. */
+int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsigned fields, unsigned places);
+
+/* Borrows body and system. As above, and FLESH_ERR_MEMORY; cleared then. */
+int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_method method, unsigned fields,
+                      unsigned places, flesh_fields *result);
+void flesh_fields_clear(flesh_fields *fields);
+
+/* Finds the values at the state. */
+void flesh_fields_find(flesh_fields *fields, const flesh_state *state);
+
+#endif
