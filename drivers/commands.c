@@ -12,6 +12,7 @@
 #include "manual/command.h"
 #include "material/command.h"
 #include "mesh/command.h"
+#include "report/command.h"
 #include "run/command.h"
 #include "schema/command.h"
 #include "skin/command.h"
@@ -31,6 +32,7 @@ const flesh_subcommand flesh_commands[] = {
     {"material", "compare the energies along simple deformations", flesh_command_material},
     {"snap", "draw frames of runs side by side", flesh_command_snap},
     {"film", "film runs side by side", flesh_command_film},
+    {"report", "write results as one HTML file that opens in a browser", flesh_command_report},
     {"skin", "let a fine surface follow a body's tets", flesh_command_skin},
     {"mesh", "inspect, convert and make meshes", flesh_command_mesh},
     {"schema", "document the keys of a scene", flesh_command_schema},
