@@ -1,4 +1,5 @@
-/* body.c: rounds positions and values to whole numbers, and leaves of each frame what the two before do not tell. */
+/* body.c: rounds positions and values to whole numbers, and leaves of each frame what the two
+ * before do not tell. */
 #include "report/body.h"
 
 #include <math.h>
@@ -13,18 +14,23 @@ static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory 
 
 static double diagonal(int nodes, const double *x)
 {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, sum = 0;
-  for (int k = 0; k < 3 * nodes; k++) low[k % 3] = fmin(low[k % 3], x[k]), high[k % 3] = fmax(high[k % 3], x[k]);
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
+         sum = 0;
+  for (int k = 0; k < 3 * nodes; k++)
+    low[k % 3] = fmin(low[k % 3], x[k]), high[k % 3] = fmax(high[k % 3], x[k]);
   for (int d = 0; d < 3; d++) sum += (high[d] - low[d]) * (high[d] - low[d]);
   return sqrt(sum);
 }
 
-int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames, flesh_report_body *b)
+int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
+                           flesh_report_body *b)
 {
   const double PARTS = 65536, LEVELS = 1024; /* of the body's diagonal, and of the colours */
   const flesh_mesh *mesh = panel->body->mesh;
-  *b = (flesh_report_body){.nodes = flesh_mesh_node_count(mesh), .tets = flesh_mesh_tet_count(mesh),
-                           .obstacle_count = flesh_picture_obstacle_count(panel), .view = frames[0].view};
+  *b = (flesh_report_body){.nodes = flesh_mesh_node_count(mesh),
+                           .tets = flesh_mesh_tet_count(mesh),
+                           .obstacle_count = flesh_picture_obstacle_count(panel),
+                           .view = frames[0].view};
   b->quantum = diagonal(b->nodes, flesh_mesh_positions(mesh)) / PARTS;
   for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
     b->low[f] = frames[f].low;
@@ -36,7 +42,8 @@ int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture
   for (int k = 0; k < b->obstacle_count; k++) {
     int triangles, *corners;
     double *x;
-    const int status = flesh_picture_obstacle(panel, k, &b->view, &b->obstacle_vertices[k], &x, &triangles, &corners);
+    const int status = flesh_picture_obstacle(panel, k, &b->view, &b->obstacle_vertices[k], &x,
+                                              &triangles, &corners);
     if (status) return status;
     free(x);
     free(corners);
@@ -85,8 +92,8 @@ static json_t *add_list(flesh_report_bytes *bytes, size_t count, const int *valu
   return place;
 }
 
-/* Vertices beyond the nodes that triangles of curved faces have: six nodes each, and eighths of these. Renumbers
- * the corners. */
+/* Vertices beyond the nodes that triangles of curved faces have: six nodes each, and eighths of
+ * these. Renumbers the corners. */
 static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t *made)
 {
   flesh_curved_surface curved;
@@ -95,14 +102,17 @@ static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t 
   const int nodes = flesh_mesh_node_count(mesh);
   const size_t triangles = (size_t)curved.triangles;
   flesh_curved_vertex *rows = calloc((size_t)curved.vertices + 1, sizeof *rows);
-  int *numbers = calloc((size_t)curved.vertices + 1, sizeof *numbers), *hidden = malloc((triangles + 1) * sizeof *hidden);
-  int *six = malloc((6 * (size_t)curved.vertices + 1) * sizeof *six), *eighths = malloc((6 * (size_t)curved.vertices + 1) * sizeof *eighths);
+  int *numbers = calloc((size_t)curved.vertices + 1, sizeof *numbers),
+      *hidden = malloc((triangles + 1) * sizeof *hidden);
+  int *six = malloc((6 * (size_t)curved.vertices + 1) * sizeof *six),
+      *eighths = malloc((6 * (size_t)curved.vertices + 1) * sizeof *eighths);
   if (rows && numbers && hidden && six && eighths) {
     flesh_curved_surface_vertices(mesh, rows);
     for (size_t c = 0; c < 3 * triangles; c++) {
       int *v = &curved.corners[c];
       if (*v >= nodes && !numbers[*v]) {
-        for (int a = 0; a < 6; a++) six[6 * further + a] = rows[*v].nodes[a], eighths[6 * further + a] = rows[*v].eighths[a];
+        for (int a = 0; a < 6; a++)
+          six[6 * further + a] = rows[*v].nodes[a], eighths[6 * further + a] = rows[*v].eighths[a];
         numbers[*v] = nodes + further++;
       }
       if (*v >= nodes) *v = numbers[*v];
@@ -125,8 +135,8 @@ static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t 
   return status;
 }
 
-int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel *panel, flesh_report_bytes *bytes,
-                           json_t **made)
+int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel *panel,
+                           flesh_report_bytes *bytes, json_t **made)
 {
   const flesh_mesh *mesh = panel->body->mesh;
   int triangles, status = FLESH_OK, *rest = malloc((3 * (size_t)b->nodes + 1) * sizeof *rest);
@@ -140,28 +150,32 @@ int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel
   json_object_set_new(*made, "rest", add_list(bytes, 3 * (size_t)b->nodes, rest));
   json_object_set_new(*made, "tets", add_list(bytes, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
   if (flesh_mesh_order(mesh) == 2) {
-    json_object_set_new(*made, "edges", add_list(bytes, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
+    json_object_set_new(*made, "edges",
+                        add_list(bytes, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
     status = add_curved(mesh, bytes, *made);
   } else {
     json_object_set_new(*made, "corners", add_list(bytes, 3 * (size_t)triangles, corners));
-    json_object_set_new(*made, "behind", add_list(bytes, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
+    json_object_set_new(*made, "behind",
+                        add_list(bytes, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
   }
   free(rest);
   return bytes->failed ? no_memory() : status;
 }
 
-int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel, flesh_report_bytes *bytes,
-                                json_t **made)
+int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
+                                flesh_report_bytes *bytes, json_t **made)
 {
   *made = json_array();
   for (int k = 0; k < b->obstacle_count; k++) {
     int vertices, triangles, *corners;
     double *x;
-    const int status = flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
+    const int status =
+        flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
     if (status) return status;
     const double fade = flesh_picture_is_plane(panel, k) ? flesh_picture_plane_extent(&b->view) : 0;
-    json_array_append_new(*made, json_pack("{sisfso}", "vertices", vertices, "fade", fade, "corners",
-                                           add_list(bytes, 3 * (size_t)triangles, corners)));
+    json_array_append_new(*made,
+                          json_pack("{sisfso}", "vertices", vertices, "fade", fade, "corners",
+                                    add_list(bytes, 3 * (size_t)triangles, corners)));
     free(x);
     free(corners);
   }
@@ -177,13 +191,15 @@ static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
     double *x;
     int status = flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
     if (status) return status;
-    to = round_positions(b->obstacle_vertices[k], x, b->quantum, to); /* their number does not change */
+    to = round_positions(b->obstacle_vertices[k], x, b->quantum,
+                         to); /* their number does not change */
     free(x);
     free(corners);
   }
   for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
     double *values;
-    int status = flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
+    int status =
+        flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
     if (status) return status;
     for (int i = 0; i < b->nodes; i++) *to++ = round_to(values[i] - b->low[f], b->steps[f]);
     free(values);
@@ -203,7 +219,8 @@ static int flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
   return FLESH_OK;
 }
 
-int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *panel, flesh_report_bytes *bytes)
+int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *panel,
+                            flesh_report_bytes *bytes)
 {
   int status = gather(b, panel);
   if (!status) status = flag_inverted(b, panel);

@@ -27,8 +27,8 @@ json_t *flesh_report_string(const char *text, size_t size)
   return value;
 }
 
-/* The cell at *at of a line that ends at `end`, unquoted into `cell` (room for the line). Returns whether it was one
- * with an end. */
+/* The cell at *at of a line that ends at `end`, unquoted into `cell` (room for the line). Returns
+ * whether it was one with an end. */
 static int take_cell(const char **at, const char *end, char *cell, size_t *size)
 {
   const char *c = *at;
@@ -67,7 +67,8 @@ static int take_row(const char **at, const char *end, json_t *columns, char *cel
   if (!keep) return 1;
   for (k = 0; k < count; k++, row++) {
     take_cell(&row, end, cell, &size);
-    json_array_append_new(json_object_get(json_array_get(columns, k), "values"), flesh_report_string(cell, size));
+    json_array_append_new(json_object_get(json_array_get(columns, k), "values"),
+                          flesh_report_string(cell, size));
   }
   return 1;
 }
@@ -78,7 +79,8 @@ static void make_numbers(json_t *column)
   json_t *texts = json_object_get(column, "values"), *numbers = json_array(), *text;
   size_t k, found = 0;
   int good = numbers != NULL;
-  json_array_foreach(texts, k, text) {
+  json_array_foreach(texts, k, text)
+  {
     const char *s = json_string_value(text);
     char *end = NULL;
     const double value = s && *s ? strtod(s, &end) : NAN;
@@ -114,7 +116,8 @@ int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
   cell = malloc(size + 1);
   json_t *made = json_array();
   while (cell && take_cell(&at, end, cell, &name)) {
-    json_array_append_new(made, json_pack("{soso}", "name", flesh_report_string(cell, name), "values", json_array()));
+    json_array_append_new(
+        made, json_pack("{soso}", "name", flesh_report_string(cell, name), "values", json_array()));
     if (*at++ == '\n') break;
   }
   for (int row = 0; cell && at < end; row++) {
@@ -124,7 +127,8 @@ int flesh_report_csv(const char *path, int most, json_t **columns, int *step)
   }
   for (size_t k = 0; k < json_array_size(made); k++) make_numbers(json_array_get(made, k));
   if (!cell || !made) status = flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-  else if (!json_array_size(made)) status = flesh_fail(FLESH_ERR_FILE, "%s: this is no table: it is empty", path);
+  else if (!json_array_size(made))
+    status = flesh_fail(FLESH_ERR_FILE, "%s: this is no table: it is empty", path);
   free(cell);
   free(data);
   if (status) json_decref(made);
@@ -136,7 +140,8 @@ const json_t *flesh_report_column(const json_t *columns, const char *name)
 {
   size_t k;
   const json_t *column;
-  json_array_foreach(columns, k, column) {
+  json_array_foreach(columns, k, column)
+  {
     const char *own = json_string_value(json_object_get(column, "name"));
     if (own && !strcmp(own, name)) return json_object_get(column, "values");
   }

@@ -4,10 +4,11 @@
 
 #include <jansson.h>
 
-/* Reads a CSV file (RFC 4180) whose first row names its columns into a new list of {"name", "values"}; values are
- * numbers or null where every cell is a number or empty, else texts. Of more than `most` rows (0: all of them) it takes
- * every k-th and the last one; *step (may be NULL) is that k. Rows that are cut off, as of a run that is killed, are
- * left out. FLESH_ERR_FILE, FLESH_ERR_MEMORY. */
+/* Reads a CSV file (RFC 4180) whose first row names its columns into a new list of {"name",
+ * "values"}; values are numbers or null where every cell is a number or empty, else texts. Of more
+ * than `most` rows (0: all of them) it takes every k-th and the last one; *step (may be NULL) is
+ * that k. Rows that are cut off, as of a run that is killed, are left out. FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
 int flesh_report_csv(const char *path, int most, json_t **columns, int *step);
 
 /* The values of a column, borrowed; NULL without one. */

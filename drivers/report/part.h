@@ -1,4 +1,5 @@
-/* part.h: a part of a report: {"title", "path", "verdict", "text", "notes", "tables", "plots", "grids", "sources"}. */
+/* part.h: a part of a report: {"title", "path", "verdict", "text", "notes", "tables", "plots",
+ * "grids", "sources"}. */
 #ifndef FLESH_REPORT_PART_H
 #define FLESH_REPORT_PART_H
 
@@ -6,7 +7,8 @@
 
 #include "report/report.h"
 
-/* A new part, which the report then holds; borrowed. NULL where memory is lacking, which the other calls bear. */
+/* A new part, which the report then holds; borrowed. NULL where memory is lacking, which the other
+ * calls bear. */
 json_t *flesh_report_part(flesh_report *report, const char *title, const char *path);
 
 /* A sentence of the verdict, and one of what is missing or left out. */
@@ -23,10 +25,10 @@ void flesh_report_source(json_t *part, const char *title, json_t *value);
 typedef struct flesh_report_plot {
   const char *title, *x, *y;
   int log_x, log_y;
-  int lines;         /* points are joined */
-  int choose;        /* the reader may take other columns */
-  int table;         /* -1: series */
-  const char *group; /* NULL: one series */
+  int lines;              /* points are joined */
+  int choose;             /* the reader may take other columns */
+  int table;              /* -1: series */
+  const char *group;      /* NULL: one series */
   const char *where, *is; /* only rows whose column `where` is that text; NULL: all */
 } flesh_report_plot;
 /* Returns the plot (borrowed), for series. */
@@ -34,8 +36,8 @@ json_t *flesh_report_add_plot(json_t *part, const flesh_report_plot *plot);
 void flesh_report_add_series(json_t *plot, int table, const char *name, const char *colour);
 
 /* Rows against columns, one cell each, coloured by what it says. `columns`: names, NULL-ended. */
-void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row, const char *const *columns,
-                           const char *value);
+void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
+                           const char *const *columns, const char *value);
 
 /* The colour of an energy by its letter; NULL for another name. */
 const char *flesh_report_energy_colour(const char *letter);

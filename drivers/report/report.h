@@ -1,4 +1,5 @@
-/* report.h: what a report is made of: words, tables and plots as JSON, and bodies in motion as packed numbers. */
+/* report.h: what a report is made of: words, tables and plots as JSON, and bodies in motion as
+ * packed numbers. */
 #ifndef FLESH_REPORT_H
 #define FLESH_REPORT_H
 
@@ -6,7 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and @PAYLOAD@. */
+/* The page itself, made at build time of page/ and three/: HTML with the marks @TITLE@ and
+ * @PAYLOAD@. */
 extern const char flesh_report_page[];
 
 /* Bytes that grow; `failed` once memory ran out. Zero-initialise. */
@@ -17,8 +19,8 @@ typedef struct flesh_report_bytes {
 } flesh_report_bytes;
 
 void flesh_report_bytes_add(flesh_report_bytes *bytes, const void *data, size_t size);
-/* One number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., seven bits a byte, the lowest
- * first, all but the last with the eighth bit set. */
+/* One number in as few bytes as it needs: 0, -1, 1, -2, ... become 0, 1, 2, 3, ..., seven bits a
+ * byte, the lowest first, all but the last with the eighth bit set. */
 void flesh_report_bytes_add_number(flesh_report_bytes *bytes, int64_t value);
 /* Numbers as differences, each to the one before it, the first to 0. */
 void flesh_report_bytes_add_list(flesh_report_bytes *bytes, size_t count, const int *values);
@@ -33,15 +35,16 @@ typedef enum flesh_report_kind {
   FLESH_REPORT_SWEEP
 } flesh_report_kind;
 
-/* A run whose bodies are to be seen; `states`: names of further states in its folder, NULL-ended. */
+/* A run whose bodies are to be seen; `states`: names of further states in its folder, NULL-ended.
+ */
 typedef struct flesh_report_shown {
   char *folder, *name;
   int optional; /* left out, with a note, where it cannot be opened */
 } flesh_report_shown;
 
 typedef struct flesh_report {
-  json_t *parts;           /* what is read from top to bottom */
-  json_t *view;            /* the bodies; null: none */
+  json_t *parts;            /* what is read from top to bottom */
+  json_t *view;             /* the bodies; null: none */
   flesh_report_bytes bytes; /* the numbers that `view` speaks of */
   flesh_report_shown *shown;
   int shown_count;
@@ -63,8 +66,9 @@ int flesh_report_show(flesh_report *report, const char *folder, const char *name
 /* Fills report->view and report->bytes from the runs noted. */
 int flesh_report_make_view(flesh_report *report);
 
-/* Writes the page, whole or not at all; *size: of the file, *packed: of the payload in it, bytes. */
-int flesh_report_write(const flesh_report *report, const char *title, json_t *head, const char *path, size_t *size,
-                       size_t *packed);
+/* Writes the page, whole or not at all; *size: of the file, *packed: of the payload in it, bytes.
+ */
+int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
+                       const char *path, size_t *size, size_t *packed);
 
 #endif

@@ -37,25 +37,47 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
     return;
   }
   const char *status = text_of(result, "status"), *message = text_of(result, "message");
-  const double steps = figure(result, "steps"), t = figure(result, "t_end"), drift = figure(result, "max_volume_drift");
+  const double steps = figure(result, "steps"), t = figure(result, "t_end"),
+               drift = figure(result, "max_volume_drift");
   const double inverted = figure(result, "max_inverted"), least = figure(result, "min_J");
   char words[1600], inversion[200];
   int at = snprintf(words, sizeof words, "%s is %s", name, status);
   if (steps >= 0 && isfinite(t))
-    at += snprintf(words + at, sizeof words - (size_t)at, " after %.0f steps, at t = %.4g s", steps, t);
+    at += snprintf(words + at, sizeof words - (size_t)at, " after %.0f steps, at t = %.4g s", steps,
+                   t);
   if (inverted > 0)
-    snprintf(inversion, sizeof inversion, "up to %.0f tets were inverted (J <= 0), first at t = %.4g s", inverted,
+    snprintf(inversion, sizeof inversion,
+             "up to %.0f tets were inverted (J <= 0), first at t = %.4g s", inverted,
              figure(result, "first_inverted_t"));
   else snprintf(inversion, sizeof inversion, "no tet was inverted (least J %.4g)", least);
   at += snprintf(words + at, sizeof words - (size_t)at, "%s%.1000s", *message ? ": " : "", message);
   if (isfinite(drift))
-    flesh_report_say(part, "%s. Its volume changed by at most %.3g %%, at the end by %.2g %%; %s.", words, 100 * drift,
-                     100 * fabs(figure(result, "final_volume_drift")), inversion);
+    flesh_report_say(part, "%s. Its volume changed by at most %.3g %%, at the end by %.2g %%; %s.",
+                     words, 100 * drift, 100 * fabs(figure(result, "final_volume_drift")),
+                     inversion);
   else flesh_report_say(part, "%s.", words);
-  if (*text_of(result, "warning")) flesh_report_say(part, "%s: %s", name, text_of(result, "warning"));
+  if (*text_of(result, "warning"))
+    flesh_report_say(part, "%s: %s", name, text_of(result, "warning"));
   if (figure(result, "solves_unconverged") > 0)
     flesh_report_say(part, "%s: %.0f of %.0f solves did not reach the tolerance.", name,
                      figure(result, "solves_unconverged"), figure(result, "solves"));
+}
+
+/* What tells the runs apart, if there are several: the least and the largest change of volume. */
+static void compare_runs(json_t *part, int count, char *const *names, json_t *const *results)
+{
+  int least = -1, most = -1;
+  for (int r = 0; r < count; r++) {
+    const double drift = figure(results[r], "max_volume_drift");
+    if (isnan(drift)) continue;
+    if (least < 0 || drift < figure(results[least], "max_volume_drift")) least = r;
+    if (most < 0 || drift > figure(results[most], "max_volume_drift")) most = r;
+  }
+  if (least >= 0 && least != most)
+    flesh_report_say(part,
+                     "Of %d runs %s changed its volume least, by %.3g %%, and %s most, by %.3g %%.",
+                     count, names[least], 100 * figure(results[least], "max_volume_drift"),
+                     names[most], 100 * figure(results[most], "max_volume_drift"));
 }
 
 /* A row per run. */
@@ -63,16 +85,26 @@ static void add_figures(json_t *part, int count, char *const *names, json_t *con
 {
   static const struct {
     const char *figure, *title;
-  } columns[] = {{"steps", "steps"}, {"t_end", "t_end [s]"}, {"max_volume_drift", "max_volume_drift"},
-                 {"final_volume_drift", "final_volume_drift"}, {"min_J", "min_J"}, {"max_inverted", "max_inverted"},
-                 {"newton_per_step", "newton_per_step"}, {"linear_per_newton", "linear_per_newton"},
-                 {"residual", "residual [N]"}, {"work_put_in", "work_put_in [J]"}, {"energy_gain", "energy_gain"},
-                 {"cpu_s", "cpu [s]"}, {"peak_memory_kB", "peak memory [kB]"}};
-  json_t *table = json_array(), *of_names = json_array(), *energies = json_array(), *statuses = json_array();
+  } columns[] = {{"steps", "steps"},
+                 {"t_end", "t_end [s]"},
+                 {"max_volume_drift", "max_volume_drift"},
+                 {"final_volume_drift", "final_volume_drift"},
+                 {"min_J", "min_J"},
+                 {"max_inverted", "max_inverted"},
+                 {"newton_per_step", "newton_per_step"},
+                 {"linear_per_newton", "linear_per_newton"},
+                 {"residual", "residual [N]"},
+                 {"work_put_in", "work_put_in [J]"},
+                 {"energy_gain", "energy_gain"},
+                 {"cpu_s", "cpu [s]"},
+                 {"peak_memory_kB", "peak memory [kB]"}};
+  json_t *table = json_array(), *of_names = json_array(), *energies = json_array(),
+         *statuses = json_array();
   for (int r = 0; r < count; r++) {
     json_array_append_new(of_names, flesh_report_string(names[r], strlen(names[r])));
     json_array_append_new(energies, json_string(flesh_report_energy(results[r])));
-    json_array_append_new(statuses, json_string(results[r] ? text_of(results[r], "status") : "no result"));
+    json_array_append_new(statuses,
+                          json_string(results[r] ? text_of(results[r], "status") : "no result"));
   }
   json_array_append_new(table, json_pack("{ssso}", "name", "run", "values", of_names));
   json_array_append_new(table, json_pack("{ssso}", "name", "energy", "values", energies));
@@ -88,8 +120,8 @@ static void add_figures(json_t *part, int count, char *const *names, json_t *con
   flesh_report_table(part, count > 1 ? "Figures of the runs" : "Figures of the run", table, 1);
 }
 
-int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file, const char *name,
-                             const char *colour)
+int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
+                             const char *name, const char *colour)
 {
   char title[300];
   json_t *columns;
@@ -116,8 +148,8 @@ static const char *first_column(const json_t *part, const char *const *wanted)
   const json_t *tables = json_object_get(part, "tables"), *table;
   size_t k;
   for (; wanted[1]; wanted++)
-    json_array_foreach(tables, k, table)
-      if (flesh_report_column(json_object_get(table, "columns"), *wanted)) return *wanted;
+    json_array_foreach(tables, k, table) if (flesh_report_column(json_object_get(table, "columns"),
+                                                                 *wanted)) return *wanted;
   return *wanted;
 }
 
@@ -129,26 +161,32 @@ static int has_file(const char *folder, const char *name)
 }
 
 /* Histories, and where there are some, probes. */
-static int add_histories(json_t *part, int count, char *const *folders, char *const *names, json_t *const *results)
+static int add_histories(json_t *part, int count, char *const *folders, char *const *names,
+                         json_t *const *results)
 {
   static const char *const motions[] = {"volume_ratio", "energy_total", "newton", NULL};
   int status = FLESH_OK, probes = 0;
-  json_t *plot = flesh_report_add_plot(part, &(flesh_report_plot){.title = "History", .x = "t", .y = "volume_ratio",
-                                                                  .lines = 1, .choose = 1, .table = -1});
+  json_t *plot = flesh_report_add_plot(
+      part,
+      &(flesh_report_plot){
+          .title = "History", .x = "t", .y = "volume_ratio", .lines = 1, .choose = 1, .table = -1});
   for (int r = 0; r < count && !status; r++)
     status = flesh_report_add_history(part, plot, folders[r], "history.csv", names[r],
                                       flesh_report_energy_colour(flesh_report_energy(results[r])));
   json_object_set_new(plot, "y", json_string(first_column(part, motions)));
   for (int r = 0; r < count; r++) probes |= has_file(folders[r], "probes.csv");
   if (!probes || status) return status;
-  plot = flesh_report_add_plot(part, &(flesh_report_plot){.title = "Probes", .x = "t [s]", .y = "", .lines = 1,
-                                                          .choose = 1, .table = -1});
+  plot = flesh_report_add_plot(
+      part, &(flesh_report_plot){
+                .title = "Probes", .x = "t [s]", .y = "", .lines = 1, .choose = 1, .table = -1});
   for (int r = 0; r < count && !status; r++)
     if (has_file(folders[r], "probes.csv"))
-      status = flesh_report_add_history(part, plot, folders[r], "probes.csv", names[r],
-                                        flesh_report_energy_colour(flesh_report_energy(results[r])));
+      status =
+          flesh_report_add_history(part, plot, folders[r], "probes.csv", names[r],
+                                   flesh_report_energy_colour(flesh_report_energy(results[r])));
   const json_t *tables = json_object_get(part, "tables");
-  const json_t *columns = json_object_get(json_array_get(tables, json_array_size(tables) - 1), "columns");
+  const json_t *columns =
+      json_object_get(json_array_get(tables, json_array_size(tables) - 1), "columns");
   const char *second = json_string_value(json_object_get(json_array_get(columns, 1), "name"));
   json_object_set_new(plot, "y", json_string(second ? second : ""));
   return status;
@@ -168,12 +206,15 @@ int flesh_report_add_runs(flesh_report *report, int count, char *const *folders)
   char **names = calloc((size_t)count + 1, sizeof *names);
   json_t **results = calloc((size_t)count + 1, sizeof *results);
   json_t *part = flesh_report_part(report, count > 1 ? "Runs" : "Run", count > 1 ? "" : folders[0]);
-  int status = names && results ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  int status =
+      names && results ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
   for (int r = 0; r < count && !status; r++) {
     results[r] = flesh_report_json(folders[r], "result.json");
-    if (!(names[r] = name_of(folders[r]))) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
-    else flesh_report_judge_run(part, names[r], results[r]);
+    if (!(names[r] = name_of(folders[r])))
+      status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
   }
+  if (!status && count > 1) compare_runs(part, count, names, results);
+  for (int r = 0; r < count && !status; r++) flesh_report_judge_run(part, names[r], results[r]);
   if (!status) add_figures(part, count, names, results);
   if (!status) status = add_histories(part, count, folders, names, results);
   for (int r = 0; r < count && !status; r++) {

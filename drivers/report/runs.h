@@ -11,7 +11,7 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
 const char *flesh_report_energy(const json_t *result);
 
 /* folder/file as a folded table and a series of the plot; a note where it cannot be read. */
-int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file, const char *name,
-                             const char *colour);
+int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, const char *file,
+                             const char *name, const char *colour);
 
 #endif

@@ -37,7 +37,8 @@ static int is_there(const char *folder, const char *name)
 /* Start, what `flesh drift` keeps, and the end, by time; of one time the later named. */
 static int find_few(flesh_report_states *s)
 {
-  static const char *const names[FLESH_REPORT_FEW] = {NULL, "worst_state.txt", "event_state.txt", "state.txt"};
+  static const char *const names[FLESH_REPORT_FEW] = {NULL, "worst_state.txt", "event_state.txt",
+                                                      "state.txt"};
   s->few = 1;
   s->count = 0;
   for (int k = 0; k < FLESH_REPORT_FEW; k++) {
@@ -48,7 +49,8 @@ static int find_few(flesh_report_states *s)
     int at = 0;
     while (at < s->count && s->times[at] < t) at++;
     const int same = at < s->count && !(s->times[at] > t);
-    for (int i = s->count; i > at && !same; i--) s->times[i] = s->times[i - 1], s->names[i] = s->names[i - 1];
+    for (int i = s->count; i > at && !same; i--)
+      s->times[i] = s->times[i - 1], s->names[i] = s->names[i - 1];
     s->times[at] = t;
     s->names[at] = names[k];
     s->count += !same;
@@ -83,4 +85,7 @@ int flesh_report_states_load(flesh_report_states *s, int k, flesh_picture_panel 
   return FLESH_OK;
 }
 
-int flesh_report_states_number(const flesh_report_states *s, int k) { return s->few ? k : s->run.numbers[k]; }
+int flesh_report_states_number(const flesh_report_states *s, int k)
+{
+  return s->few ? k : s->run.numbers[k];
+}

@@ -1,5 +1,5 @@
-/* states.h: the states that a run's folder holds, as frames: those of its frames, else what there is of start, events
- * and end. */
+/* states.h: the states that a run's folder holds, as frames: those of its frames, else what there
+ * is of start, events and end. */
 #ifndef FLESH_REPORT_STATES_H
 #define FLESH_REPORT_STATES_H
 
@@ -11,10 +11,10 @@ enum { FLESH_REPORT_FEW = 4 };
 typedef struct flesh_report_states {
   flesh_run_folder run;
   int count;
-  int few;                               /* the run left no frames: `names` are its states */
-  const char *names[FLESH_REPORT_FEW];   /* of files in the folder; NULL: the scene's start */
-  double times[FLESH_REPORT_FEW];        /* s, ascending */
-  const char *folder;                    /* borrowed */
+  int few;                             /* the run left no frames: `names` are its states */
+  const char *names[FLESH_REPORT_FEW]; /* of files in the folder; NULL: the scene's start */
+  double times[FLESH_REPORT_FEW];      /* s, ascending */
+  const char *folder;                  /* borrowed */
 } flesh_report_states;
 
 /* Zero-initialise before. Errors as those of flesh_run_folder_open. */

@@ -50,26 +50,30 @@ static const json_t *columns_of(const json_t *part, int table)
 static char *drift_folder(const char *folder, const json_t *rows, size_t k, char name[200])
 {
   char path[220];
-  snprintf(name, 200, "%s_%s_%s_%g_%s", flesh_report_text(rows, "scene", k), flesh_report_text(rows, "energy", k),
-           flesh_report_text(rows, "constants", k), flesh_report_number(rows, "poisson", k),
-           flesh_report_text(rows, "solver", k));
+  snprintf(name, 200, "%s_%s_%s_%g_%s", flesh_report_text(rows, "scene", k),
+           flesh_report_text(rows, "energy", k), flesh_report_text(rows, "constants", k),
+           flesh_report_number(rows, "poisson", k), flesh_report_text(rows, "solver", k));
   snprintf(path, sizeof path, "runs/%s", name);
   return join(folder, path);
 }
 
-/* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with its own solver. */
+/* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with
+ * its own solver. */
 static int is_chosen(const json_t *rows, size_t k)
 {
   const size_t count = flesh_report_rows(rows);
   double most = -INFINITY;
   for (size_t i = 0; i < count; i++) most = fmax(most, flesh_report_number(rows, "poisson", i));
-  return !strcmp(flesh_report_text(rows, "scene", k), flesh_report_text(rows, "scene", count - 1)) &&
-         !strcmp(flesh_report_text(rows, "element", k), flesh_report_text(rows, "element", count - 1)) &&
+  return !strcmp(flesh_report_text(rows, "scene", k),
+                 flesh_report_text(rows, "scene", count - 1)) &&
+         !strcmp(flesh_report_text(rows, "element", k),
+                 flesh_report_text(rows, "element", count - 1)) &&
          flesh_report_number(rows, "poisson", k) == most &&
          !strcmp(flesh_report_text(rows, "solver", k), flesh_report_text(rows, "solver", 0));
 }
 
-static int add_chosen_drift(flesh_report *report, json_t *part, const char *folder, int table, json_t *plot)
+static int add_chosen_drift(flesh_report *report, json_t *part, const char *folder, int table,
+                            json_t *plot)
 {
   int status = FLESH_OK, sources = 0;
   const size_t count = flesh_report_rows(columns_of(part, table));
@@ -77,7 +81,8 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     const json_t *rows = columns_of(part, table);
     char name[200], label[64], file[220];
     if (!is_chosen(rows, k)) continue;
-    const char *energy = flesh_report_text(rows, "energy", k), *constants = flesh_report_text(rows, "constants", k);
+    const char *energy = flesh_report_text(rows, "energy", k),
+               *constants = flesh_report_text(rows, "constants", k);
     char *path = drift_folder(folder, rows, k, name);
     if (!path) return no_memory();
     snprintf(label, sizeof label, "%s%s%s", energy, strcmp(constants, "matched") ? " " : "",
@@ -87,7 +92,8 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
     if (!status) status = flesh_report_show(report, path, label, 1);
     if (!sources++) {
-      flesh_report_source(part, "scene of the first run shown", flesh_report_file(path, "scene.yaml"));
+      flesh_report_source(part, "scene of the first run shown",
+                          flesh_report_file(path, "scene.yaml"));
       flesh_report_source(part, "provenance of that run", flesh_report_json(folder, file));
     }
     free(path);
@@ -97,7 +103,7 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
 
 int flesh_report_add_drift(flesh_report *report, const char *folder)
 {
-  static const char *const setting[] = {"energy", "constants", "solver", NULL};
+  static const char *const setting[] = {"scene", "energy", "constants", "solver", NULL};
   json_t *part = flesh_report_part(report, "How the energies keep the volume", folder);
   int table;
   add_verdict(part, folder, "verdict.txt");
@@ -107,15 +113,27 @@ int flesh_report_add_drift(flesh_report *report, const char *folder)
   const json_t *rows = columns_of(part, table);
   double most = -INFINITY;
   const size_t count = flesh_report_rows(rows);
-  if (!count) return flesh_fail(FLESH_ERR_FILE, "%s/drift.csv: it has no rows: the comparison has not begun", folder);
+  if (!count)
+    return flesh_fail(FLESH_ERR_FILE, "%s/drift.csv: it has no rows: the comparison has not begun",
+                      folder);
   for (size_t k = 0; k < count; k++) most = fmax(most, flesh_report_number(rows, "poisson", k));
   snprintf(title, sizeof title, "Volume against time: %.150s, Poisson's ratio %g, %.50s",
            flesh_report_text(rows, "scene", count - 1), most, flesh_report_text(rows, "solver", 0));
-  json_t *plot = flesh_report_add_plot(part, &(flesh_report_plot){.title = title, .x = "t", .y = "volume_ratio",
-                                                                  .lines = 1, .choose = 1, .table = -1});
-  flesh_report_add_plot(part, &(flesh_report_plot){.title = "Largest change of volume, plain and guarded",
-                                                   .x = "poisson", .y = "max_volume_drift", .log_y = 1,
-                                                   .choose = 1, .table = table, .group = "energy"});
+  json_t *plot = flesh_report_add_plot(
+      part,
+      &(flesh_report_plot){
+          .title = title, .x = "t", .y = "volume_ratio", .lines = 1, .choose = 1, .table = -1});
+  snprintf(title, sizeof title, "Largest change of volume, %.50s",
+           flesh_report_text(rows, "solver", 0));
+  flesh_report_add_plot(part, &(flesh_report_plot){.title = title,
+                                                   .x = "poisson",
+                                                   .y = "max_volume_drift",
+                                                   .log_y = 1,
+                                                   .choose = 1,
+                                                   .table = table,
+                                                   .group = "energy",
+                                                   .where = "solver",
+                                                   .is = flesh_report_text(rows, "solver", 0)});
   flesh_report_add_grid(part, "How the runs ended", table, "poisson", setting, "status");
   return add_chosen_drift(report, part, folder, table, plot);
 }
@@ -134,24 +152,40 @@ int flesh_report_add_accuracy(flesh_report *report, const char *folder)
                {"Error against residual evaluations", "residual_evaluations", "error_position_rms"},
                {"Error against step or tolerance", "value", "error_position_rms"}};
   for (size_t k = 0; k < sizeof plots / sizeof *plots && table >= 0; k++)
-    flesh_report_add_plot(part, &(flesh_report_plot){.title = plots[k].title, .x = plots[k].x, .y = plots[k].y,
-                                                     .log_x = 1, .log_y = 1, .lines = 1, .choose = 1, .table = table,
-                                                     .group = "method", .where = "price", .is = "work"});
+    flesh_report_add_plot(part, &(flesh_report_plot){.title = plots[k].title,
+                                                     .x = plots[k].x,
+                                                     .y = plots[k].y,
+                                                     .log_x = 1,
+                                                     .log_y = 1,
+                                                     .lines = 1,
+                                                     .choose = 1,
+                                                     .table = table,
+                                                     .group = "method",
+                                                     .where = "price",
+                                                     .is = "work"});
   json_t *mesh = flesh_report_file(folder, "mesh.csv");
   json_decref(mesh);
   if (mesh) {
     add_verdict(part, folder, "mesh.txt");
     status = add_table(part, folder, "mesh.csv", 1, &table);
     if (!status && table >= 0)
-      flesh_report_add_plot(part, &(flesh_report_plot){.title = "Error of the mesh against CPU time", .x = "cpu_s",
-                                                       .y = "error_over_motion", .log_x = 1, .log_y = 1, .lines = 1,
-                                                       .choose = 1, .table = table, .group = "element"});
+      flesh_report_add_plot(part,
+                            &(flesh_report_plot){.title = "Error of the mesh against CPU time",
+                                                 .x = "cpu_s",
+                                                 .y = "error_over_motion",
+                                                 .log_x = 1,
+                                                 .log_y = 1,
+                                                 .lines = 1,
+                                                 .choose = 1,
+                                                 .table = table,
+                                                 .group = "element"});
   }
   json_t *all = flesh_report_json(folder, "accuracy.json");
   flesh_report_source(part, "the reference", json_incref(json_object_get(all, "reference")));
   flesh_report_source(part, "provenance", json_incref(json_object_get(all, "program")));
   json_decref(all);
-  flesh_report_note(part, "The comparison keeps no motion of its runs: the commands of the verdict repeat them.");
+  flesh_report_note(
+      part, "The comparison keeps no motion of its runs: the commands of the verdict repeat them.");
   return status;
 }
 
@@ -182,35 +216,47 @@ static int show_cases(flesh_report *report, json_t *part, const char *folder, in
     if (shown == MOST_SHOWN || !has_mesh(folder, name)) continue;
     char *whole = join(folder, name);
     path = whole ? join(whole, "out") : NULL;
-    status = path ? flesh_report_show(report, path, name + (strncmp(name, "cases/", 6) ? 0 : 6), 1) : no_memory();
+    status = path ? flesh_report_show(report, path, name + (strncmp(name, "cases/", 6) ? 0 : 6), 1)
+                  : no_memory();
     shown++;
     free(path);
     free(whole);
   }
-  if (!failed) flesh_report_note(part, "Cases that recover leave no mesh behind: there is nothing to be seen in three "
-                                       "dimensions. `flesh run` repeats each from the scene in its folder.");
-  else if (shown < failed) flesh_report_note(part, "Of %d cases that did not recover %d are shown.", failed, shown);
+  if (!failed)
+    flesh_report_note(
+        part, "Cases that recover leave no mesh behind: there is nothing to be seen in three "
+              "dimensions. `flesh run` repeats each from the scene in its folder.");
+  else if (shown < failed)
+    flesh_report_note(part, "Of %d cases that did not recover %d are shown.", failed, shown);
   return status;
 }
 
 int flesh_report_add_hardcases(flesh_report *report, const char *folder)
 {
-  static const char *const setting[] = {"energy", "constants", "poisson", "step", "solver", "element", NULL};
+  static const char *const setting[] = {"energy", "constants", "poisson", "step",
+                                        "solver", "element",   NULL};
   json_t *part = flesh_report_part(report, "Hard cases", folder);
   int table, profiles;
   add_verdict(part, folder, "verdict.txt");
   int status = add_table(part, folder, "hardcases.csv", 0, &table);
   if (status || table < 0) return status;
   flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");
-  flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases", .x = "newton", .y = "cpu_s", .log_x = 1,
-                                                   .log_y = 1, .choose = 1, .table = table, .group = "outcome"});
+  flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases",
+                                                   .x = "newton",
+                                                   .y = "cpu_s",
+                                                   .log_x = 1,
+                                                   .log_y = 1,
+                                                   .choose = 1,
+                                                   .table = table,
+                                                   .group = "outcome"});
   json_t *there = flesh_report_file(folder, "profiles.csv");
   json_decref(there);
   if (there) status = add_table(part, folder, "profiles.csv", 0, &profiles);
   if (!status) status = show_cases(report, part, folder, table);
   if (flesh_report_rows(columns_of(part, table))) {
     char file[300];
-    snprintf(file, sizeof file, "%.250s/out/result.json", flesh_report_text(columns_of(part, table), "folder", 0));
+    snprintf(file, sizeof file, "%.250s/out/result.json",
+             flesh_report_text(columns_of(part, table), "folder", 0));
     flesh_report_source(part, "provenance of the first case", flesh_report_json(folder, file));
   }
   return status;

@@ -25,11 +25,14 @@ static int lost(const source *s)
 static json_t *cell(sqlite3_stmt *query, int column)
 {
   switch (sqlite3_column_type(query, column)) {
-  case SQLITE_INTEGER: return json_integer(sqlite3_column_int64(query, column));
+  case SQLITE_INTEGER:
+    return json_integer(sqlite3_column_int64(query, column));
   case SQLITE_FLOAT:
-    return isfinite(sqlite3_column_double(query, column)) ? json_real(sqlite3_column_double(query, column))
-                                                          : json_null();
-  case SQLITE_NULL: return json_null();
+    return isfinite(sqlite3_column_double(query, column))
+               ? json_real(sqlite3_column_double(query, column))
+               : json_null();
+  case SQLITE_NULL:
+    return json_null();
   default: {
     const char *text = (const char *)sqlite3_column_text(query, column);
     return flesh_report_string(text ? text : "", text ? strlen(text) : 0);
@@ -47,12 +50,15 @@ static int ask(const source *s, const char *sql, json_t **columns)
   json_t *made = json_array();
   for (int c = 0; c < sqlite3_column_count(query); c++) {
     const char *name = sqlite3_column_name(query, c);
-    json_array_append_new(made, json_pack("{soso}", "name", flesh_report_string(name ? name : "", name ? strlen(name) : 0),
-                                          "values", json_array()));
+    json_array_append_new(made,
+                          json_pack("{soso}", "name",
+                                    flesh_report_string(name ? name : "", name ? strlen(name) : 0),
+                                    "values", json_array()));
   }
   while ((code = sqlite3_step(query)) == SQLITE_ROW)
     for (int c = 0; c < sqlite3_column_count(query); c++)
-      json_array_append_new(json_object_get(json_array_get(made, (size_t)c), "values"), cell(query, c));
+      json_array_append_new(json_object_get(json_array_get(made, (size_t)c), "values"),
+                            cell(query, c));
   const int status = code == SQLITE_DONE ? FLESH_OK : lost(s);
   sqlite3_finalize(query);
   if (status) json_decref(made);
@@ -66,7 +72,8 @@ static void drop_empty(json_t *columns)
   for (size_t k = json_array_size(columns); k-- > 0;) {
     const json_t *values = json_object_get(json_array_get(columns, k), "values"), *value;
     size_t i, found = 0;
-    json_array_foreach(values, i, value) found += !json_is_null(value) && strcmp(json_is_string(value) ? json_string_value(value) : "-", "");
+    json_array_foreach(values, i, value) found +=
+        !json_is_null(value) && strcmp(json_is_string(value) ? json_string_value(value) : "-", "");
     if (!found && json_array_size(values)) json_array_remove(columns, k);
   }
 }
@@ -76,7 +83,10 @@ static int say_counts(const source *s, json_t *part)
 {
   char words[1000] = "";
   json_t *counts;
-  int all = 0, status = ask(s, "SELECT status, count(*) AS number FROM cases GROUP BY status ORDER BY 2 DESC", &counts);
+  int all = 0,
+      status =
+          ask(s, "SELECT status, count(*) AS number FROM cases GROUP BY status ORDER BY 2 DESC",
+              &counts);
   for (size_t k = 0; k < flesh_report_rows(counts) && !status; k++) {
     const int number = (int)flesh_report_number(counts, "number", k);
     const size_t length = strlen(words);
@@ -101,9 +111,10 @@ static void say_extremes(json_t *part, const json_t *results, const char *name)
     if (value > flesh_report_number(results, name, high)) high = k;
   }
   if (found > 1)
-    flesh_report_say(part, "%s is from %.4g (case %g) to %.4g (case %g).", name,
-                     flesh_report_number(results, name, low), flesh_report_number(results, "id", low),
-                     flesh_report_number(results, name, high), flesh_report_number(results, "id", high));
+    flesh_report_say(
+        part, "%s is from %.4g (case %g) to %.4g (case %g).", name,
+        flesh_report_number(results, name, low), flesh_report_number(results, "id", low),
+        flesh_report_number(results, name, high), flesh_report_number(results, "id", high));
 }
 
 static int is_number(const json_t *columns, const char *name)
@@ -117,7 +128,8 @@ static int is_number(const json_t *columns, const char *name)
 /* A figure over the first axis of numbers, a series for each value of another axis. */
 static int add_plot(const source *s, json_t *part, int table, const json_t *results)
 {
-  static const char *const figures[] = {"max_volume_drift", "error_position_rms", "newton", "seconds", NULL};
+  static const char *const figures[] = {"max_volume_drift", "error_position_rms", "newton",
+                                        "seconds", NULL};
   json_t *axes, *derived = NULL;
   const char *x = NULL, *group = NULL, *y = NULL;
   int status = ask(s, "SELECT name FROM parameters ORDER BY number", &axes);
@@ -129,13 +141,19 @@ static int add_plot(const source *s, json_t *part, int table, const json_t *resu
     else if (!group) group = name;
   }
   for (size_t k = 0; k < flesh_report_rows(derived) && !y; k++)
-    if (is_number(results, flesh_report_text(derived, "name", k))) y = flesh_report_text(derived, "name", k);
+    if (is_number(results, flesh_report_text(derived, "name", k)))
+      y = flesh_report_text(derived, "name", k);
   for (int k = 0; figures[k] && !y; k++)
     if (is_number(results, figures[k])) y = figures[k];
   if (!status && y) {
     say_extremes(part, results, y);
-    flesh_report_add_plot(part, &(flesh_report_plot){.title = "Cases", .x = x ? x : "id", .y = y, .lines = 1,
-                                                     .choose = 1, .table = table, .group = group});
+    flesh_report_add_plot(part, &(flesh_report_plot){.title = "Cases",
+                                                     .x = x ? x : "id",
+                                                     .y = y,
+                                                     .lines = 1,
+                                                     .choose = 1,
+                                                     .table = table,
+                                                     .group = group});
   }
   json_decref(axes);
   json_decref(derived);
@@ -154,16 +172,20 @@ static int add_tables(const source *s, json_t *part)
   status = add_plot(s, part, table, results);
   json_decref(results);
   if (!status) status = ask(s, "SELECT * FROM rows LIMIT 5000", &rows);
-  if (status == FLESH_ERR_FILE) status = FLESH_OK; /* only other commands than `flesh run` have rows */
-  else if (!status && flesh_report_rows(rows)) flesh_report_table(part, "Rows of the cases", rows, 0);
+  if (status == FLESH_ERR_FILE)
+    status = FLESH_OK; /* only other commands than `flesh run` have rows */
+  else if (!status && flesh_report_rows(rows))
+    flesh_report_table(part, "Rows of the cases", rows, 0);
   else json_decref(rows);
   if (!status) status = ask(s, "SELECT value AS spec FROM meta WHERE key = 'spec'", &meta);
   if (!status && flesh_report_rows(meta))
     flesh_report_source(part, "the sweep's spec",
-                        flesh_report_string(flesh_report_text(meta, "spec", 0), strlen(flesh_report_text(meta, "spec", 0))));
+                        flesh_report_string(flesh_report_text(meta, "spec", 0),
+                                            strlen(flesh_report_text(meta, "spec", 0))));
   if (!status) status = ask(s, "SELECT program FROM workers ORDER BY started LIMIT 1", &worker);
   if (!status && flesh_report_rows(worker))
-    flesh_report_source(part, "provenance", json_loads(flesh_report_text(worker, "program", 0), 0, NULL));
+    flesh_report_source(part, "provenance",
+                        json_loads(flesh_report_text(worker, "program", 0), 0, NULL));
   json_decref(meta);
   json_decref(worker);
   return status;
@@ -177,7 +199,9 @@ int flesh_report_add_sweep(flesh_report *report, const char *path)
   if (sqlite3_open_v2(path, &s.database, SQLITE_OPEN_READONLY, NULL)) status = lost(&s);
   if (!status) status = add_tables(&s, part);
   sqlite3_close(s.database);
-  if (!status) flesh_report_note(part, "A sweep's database holds no motion; `keep: true` in its spec leaves the cases' "
-                                       "folders, which a report can be given beside it.");
+  if (!status)
+    flesh_report_note(
+        part, "A sweep's database holds no motion; `keep: true` in its spec leaves the cases' "
+              "folders, which a report can be given beside it.");
   return status;
 }

@@ -18,7 +18,8 @@ static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory 
 
 int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional)
 {
-  flesh_report_shown *longer = realloc(report->shown, sizeof *longer * (size_t)(report->shown_count + 1));
+  flesh_report_shown *longer =
+      realloc(report->shown, sizeof *longer * (size_t)(report->shown_count + 1));
   if (!longer) return no_memory();
   report->shown = longer;
   flesh_report_shown *s = &longer[report->shown_count++];
@@ -38,8 +39,8 @@ static int frame_at(int count, int taken, int k)
 }
 
 /* Limits of the colours and what is to be in the picture, of every frame that is taken. */
-static int fit_runs(const flesh_report *report, flesh_report_states *states, flesh_picture_options options[FIELDS],
-                    flesh_picture_frame frames[FIELDS])
+static int fit_runs(const flesh_report *report, flesh_report_states *states,
+                    flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
 {
   flesh_picture_fit fits[FIELDS];
   int status = FLESH_OK;
@@ -64,9 +65,10 @@ static json_t *vector(const double v[3]) { return json_pack("[fff]", v[0], v[1],
 
 static json_t *describe_camera(const flesh_view *view)
 {
-  return json_pack("{sosososososfsfsf}", "right", vector(view->right), "up", vector(view->up), "back",
-                   vector(view->back), "zenith", vector(view->zenith), "target", vector(view->target), "height",
-                   view->height, "distance", view->distance, "aspect", (double)view->width_px / view->height_px);
+  return json_pack("{sosososososfsfsf}", "right", vector(view->right), "up", vector(view->up),
+                   "back", vector(view->back), "zenith", vector(view->zenith), "target",
+                   vector(view->target), "height", view->height, "distance", view->distance,
+                   "aspect", (double)view->width_px / view->height_px);
 }
 
 static json_t *describe_field(flesh_picture_field field, const flesh_picture_frame *frame)
@@ -81,10 +83,11 @@ static json_t *describe_field(flesh_picture_field field, const flesh_picture_fra
     flesh_picture_colour(field, k / 4., rgb);
     json_array_append_new(palette, vector(rgb));
   }
-  return json_pack("{sssssfsfsfsoso}", "name", names[field], "quantity", quantity, "unit", unit, "low", frame->low,
-                   "high", frame->high, "most",
-                   isfinite(frame->least) && isfinite(frame->most) ? json_pack("[ff]", frame->least, frame->most)
-                                                                   : json_null(),
+  return json_pack("{sssssfsfsfsoso}", "name", names[field], "quantity", quantity, "unit", unit,
+                   "low", frame->low, "high", frame->high, "most",
+                   isfinite(frame->least) && isfinite(frame->most)
+                       ? json_pack("[ff]", frame->least, frame->most)
+                       : json_null(),
                    "palette", palette);
 }
 
@@ -92,12 +95,14 @@ static json_t *describe_field(flesh_picture_field field, const flesh_picture_fra
 static json_t *find_same(const flesh_report_states *states, int r, const json_t *runs)
 {
   const flesh_mesh *mesh = flesh_scene_mesh(states[r].run.scene);
-  const size_t nodes = (size_t)flesh_mesh_node_count(mesh), tets = (size_t)flesh_mesh_tet_count(mesh);
+  const size_t nodes = (size_t)flesh_mesh_node_count(mesh),
+               tets = (size_t)flesh_mesh_tet_count(mesh);
   for (int k = 0; k < r; k++) {
     const flesh_mesh *other = flesh_scene_mesh(states[k].run.scene);
     if (flesh_mesh_node_count(other) == (int)nodes && flesh_mesh_tet_count(other) == (int)tets &&
         flesh_mesh_order(other) == flesh_mesh_order(mesh) &&
-        !memcmp(flesh_mesh_positions(mesh), flesh_mesh_positions(other), 3 * nodes * sizeof(double)) &&
+        !memcmp(flesh_mesh_positions(mesh), flesh_mesh_positions(other),
+                3 * nodes * sizeof(double)) &&
         !memcmp(flesh_mesh_tets(mesh), flesh_mesh_tets(other), 4 * tets * sizeof(int)))
       return json_incref(json_object_get(json_array_get(runs, (size_t)k), "mesh"));
   }
@@ -107,16 +112,19 @@ static json_t *find_same(const flesh_report_states *states, int r, const json_t 
 static json_t *describe_steps(const flesh_report_body *body)
 {
   json_t *list = json_array();
-  for (int f = 0; f < FIELDS; f++) json_array_append_new(list, json_pack("[ff]", body->low[f], body->steps[f]));
+  for (int f = 0; f < FIELDS; f++)
+    json_array_append_new(list, json_pack("[ff]", body->low[f], body->steps[f]));
   return list;
 }
 
-static int add_run(flesh_report *report, flesh_report_states *states, int r, const flesh_picture_frame frames[FIELDS])
+static int add_run(flesh_report *report, flesh_report_states *states, int r,
+                   const flesh_picture_frame frames[FIELDS])
 {
   flesh_report_body body = {0};
   flesh_report_states *own = &states[r];
   flesh_picture_panel panel;
-  json_t *times = json_array(), *numbers = json_array(), *runs = json_object_get(report->view, "runs");
+  json_t *times = json_array(), *numbers = json_array(),
+         *runs = json_object_get(report->view, "runs");
   json_t *obstacles = NULL, *mesh = find_same(states, r, runs);
   const int taken = taken_of(report, own->count);
   int status = flesh_report_states_load(own, 0, &panel);
@@ -131,11 +139,13 @@ static int add_run(flesh_report *report, flesh_report_states *states, int r, con
     json_array_append_new(times, json_real(panel.t));
     json_array_append_new(numbers, json_integer(flesh_report_states_number(own, frame)));
   }
-  json_array_append_new(runs, json_pack("{sosososososIsisfso}", "name",
-                                        flesh_report_string(report->shown[r].name, strlen(report->shown[r].name)), "mesh",
-                                        mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
-                                        "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
-                                        own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
+  json_array_append_new(
+      runs,
+      json_pack("{sosososososIsisfso}", "name",
+                flesh_report_string(report->shown[r].name, strlen(report->shown[r].name)), "mesh",
+                mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
+                "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
+                own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
   flesh_report_body_close(&body);
   return status;
 }
@@ -143,7 +153,7 @@ static int add_run(flesh_report *report, flesh_report_states *states, int r, con
 /* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
 static int open_shown(flesh_report *report, flesh_report_states *states)
 {
-  int kept = 0;
+  int kept = 0, few = 0;
   json_t *notes = json_object_get(report->view, "notes");
   for (int r = 0; r < report->shown_count; r++) {
     flesh_report_shown shown = report->shown[r];
@@ -161,13 +171,17 @@ static int open_shown(flesh_report *report, flesh_report_states *states)
     }
     kept++;
     if (status) return status;
-    if (states[kept - 1].few)
-      json_array_append_new(notes, json_sprintf("%s has no frames: its states at %d times are shown.",
-                                                shown.name, states[kept - 1].count));
-    else if (taken_of(report, states[kept - 1].count) < states[kept - 1].count)
-      json_array_append_new(notes, json_sprintf("Of the %d frames of %s %d are shown.", states[kept - 1].count,
-                                                shown.name, report->most_frames));
+    few += states[kept - 1].few;
+    if (taken_of(report, states[kept - 1].count) < states[kept - 1].count)
+      json_array_append_new(notes,
+                            json_sprintf("Of the %d frames of %s %d are shown.",
+                                         states[kept - 1].count, shown.name, report->most_frames));
   }
+  if (few)
+    json_array_append_new(
+        notes, json_sprintf("%d of %d runs left no frames: of these the start, the end and what "
+                            "`flesh drift` keeps between are shown.",
+                            few, kept));
   return FLESH_OK;
 }
 
@@ -191,7 +205,8 @@ int flesh_report_make_view(flesh_report *report)
     json_object_set_new(report->view, "fields", fields);
     if (!status) json_object_set_new(report->view, "camera", describe_camera(&frames[0].view));
   }
-  for (int r = 0; r < report->shown_count && !status; r++) status = add_run(report, states, r, frames);
+  for (int r = 0; r < report->shown_count && !status; r++)
+    status = add_run(report, states, r, frames);
   for (int r = 0; states && r < wanted; r++) flesh_report_states_close(&states[r]);
   free(states);
   return status;

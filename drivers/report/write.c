@@ -1,4 +1,5 @@
-/* write.c: the page with its payload: JSON and numbers, deflated (RFC 1950) and in base 64 (RFC 4648). */
+/* write.c: the page with its payload: JSON and numbers, deflated (RFC 1950) and in base 64 (RFC
+ * 4648). */
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
@@ -36,7 +37,8 @@ static size_t print_base64(FILE *stream, const unsigned char *data, size_t size)
   return (size + 2) / 3 * 4;
 }
 
-/* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed (new). */
+/* The length of the JSON as text of twelve digits, the JSON, the numbers; deflated into *packed
+ * (new). */
 static int pack(const flesh_report *report, json_t *head, unsigned char **packed, size_t *size)
 {
   enum { DIGITS = 12, ROOM = 32 };
@@ -52,7 +54,8 @@ static int pack(const flesh_report *report, json_t *head, unsigned char **packed
     flesh_report_bytes_add(&bytes, report->bytes.data, report->bytes.size);
     uLongf room = compressBound((uLong)bytes.size);
     *packed = bytes.failed ? NULL : malloc(room);
-    if (*packed && compress2(*packed, &room, bytes.data, (uLong)bytes.size, Z_BEST_COMPRESSION) != Z_OK) {
+    if (*packed &&
+        compress2(*packed, &room, bytes.data, (uLong)bytes.size, Z_BEST_COMPRESSION) != Z_OK) {
       free(*packed);
       *packed = NULL;
     }
@@ -63,8 +66,8 @@ static int pack(const flesh_report *report, json_t *head, unsigned char **packed
   return *packed ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
 }
 
-int flesh_report_write(const flesh_report *report, const char *title, json_t *head, const char *path, size_t *size,
-                       size_t *packed)
+int flesh_report_write(const flesh_report *report, const char *title, json_t *head,
+                       const char *path, size_t *size, size_t *packed)
 {
   static const char TITLE[] = "@TITLE@", PAYLOAD[] = "@PAYLOAD@";
   const char *at_title = strstr(flesh_report_page, TITLE), *at_payload = strstr(at_title, PAYLOAD);

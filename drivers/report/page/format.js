@@ -5,7 +5,8 @@ function element(name, attributes, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(attributes || {}))
     if (key.startsWith('on')) made.addEventListener(key.slice(2), value);
-    else if (value !== null && value !== undefined && value !== false) made.setAttribute(key, value === true ? '' : value);
+    else if (value !== null && value !== undefined && value !== false)
+      made.setAttribute(key, value === true ? '' : value);
   made.append(...children.filter((child) => child !== null && child !== undefined));
   return made;
 }
@@ -31,7 +32,8 @@ function show(value, digits = 5) {
 }
 
 function niceStep(span, count) {
-  const raw = span / count, power = 10 ** Math.floor(Math.log10(raw));
+  const raw = span / count,
+    power = 10 ** Math.floor(Math.log10(raw));
   return power * ([1, 2, 5].find((factor) => factor * power >= raw * 0.999) || 10);
 }
 
@@ -39,13 +41,15 @@ function niceStep(span, count) {
 function ticks(low, high, count, log) {
   const list = [];
   if (log) {
-    const from = Math.floor(Math.log10(low)), to = Math.ceil(Math.log10(high));
-    const every = Math.max(1, Math.ceil((to - from) / count)), parts = to - from > 2 ? [1] : [1, 2, 5];
-    for (let power = from; power <= to; power += every)
-      for (const part of parts) list.push(part * 10 ** power);
+    const from = Math.floor(Math.log10(low)),
+      to = Math.ceil(Math.log10(high));
+    const every = Math.max(1, Math.ceil((to - from) / count)),
+      parts = to - from > 2 ? [1] : to - from > 1 ? [1, 2, 5] : [1, 2, 3, 4, 5, 6, 8];
+    for (let power = from; power <= to; power += every) for (const part of parts) list.push(part * 10 ** power);
     return list.filter((tick) => tick >= low * 0.9999 && tick <= high * 1.0001);
   }
   const step = niceStep(high - low, count);
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) list.push(Number((k * step).toPrecision(12)));
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++)
+    list.push(Number((k * step).toPrecision(12)));
   return list;
 }

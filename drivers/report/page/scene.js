@@ -37,12 +37,16 @@ void main() {
   gl_FragColor = vec4(min(rgb, 1.0), alpha * there);
   #include <colorspace_fragment>
 }`;
-const OBSTACLE = [168, 176, 188].map((value) => toLinear(value / 255)), GLASS = 0.26;
+const OBSTACLE = [168, 176, 188].map((value) => toLinear(value / 255)),
+  GLASS = 0.26;
 
 function makeMaterial(shared, options, uniforms) {
   return new THREE.ShaderMaterial({
-    vertexShader: VERTEX, fragmentShader: FRAGMENT, side: THREE.DoubleSide, ...options,
-    uniforms: { ...shared, fade: { value: 0 }, alpha: { value: 1 }, valued: { value: true }, ...uniforms }
+    vertexShader: VERTEX,
+    fragmentShader: FRAGMENT,
+    side: THREE.DoubleSide,
+    ...options,
+    uniforms: { ...shared, fade: { value: 0 }, alpha: { value: 1 }, valued: { value: true }, ...uniforms },
   });
 }
 
@@ -62,9 +66,14 @@ function repeat(colour, count) {
 }
 
 function flatNormals(x) {
-  const normals = new Float32Array(x.length), p = new THREE.Vector3(), q = new THREE.Vector3(), r = new THREE.Vector3();
+  const normals = new Float32Array(x.length),
+    p = new THREE.Vector3(),
+    q = new THREE.Vector3(),
+    r = new THREE.Vector3();
   for (let k = 0; k + 9 <= x.length; k += 9) {
-    p.fromArray(x, k); q.fromArray(x, k + 3).sub(p); r.fromArray(x, k + 6).sub(p);
+    p.fromArray(x, k);
+    q.fromArray(x, k + 3).sub(p);
+    r.fromArray(x, k + 6).sub(p);
     q.cross(r).normalize();
     for (let c = 0; c < 9; c += 3) q.toArray(normals, k + c);
   }
@@ -79,8 +88,16 @@ class Stand {
     this.skin = makeMaterial(shared, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     this.line = makeMaterial(shared, { transparent: true }, { alpha: { value: 0.45 }, lit: { value: false } });
     /* The plane would take its own section away. */
-    this.face = makeMaterial(shared, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }, { clip: { value: false } });
-    this.faceLine = makeMaterial(shared, { transparent: true }, { alpha: { value: 0.45 }, lit: { value: false }, clip: { value: false } });
+    this.face = makeMaterial(
+      shared,
+      { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 },
+      { clip: { value: false } },
+    );
+    this.faceLine = makeMaterial(
+      shared,
+      { transparent: true },
+      { alpha: { value: 0.45 }, lit: { value: false }, clip: { value: false } },
+    );
     this.surface = this.add(new THREE.Mesh(new THREE.BufferGeometry(), this.skin));
     this.edges = this.add(new THREE.LineSegments(this.surface.geometry.clone(), this.line));
     this.cut = this.add(new THREE.Mesh(new THREE.BufferGeometry(), this.face));
@@ -89,7 +106,11 @@ class Stand {
       const geometry = new THREE.BufferGeometry();
       const uniforms = { fade: { value: obstacle.fade }, valued: { value: false }, clip: { value: false } };
       const front = makeMaterial(shared, { side: 0, transparent: obstacle.fade > 0 }, uniforms);
-      const back = makeMaterial(shared, { side: 1, transparent: true, depthWrite: false }, { ...uniforms, alpha: { value: GLASS } });
+      const back = makeMaterial(
+        shared,
+        { side: 1, transparent: true, depthWrite: false },
+        { ...uniforms, alpha: { value: GLASS } },
+      );
       this.add(new THREE.Mesh(geometry, front));
       const glass = this.add(new THREE.Mesh(geometry, back));
       glass.renderOrder = 2;
@@ -106,19 +127,28 @@ class Stand {
 
   /* Brings the objects up to the body's frame and colours. */
   update(state) {
-    const { body } = this, { corner, mesh } = body;
+    const { body } = this,
+      { corner, mesh } = body;
     setArrays(this.surface.geometry, { position: corner.x, normal: corner.normals, tint: corner.colours });
     this.skin.uniforms.valued.value = this.face.uniforms.valued.value = state.field >= 0;
     this.edges.visible = this.cutEdges.visible = state.wireframe;
     if (state.wireframe) {
-      const pairs = mesh.edgePairs, x = new Float32Array(3 * pairs.length);
-      pairs.forEach((c, k) => { for (let d = 0; d < 3; d++) x[3 * k + d] = corner.x[3 * c + d]; });
-      setArrays(this.edges.geometry, { position: x, normal: new Float32Array(x.length), tint: new Float32Array(x.length) });
+      const pairs = mesh.edgePairs,
+        x = new Float32Array(3 * pairs.length);
+      pairs.forEach((c, k) => {
+        for (let d = 0; d < 3; d++) x[3 * k + d] = corner.x[3 * c + d];
+      });
+      setArrays(this.edges.geometry, {
+        position: x,
+        normal: new Float32Array(x.length),
+        tint: new Float32Array(x.length),
+      });
     }
     this.cut.visible = state.clip;
     this.cutEdges.visible = state.clip && state.wireframe;
     if (state.clip) {
-      const made = body.section(state.normal, state.offset), count = made.x.length / 3;
+      const made = body.section(state.normal, state.offset),
+        count = made.x.length / 3;
       setArrays(this.cut.geometry, { position: made.x, normal: repeat(state.normal, count), tint: made.colours });
       const none = new Float32Array(made.lines.length);
       setArrays(this.cutEdges.geometry, { position: made.lines, normal: none, tint: none });
@@ -138,9 +168,13 @@ class Stage {
     this.renderer.autoClear = false;
     const vector = (from) => new THREE.Vector3(...from);
     this.shared = {
-      sun: { value: vector([0, 0, 1]) }, zenith: { value: vector(camera.zenith) }, eye: { value: vector([0, 0, 1]) },
-      middle: { value: vector(camera.target) }, plane: { value: { x: 1, y: 0, z: 0, w: 0, isVector4: true } },
-      clip: { value: false }, lit: { value: true }
+      sun: { value: vector([0, 0, 1]) },
+      zenith: { value: vector(camera.zenith) },
+      eye: { value: vector([0, 0, 1]) },
+      middle: { value: vector(camera.target) },
+      plane: { value: { x: 1, y: 0, z: 0, w: 0, isVector4: true } },
+      clip: { value: false },
+      lit: { value: true },
     };
     this.stands = bodies.map((body) => new Stand(body, this.shared));
     this.camera = camera.distance > 0 ? new THREE.PerspectiveCamera() : new THREE.OrthographicCamera();
@@ -151,15 +185,17 @@ class Stage {
 
   /* Looks as the first picture does, in cells of this shape. */
   reset(aspect) {
-    const { told, camera } = this, height = told.height * Math.max(1, told.aspect / aspect);
-    const far = told.distance > 0 ? told.distance * height / told.height : 4 * height;
-    const target = new THREE.Vector3(...told.target), back = new THREE.Vector3(...told.back);
+    const { told, camera } = this,
+      height = told.height * Math.max(1, told.aspect / aspect);
+    const far = told.distance > 0 ? (told.distance * height) / told.height : 4 * height;
+    const target = new THREE.Vector3(...told.target),
+      back = new THREE.Vector3(...told.back);
     this.seen = height;
     camera.position.copy(target).addScaledVector(back, far);
     camera.zoom = 1;
     camera.near = far / 200;
     camera.far = far * 50;
-    if (camera.isPerspectiveCamera) camera.fov = 2 * Math.atan(told.height / 2 / told.distance) * 180 / Math.PI;
+    if (camera.isPerspectiveCamera) camera.fov = (2 * Math.atan(told.height / 2 / told.distance) * 180) / Math.PI;
     this.controls.target.copy(target);
     this.shape(aspect);
     this.controls.update();
@@ -168,15 +204,23 @@ class Stage {
   shape(aspect) {
     const { camera } = this;
     if (camera.isPerspectiveCamera) camera.aspect = aspect;
-    else Object.assign(camera, { top: this.seen / 2, bottom: -this.seen / 2, left: -aspect * this.seen / 2, right: aspect * this.seen / 2 });
+    else
+      Object.assign(camera, {
+        top: this.seen / 2,
+        bottom: -this.seen / 2,
+        left: (-aspect * this.seen) / 2,
+        right: (aspect * this.seen) / 2,
+      });
     camera.updateProjectionMatrix();
   }
 
   /* Turns by angles about the zenith and sideways, in radians; comes nearer by a factor. */
   turn(across, up, nearer) {
-    const { camera, controls } = this, from = camera.position.clone().sub(controls.target);
+    const { camera, controls } = this,
+      from = camera.position.clone().sub(controls.target);
     from.applyAxisAngle(camera.up, across);
-    const side = new THREE.Vector3().crossVectors(camera.up, from).normalize(), tilted = from.clone().applyAxisAngle(side, up);
+    const side = new THREE.Vector3().crossVectors(camera.up, from).normalize(),
+      tilted = from.clone().applyAxisAngle(side, up);
     if (Math.abs(tilted.clone().normalize().dot(camera.up)) < 0.998) from.copy(tilted);
     if (camera.isPerspectiveCamera) from.multiplyScalar(nearer);
     else camera.zoom /= nearer;
@@ -187,11 +231,13 @@ class Stage {
 
   /* Draws stands into cells: [{stand, x, y, width, height}] in pixels of the page from the upper left. */
   render(cells, width, height) {
-    const { renderer, camera, shared } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const { renderer, camera, shared } = this,
+      ratio = Math.min(window.devicePixelRatio || 1, 2);
     renderer.setPixelRatio(ratio);
     renderer.setSize(width, height, false);
     camera.updateMatrixWorld();
-    const m = camera.matrixWorld.elements, axis = (k) => new THREE.Vector3(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
+    const m = camera.matrixWorld.elements,
+      axis = (k) => new THREE.Vector3(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
     shared.sun.value.copy(axis(2)).addScaledVector(axis(1), 0.9).addScaledVector(axis(0), -0.65).normalize();
     shared.eye.value.copy(camera.position);
     renderer.setScissorTest(true);
