@@ -13,6 +13,7 @@
 #include "material/command.h"
 #include "mesh/command.h"
 #include "plot/command.h"
+#include "report/command.h"
 #include "run/command.h"
 #include "schema/command.h"
 #include "skin/command.h"
@@ -33,6 +34,7 @@ const flesh_subcommand flesh_commands[] = {
     {"snap", "draw frames of runs side by side", flesh_command_snap},
     {"film", "film runs side by side", flesh_command_film},
     {"plot", "draw curves of what runs have written", flesh_command_plot},
+    {"report", "write results as one HTML file that opens in a browser", flesh_command_report},
     {"skin", "let a fine surface follow a body's tets", flesh_command_skin},
     {"mesh", "inspect, convert and make meshes", flesh_command_mesh},
     {"schema", "document the keys of a scene", flesh_command_schema},

@@ -26,8 +26,12 @@ build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml data/scenes/finger
 build/drivers/flesh drift data/scenes/finger_pull_coarse.yaml --poisson 0.49 --solvers guarded \
   --elements tet4,tet10-mean --out out/elements
 
+build/drivers/flesh report out out/elements --title 'A finger pulled and let go: what the energies do to its volume' \
+  --out out/report.html
+
 printf '\nThe folder: %s/out. Open, in this order:\n' "$root"
-printf '  %s\n' 'shapes_finger_pull_fine_0.49_guarded.png   the finger pulled and let go, in every energy' \
+printf '  %s\n' 'report.html                                all of it in a browser, with the finger in 3D' \
+  'shapes_finger_pull_fine_0.49_guarded.png   the finger pulled and let go, in every energy' \
   'volume_finger_pull_fine_0.49.png           its volume against time' \
   'verdict.txt                                the comparison in words' \
   'elements/verdict.txt                       what part of it is the mesh at 0.49'

@@ -40,6 +40,7 @@ libjansson-dev pkg-config jansson writes results as JSON
 libmd-dev pkg-config libmd checksums of inputs
 libsqlite3-dev pkg-config sqlite3 the databases of sweeps
 libcairo2-dev pkg-config cairo pictures
+zlib1g-dev pkg-config zlib packs the data of reports
 gnuplot-nox tool gnuplot plots
 END
 }
@@ -57,6 +58,8 @@ python3-matplotlib python matplotlib draws in its examples
 python3-pandas python pandas has its tables
 python3-nbclient python nbclient executes its notebook
 python3-ipykernel python ipykernel executes its notebook
+chromium tool chromium opens reports
+chromium-driver tool chromedriver drives it
 END
   python_packages
 }

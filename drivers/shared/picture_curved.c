@@ -88,6 +88,27 @@ void flesh_curved_surface_free(flesh_curved_surface *s)
   *s = (flesh_curved_surface){0};
 }
 
+void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  int count;
+  (void)flesh_mesh_surface(mesh, &count);
+  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)(count / 4)) * sizeof *vertices);
+  for (int v = 0; v < nodes; v++) vertices[v] = (flesh_curved_vertex){{v}, {8}};
+  for (int f = 0; f < count / 4; f++) {
+    int n[6];
+    face_nodes(mesh, f, n);
+    for (int j = 0; j <= PARTS; j++)
+      for (int k = 0; j + k <= PARTS; k++) {
+        const int at[3] = {PARTS - j - k, j, k}; /* quarters: L (2 L - 1) and 4 L L' are eighths */
+        flesh_curved_vertex *v = &vertices[vertex_at(mesh, f, n, at)];
+        if (v - vertices < nodes) continue;
+        memcpy(v->nodes, n, sizeof n);
+        for (int d = 0; d < 3; d++) v->eighths[d] = at[d] * (at[d] - 2), v->eighths[3 + d] = 2 * at[d] * at[(d + 1) % 3];
+      }
+  }
+}
+
 void flesh_curved_surface_apply(const flesh_mesh *mesh, int components, const double *nodal, double *values)
 {
   const size_t m = (size_t)components, nodes = (size_t)flesh_mesh_node_count(mesh);

@@ -20,6 +20,15 @@ typedef struct flesh_curved_surface {
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *surface);
 void flesh_curved_surface_free(flesh_curved_surface *surface);
 
+/* A vertex by the six nodes of a face that it lies on: x = sum eighths_a / 8 x_a. A node is itself, eight times. */
+typedef struct flesh_curved_vertex {
+  int nodes[6];
+  int eighths[6];
+} flesh_curved_vertex;
+
+/* All of them [vertices]; 0 where there is no vertex. */
+void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices);
+
 /* Values at the vertices [components*vertices] from those at the nodes [components*nodes], by the faces' quadratic
  * shape functions; 0 where there is no vertex. */
 void flesh_curved_surface_apply(const flesh_mesh *mesh, int components, const double *nodal, double *values);

@@ -1,0 +1,246 @@
+/* body.c: rounds positions and values to whole numbers, and leaves of each frame what the two
+ * before do not tell. */
+#include "report/body.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "shared/picture_body.h"
+#include "shared/picture_curved.h"
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
+
+static double diagonal(int nodes, const double *x)
+{
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY},
+         sum = 0;
+  for (int k = 0; k < 3 * nodes; k++)
+    low[k % 3] = fmin(low[k % 3], x[k]), high[k % 3] = fmax(high[k % 3], x[k]);
+  for (int d = 0; d < 3; d++) sum += (high[d] - low[d]) * (high[d] - low[d]);
+  return sqrt(sum);
+}
+
+int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
+                           flesh_report_body *b)
+{
+  const double PARTS = 65536, LEVELS = 1024; /* of the body's diagonal, and of the colours */
+  const flesh_mesh *mesh = panel->body->mesh;
+  *b = (flesh_report_body){.nodes = flesh_mesh_node_count(mesh),
+                           .tets = flesh_mesh_tet_count(mesh),
+                           .obstacle_count = flesh_picture_obstacle_count(panel),
+                           .view = frames[0].view};
+  b->quantum = diagonal(b->nodes, flesh_mesh_positions(mesh)) / PARTS;
+  for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
+    b->low[f] = frames[f].low;
+    b->steps[f] = frames[f].high > frames[f].low ? (frames[f].high - frames[f].low) / LEVELS : 1;
+  }
+  b->total = (3 + FLESH_REPORT_FIELDS) * (size_t)b->nodes;
+  b->obstacle_vertices = calloc((size_t)b->obstacle_count + 1, sizeof *b->obstacle_vertices);
+  if (!b->obstacle_vertices) return no_memory();
+  for (int k = 0; k < b->obstacle_count; k++) {
+    int triangles, *corners;
+    double *x;
+    const int status = flesh_picture_obstacle(panel, k, &b->view, &b->obstacle_vertices[k], &x,
+                                              &triangles, &corners);
+    if (status) return status;
+    free(x);
+    free(corners);
+    b->total += 3 * (size_t)b->obstacle_vertices[k];
+  }
+  b->flag_bytes = ((size_t)b->tets + 7) / 8;
+  b->now = calloc(b->total + 1, sizeof *b->now);
+  b->last = calloc(b->total + 1, sizeof *b->last);
+  b->before = calloc(b->total + 1, sizeof *b->before);
+  b->flags = calloc(b->flag_bytes + 1, 1);
+  b->last_flags = calloc(b->flag_bytes + 1, 1);
+  return b->now && b->last && b->before && b->flags && b->last_flags ? FLESH_OK : no_memory();
+}
+
+void flesh_report_body_close(flesh_report_body *b)
+{
+  free(b->obstacle_vertices);
+  free(b->now);
+  free(b->last);
+  free(b->before);
+  free(b->flags);
+  free(b->last_flags);
+  *b = (flesh_report_body){0};
+}
+
+/* The nearest multiple of the step; what is not finite, or beyond 2^30 of them, is put there. */
+static int round_to(double value, double step)
+{
+  const double MOST = 1 << 30, at = value / step;
+  return isnan(at) ? 0 : (int)lrint(fmin(fmax(at, -MOST), MOST));
+}
+
+/* Positions [3*count] as all x, all y, all z. */
+static int *round_positions(int count, const double *x, double quantum, int *to)
+{
+  for (int d = 0; d < 3; d++)
+    for (int i = 0; i < count; i++) *to++ = round_to(x[3 * (size_t)i + (size_t)d], quantum);
+  return to;
+}
+
+/* "at" and "count" of a list that is added. */
+static json_t *add_list(flesh_report_bytes *bytes, size_t count, const int *values)
+{
+  json_t *place = json_pack("[II]", (json_int_t)bytes->size, (json_int_t)count);
+  flesh_report_bytes_add_list(bytes, count, values);
+  return place;
+}
+
+/* Vertices beyond the nodes that triangles of curved faces have: six nodes each, and eighths of
+ * these. Renumbers the corners. */
+static int add_curved(const flesh_mesh *mesh, flesh_report_bytes *bytes, json_t *made)
+{
+  flesh_curved_surface curved;
+  int status = flesh_curved_surface_make(mesh, &curved), further = 0;
+  if (status) return status;
+  const int nodes = flesh_mesh_node_count(mesh);
+  const size_t triangles = (size_t)curved.triangles;
+  flesh_curved_vertex *rows = calloc((size_t)curved.vertices + 1, sizeof *rows);
+  int *numbers = calloc((size_t)curved.vertices + 1, sizeof *numbers),
+      *hidden = malloc((triangles + 1) * sizeof *hidden);
+  int *six = malloc((6 * (size_t)curved.vertices + 1) * sizeof *six),
+      *eighths = malloc((6 * (size_t)curved.vertices + 1) * sizeof *eighths);
+  if (rows && numbers && hidden && six && eighths) {
+    flesh_curved_surface_vertices(mesh, rows);
+    for (size_t c = 0; c < 3 * triangles; c++) {
+      int *v = &curved.corners[c];
+      if (*v >= nodes && !numbers[*v]) {
+        for (int a = 0; a < 6; a++)
+          six[6 * further + a] = rows[*v].nodes[a], eighths[6 * further + a] = rows[*v].eighths[a];
+        numbers[*v] = nodes + further++;
+      }
+      if (*v >= nodes) *v = numbers[*v];
+    }
+    for (size_t t = 0; t < triangles; t++) hidden[t] = curved.hidden[t];
+    json_object_set_new(made, "corners", add_list(bytes, 3 * triangles, curved.corners));
+    json_object_set_new(made, "behind", add_list(bytes, triangles, curved.tets));
+    json_object_set_new(made, "hidden", add_list(bytes, triangles, hidden));
+    json_object_set_new(made, "six", add_list(bytes, 6 * (size_t)further, six));
+    json_object_set_new(made, "eighths", add_list(bytes, 6 * (size_t)further, eighths));
+  } else {
+    status = no_memory();
+  }
+  free(rows);
+  free(numbers);
+  free(hidden);
+  free(six);
+  free(eighths);
+  flesh_curved_surface_free(&curved);
+  return status;
+}
+
+int flesh_report_body_mesh(const flesh_report_body *b, const flesh_picture_panel *panel,
+                           flesh_report_bytes *bytes, json_t **made)
+{
+  const flesh_mesh *mesh = panel->body->mesh;
+  int triangles, status = FLESH_OK, *rest = malloc((3 * (size_t)b->nodes + 1) * sizeof *rest);
+  const int *corners = flesh_mesh_surface(mesh, &triangles);
+  *made = rest ? json_pack("{sisi}", "nodes", b->nodes, "tet_count", b->tets) : NULL;
+  if (!*made) {
+    free(rest);
+    return no_memory();
+  }
+  round_positions(b->nodes, flesh_mesh_positions(mesh), b->quantum, rest);
+  json_object_set_new(*made, "rest", add_list(bytes, 3 * (size_t)b->nodes, rest));
+  json_object_set_new(*made, "tets", add_list(bytes, 4 * (size_t)b->tets, flesh_mesh_tets(mesh)));
+  if (flesh_mesh_order(mesh) == 2) {
+    json_object_set_new(*made, "edges",
+                        add_list(bytes, 6 * (size_t)b->tets, flesh_mesh_tet_edges(mesh)));
+    status = add_curved(mesh, bytes, *made);
+  } else {
+    json_object_set_new(*made, "corners", add_list(bytes, 3 * (size_t)triangles, corners));
+    json_object_set_new(*made, "behind",
+                        add_list(bytes, (size_t)triangles, flesh_mesh_surface_tets(mesh)));
+  }
+  free(rest);
+  return bytes->failed ? no_memory() : status;
+}
+
+int flesh_report_body_obstacles(const flesh_report_body *b, const flesh_picture_panel *panel,
+                                flesh_report_bytes *bytes, json_t **made)
+{
+  *made = json_array();
+  for (int k = 0; k < b->obstacle_count; k++) {
+    int vertices, triangles, *corners;
+    double *x;
+    const int status =
+        flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
+    if (status) return status;
+    const double fade = flesh_picture_is_plane(panel, k) ? flesh_picture_plane_extent(&b->view) : 0;
+    json_array_append_new(*made,
+                          json_pack("{sisfso}", "vertices", vertices, "fade", fade, "corners",
+                                    add_list(bytes, 3 * (size_t)triangles, corners)));
+    free(x);
+    free(corners);
+  }
+  return bytes->failed ? no_memory() : FLESH_OK;
+}
+
+/* The numbers of a frame: positions of the body, of the obstacles, and the fields' values. */
+static int gather(flesh_report_body *b, const flesh_picture_panel *panel)
+{
+  int *to = round_positions(b->nodes, panel->x, b->quantum, b->now);
+  for (int k = 0; k < b->obstacle_count; k++) {
+    int vertices, triangles, *corners;
+    double *x;
+    int status = flesh_picture_obstacle(panel, k, &b->view, &vertices, &x, &triangles, &corners);
+    if (status) return status;
+    to = round_positions(b->obstacle_vertices[k], x, b->quantum,
+                         to); /* their number does not change */
+    free(x);
+    free(corners);
+  }
+  for (int f = 0; f < FLESH_REPORT_FIELDS; f++) {
+    double *values;
+    int status =
+        flesh_picture_values(panel, (flesh_picture_field)(FLESH_PICTURE_J + f), &values, NULL);
+    if (status) return status;
+    for (int i = 0; i < b->nodes; i++) *to++ = round_to(values[i] - b->low[f], b->steps[f]);
+    free(values);
+  }
+  return FLESH_OK;
+}
+
+static int flag_inverted(flesh_report_body *b, const flesh_picture_panel *panel)
+{
+  double *J = malloc(sizeof *J * ((size_t)b->tets + 1));
+  if (!J) return no_memory();
+  flesh_mesh_jacobians(panel->body->mesh, panel->x, J, NULL, NULL);
+  memset(b->flags, 0, b->flag_bytes);
+  for (int t = 0; t < b->tets; t++)
+    if (!(J[t] > 0)) b->flags[t / 8] |= (uint8_t)(1 << t % 8);
+  free(J);
+  return FLESH_OK;
+}
+
+int flesh_report_body_frame(flesh_report_body *b, const flesh_picture_panel *panel,
+                            flesh_report_bytes *bytes)
+{
+  int status = gather(b, panel);
+  if (!status) status = flag_inverted(b, panel);
+  if (status) return status;
+  for (size_t k = 0; k < b->total; k++) {
+    const int64_t one = b->last[k], two = b->before[k];
+    const int64_t told = b->frames > 1 ? 2 * one - two : b->frames ? one : k ? b->now[k - 1] : 0;
+    flesh_report_bytes_add_number(bytes, b->now[k] - told);
+  }
+  for (size_t k = 0; k < b->flag_bytes; k++) {
+    const uint8_t changed = b->flags[k] ^ b->last_flags[k];
+    flesh_report_bytes_add(bytes, &changed, 1);
+  }
+  int *free_one = b->before;
+  uint8_t *free_flags = b->last_flags;
+  b->before = b->last;
+  b->last = b->now;
+  b->now = free_one;
+  b->last_flags = b->flags;
+  b->flags = free_flags;
+  b->frames++;
+  return bytes->failed ? no_memory() : FLESH_OK;
+}

@@ -1,0 +1,39 @@
+/* body.h: a run's body and obstacles in numbers: their shape once, then a frame after the other.
+ * report.md has the format. */
+#ifndef FLESH_REPORT_BODY_H
+#define FLESH_REPORT_BODY_H
+
+#include <jansson.h>
+
+#include "report/report.h"
+#include "shared/picture_panel.h"
+
+enum { FLESH_REPORT_FIELDS = 3 }; /* J, stress and speed */
+
+typedef struct flesh_report_body {
+  int nodes, tets, frames;
+  int obstacle_count, *obstacle_vertices;
+  double quantum;                                              /* m, of positions */
+  double low[FLESH_REPORT_FIELDS], steps[FLESH_REPORT_FIELDS]; /* of the fields */
+  flesh_view view;
+  size_t total;             /* numbers of a frame */
+  int *now, *last, *before; /* [total] */
+  size_t flag_bytes;
+  uint8_t *flags, *last_flags; /* [flag_bytes] a bit per tet: J <= 0 */
+} flesh_report_body;
+
+/* `frames` [FLESH_REPORT_FIELDS]: the limits of the fields' colours. FLESH_ERR_MEMORY. */
+int flesh_report_body_open(const flesh_picture_panel *panel, const flesh_picture_frame *frames,
+                           flesh_report_body *body);
+void flesh_report_body_close(flesh_report_body *body);
+
+/* Adds the mesh at rest, or the obstacles, as the first panel has them; *made tells where (new). */
+int flesh_report_body_mesh(const flesh_report_body *body, const flesh_picture_panel *panel,
+                           flesh_report_bytes *bytes, json_t **made);
+int flesh_report_body_obstacles(const flesh_report_body *body, const flesh_picture_panel *panel,
+                                flesh_report_bytes *bytes, json_t **made);
+/* Adds the next frame. */
+int flesh_report_body_frame(flesh_report_body *body, const flesh_picture_panel *panel,
+                            flesh_report_bytes *bytes);
+
+#endif

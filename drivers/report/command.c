@@ -1,0 +1,143 @@
+/* command.c: `flesh report`: results as one HTML file that opens offline. */
+#include "report/command.h"
+
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "report/report.h"
+#include "shared/json_memory.h"
+#include "shared/options.h"
+#include "shared/output.h"
+#include "shared/provenance.h"
+
+/* What a report should not exceed to be sent by mail, bytes. */
+static const double LARGE = 20e6;
+
+static int add_other(flesh_report *report, flesh_report_kind kind, const char *path)
+{
+  switch (kind) {
+  case FLESH_REPORT_DRIFT:
+    return flesh_report_add_drift(report, path);
+  case FLESH_REPORT_ACCURACY:
+    return flesh_report_add_accuracy(report, path);
+  case FLESH_REPORT_HARDCASES:
+    return flesh_report_add_hardcases(report, path);
+  default:
+    break;
+  }
+  const size_t length = strlen(path);
+  char *database = malloc(length + sizeof "/sweep.db");
+  if (!database) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  sprintf(database, "%s%s", path,
+          length > 3 && !strcmp(path + length - 3, ".db") ? "" : "/sweep.db");
+  const int status = flesh_report_add_sweep(report, database);
+  free(database);
+  return status;
+}
+
+/* Runs are one part, compared; every other result is a part of its own, in the order given. */
+static int gather(flesh_report *report, int count, char **paths)
+{
+  char **runs = calloc((size_t)count + 1, sizeof *runs);
+  flesh_report_kind *kinds = calloc((size_t)count + 1, sizeof *kinds);
+  int run_count = 0, status = runs && kinds
+                                  ? FLESH_OK
+                                  : flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  for (int k = 0; k < count && !status; k++) {
+    status = flesh_report_find_kind(paths[k], &kinds[k]);
+    if (!status && kinds[k] == FLESH_REPORT_RUN) runs[run_count++] = paths[k];
+  }
+  if (!status && run_count) status = flesh_report_add_runs(report, run_count, runs);
+  for (int k = 0; k < count && !status; k++)
+    if (kinds[k] != FLESH_REPORT_RUN) status = add_other(report, kinds[k], paths[k]);
+  free(runs);
+  free(kinds);
+  return status;
+}
+
+static int make(flesh_report *report, int count, char **paths, const char *title, const char *out,
+                json_t *program)
+{
+  size_t size, packed;
+  int status = gather(report, count, paths);
+  if (!status) status = flesh_report_make_view(report);
+  if (status) return status;
+  json_t *head = json_pack("{sssO}", "title", title, "program", program);
+  status = flesh_report_write(report, title, head, out, &size, &packed);
+  json_decref(head);
+  if (status) return status;
+  printf("report: %s, %.2f MB, of which %.2f MB are data", out, size / 1e6, packed / 1e6);
+  size_t frames = 0, k;
+  const json_t *run;
+  json_array_foreach(json_object_get(report->view, "runs"), k, run) frames +=
+      json_array_size(json_object_get(run, "times"));
+  if (frames)
+    printf(": %zu frames of %d %s", frames, report->shown_count,
+           report->shown_count == 1 ? "run" : "runs");
+  putchar('\n');
+  if (size > LARGE)
+    fprintf(stderr,
+            "flesh report: %s has more than %.0f MB; --frames N takes fewer frames of each run\n",
+            out, LARGE / 1e6);
+  return FLESH_OK;
+}
+
+int flesh_command_report(int argc, char **argv)
+{
+  const char *out = NULL, *title = NULL;
+  flesh_report report = {0};
+  const flesh_option options[] = {
+      {"out", "FILE", FLESH_OPTION_TEXT, &out, "report to write, its name ends in .html"},
+      {"title", "TEXT", FLESH_OPTION_TEXT, &title,
+       "its title (default: flesh report, and what it is of)"},
+      {"frames", "N", FLESH_OPTION_COUNT, &report.most_frames,
+       "frames of each run at most, evenly taken, the first and the last among them (default: "
+       "all)"},
+      {.name = NULL}};
+  const flesh_usage usage = {.command = "report",
+                             .positionals = "RESULT... --out FILE",
+                             .summary =
+                                 "Writes results as one HTML file that opens offline in a browser.",
+                             .details = "RESULT is the folder of a `flesh run`, `drift`, "
+                                        "`accuracy`, `hardcases` or `sweep`, or the database of\n"
+                                        "a sweep. The file has the verdict in words, tables that "
+                                        "sort, plots that show their numbers, the\n"
+                                        "scenes and where all of it came from. Bodies are seen in "
+                                        "three dimensions and move: of runs with\n"
+                                        "frames all of these, of others what states they left. "
+                                        "Runs stand side by side, seen by one camera\n"
+                                        "and coloured on one scale by J, stress or speed, as "
+                                        "`flesh snap` draws them without a skin.",
+                             .positional_min = 1,
+                             .positional_max = INT_MAX,
+                             .options = options};
+  json_t *program = flesh_provenance_program(argc, argv);
+  int count, code = flesh_options_read(&usage, argc, argv, &count);
+  if (code == FLESH_OPTIONS_GO_ON &&
+      (!out || strlen(out) < 6 || strcmp(out + strlen(out) - 5, ".html")))
+    code = flesh_option_refuse(usage.command, "out", out, "a file whose name ends in .html");
+  if (code != FLESH_OPTIONS_GO_ON) {
+    json_decref(program);
+    return code;
+  }
+  char words[300];
+  snprintf(words, sizeof words, "flesh report: %.250s%s", argv[1], count > 1 ? " and more" : "");
+  report.parts = json_array();
+  int status = flesh_output_prepare_from(out, count, argv + 1, NULL);
+  if (!status) status = make(&report, count, argv + 1, title ? title : words, out, program);
+  if (!status && flesh_json_lacks())
+    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+  for (int k = 0; k < report.shown_count; k++) {
+    free(report.shown[k].folder);
+    free(report.shown[k].name);
+  }
+  free(report.shown);
+  flesh_report_bytes_free(&report.bytes);
+  json_decref(report.parts);
+  json_decref(report.view);
+  json_decref(program);
+  return status ? flesh_command_fail(usage.command, status) : 0;
+}

@@ -1,0 +1,31 @@
+/* csv.h: tables for a report: columns of numbers or texts as JSON. */
+#ifndef FLESH_REPORT_CSV_H
+#define FLESH_REPORT_CSV_H
+
+#include <jansson.h>
+
+/* Reads a CSV file (RFC 4180) whose first row names its columns into a new list of {"name",
+ * "values"}; values are numbers or null where every cell is a number or empty, else texts. Of more
+ * than `most` rows (0: all of them) it takes every k-th and the last one; *step (may be NULL) is
+ * that k. Rows that are cut off, as of a run that is killed, are left out. FLESH_ERR_FILE,
+ * FLESH_ERR_MEMORY. */
+int flesh_report_csv(const char *path, int most, json_t **columns, int *step);
+
+/* The values of a column, borrowed; NULL without one. */
+const json_t *flesh_report_column(const json_t *columns, const char *name);
+/* How many rows there are. */
+size_t flesh_report_rows(const json_t *columns);
+/* A cell as text; "" for what is none. */
+const char *flesh_report_text(const json_t *columns, const char *name, size_t row);
+/* A cell as number; NAN for what is none. */
+double flesh_report_number(const json_t *columns, const char *name, size_t row);
+
+/* A text file as a new string; NULL where there is none. */
+json_t *flesh_report_file(const char *folder, const char *name);
+/* A JSON file as a new value; NULL where there is none that can be read. */
+json_t *flesh_report_json(const char *folder, const char *name);
+
+/* What came from outside as a string, whatever its bytes are. */
+json_t *flesh_report_string(const char *text, size_t size);
+
+#endif

@@ -1,0 +1,93 @@
+/* part.c: builds the parts of a report. */
+#include "report/part.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "report/csv.h"
+#include "shared/palette.h"
+
+json_t *flesh_report_part(flesh_report *report, const char *title, const char *path)
+{
+  json_t *part =
+      json_pack("{sosos[]s[]s[]s[]s[]s[]}", "title", flesh_report_string(title, strlen(title)),
+                "path", flesh_report_string(path, strlen(path)), "verdict", "notes", "tables",
+                "plots", "grids", "sources");
+  json_array_append_new(report->parts, part);
+  return part;
+}
+
+static void append(json_t *part, const char *list, const char *format, va_list arguments)
+{
+  char text[2048];
+  vsnprintf(text, sizeof text, format, arguments);
+  json_array_append_new(json_object_get(part, list), flesh_report_string(text, strlen(text)));
+}
+
+void flesh_report_say(json_t *part, const char *format, ...)
+{
+  va_list arguments;
+  va_start(arguments, format);
+  append(part, "verdict", format, arguments);
+  va_end(arguments);
+}
+
+void flesh_report_note(json_t *part, const char *format, ...)
+{
+  va_list arguments;
+  va_start(arguments, format);
+  append(part, "notes", format, arguments);
+  va_end(arguments);
+}
+
+int flesh_report_table(json_t *part, const char *title, json_t *columns, int open)
+{
+  json_t *tables = json_object_get(part, "tables");
+  json_array_append_new(tables,
+                        json_pack("{sosbso}", "title", flesh_report_string(title, strlen(title)),
+                                  "open", open, "columns", columns));
+  return (int)json_array_size(tables) - 1;
+}
+
+void flesh_report_source(json_t *part, const char *title, json_t *value)
+{
+  if (!value) return;
+  json_array_append_new(
+      json_object_get(part, "sources"),
+      json_pack("{soso}", "title", flesh_report_string(title, strlen(title)), "value", value));
+}
+
+json_t *flesh_report_add_plot(json_t *part, const flesh_report_plot *p)
+{
+  json_t *plot =
+      json_pack("{ssssss s[bb] sbsb sis[] ss*ss*ss*}", "title", p->title, "x", p->x, "y", p->y,
+                "log", p->log_x, p->log_y, "lines", p->lines, "choose", p->choose, "table",
+                p->table, "series", "group", p->group, "where", p->where, "is", p->is);
+  json_array_append_new(json_object_get(part, "plots"), plot);
+  return plot;
+}
+
+void flesh_report_add_series(json_t *plot, int table, const char *name, const char *colour)
+{
+  json_array_append_new(json_object_get(plot, "series"),
+                        json_pack("{sisoss*}", "table", table, "name",
+                                  flesh_report_string(name, strlen(name)), "colour", colour));
+}
+
+void flesh_report_add_grid(json_t *part, const char *title, int table, const char *row,
+                           const char *const *columns, const char *value)
+{
+  json_t *names = json_array();
+  for (; *columns; columns++) json_array_append_new(names, json_string(*columns));
+  json_array_append_new(json_object_get(part, "grids"),
+                        json_pack("{sssisssoss}", "title", title, "table", table, "row", row,
+                                  "columns", names, "value", value));
+}
+
+const char *flesh_report_energy_colour(const char *letter)
+{
+  for (int e = 0; e < FLESH_ENERGY_COUNT; e++)
+    if (letter && !strcmp(letter, flesh_forms[e].name)) return flesh_forms[e].colour;
+  return NULL;
+}

@@ -1,0 +1,263 @@
+/* studies.c: comparisons in a report: of energies, of methods, and of solvers in hard cases. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "report/csv.h"
+#include "report/part.h"
+#include "report/runs.h"
+
+enum { MOST_SHOWN = 6 };
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
+
+static char *join(const char *folder, const char *name)
+{
+  char *path = malloc(strlen(folder) + strlen(name) + 2);
+  if (path) sprintf(path, "%s/%s", folder, name);
+  return path;
+}
+
+/* folder/name as a table; *number -1 with a note where there is none. */
+static int add_table(json_t *part, const char *folder, const char *name, int open, int *number)
+{
+  char *path = join(folder, name);
+  json_t *columns = NULL;
+  int status = path ? flesh_report_csv(path, 0, &columns, NULL) : no_memory();
+  free(path);
+  *number = -1;
+  if (status == FLESH_ERR_FILE) flesh_report_note(part, "There is no %s that can be read.", name);
+  else if (!status) *number = flesh_report_table(part, name, columns, open);
+  return status == FLESH_ERR_FILE ? FLESH_OK : status;
+}
+
+/* The verdict as the command has written it. */
+static void add_verdict(json_t *part, const char *folder, const char *name)
+{
+  json_t *text = flesh_report_file(folder, name);
+  if (text) json_array_append_new(json_object_get(part, "verdict"), text);
+  else flesh_report_note(part, "There is no %s: the command did not end.", name);
+}
+
+static const json_t *columns_of(const json_t *part, int table)
+{
+  return json_object_get(json_array_get(json_object_get(part, "tables"), (size_t)table), "columns");
+}
+
+/* The folder of a row of drift.csv; flesh drift names it so. */
+static char *drift_folder(const char *folder, const json_t *rows, size_t k, char name[200])
+{
+  char path[220];
+  snprintf(name, 200, "%s_%s_%s_%g_%s", flesh_report_text(rows, "scene", k),
+           flesh_report_text(rows, "energy", k), flesh_report_text(rows, "constants", k),
+           flesh_report_number(rows, "poisson", k), flesh_report_text(rows, "solver", k));
+  snprintf(path, sizeof path, "runs/%s", name);
+  return join(folder, path);
+}
+
+/* Whether a row is of those that the pictures are of: the last scene's, at the greatest ratio, with
+ * its own solver. */
+static int is_chosen(const json_t *rows, size_t k)
+{
+  const size_t count = flesh_report_rows(rows);
+  double most = -INFINITY;
+  for (size_t i = 0; i < count; i++) most = fmax(most, flesh_report_number(rows, "poisson", i));
+  return !strcmp(flesh_report_text(rows, "scene", k),
+                 flesh_report_text(rows, "scene", count - 1)) &&
+         !strcmp(flesh_report_text(rows, "element", k),
+                 flesh_report_text(rows, "element", count - 1)) &&
+         flesh_report_number(rows, "poisson", k) == most &&
+         !strcmp(flesh_report_text(rows, "solver", k), flesh_report_text(rows, "solver", 0));
+}
+
+static int add_chosen_drift(flesh_report *report, json_t *part, const char *folder, int table,
+                            json_t *plot)
+{
+  int status = FLESH_OK, sources = 0;
+  const size_t count = flesh_report_rows(columns_of(part, table));
+  for (size_t k = 0; k < count && !status; k++) {
+    const json_t *rows = columns_of(part, table);
+    char name[200], label[64], file[220];
+    if (!is_chosen(rows, k)) continue;
+    const char *energy = flesh_report_text(rows, "energy", k),
+               *constants = flesh_report_text(rows, "constants", k);
+    char *path = drift_folder(folder, rows, k, name);
+    if (!path) return no_memory();
+    snprintf(label, sizeof label, "%s%s%s", energy, strcmp(constants, "matched") ? " " : "",
+             strcmp(constants, "matched") ? constants : "");
+    snprintf(file, sizeof file, "runs/%s/result.json", name);
+    const char *colour = strcmp(constants, "as_e") ? flesh_report_energy_colour(energy) : "#8B4513";
+    status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
+    if (!status) status = flesh_report_show(report, path, label, 1);
+    if (!sources++) {
+      flesh_report_source(part, "scene of the first run shown",
+                          flesh_report_file(path, "scene.yaml"));
+      flesh_report_source(part, "provenance of that run", flesh_report_json(folder, file));
+    }
+    free(path);
+  }
+  return status;
+}
+
+int flesh_report_add_drift(flesh_report *report, const char *folder)
+{
+  static const char *const setting[] = {"scene", "energy", "constants", "solver", NULL};
+  json_t *part = flesh_report_part(report, "How the energies keep the volume", folder);
+  int table;
+  add_verdict(part, folder, "verdict.txt");
+  int status = add_table(part, folder, "drift.csv", 1, &table);
+  if (status || table < 0) return status;
+  char title[300];
+  const json_t *rows = columns_of(part, table);
+  double most = -INFINITY;
+  const size_t count = flesh_report_rows(rows);
+  if (!count)
+    return flesh_fail(FLESH_ERR_FILE, "%s/drift.csv: it has no rows: the comparison has not begun",
+                      folder);
+  for (size_t k = 0; k < count; k++) most = fmax(most, flesh_report_number(rows, "poisson", k));
+  snprintf(title, sizeof title, "Volume against time: %.150s, Poisson's ratio %g, %.50s",
+           flesh_report_text(rows, "scene", count - 1), most, flesh_report_text(rows, "solver", 0));
+  json_t *plot = flesh_report_add_plot(
+      part,
+      &(flesh_report_plot){
+          .title = title, .x = "t", .y = "volume_ratio", .lines = 1, .choose = 1, .table = -1});
+  snprintf(title, sizeof title, "Largest change of volume, %.50s",
+           flesh_report_text(rows, "solver", 0));
+  flesh_report_add_plot(part, &(flesh_report_plot){.title = title,
+                                                   .x = "poisson",
+                                                   .y = "max_volume_drift",
+                                                   .log_y = 1,
+                                                   .choose = 1,
+                                                   .table = table,
+                                                   .group = "energy",
+                                                   .where = "solver",
+                                                   .is = flesh_report_text(rows, "solver", 0)});
+  flesh_report_add_grid(part, "How the runs ended", table, "poisson", setting, "status");
+  return add_chosen_drift(report, part, folder, table, plot);
+}
+
+int flesh_report_add_accuracy(flesh_report *report, const char *folder)
+{
+  json_t *part = flesh_report_part(report, "What accuracy costs", folder);
+  int table, orders;
+  add_verdict(part, folder, "verdict.txt");
+  int status = add_table(part, folder, "accuracy.csv", 1, &table);
+  if (!status) status = add_table(part, folder, "orders.csv", 1, &orders);
+  if (status) return status;
+  static const struct {
+    const char *title, *x, *y;
+  } plots[] = {{"Error against CPU time", "cpu_s", "error_position_rms"},
+               {"Error against residual evaluations", "residual_evaluations", "error_position_rms"},
+               {"Error against step or tolerance", "value", "error_position_rms"}};
+  for (size_t k = 0; k < sizeof plots / sizeof *plots && table >= 0; k++)
+    flesh_report_add_plot(part, &(flesh_report_plot){.title = plots[k].title,
+                                                     .x = plots[k].x,
+                                                     .y = plots[k].y,
+                                                     .log_x = 1,
+                                                     .log_y = 1,
+                                                     .lines = 1,
+                                                     .choose = 1,
+                                                     .table = table,
+                                                     .group = "method",
+                                                     .where = "price",
+                                                     .is = "work"});
+  json_t *mesh = flesh_report_file(folder, "mesh.csv");
+  json_decref(mesh);
+  if (mesh) {
+    add_verdict(part, folder, "mesh.txt");
+    status = add_table(part, folder, "mesh.csv", 1, &table);
+    if (!status && table >= 0)
+      flesh_report_add_plot(part,
+                            &(flesh_report_plot){.title = "Error of the mesh against CPU time",
+                                                 .x = "cpu_s",
+                                                 .y = "error_over_motion",
+                                                 .log_x = 1,
+                                                 .log_y = 1,
+                                                 .lines = 1,
+                                                 .choose = 1,
+                                                 .table = table,
+                                                 .group = "element"});
+  }
+  json_t *all = flesh_report_json(folder, "accuracy.json");
+  flesh_report_source(part, "the reference", json_incref(json_object_get(all, "reference")));
+  flesh_report_source(part, "provenance", json_incref(json_object_get(all, "program")));
+  json_decref(all);
+  flesh_report_note(
+      part, "The comparison keeps no motion of its runs: the commands of the verdict repeat them.");
+  return status;
+}
+
+/* Whether the mesh of a case is there: what recovered leaves none. */
+static int has_mesh(const char *folder, const char *name)
+{
+  char *path = join(folder, name);
+  json_t *mesh = path ? flesh_report_file(path, "body.mesh") : NULL, *state;
+  char *out = path ? join(path, "out") : NULL;
+  state = out ? flesh_report_file(out, "state.txt") : NULL;
+  const int found = mesh && state;
+  json_decref(mesh);
+  json_decref(state);
+  free(path);
+  free(out);
+  return found;
+}
+
+static int show_cases(flesh_report *report, json_t *part, const char *folder, int table)
+{
+  const json_t *rows = columns_of(part, table);
+  int status = FLESH_OK, shown = 0, failed = 0;
+  for (size_t k = 0; k < flesh_report_rows(rows) && !status; k++) {
+    const char *name = flesh_report_text(rows, "folder", k);
+    char *path;
+    if (!strcmp(flesh_report_text(rows, "outcome", k), "recovered")) continue;
+    failed++;
+    if (shown == MOST_SHOWN || !has_mesh(folder, name)) continue;
+    char *whole = join(folder, name);
+    path = whole ? join(whole, "out") : NULL;
+    status = path ? flesh_report_show(report, path, name + (strncmp(name, "cases/", 6) ? 0 : 6), 1)
+                  : no_memory();
+    shown++;
+    free(path);
+    free(whole);
+  }
+  if (!failed)
+    flesh_report_note(
+        part, "Cases that recover leave no mesh behind: there is nothing to be seen in three "
+              "dimensions. `flesh run` repeats each from the scene in its folder.");
+  else if (shown < failed)
+    flesh_report_note(part, "Of %d cases that did not recover %d are shown.", failed, shown);
+  return status;
+}
+
+int flesh_report_add_hardcases(flesh_report *report, const char *folder)
+{
+  static const char *const setting[] = {"energy", "constants", "poisson", "step",
+                                        "solver", "element",   NULL};
+  json_t *part = flesh_report_part(report, "Hard cases", folder);
+  int table, profiles;
+  add_verdict(part, folder, "verdict.txt");
+  int status = add_table(part, folder, "hardcases.csv", 0, &table);
+  if (status || table < 0) return status;
+  flesh_report_add_grid(part, "What became of the cases", table, "case", setting, "outcome");
+  flesh_report_add_plot(part, &(flesh_report_plot){.title = "Work of the cases",
+                                                   .x = "newton",
+                                                   .y = "cpu_s",
+                                                   .log_x = 1,
+                                                   .log_y = 1,
+                                                   .choose = 1,
+                                                   .table = table,
+                                                   .group = "outcome"});
+  json_t *there = flesh_report_file(folder, "profiles.csv");
+  json_decref(there);
+  if (there) status = add_table(part, folder, "profiles.csv", 0, &profiles);
+  if (!status) status = show_cases(report, part, folder, table);
+  if (flesh_report_rows(columns_of(part, table))) {
+    char file[300];
+    snprintf(file, sizeof file, "%.250s/out/result.json",
+             flesh_report_text(columns_of(part, table), "folder", 0));
+    flesh_report_source(part, "provenance of the first case", flesh_report_json(folder, file));
+  }
+  return status;
+}

@@ -1,0 +1,213 @@
+/* view.c: bodies in motion in a report: what moves in numbers, and what they mean as JSON. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "report/body.h"
+#include "report/csv.h"
+#include "report/part.h"
+#include "report/states.h"
+#include "shared/picture.h"
+#include "shared/picture_body.h"
+#include "shared/picture_legend.h"
+
+enum { FIELDS = FLESH_REPORT_FIELDS };
+
+static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report"); }
+
+int flesh_report_show(flesh_report *report, const char *folder, const char *name, int optional)
+{
+  flesh_report_shown *longer =
+      realloc(report->shown, sizeof *longer * (size_t)(report->shown_count + 1));
+  if (!longer) return no_memory();
+  report->shown = longer;
+  flesh_report_shown *s = &longer[report->shown_count++];
+  *s = (flesh_report_shown){.folder = strdup(folder), .name = strdup(name), .optional = optional};
+  return s->folder && s->name ? FLESH_OK : no_memory();
+}
+
+static int taken_of(const flesh_report *report, int count)
+{
+  return report->most_frames && count > report->most_frames ? report->most_frames : count;
+}
+
+/* The k-th of the frames that are taken, the first and the last among them. */
+static int frame_at(int count, int taken, int k)
+{
+  return taken < 2 ? count - 1 : (int)((int64_t)k * (count - 1) / (taken - 1));
+}
+
+/* Limits of the colours and what is to be in the picture, of every frame that is taken. */
+static int fit_runs(const flesh_report *report, flesh_report_states *states,
+                    flesh_picture_options options[FIELDS], flesh_picture_frame frames[FIELDS])
+{
+  flesh_picture_fit fits[FIELDS];
+  int status = FLESH_OK;
+  for (int f = 0; f < FIELDS; f++) {
+    options[f] = options[0];
+    options[f].field = (flesh_picture_field)(f + FLESH_PICTURE_J);
+    flesh_picture_fit_begin(&options[f], &fits[f]);
+  }
+  for (int r = 0; r < report->shown_count && !status; r++) {
+    const int taken = taken_of(report, states[r].count);
+    for (int k = 0; k < taken && !status; k++) {
+      flesh_picture_panel panel;
+      status = flesh_report_states_load(&states[r], frame_at(states[r].count, taken, k), &panel);
+      for (int f = 0; f < FIELDS && !status; f++) status = flesh_picture_fit_add(&fits[f], &panel);
+    }
+  }
+  for (int f = 0; f < FIELDS && !status; f++) flesh_picture_fit_end(&fits[f], &frames[f]);
+  return status;
+}
+
+static json_t *vector(const double v[3]) { return json_pack("[fff]", v[0], v[1], v[2]); }
+
+static json_t *describe_camera(const flesh_view *view)
+{
+  return json_pack("{sosososososfsfsf}", "right", vector(view->right), "up", vector(view->up),
+                   "back", vector(view->back), "zenith", vector(view->zenith), "target",
+                   vector(view->target), "height", view->height, "distance", view->distance,
+                   "aspect", (double)view->width_px / view->height_px);
+}
+
+static json_t *describe_field(flesh_picture_field field, const flesh_picture_frame *frame)
+{
+  static const char *const names[] = {"", "J", "stress", "speed"};
+  char quantity[64];
+  double unit;
+  json_t *palette = json_array();
+  flesh_picture_quantity(field, frame, quantity, &unit);
+  for (int k = 0; k <= 4; k++) {
+    double rgb[3];
+    flesh_picture_colour(field, k / 4., rgb);
+    json_array_append_new(palette, vector(rgb));
+  }
+  return json_pack("{sssssfsfsfsoso}", "name", names[field], "quantity", quantity, "unit", unit,
+                   "low", frame->low, "high", frame->high, "most",
+                   isfinite(frame->least) && isfinite(frame->most)
+                       ? json_pack("[ff]", frame->least, frame->most)
+                       : json_null(),
+                   "palette", palette);
+}
+
+/* The mesh of an earlier run that has the same; NULL: none. */
+static json_t *find_same(const flesh_report_states *states, int r, const json_t *runs)
+{
+  const flesh_mesh *mesh = flesh_scene_mesh(states[r].run.scene);
+  const size_t nodes = (size_t)flesh_mesh_node_count(mesh),
+               tets = (size_t)flesh_mesh_tet_count(mesh);
+  for (int k = 0; k < r; k++) {
+    const flesh_mesh *other = flesh_scene_mesh(states[k].run.scene);
+    if (flesh_mesh_node_count(other) == (int)nodes && flesh_mesh_tet_count(other) == (int)tets &&
+        flesh_mesh_order(other) == flesh_mesh_order(mesh) &&
+        !memcmp(flesh_mesh_positions(mesh), flesh_mesh_positions(other),
+                3 * nodes * sizeof(double)) &&
+        !memcmp(flesh_mesh_tets(mesh), flesh_mesh_tets(other), 4 * tets * sizeof(int)))
+      return json_incref(json_object_get(json_array_get(runs, (size_t)k), "mesh"));
+  }
+  return NULL;
+}
+
+static json_t *describe_steps(const flesh_report_body *body)
+{
+  json_t *list = json_array();
+  for (int f = 0; f < FIELDS; f++)
+    json_array_append_new(list, json_pack("[ff]", body->low[f], body->steps[f]));
+  return list;
+}
+
+static int add_run(flesh_report *report, flesh_report_states *states, int r,
+                   const flesh_picture_frame frames[FIELDS])
+{
+  flesh_report_body body = {0};
+  flesh_report_states *own = &states[r];
+  flesh_picture_panel panel;
+  json_t *times = json_array(), *numbers = json_array(),
+         *runs = json_object_get(report->view, "runs");
+  json_t *obstacles = NULL, *mesh = find_same(states, r, runs);
+  const int taken = taken_of(report, own->count);
+  int status = flesh_report_states_load(own, 0, &panel);
+  if (!status) status = flesh_report_body_open(&panel, frames, &body);
+  if (!status && !mesh) status = flesh_report_body_mesh(&body, &panel, &report->bytes, &mesh);
+  if (!status) status = flesh_report_body_obstacles(&body, &panel, &report->bytes, &obstacles);
+  const size_t at = report->bytes.size;
+  for (int k = 0; k < taken && !status; k++) {
+    const int frame = frame_at(own->count, taken, k);
+    status = flesh_report_states_load(own, frame, &panel);
+    if (!status) status = flesh_report_body_frame(&body, &panel, &report->bytes);
+    json_array_append_new(times, json_real(panel.t));
+    json_array_append_new(numbers, json_integer(flesh_report_states_number(own, frame)));
+  }
+  json_array_append_new(
+      runs,
+      json_pack("{sosososososIsisfso}", "name",
+                flesh_report_string(report->shown[r].name, strlen(report->shown[r].name)), "mesh",
+                mesh ? mesh : json_null(), "obstacles", obstacles ? obstacles : json_null(),
+                "times", times, "numbers", numbers, "at", (json_int_t)at, "frames_there",
+                own->count, "quantum", body.quantum, "fields", describe_steps(&body)));
+  flesh_report_body_close(&body);
+  return status;
+}
+
+/* Opens what is to be seen; what may be missing, and is, is taken off the list with a note. */
+static int open_shown(flesh_report *report, flesh_report_states *states)
+{
+  int kept = 0, few = 0;
+  json_t *notes = json_object_get(report->view, "notes");
+  for (int r = 0; r < report->shown_count; r++) {
+    flesh_report_shown shown = report->shown[r];
+    int status = flesh_report_states_open(shown.folder, &states[kept]);
+    if (status && status != FLESH_ERR_MEMORY && shown.optional) {
+      const char *text = flesh_error_text();
+      json_array_append_new(notes, flesh_report_string(text, strlen(text)));
+      flesh_report_states_close(&states[kept]);
+      free(shown.folder);
+      free(shown.name);
+      for (int k = r; k + 1 < report->shown_count; k++) report->shown[k] = report->shown[k + 1];
+      report->shown_count--;
+      r--;
+      continue;
+    }
+    kept++;
+    if (status) return status;
+    few += states[kept - 1].few;
+    if (taken_of(report, states[kept - 1].count) < states[kept - 1].count)
+      json_array_append_new(notes,
+                            json_sprintf("Of the %d frames of %s %d are shown.",
+                                         states[kept - 1].count, shown.name, report->most_frames));
+  }
+  if (few)
+    json_array_append_new(
+        notes, json_sprintf("%d of %d runs left no frames: of these the start, the end and what "
+                            "`flesh drift` keeps between are shown.",
+                            few, kept));
+  return FLESH_OK;
+}
+
+int flesh_report_make_view(flesh_report *report)
+{
+  flesh_picture_options options[FIELDS];
+  flesh_picture_frame frames[FIELDS];
+  flesh_report_states *states = calloc((size_t)report->shown_count + 1, sizeof *states);
+  json_decref(report->view);
+  report->view = json_pack("{s[]s[]}", "runs", "notes");
+  const int wanted = report->shown_count;
+  int status = states && report->view ? open_shown(report, states) : no_memory();
+  if (!status && report->shown_count) {
+    flesh_picture_options_default(&options[0]);
+    options[0].camera = flesh_scene_outputs(states[0].run.scene)->camera;
+    flesh_scene_up(states[0].run.scene, options[0].camera.up);
+    status = fit_runs(report, states, options, frames);
+    json_t *fields = json_array();
+    for (int f = 0; f < FIELDS && !status; f++)
+      json_array_append_new(fields, describe_field(options[f].field, &frames[f]));
+    json_object_set_new(report->view, "fields", fields);
+    if (!status) json_object_set_new(report->view, "camera", describe_camera(&frames[0].view));
+  }
+  for (int r = 0; r < report->shown_count && !status; r++)
+    status = add_run(report, states, r, frames);
+  for (int r = 0; states && r < wanted; r++) flesh_report_states_close(&states[r]);
+  free(states);
+  return status;
+}

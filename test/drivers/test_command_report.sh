@@ -1,0 +1,228 @@
+# test_command_report.sh: `flesh report`: what it embeds is what the results hold, and what it cannot use it refuses.
+# FLESH names the program.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+export PYTHONPATH="$source_folder/shared" PYTHONDONTWRITEBYTECODE=1
+
+"$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
+cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  material: {energy: S, constants: matched, young: 1e5, poisson: 0.45}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]]}
+time: {step: 1/60, end: 1/6}
+output: {probes: [{name: tip, point: [3, 0.5, 0.5], quantities: [position]}]}
+END
+"$flesh" run bar.yaml --out soft --quiet || exit 1
+"$flesh" run bar.yaml --out stiff --quiet --set body.material.young=1e6 || exit 1
+
+# Positions within half a quantum, 1/131072 of the diagonal of sqrt(11) m, speeds within 1/2048 of the colours' range.
+frames_come_back() {
+  expect 0 "$flesh" report soft stiff --out r.html && has stdout.txt '^report: r.html, 0.[0-9]* MB, .*: 22 frames of 2 runs$' ||
+    return 1
+  python3 - <<'END'
+from report_file import Report, vtu_array
+report = Report("r.html")
+view = report.json["view"]
+assert [run["name"] for run in view["runs"]] == ["soft", "stiff"], view["runs"]
+most = largest = 0
+for run in view["runs"]:
+    assert len(run["times"]) == 11 and run["numbers"] == list(range(11)), run
+    assert abs(run["quantum"] / (11 ** 0.5 / 65536) - 1) < 1e-8, run["quantum"]
+    for k, (x, fields, inverted) in enumerate(report.frames(run)):
+        name = f"{run['name']}/frames/frame_{k:06d}.vtu"
+        there, v = vtu_array(name, "Points"), vtu_array(name, "velocity")
+        off = max(abs(value - x[i // 3][i % 3]) for i, value in enumerate(there))
+        assert off <= 0.501 * run["quantum"], (name, off / run["quantum"])
+        most = max(most, off / run["quantum"])
+        largest = max(largest, max(abs(value) for value in there))
+        step = run["fields"][2][1]
+        for i, speed in enumerate(fields[2]):
+            own = sum(v[3 * i + d] ** 2 for d in range(3)) ** 0.5
+            assert abs(own - speed) <= 0.501 * step, (name, i, own, speed)
+        assert not inverted, (name, inverted)
+assert 0.4 < most and largest > 3, (most, largest)
+assert view["runs"][0]["mesh"] == view["runs"][1]["mesh"], "the mesh stands there once"
+END
+}
+
+# J of the nodes is the mean over the tets around, by volume; its tets are all alike at rest.
+fields_are_those_of_the_pictures() {
+  expect 0 "$flesh" snap soft --out s.png --width 60 --picture-height 40 --bare || return 1
+  python3 - <<'END'
+from report_file import Report, vtu_array
+report = Report("r.html")
+run, field = report.json["view"]["runs"][0], report.json["view"]["fields"][0]
+tets, frames = report.list(run["mesh"]["tets"]), list(report.frames(run))
+J = vtu_array("soft/frames/frame_000010.vtu", "J")
+sums, weights = [0.0] * run["mesh"]["nodes"], [0] * run["mesh"]["nodes"]
+for t, value in enumerate(J):  # Kuhn's tets of equal cells have one volume
+    for node in tets[4 * t:4 * t + 4]:
+        sums[node] += value
+        weights[node] += 1
+low, step = run["fields"][0]
+assert abs(low - field["low"]) < 1e-9 and abs(step - (field["high"] - field["low"]) / 1024) < 1e-9
+for i, value in enumerate(frames[-1][1][0]):
+    assert abs(sums[i] / weights[i] - value) <= 0.501 * step, (i, sums[i] / weights[i], value)
+assert max(frames[-1][1][1]) > 1000 and max(frames[0][1][1]) < 1, "stress in Pa"
+END
+}
+
+the_page_is_whole_and_loads_nothing() {
+  python3 - <<'END'
+import html.parser, re
+from report_file import Report
+text = Report("r.html").html
+assert text.startswith("<!doctype html>") and text.endswith("</html>\n")
+class Parser(html.parser.HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.open, self.loads, self.scripts = [], [], 0
+    def handle_starttag(self, tag, attributes):
+        if tag not in ("meta", "link", "img", "input"):
+            self.open.append(tag)
+        self.scripts += tag == "script"
+        self.loads += [value for name, value in attributes if name in ("src", "href")]
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, tag
+parser = Parser()
+parser.feed(text)
+parser.close()
+assert not parser.open and not parser.loads and parser.scripts == 3, (parser.open, parser.loads, parser.scripts)
+assert "default-src 'none'" in text and "Permission is hereby granted, free of charge" in text
+assert not re.search(r"@[A-Z]+@", text)
+END
+}
+
+words_tables_and_sources_are_there() {
+  python3 - <<'END'
+import csv, json
+from report_file import Report
+part = Report("r.html").json["parts"][0]
+result = json.load(open("soft/result.json"))
+drift = result["figures"]["max_volume_drift"]
+assert part["verdict"][0].startswith("Of 2 runs stiff changed its volume least"), part["verdict"]
+assert f"soft is complete after 10 steps, at t = 0.1667 s. Its volume changed by at most {100 * drift:.3g} %" in \
+    part["verdict"][1], part["verdict"]
+tables = {table["title"]: {column["name"]: column["values"] for column in table["columns"]} for table in part["tables"]}
+assert tables["Figures of the runs"]["max_volume_drift"][0] == float(f"{drift:.9g}")
+for folder in ("soft", "stiff"):
+    for name in ("history.csv", "probes.csv"):
+        rows = list(csv.DictReader(open(f"{folder}/{name}")))
+        table = tables[f"{folder}: {name}"]
+        for key in rows[0]:
+            assert [float(f"{float(row[key]):.9g}") for row in rows] == table[key], (folder, name, key)
+assert {source["title"]: source["value"] for source in part["sources"]}["soft: scene"] == open("soft/scene.yaml").read()
+assert {plot["title"]: plot["y"] for plot in part["plots"]} == {"History": "volume_ratio", "Probes": "tip.position_x [m]"}
+END
+}
+
+fewer_frames_are_evenly_taken() {
+  expect 0 "$flesh" report soft --frames 3 --out few.html && has stdout.txt ': 3 frames of 1 run$' || return 1
+  python3 - <<'END'
+from report_file import Report
+view = Report("few.html").json["view"]
+assert view["runs"][0]["numbers"] == [0, 5, 10] and view["notes"] == ["Of the 11 frames of soft 3 are shown."], view
+END
+}
+
+# Faces of six nodes have vertices between these; of a box they are cut into equal parts, 1 by 1 by 3 m in all.
+curved_bodies_have_their_lattice() {
+  expect 0 "$flesh" run bar.yaml --out curved --quiet --set body.element=tet10-mean --set time.end=1/60 &&
+    expect 0 "$flesh" report curved --out curved.html || return 1
+  python3 - <<'END'
+from report_file import Report
+report = Report("curved.html")
+mesh = report.json["view"]["runs"][0]["mesh"]
+nodes, six, eighths = mesh["nodes"], report.list(mesh["six"]), report.list(mesh["eighths"])
+rest, corners, hidden = report.list(mesh["rest"]), report.list(mesh["corners"]), report.list(mesh["hidden"])
+assert len(report.list(mesh["edges"])) == 6 * mesh["tet_count"] and len(corners) == 48 * (len(hidden) // 16)
+assert max(corners) == nodes + len(six) // 6 - 1
+x = [[rest[d * nodes + v] for d in range(3)] for v in range(nodes)]
+for v in range(len(six) // 6):
+    assert sum(eighths[6 * v:6 * v + 6]) == 8
+    x.append([sum(eighths[6 * v + a] * x[six[6 * v + a]][d] for a in range(6)) / 8 for d in range(3)])
+def area(t):
+    p, q, r = (x[corner] for corner in corners[3 * t:3 * t + 3])
+    a, b = [q[d] - p[d] for d in range(3)], [r[d] - p[d] for d in range(3)]
+    return [(a[d - 2] * b[d - 1] - a[d - 1] * b[d - 2]) / 2 for d in range(3)]
+sums = [0.0] * 3
+for t in range(0, len(hidden), 16):  # straight faces are cut into sixteen alike
+    areas = [area(k) for k in range(t, t + 16)]
+    largest = max(abs(value) for value in areas[0])
+    assert all(abs(own[d] - areas[0][d]) < 1e-3 * largest for own in areas for d in range(3)), areas
+    sums = [sums[d] + sum(abs(own[d]) for own in areas) for d in range(3)]
+q = report.json["view"]["runs"][0]["quantum"]
+assert all(abs(sums[d] * q * q - wanted) < 1e-3 for d, wanted in enumerate((2, 6, 6))), sums
+assert sum(3 - bin(side).count("1") for side in hidden) == 12 * (len(hidden) // 16), "edges of the mesh are four sides each"
+END
+}
+
+runs_without_frames_show_their_states() {
+  expect 0 "$flesh" run bar.yaml --out bare --quiet --set output.frame_interval=0 || return 1
+  rm -rf bare/frames && expect 0 "$flesh" report bare --out bare.html && has stdout.txt ': 2 frames of 1 run$' || return 1
+  rm bare/result.json bare/history.csv && expect 0 "$flesh" report bare --out bare.html || return 1
+  python3 - <<'END'
+from report_file import Report
+report = Report("bare.html").json
+assert "left no result.json" in report["parts"][0]["verdict"][0] and report["view"]["notes"], report
+assert report["parts"][0]["notes"] == ["bare has no history.csv that can be read."], report["parts"][0]["notes"]
+END
+}
+
+comparisons_are_reported() {
+  expect 0 "$flesh" drift bar.yaml --energies E,S --poisson 0.45 --solvers guarded --out drift --jobs 1 &&
+    expect 0 "$flesh" hardcases --quick --cases single_plane --energies S --poisson 0.45 --out hard --jobs 1 || return 1
+  printf '%s\n' 'scene: bar.yaml' 'set: {time.end: 1/30}' 'axes: [{key: body.material.young, values: [1e4, 1e5]}]' >s.yaml
+  expect 0 "$flesh" sweep s.yaml --out sweep && expect 0 "$flesh" report drift hard sweep sweep/sweep.db --out all.html ||
+    return 1
+  python3 - <<'END'
+from report_file import Report
+report = Report("all.html").json
+drift, hard, sweep, again = report["parts"]
+assert drift["verdict"] == [open("drift/verdict.txt").read()] and hard["verdict"] == [open("hard/verdict.txt").read()]
+assert sweep["verdict"][0] == "2 cases: 2 complete." and sweep["verdict"] == again["verdict"], sweep["verdict"]
+young = next(column for column in sweep["tables"][0]["columns"] if column["name"] == "young")
+assert young["values"] == [10000, 100000], young
+assert [run["name"] for run in report["view"]["runs"]] == ["E", "S"]
+assert all(run["times"][0] == 0 and abs(run["times"][-1] - 1 / 6) < 1e-8 for run in report["view"]["runs"])
+assert hard["grids"][0]["value"] == "outcome" and any("no mesh" in note for note in hard["notes"])
+END
+}
+
+names_from_outside_are_text() {
+  mkdir 'a <b>' && cp -r soft 'a <b>/<script>alert(1)' &&
+    expect 0 "$flesh" report 'a <b>/<script>alert(1)' --frames 2 --out odd.html --title '</title><script>x & y' || return 1
+  grep -q '<title>&lt;/title&gt;&lt;script&gt;x &amp; y</title>' odd.html && [ "$(grep -c 'alert(1)' odd.html)" -eq 0 ]
+}
+
+bad_report_usage_is_refused() {
+  echo words >words.txt
+  mkdir empty hollow
+  echo 'scene,energy' >hollow/drift.csv
+  echo 'no database' >no.db
+  while IFS='|' read -r code words text; do
+    # shellcheck disable=SC2086
+    expect "$code" "$flesh" report $words && has stderr.txt "$text" && [ "$(lines stderr.txt)" -eq 1 ] ||
+      { echo "words: $words"; cat stderr.txt; return 1; }
+  done <<'END'
+2|soft|--out is missing; it must be a file whose name ends in .html
+2|soft --out r.htm|--out is 'r.htm'; it must be a file whose name ends in .html
+2|--out bad.html|RESULT
+2|soft --frames 0 --out bad.html|--frames is '0'
+3|nowhere --out bad.html|nowhere: there is no such folder
+3|empty --out bad.html|empty: this is no folder of a result: it has none of scene.yaml, drift.csv
+3|words.txt --out bad.html|words.txt: this is a file; a report takes the folder of a result
+3|hollow --out bad.html|hollow/drift.csv: it has no rows
+3|no.db --out bad.html|no.db: this is no database of a sweep
+3|soft --out nowhere/bad.html|nowhere/bad.html
+END
+  [ ! -e bad.html ]
+}
+
+run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
+  words_tables_and_sources_are_there fewer_frames_are_evenly_taken curved_bodies_have_their_lattice \
+  runs_without_frames_show_their_states comparisons_are_reported names_from_outside_are_text bad_report_usage_is_refused
