@@ -125,6 +125,31 @@ scenes_of_any_name_are_compared() {
   awk -F , 'NR == 1 { n = NF } NF != n { exit 1 }' drifts/drift.csv
 }
 
+# Columns, units, words in them, files and titles.
+curves_of_any_name_are_drawn() {
+  have_gnuplot || return 0
+  mkdir curves
+  python3 - <<'END'
+import csv
+words = ["END\nsystem('proof')", "`proof`", "'; system('proof'); #", "\"; system(\"proof\"); #", "@proof %s%n $1 \\", "<proof",
+         "|proof", "\x1b]0;x\x07", "{/=99 x}_{", "\u00fc" * 30]
+with open("curves/'`proof`.csv", "w", newline="") as file:
+    out = csv.writer(file)
+    out.writerow(["t [`proof`]", "'; system('proof') # [|proof]", "by"])
+    out.writerows([k, k * k, word] for word in words for k in range(3))
+END
+  for name in "'; proof #.svg" '`proof`.png' '"x", %d.pdf' '<proof.svg' '|proof.png' "$(printf 'a\nb').svg"; do
+    "$flesh" plot "curves/'\`proof\`.csv" --y "'; system*" --by by --title '`proof` @proof' --out "$name" >stdout.txt 2>stderr.txt
+    code=$?
+    harmless "$name" || return 1
+    case $name in
+    [\<\|]* | a*) [ "$code" -eq 2 ] && has stderr.txt 'name' ;;
+    *) [ "$code" -eq 0 ] && [ -s "$name" ] ;;
+    esac || { echo "$name: $code"; cat stderr.txt; return 1; }
+  done
+  [ "$(grep -c 'id="gnuplot_plot_' "'; proof #.svg")" -eq 10 ] && ! find . -name '.picture*' | grep .
+}
+
 # ffmpeg sees no name from outside: addresses, patterns and options are names.
 films_of_any_name_are_made() {
   cat >bin/ffmpeg <<'END'
@@ -145,4 +170,4 @@ END
 }
 
 run_tests a_foreign_database_is_drawn pictures_get_the_names_they_are_given pipes_and_control_characters_are_refused \
-  what_is_random_is_harmless scenes_of_any_name_are_compared films_of_any_name_are_made
+  what_is_random_is_harmless scenes_of_any_name_are_compared curves_of_any_name_are_drawn films_of_any_name_are_made
