@@ -107,7 +107,9 @@ typedef struct flesh_hardcases_run {
 typedef struct flesh_hardcases_plan {
   const char *out;
   int quick, jobs;
-  int filters; /* compares eigenvalue filters: runs are kept, and taken up again */
+  int filters; /* compares eigenvalue filters */
+  int shapes;  /* puts the bodies of --meshes through the cases that any shape can go through */
+  /* Runs of both are kept, and taken up again. */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;
