@@ -159,7 +159,7 @@ static void say_orders(const flesh_accuracy_plan *plan, FILE *stream)
   }
 }
 
-/* Energy that comes from nowhere is worse than energy that is lost: it can grow. */
+/* Spurious energy is worse than energy that is lost: it can grow. */
 static void say_gains(const flesh_accuracy_plan *plan, FILE *stream)
 {
   for (int m = 0; m < plan->method_count; m++) {

@@ -145,10 +145,10 @@ static int make_matrix(const flesh_bench_bar *bar, bench *b)
     status = b->linear->preconditioner_create(FLESH_PRECONDITIONER_AUTO, b->A, X, b->point.threads,
                                               &b->preconditioner);
   }
-  flesh_bisection halves = {0};
-  if (!status) status = flesh_bisection_create(b->A, &halves);
-  if (!status) status = b->linear->product_create(b->A, &halves, 1, &b->product);
-  flesh_bisection_clear(&halves);
+  flesh_bisection bisection = {0};
+  if (!status) status = flesh_bisection_create(b->A, &bisection);
+  if (!status) status = b->linear->product_create(b->A, &bisection, 1, &b->product);
+  flesh_bisection_clear(&bisection);
   size_t apart;
   const size_t length = 4 * (size_t)b->product.nodes;
   if (!status && !(b->from = flesh_huge_pages_vectors(4, length, &apart)))

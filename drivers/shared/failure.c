@@ -14,7 +14,7 @@ static int needs_positive_J(const flesh_scene *scene)
   return 0;
 }
 
-/* What a method does with energy, and what to try where it came from nowhere. */
+/* What a method does with energy, and what to try where it is spurious. */
 static const char *energy_advice(const flesh_scene *scene, const flesh_figures *figures)
 {
   if (figures->start_contact > 0.5 * figures->balance.scale)

@@ -18,12 +18,12 @@ typedef struct flesh_block_matrix {
   double *values;       /* [9 * row_start[rows]], each block row-major */
 } flesh_block_matrix;
 
-/* Terms b b^T that a matrix contains, one of each row b, and that are much stiffer than what remains without them: a
- * preconditioner may take them out and treat them by themselves (FLESH_PRECONDITIONER_VOLUME_PROJECTION). */
+/* Terms b b^T of a matrix, one of each row b, that are much stiffer than the rest of it: a preconditioner may project
+ * them out (FLESH_PRECONDITIONER_VOLUME_PROJECTION). */
 typedef struct flesh_stiff_rows {
   int count, nodes_per_row;
-  /* From this one on, a row's nodes have most of b, which suffices to undo what moves along it: mid-edge nodes of a
-   * ten-node tet, at whose corners b vanishes wherever F is constant. */
+  /* From this one on, a row's nodes have most of b: the mid-edge nodes of a ten-node tet, at whose corners b vanishes
+   * where F is constant. The projection moves these nodes alone. */
   int first_main;
   double ratio;     /* how many times as stiff as what remains, at rest, at most */
   double modulus;   /* Pa, of what remains, at rest, at least */

@@ -16,10 +16,10 @@ extern "C" {
  *   TET4        linear, of meshes of order 1
  *   TET10       quadratic, of meshes of order 2: psi at four points
  *   TET10_MEAN  the same, but of a form's volume term lambda U(J), U = (J-1)^2/2 (or (log J)^2/2),
- *               the share (lambda - 2 mu_L) U is one of the mean of J over the tet, so that nearly
- *               incompressible bodies bend and twist as they should: sum of w (psi - share U(J)) +
- *               V share U(mean J); mu_L = 2 psi_I at F = I, the small-strain shear modulus of forms
- *               without stress at rest. As TET10 where lambda <= 2 mu_L, or where the form has no
+ *               the part (lambda - 2 mu_L) U is taken at the mean of J over the tet, so that nearly
+ *               incompressible bodies do not lock: with m = lambda - 2 mu_L the energy is
+ *               sum of w (psi - m U(J)) + V m U(mean J); mu_L = 2 psi_I at F = I, the small-strain
+ *               shear modulus of forms without stress at rest. As TET10 where lambda <= 2 mu_L, or where the form has no
  *               term of J alone (C, M, CR, StVK). Mean dilatation: Nagtegaal, Parks & Rice 1974
  *   AUTO        TET4 at order 1, TET10_MEAN at order 2 */
 typedef enum flesh_element {
@@ -52,13 +52,13 @@ typedef struct flesh_body {
   flesh_mass mass;
   int part_count;               /* 0: one body without a name */
   const flesh_body_part *parts; /* [part_count] */
-  flesh_instructions instructions; /* of effects that go tet by tet, and of linear solvers (see
-                                      flesh_system_instructions); with some that the machine
-                                      lacks, making these effects fails with FLESH_ERR_ARGUMENT */
-  flesh_element element; /* with one that the mesh's order does not fit, making effects fails
-                            with FLESH_ERR_ARGUMENT */
+  flesh_instructions instructions; /* of effects that are computed tet by tet, and of linear solvers
+                                      (see flesh_system_instructions); where the machine lacks them,
+                                      creating these effects fails with FLESH_ERR_ARGUMENT */
+  flesh_element element; /* where the mesh's order does not fit it, creating effects fails with
+                            FLESH_ERR_ARGUMENT */
   /* As many as materials; NULL: `element` is that of all. TET10 or TET10_MEAN at order 2 for the
-   * tets of one material, AUTO: `element`. Otherwise making effects fails as above. */
+   * tets of one material, AUTO: `element`. Otherwise creating effects fails as above. */
   const flesh_element *material_elements;
 } flesh_body;
 

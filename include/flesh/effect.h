@@ -1,9 +1,9 @@
-/* effect.h: the contract that everything acting on a body speaks, for those who write an effect.
+/* effect.h: the interface of everything that acts on a body, for those who write an effect.
  *
  * A body moves so that the sum of all effects balances: r(t,x,v,a) = sum of r_e = 0. Vectors are
- * [3*n], three components per node in the mesh's numbering. An effect sees the point (t,x,v,a) and
- * the shift; it never sees a step size, an integrator, SUNDIALS or another effect. It is const once
- * made and may serve several systems and threads at once.
+ * [3*n], three components per node in the mesh's numbering. An effect gets the point (t,x,v,a) and
+ * the shift; it knows no step size, integrator, SUNDIALS or other effect. It is const once
+ * made and may be used by several systems and threads at once.
  *
  *   residual   r += r_e(t,x,v,a), a gradient ("+dV/dx"), not a force       [N]
  *   Jacobian   K += shift.x dr/dx + shift.v dr/dv + shift.a dr/da           [N/m]
@@ -17,13 +17,13 @@
  * up to a constant. In statics (1, 0, 0) v and a are 0, so that these forces are 0 as well:
  * potential, Jacobian and residual of inertia and damping are 0 there. An effect whose force is
  * not 0 at v = 0 (a wind on a body at rest) adds r . x / shift.x where shift.v is 0: 0 in its
- * place would let r and phi disagree. Dead loads are of this kind always: their force depends on
- * no unknown, V(x) = -f . x is linear, and phi = V(x)/shift.x counts in statics and in motion
- * alike. Where all shifts are 0 nothing moves and phi is 0.
+ * place would let r and phi disagree. Dead loads are always of this kind: their force depends on
+ * no unknown, V(x) = -f . x is linear, and phi = V(x)/shift.x in statics and in motion.
+ * Where all shifts are 0 nothing moves and phi is 0.
  *
  * Who reads what an effect says of itself:
  *
- *   name           histories, reports, messages: columns and words; nothing is found by it
+ *   name           histories, reports, messages: columns and words; no effect is looked up by it
  *   role           untangling, first guesses, energy balance, IDA and ODE problems, histories
  *                  (energy at rest), the program's figures: see FLESH_ROLE_LIST. Of LOAD also
  *                  flesh_system_load, the load that a solve's tolerance is measured against and
@@ -31,14 +31,14 @@
  *                  which counts these forces by that load alone, and which takes those without a
  *                  `jacobian` for dead loads. The effect itself scales its force by point->load
  *   energy         histories, the energy balance (NULL and not passive: the work of its forces
- *                  counts) and the search for stress at rest. No solve reads it
+ *                  counts as external work) and the search for stress at rest. No solve reads it
  *   traits         FLESH_IS_PASSIVE: the energy balance, which does not count the work of the effect
- *                  as put in. FLESH_IS_FOLLOWER_LOAD: statics, which repeats a solve until the lagged
- *                  state stands still. FLESH_FREEZES: methods of order 2, which repeat theirs until
- *                  the frozen state does. FLESH_DEPENDS_ON_POSITION_ONLY: the line search, which
- *                  keeps the potential of positions that it has had; the energy balance, which takes
- *                  it for the energy where one effect says so: `energy` must be the potential times
- *                  shift.x
+ *                  as external work. FLESH_IS_FOLLOWER_LOAD: statics, which repeats a solve until the
+ *                  lagged state no longer changes. FLESH_FREEZES: methods of order 2, which repeat
+ *                  theirs until the frozen state no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY:
+ *                  the line search, which stores the potential of positions already evaluated; the
+ *                  energy balance, which takes it for the energy where one effect has this trait:
+ *                  `energy` must be the potential times shift.x
  *   time           integrators, which end a step at an event; the energy balance (`carry`)
  *   barrier        the line search and first iterates, which keep the body out of obstacles
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
@@ -47,15 +47,16 @@
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
  * state, x_lag and v_lag, which residual, Jacobian and potential treat as constants, so that they
- * stay symmetric and consistent. Where nothing is stepped over (IDA, the right-hand side of an ODE)
- * the lagged state is the point's own and the effect is its continuous self.
+ * stay symmetric and consistent. IDA and the right-hand side of an ODE lag nothing: there the lagged
+ * state is the point's own, and the effect is evaluated without approximation.
  *
- * What has no potential in a step only because x and v change together (a stress that follows the
- * rate of a strain) is frozen instead: at x_frozen and v_frozen, constants too, which lie on the
- * line that the unknown moves the point along. Methods of order 2 repeat a solve with the state
- * frozen where the last one ended, until it ends where it is frozen; there the effect is its
- * continuous self at the method's point. Backward Euler freezes the start of its step, at rest, so
- * that rates become differences over the step. What returns no status cannot fail. */
+ * What has no potential in a step only because x and v change together (a stress that depends on
+ * the rate of a strain) is frozen instead: it is evaluated at x_frozen and v_frozen, constants too,
+ * which lie on the line along which the unknown moves the point. Methods of order 2 repeat a solve
+ * with the state frozen at the last solution, until the solution is the frozen state; the effect is
+ * then evaluated without approximation at the method's point. Backward Euler freezes the start of
+ * its step, at rest, so that rates become differences over the step. What returns no status cannot
+ * fail. */
 #ifndef FLESH_EFFECT_H
 #define FLESH_EFFECT_H
 
@@ -70,7 +71,7 @@
 extern "C" {
 #endif
 
-/* What an effect was asked for, and the CPU time that took. A call of `evaluate` counts as
+/* How often an effect was evaluated, and the CPU time that took. A call of `evaluate` counts as
  * one residual and one potential, so that figures do not depend on which effects have it. */
 typedef struct flesh_effect_cost {
   long residuals, jacobians, potentials, energies; /* calls */
@@ -83,7 +84,7 @@ typedef struct flesh_costs {
   flesh_effect_cost *effects; /* of the system's effects, in their order */
 } flesh_costs;
 
-/* How far a run's body is from what it may meet. */
+/* How far a run's body is from obstacles. */
 struct flesh_clearance;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
@@ -104,20 +105,21 @@ typedef struct flesh_point {
    * are x and v themselves where nothing is frozen (NULL stands for that, as above); v_frozen alone
    * is NULL where the frozen state is at rest. */
   const double *x_frozen, *v_frozen;
-  /* [tets] Pa, the mesh's order: pressures by which an effect holds constraints
-   * (flesh_effect_constraints); NULL: all 0. What it adds for a gap beside them, its penalty, is
-   * times `penalty`; 0 counts as 1. */
+  /* [tets] Pa, the mesh's order: pressures by which an effect enforces constraints
+   * (flesh_effect_constraints); NULL: all 0. The effect's penalty for a gap is multiplied by
+   * `penalty`; 0 counts as 1. */
   const double *multipliers;
   double penalty;
   flesh_threads *threads;
   flesh_costs *costs;
-  /* Whose far effects the flesh_system_ functions need not ask (borrowed); NULL: all are asked. */
+  /* Which effects are too far from the body to act, so that flesh_system_ functions do not evaluate
+   * them (borrowed); NULL: all are evaluated. */
   const struct flesh_clearance *clearance;
 } flesh_point;
 
-/* How the unknown u moves the point, and what becomes of negative eigenvalues of its cells'
- * Jacobians: FLESH_FILTER_NONE, _CLAMP or _ABSOLUTE. Backward Euler (1, 1/h, 1/h^2), IDA
- * (1, cj, cj^2), statics (1, 0, 0). */
+/* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
+ * of negative eigenvalues of the cells' Jacobians: FLESH_FILTER_NONE, _CLAMP or _ABSOLUTE. Backward
+ * Euler (1, 1/h, 1/h^2), IDA (1, cj, cj^2), statics (1, 0, 0). */
 typedef struct flesh_shift {
   double x, v, a;
   flesh_eigenvalue_filter filter;
@@ -129,7 +131,7 @@ typedef struct flesh_effect flesh_effect;
  * names, so that an effect of your own is taken as the built-in one of its role. Several effects
  * may share a role: they are summed.
  *
- *   OTHER       nothing beside the operations; what is not set
+ *   OTHER       none of the others; the default
  *   INERTIA     a mass: residual M a, energy v.Mv/2. IDA, CVODE and ARKODE need one. Untangling,
  *               first guesses and the energy balance take masses, accelerating forces and kinetic
  *               energy from it
@@ -156,38 +158,39 @@ typedef enum flesh_role {
 
 /* What else an effect says of itself; or'ed. */
 typedef enum flesh_trait {
-  /* It puts in no energy of its own: it depends on x and v alone, or it only dissipates. The work
-   * of others is counted as put in (flesh_energy_balance): what their energy changes by with t at a
-   * place or, without an energy, what their forces do. */
+  /* It does no external work: it depends on x and v alone, or it only dissipates. The work of
+   * effects without this trait counts as external work (flesh_energy_balance): the change of their
+   * energy with t at fixed x or, without an energy, the work of their forces. */
   FLESH_IS_PASSIVE = 1,
-  /* What is lagged follows the shape (a load on a moving surface, not friction, whose past
-   * matters): a static solve is repeated from its result until the lagged state stands still. */
+  /* What is lagged is a function of the shape (a load on a moving surface; not friction, which
+   * depends on the path): a static solve is repeated from its result until the lagged state no
+   * longer changes. */
   FLESH_IS_FOLLOWER_LOAD = 2,
-  /* Something is frozen: methods of order 2 repeat their solves until the frozen state stands
-   * still. */
+  /* Something is frozen: methods of order 2 repeat their solves until the frozen state no longer
+   * changes. */
   FLESH_FREEZES = 4,
-  /* The potential is a function of x over shift.x, and expensive enough to be remembered where x
-   * has not changed. */
+  /* The potential is a function of x, divided by shift.x, and expensive enough to be stored for an
+   * unchanged x. */
   FLESH_DEPENDS_ON_POSITION_ONLY = 8
 } flesh_trait;
 
-/* For effects that change with time by themselves. */
+/* For effects that depend on time explicitly. */
 typedef struct flesh_effect_time {
   /* Next time after t at which the effect stops being smooth (a keyframe, a release); INFINITY if
    * none. NULL: smooth in time. */
   double (*next_event)(const flesh_effect *effect, double t);
-  /* For effects that stand for something that moves (an obstacle): how far that is carried at the
-   * nodes' places of `point` between two times, into dx [3*n], which comes with zeros. Returns 0,
-   * with dx untouched, where nothing moves. Its work is that of the forces at `point` along dx.
-   * NULL: it stands for nothing that moves. */
+  /* For effects of something that moves (an obstacle): its displacement between two times at the
+   * nodes' positions in `point`, into dx [3*n], which comes with zeros. Returns 0, with dx
+   * untouched, where nothing moves. Its work is that of the forces at `point` along dx. NULL:
+   * nothing moves. */
   int (*carry)(const flesh_effect *effect, const flesh_point *point, double t_from, double t_to,
                double *dx);
 } flesh_effect_time;
 
 /* For effects that limit where the body can go: obstacles. */
 typedef struct flesh_effect_barrier {
-  /* The share of the straight step from x_from [3*n] at t_from to x_to at t_to that is feasible for
-   * all nodes; 1: all. NULL: it limits no step; then `push_out` and `tunnelled` are not asked. */
+  /* The fraction of the straight step from x_from [3*n] at t_from to x_to at t_to that is feasible
+   * for all nodes; 1: all. NULL: it limits no step; then `push_out` and `tunnelled` are not called. */
   double (*max_feasible_step)(const flesh_effect *effect, double t_from, const double *x_from,
                               double t_to, const double *x_to);
   /* Moves the nodes of x_to [3*n] that cannot get there from x_from to where they can. NULL: none. */
@@ -199,27 +202,26 @@ typedef struct flesh_effect_barrier {
                    const double *x_to);
   /* FLESH_ERR_ARGUMENT, with the node, where the body cannot be at x [3*n]. NULL: everywhere. */
   int (*check)(const flesh_effect *effect, double t, const double *x);
-  /* For effects that nothing is felt of from afar, neither now nor from the lagged state, and that
-   * bar no way there: how much farther than that the whole body, at x [3*n], is at time t, at least,
-   * m; <= 0: no farther, or not known. The effect is not asked while less than that is left. NULL:
-   * it always is. */
+  /* For effects that act only within some distance: neither their forces, also those by the lagged
+   * state, nor their limits of steps reach farther. How much farther than this distance the whole
+   * body, at x [3*n], is away at time t, a lower bound, m; <= 0: no farther, or not known. The effect
+   * is not evaluated while body and obstacle have moved less than that. NULL: it always is. */
   double (*clearance)(const flesh_effect *effect, double t, const double *x);
-  /* How far what it stands for is carried between two times, as seen from any place within the box
-   * from `low` to `high`, at most, m. Beside `clearance` only; NULL: it stands still. */
+  /* How far the obstacle moves between two times at any position within the box from `low` to
+   * `high`, an upper bound, m. Beside `clearance` only; NULL: it does not move. */
   double (*approach)(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                      const double high[3]);
 } flesh_effect_barrier;
 
 /* The same results for less time. */
 typedef struct flesh_effect_shortcuts {
-  /* Residual and potential in one pass, for effects where that is cheaper than both: adds to r,
-   * *phi and *magnitude the same bits as `residual` and `potential`, beside which alone it may be.
-   * NULL: those two are called. */
+  /* Residual and potential in one pass, for effects where that costs less than both: adds to r,
+   * *phi and *magnitude the same bits as `residual` and `potential`, which must be there too. NULL:
+   * those two are called. */
   int (*evaluate)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   double *r, double *phi, double *magnitude);
-  /* As `jacobian`, but K's blocks of the cells' pairs become what that adds to them, whatever they
-   * were: for one effect of a system, called before the others, so that they need not be cleared.
-   * NULL: they are. */
+  /* As `jacobian`, but K's blocks of the cells' pairs are overwritten, not added to: for one effect
+   * of a system, called before the others, so that K need not be cleared. NULL: K is cleared. */
   int (*jacobian_assign)(const flesh_effect *effect, const flesh_point *point,
                          const flesh_shift *shift, flesh_block_matrix *K, const int *slots);
   /* For effects whose Jacobian contains one stiff term of every cell: describes their rows, without
@@ -239,7 +241,7 @@ typedef struct flesh_effect_shortcuts {
   flesh_instructions (*instructions)(const flesh_effect *effect);
 } flesh_effect_shortcuts;
 
-/* For effects that hold constraints exactly, by multipliers, one of each tet of the mesh
+/* For effects that enforce constraints exactly, by multipliers, one of each tet of the mesh
  * (flesh_point.multipliers): their potential has multiplier * gap + penalty per volume beside the
  * rest. At most one effect of a system may have this. */
 typedef struct flesh_effect_constraints {
@@ -261,8 +263,8 @@ typedef struct flesh_effect_figures {
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
 } flesh_effect_figures;
 
-/* A kind of effect. What it has not is NULL or 0: a dead load is a name, a role, a residual, a
- * potential and `destroy`. Operations that return a status return FLESH_OK, FLESH_UNDEFINED or
+/* A kind of effect. Members that it does not need are NULL or 0: a dead load has a name, a role, a
+ * residual, a potential and `destroy`. Operations that return a status return FLESH_OK, FLESH_UNDEFINED or
  * FLESH_NONFINITE (recoverable: what was added is then discarded by the caller), or a negative
  * status. */
 typedef struct flesh_effect_operations {
@@ -283,7 +285,7 @@ typedef struct flesh_effect_operations {
                    double *phi, double *magnitude);
   int (*energy)(const flesh_effect *effect, const flesh_point *point, double *energy);
   void (*destroy)(void *data); /* frees `data` */
-  /* What few effects have; borrowed, NULL: nothing of it. */
+  /* What few effects have; borrowed, NULL: none. */
   const flesh_effect_time *time;
   const flesh_effect_barrier *barrier;
   const flesh_effect_shortcuts *shortcuts;
@@ -304,8 +306,8 @@ FLESH_API int flesh_effect_create(const flesh_effect_operations *operations, voi
 /* NULL-safe; sets *effect to NULL. */
 FLESH_API void flesh_effect_destroy(flesh_effect **effect);
 
-/* The shifts with which flesh_effect_check_derivatives tries: statics (1,0,0) and backward Euler
- * with h = 1/60 s (1,60,3600). */
+/* The shifts that flesh_effect_check_derivatives takes: statics (1,0,0) and backward Euler with
+ * h = 1/60 s (1,60,3600). */
 enum { FLESH_CHECK_SHIFTS = 2 };
 
 /* Relative errors; 0 is perfect, NaN where the effect lacks the operation. */
@@ -319,8 +321,8 @@ typedef struct flesh_derivative_report {
 } flesh_derivative_report;
 
 /* Whether an effect's residual is the gradient of its potential and its Jacobian the derivative of
- * its residual, by differences, and whether `evaluate` and `jacobian_assign` give the same as what
- * they stand for: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
+ * its residual, by differences, and whether `evaluate` and `jacobian_assign` give the same as the
+ * operations that they replace: at (t, x) with random velocities and accelerations (zero for statics), x_lag near
  * x, v_lag random and a frozen state on the line, along random directions that move nodes by a
  * small part of the mesh's mean edge; each error is the best of several step lengths. x [3*nodes]
  * should be generic (not the rest state, where gradients vanish). Returns the effect's status where

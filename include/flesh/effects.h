@@ -35,8 +35,8 @@ FLESH_API const double *flesh_effect_acceleration(const flesh_effect *effect);
 
 /* A spring from the body's point nearest to `point` (rest coordinates, m; found within a tet, or
  * the nearest surface point) to the moving target: V = load k/2 |p(x) - target(t)|^2, stiffness k
- * [N/m], while from <= t < until. A force at a point has no limit as the mesh is refined: it digs a
- * dent that deepens (Kelvin 1848). Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * [N/m], while from <= t < until. The displacement under a force at a point grows without limit as
+ * the mesh is refined (Kelvin 1848). Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_spring(const flesh_body *body, const double point[3], double stiffness,
                                 const flesh_motion *target, double from, double until,
                                 flesh_effect **effect);
@@ -51,21 +51,21 @@ FLESH_API int flesh_effect_spring_within(const flesh_body *body, const double po
                                          double stiffness, const flesh_motion *target, double from,
                                          double until, flesh_effect **effect);
 
-/* The radius of a spring, m, and in point [3] (may be NULL) where it is fixed; NaN, and nothing, of
- * every other effect. */
+/* The radius of a spring, m, and in point [3] (may be NULL) where it is attached; NaN, with point
+ * untouched, for every other effect. */
 FLESH_API double flesh_effect_spring_radius(const flesh_effect *effect, double point[3]);
 
 /* Which stiffness damps: that of the rest shape, or that of the lagged state. */
 typedef enum flesh_stiffness { FLESH_STIFFNESS_REST, FLESH_STIFFNESS_CURRENT } flesh_stiffness;
 
 /* Rayleigh damping r = mass M v + stiffness K v [1/s, s], not negative, not both 0. K is
- * elasticity's Hessian without its negative eigenvalues; `mass` brakes rigid motion as well, and
- * K of the rest shape a body that has turned.
+ * elasticity's Hessian without its negative eigenvalues. `mass` damps rigid motion too, and K of the
+ * rest shape damps rotation once the body has rotated.
  * Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_damping(const flesh_body *body, double mass, double stiffness,
                                    flesh_stiffness against, flesh_effect **effect);
 
-/* To wind a motion down: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
+/* Brings a motion to rest: r = rate w M v [1/s], w from 0 to 1 as the lagged root mean square speed
  * goes from speed/2 to speed [m/s]; speed 0: w = 1. While from <= t < until.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed,

@@ -14,8 +14,8 @@
  * and the Jacobian stays symmetric. Newton's convergence and the error test of IDA are in the units
  * of y, so the force rows need no scaling by the mass.
  *
- * What is prescribed, the springs of a drag and the set of constrained dofs change their course at
- * events. One start is good up to the next event; there, or when the state was changed from
+ * At events prescribed motions, loads or the set of constrained dofs change abruptly (a keyframe, a
+ * release). One start is valid up to the next event; there, or when the state was changed from
  * outside, start again:
  *
  *   flesh_ida_problem_create(system, &options, &problem);
@@ -57,7 +57,7 @@
 extern "C" {
 #endif
 
-/* The callbacks' `user_data`: the system, all work space, and what holds between two events. */
+/* The callbacks' `user_data`: the system, all work space, and the constraints between two events. */
 typedef struct flesh_ida_problem flesh_ida_problem;
 
 /* Borrows `system` (finished, with inertia), copies `options`, of which linear_tolerance,
@@ -69,13 +69,13 @@ FLESH_API int flesh_ida_problem_create(const flesh_system *system,
                                        flesh_ida_problem **problem);
 FLESH_API void flesh_ida_problem_destroy(flesh_ida_problem **problem);
 
-/* A serial vector of 2*3*n for y, whose clones serve as the others: SUNDIALS' own but for its
- * norm, which takes a quarter of a run's time where it is one chain of additions. Returns new,
- * freed by N_VDestroy. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* A serial vector of 2*3*n for y, to be cloned for the others: SUNDIALS' own, but with a vectorised
+ * norm (SUNDIALS' takes a quarter of a run's time). Returns new, freed by N_VDestroy.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ida_vector_create(const flesh_ida_problem *problem, SUNContext context,
                                       N_Vector *y);
 
-/* Length L [m], the body's longest side, and velocity V [m/s] that a tolerance is a share of. V
+/* The scales of tolerances: length L [m], the body's longest side, and velocity V [m/s]. V
  * is L per period of the body's slowest bending, estimated by Rayleigh's quotient of a bent shape
  * at rest; without elasticity sqrt(L |applied load| / mass), without loads L per second. */
 FLESH_API void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *velocity);
@@ -87,12 +87,12 @@ FLESH_API void flesh_ida_scales(const flesh_ida_problem *problem, double *length
 FLESH_API int flesh_ida_start(flesh_ida_problem *problem, const flesh_state *state, N_Vector y,
                               N_Vector yp);
 
-/* Up to when the start is good; INFINITY when for ever. */
+/* Time of the next event, up to which the start is valid; INFINITY if there is none. */
 FLESH_API double flesh_ida_event(const flesh_ida_problem *problem);
 
-/* atol = (tolerance L, tolerance V), and for constrained dofs so large that no test sees them.
- * After each start. Here and in flesh_ida_get_state, a vector that is none of those that serve
- * leaves all as it is. */
+/* atol = (tolerance L, tolerance V), and for constrained dofs so large that no error test depends on
+ * them. To be called after each start. Here and in flesh_ida_get_state, a vector of an unsupported
+ * kind or length leaves everything as it is. */
 FLESH_API void flesh_ida_tolerances(const flesh_ida_problem *problem, double tolerance,
                                     N_Vector atol);
 

@@ -12,7 +12,7 @@ extern "C" {
 
 typedef enum flesh_instructions {
   FLESH_INSTRUCTIONS_AUTO,     /* the best that this machine has */
-  FLESH_INSTRUCTIONS_PORTABLE, /* what every processor of the kind has; two tets at once */
+  FLESH_INSTRUCTIONS_PORTABLE, /* the base set of the architecture; two tets at once */
   FLESH_INSTRUCTIONS_AVX2,     /* x86-64-v3: with FMA; four tets at once */
   FLESH_INSTRUCTIONS_AVX512,   /* x86-64-v4: F, VL, DQ, BW, CD; eight tets at once */
   FLESH_INSTRUCTIONS_COUNT

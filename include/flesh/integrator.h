@@ -64,7 +64,7 @@ FLESH_API int flesh_method_options_check(const flesh_method_options *options);
 typedef struct flesh_failure {
   int status;   /* of the last attempt */
   double t, h;  /* s; where it was tried last */
-  int halvings; /* how deep */
+  int halvings; /* how often the step had been halved */
   double residual, target; /* 2-norms over the free dofs, N */
   int worst_tet; /* smallest J at the last iterate, or -1 */
   double worst_J, worst_position[3];
@@ -119,13 +119,13 @@ FLESH_API flesh_method flesh_integrator_method(const flesh_integrator *integrato
 
 /* Takes the state from t to t+h (retried in halves when a solve fails; statics: equilibrium at t+h,
  * the load raised in increments when the full one fails), adding to *stats (may be NULL). Methods
- * of order 2 part the step at events (flesh_system_next_event) within it and start anew there; so
- * they do when the caller hands another state than it was given back. Their constrained dofs follow
- * the prescribed motion with its own velocity. Where a method balances before the end of the step
- * (midpoint, HHT, the first step of BDF2) and an obstacle bars the way to that end, backward Euler
- * takes the step in its stead (flesh_solve_stats: impact_steps). Backward Euler begins the solves
- * of a slow motion where the velocities of its last steps lead; another integrator that goes on
- * from a state agrees to the solver's tolerance. On failure (FLESH_ERR_SOLVE) the state is that of
+ * of order 2 split the step at events (flesh_system_next_event) within it and restart there; so
+ * they do when the caller passes another state than the one returned last. Their constrained dofs
+ * follow the prescribed motion with its own velocity. Where a method balances before the end of the
+ * step (midpoint, HHT, the first step of BDF2) and an obstacle bars that end, backward Euler takes
+ * the step instead (flesh_solve_stats: impact_steps). Backward Euler extrapolates its last steps for
+ * the first iterates of a slow motion; another integrator that continues from a state therefore
+ * agrees to the solver's tolerance, not in every bit. On failure (FLESH_ERR_SOLVE) the state is that of
  * the last success, t included. */
 FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *state, double h,
                                     flesh_solve_stats *stats);
@@ -135,7 +135,7 @@ FLESH_API int flesh_integrator_step(flesh_integrator *integrator, flesh_state *s
 FLESH_API int flesh_integrator_set_adaptive(flesh_integrator *integrator,
                                             const flesh_adaptive_options *options);
 
-/* What every effect was asked for since creation; set `timed` to have CPU times as well.
+/* How often every effect was evaluated since creation; set `timed` to have CPU times as well.
  * Owned by the integrator. */
 FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 
@@ -146,21 +146,22 @@ FLESH_API flesh_costs *flesh_integrator_costs(flesh_integrator *integrator);
 FLESH_API void flesh_integrator_set_stop(flesh_integrator *integrator, int (*stop)(void *data),
                                          void *data);
 
-/* What a user should know about the steps so far although none failed, as a sentence (energy that
- * grew although nothing put it in); NULL when nothing. Owned by the integrator. */
+/* A warning about the steps so far although none failed, as a sentence (spurious energy); NULL when
+ * there is none. Owned by the integrator. */
 FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrator);
 
-/* The balance of a motion's energy E, kinetic and potential, with the work W that loads, prescribed
- * motions, moving obstacles and follower loads have put in (dE/dt <= dW/dt; Belytschko, Liu &
+/* The balance of a motion's energy E, kinetic and potential, with the external work W of loads,
+ * prescribed motions, moving obstacles and follower loads (dE/dt <= dW/dt; Belytschko, Liu &
  * Moran 2000, section 6.2.3; lib/time/energy_watch.c has the discrete balance of each
- * method). Since dissipation only lowers it, E - W must not rise: what it does above its least
- * value before is the excess, energy from nowhere. Of statics, which have no motion, all are 0. */
+ * method). Since dissipation only lowers it, E - W must not rise: its rise above its least value
+ * so far is the excess, spurious energy. In statics all figures are 0. */
 typedef struct flesh_energy_balance {
   int begun;       /* there is a first state */
   double supplied; /* J, W since the first state */
   double excess;   /* J, now */
-  /* The largest excess, less what rounding and the solves' tolerance allow, as a share of `scale`,
-   * with the excess, J, and the times, s, at which it began and was that large. */
+  /* The largest excess, less what rounding and the solves' tolerance allow, as a fraction of
+   * `scale`; that excess, J; and the times, s, at which E - W was least before and when it was that
+   * large. */
   double gain, largest, t_least, t_largest;
   double scale;   /* J, the most energy above the lowest potential so far, without the excess */
   double t_since; /* s, when E - W was least */
@@ -182,28 +183,50 @@ FLESH_API int flesh_integrator_set_max_energy_gain(flesh_integrator *integrator,
 FLESH_API const double *flesh_integrator_energies(const flesh_integrator *integrator,
                                                   const flesh_state *state);
 
-/* Where a step that is being made stands. */
+/* The progress of a step under way, for `stop`. */
 FLESH_API flesh_progress flesh_integrator_progress(const flesh_integrator *integrator);
 
 /* Of the last failed step. */
 FLESH_API const flesh_failure *flesh_integrator_failure(const flesh_integrator *integrator);
 
+/* What an integrator remembers between steps, as bytes: the history of its method, what first
+ * iterates go on from, matrices and factors that serve again, the watch over the energy, pressures of
+ * its own, the memory of recovery, and counts. The state is not part of it. Another integrator of the
+ * same system, method and options that loads them, with the state, goes on with the same bits; but
+ * not from within IDA's steps (flesh_integrator_saves_all).
+ *
+ * Writes them to data [*size]; NULL: only *size is found. FLESH_ERR_ARGUMENT where `room` bytes are
+ * too few. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_integrator_save(const flesh_integrator *integrator, size_t room, void *data,
+                                    size_t *size);
+/* Takes over what was saved; to be called between steps, after the options are set, which are no part
+ * of it. FLESH_ERR_FILE, with nothing changed, for what is no saved history, is cut off or damaged (a
+ * checksum says so), or comes from another version of the library or another kind of machine;
+ * FLESH_ERR_ARGUMENT, with nothing changed, for another method, mesh, other effects, solvers or
+ * instructions. Where it says that the integrator is lost, and after FLESH_ERR_MEMORY, that can but be
+ * destroyed. */
+FLESH_API int flesh_integrator_load(flesh_integrator *integrator, const void *data, size_t size);
+/* Whether what would be saved now is all that the next step depends on. 0 while IDA steps (adaptive
+ * methods), which gives its history but does not take it back: a loaded integrator starts IDA anew
+ * from the state, with order 1, and the motion agrees within flesh_adaptive_options.tolerance. Cannot
+ * fail. */
+FLESH_API int flesh_integrator_saves_all(const flesh_integrator *integrator);
+
 /* Bytes held by the integrator by now. */
 FLESH_API size_t flesh_integrator_memory(const flesh_integrator *integrator);
 
 /* The KINSOL memory (of KINCreate) inside an integrator, for KINSet... and KINGet... functions; it
- * stays the integrator's. What is set holds for all later steps, but for KINSetFuncNormTol, which
- * every solve sets from newton_tolerance, and KINSetNumMaxIters where a solve that must go on to a
- * smaller one has fewer than 300 of max_newton left; the system function, its user data, the
- * linear solver and the Jacobian are to be left alone. Steps of FLESH_METHOD_ADAPTIVE do not use
- * it. */
+ * stays the integrator's. A setting holds for all later steps, except KINSetFuncNormTol, which
+ * every solve sets from newton_tolerance, and KINSetNumMaxIters where a solve that must continue to
+ * a smaller residual has fewer than 300 of max_newton left. Do not replace the system function, its
+ * user data, the linear solver or the Jacobian. Steps of FLESH_METHOD_ADAPTIVE do not use it. */
 FLESH_API void *flesh_integrator_kinsol(const flesh_integrator *integrator);
 
 /* The IDA memory (of IDACreate) inside an integrator of an adaptive method, for IDASet... and
- * IDAGet... functions, NULL for other methods; it stays the integrator's. What is set holds for all
- * later steps, but for tolerances, the initial step and the stop time, which every start sets;
- * flesh_integrator_set_adaptive sets the maximal order and step and the bounds of a kept step
- * anew. The residual, its user data, the linear solver and the Jacobian are to be left alone. */
+ * IDAGet... functions, NULL for other methods; it stays the integrator's. A setting holds for all
+ * later steps, except tolerances, the initial step and the stop time, which every start sets;
+ * flesh_integrator_set_adaptive overwrites the maximal order and step and the bounds of a kept step.
+ * Do not replace the residual, its user data, the linear solver or the Jacobian. */
 FLESH_API void *flesh_integrator_ida(const flesh_integrator *integrator);
 
 #ifdef __cplusplus

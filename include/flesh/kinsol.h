@@ -17,8 +17,8 @@
  *   KINSetEtaForm(kin, KIN_ETACONSTANT);  KINSetEtaConstValue(kin, 1e-2);
  *   KINSol(kin, u, KIN_NONE, ones, ones);
  *
- * Constrained dofs are evaluated at their prescribed places whatever u says of them, so any u is a
- * start; flesh_problem_start gives the natural one, u = 0 but for them.
+ * Constrained dofs are evaluated at their prescribed positions, whatever their entries in u, so any
+ * u is a valid start; flesh_problem_start gives u = 0 with the prescribed entries.
  *
  * (KINSOL would reuse a Jacobian for ten iterations and cap steps by |u|, which starts at zero:
  * hence MaxSetupCalls and MaxNewtonStep.) Serial, OpenMP and Pthreads N_Vectors of length 3*n
@@ -60,22 +60,22 @@ FLESH_API int flesh_problem_create(const flesh_system *system, const flesh_solve
                                    flesh_problem **problem);
 FLESH_API void flesh_problem_destroy(flesh_problem **problem);
 
-/* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached.
+/* Sets the stage, finds the dofs that are constrained at its time, and clears what was cached.
  * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_problem_set_stage(flesh_problem *problem, const flesh_stage *stage);
 
 /* u = 0 but for the constrained dofs, which take their prescribed places. */
 FLESH_API void flesh_problem_start(const flesh_problem *problem, double *u);
 
-/* For stages with frozen_at_solution: the frozen state becomes the point of u. A solve has
- * converged when the residual is small enough with the state frozen where it ended: solve, freeze
- * there, and again. Nothing where no effect freezes. */
+/* For stages with frozen_at_solution: the frozen state becomes the point of u. Repeat solve and
+ * freeze until the residual is small enough right after freezing at the solution. Does nothing
+ * where no effect freezes. */
 FLESH_API void flesh_problem_freeze(flesh_problem *problem, const double *u);
 
 /* Counts since creation; the caller may zero them. Owned by the problem. Newton iterations and what
  * belongs to them (newton, linear, direct, backtracks, subdomains, watchdog_steps) are counted by
  * the linear solver of flesh_sunlinsol_create: with one of your own they stay 0, and
- * KINGetNumNonlinSolvIters and KINGetNumLinIters give. */
+ * KINGetNumNonlinSolvIters and KINGetNumLinIters have the counts. */
 FLESH_API flesh_solve_stats *flesh_problem_stats(flesh_problem *problem);
 
 /* KINSysFn: r(u); rows of constrained dofs are (u - prescribed) times a typical stiffness. > 0

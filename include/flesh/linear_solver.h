@@ -16,14 +16,14 @@ typedef enum flesh_linear_solver {
 } flesh_linear_solver;
 
 typedef enum flesh_preconditioner {
-  /* Two-level, or IC on meshes of a few hundred nodes; round it the volume projection where that takes less work. */
+  /* Two-level, or IC on meshes of a few hundred nodes; with the volume projection where that takes less work. */
   FLESH_PRECONDITIONER_AUTO,
   FLESH_PRECONDITIONER_TWO_LEVEL, /* IC, and displacements trilinear in the cells of a grid */
   FLESH_PRECONDITIONER_IC,        /* incomplete Cholesky on 3x3 blocks, no fill */
   FLESH_PRECONDITIONER_JACOBI, /* inverse of the diagonal blocks */
   FLESH_PRECONDITIONER_NONE,
-  /* That of AUTO for what is left without the stiff volume terms of nearly incompressible ten-node tets, which are
-   * projected out. Without such terms, and with IDA, CVODE and ARKODE, it is AUTO. */
+  /* The stiff volume terms of nearly incompressible ten-node tets are projected out, and the rest is preconditioned as
+   * by AUTO. Without such terms, and with IDA, CVODE and ARKODE, it is AUTO. */
   FLESH_PRECONDITIONER_VOLUME_PROJECTION
 } flesh_preconditioner;
 

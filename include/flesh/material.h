@@ -45,11 +45,11 @@
 extern "C" {
 #endif
 
-/* Whose lambda, 49 times the small-strain mu, is the penalty of incompressible materials;
- * integrators raise it. */
+/* The Poisson's ratio whose lambda, 49 times the small-strain mu, is the penalty of incompressible
+ * materials; integrators raise it. */
 #define FLESH_REFERENCE_POISSON 0.49
 
-/* What the sum of two singular values counts as at least, in the twists of CR and FCR. */
+/* The lower bound of the sum of two singular values in the twists of CR and FCR. */
 #define FLESH_SMALLEST_STRETCH_SUM 1e-6
 
 /* The built-in forms, in three lists,
@@ -62,7 +62,7 @@ extern "C" {
  * that cannot be matched is stressed at rest. Raw constants need lambda > limit(mu), or = as well
  * where "at the limit" is 1; a form without lambda has no limit, and NULL as its text. The matched
  * mu and lambda are those of the formula, from the small-strain ones; alpha follows from those of
- * the formula. The volume term is what lambda multiplies, but for what is linear in J
+ * the formula. The volume term is the factor of lambda, without terms linear in J
  * (flesh_volume_term). */
 #define FLESH_NEO_HOOKEAN_FORM_LIST(ROW)                                                           \
   ROW(NEO, neo, "Neo", "bonet-wood-neo-hookean", 1, RAW_OR_MATCHED, "#0072B2",                     \
@@ -189,11 +189,10 @@ typedef struct flesh_material {
 #define FLESH_FORM_CONSTANT(FORM, name, ...) double name;
   FLESH_FORM_CONSTANT_LIST(FLESH_FORM_CONSTANT)
   double alpha; /* J's rest offset, for reading: it follows from mu and lambda (E, S; else 1) */
-  /* 1: of Poisson's ratio 1/2. psi and lambda are those of the ratio FLESH_REFERENCE_POISSON, which
-   * is the penalty of the constraint J = 1: what lambda multiplies is 0 where that holds, and what
-   * is left of psi does not depend on lambda. Pressures are multipliers of the tets
-   * (flesh_state.multipliers), and no function of F. For a user's psi, to be set; its lambda is
-   * the penalty. */
+  /* 1: of Poisson's ratio 1/2. psi and lambda are those of the ratio FLESH_REFERENCE_POISSON; its
+   * volume term is a penalty of the constraint J = 1. Where J = 1 that term is 0, and the rest of
+   * psi does not depend on lambda. Pressures are multipliers of the tets (flesh_state.multipliers),
+   * not functions of F. For a user's psi this is to be set, and its lambda is the penalty. */
   int incompressible;
   flesh_energy energy;
   flesh_constants constants;
@@ -238,8 +237,8 @@ FLESH_API int flesh_material_from_given(flesh_energy energy, flesh_constants con
                                         flesh_material *material);
 
 /* A material of the user's own psi(I_C, J). `user` is borrowed and may be NULL. For FLESH_ELEMENT_TET10_MEAN `lambda`
- * is to be set, and `volume` where the volume part is not lambda/2 (J-1)^2; a body refuses a psi that becomes unstable
- * without the part of it that tets take a mean of, as one does that does not contain it.
+ * is to be set, and `volume` where the volume part is not lambda/2 (J-1)^2; a body refuses a psi that is unstable
+ * without the volume part whose mean is taken (a sign that psi does not contain this part).
  * Errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_from_psi(flesh_psi_function psi, const void *user,
                                       flesh_material *material);
@@ -254,8 +253,8 @@ FLESH_API int flesh_constants_from_name(const char *name, flesh_constants *const
 
 /* Small-strain constants of the linearisation at F = I, for any psi: mu_L = psi_I - psi_J/2,
  * lambda_L = psi_J + 4 psi_II + 4 psi_IJ + psi_JJ (of the Hessian's entries, for a form of the
- * singular values), and the rest pressure-like stress
- * P(I) = rest_stress * identity, rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
+ * singular values), and the residual stress at rest, P(I) = rest_stress * identity,
+ * rest_stress = 2 psi_I + psi_J [Pa]. Any output may be NULL.
  * Errors: FLESH_UNDEFINED, FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_material_small_strain(const flesh_material *material, double *mu,
                                           double *lambda, double *rest_stress);

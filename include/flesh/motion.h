@@ -12,7 +12,7 @@ extern "C" {
  * the other), constant before the first and after the last. */
 typedef struct flesh_keyframe {
   double t;              /* s, ascending */
-  double translation[3]; /* m; for a drag, the target's position */
+  double translation[3]; /* m; for a spring, the target's position */
   double rotation[3];    /* rotation vector about the motion's centre, radians */
 } flesh_keyframe;
 

@@ -1,4 +1,4 @@
-/* observer.h: a run, and those who watch it: history, frames, the skin.
+/* observer.h: a run, and what observes it: history, frames, the skin.
  * What returns no status cannot fail. */
 #ifndef FLESH_OBSERVER_H
 #define FLESH_OBSERVER_H
@@ -93,8 +93,8 @@ FLESH_API int flesh_skin_frames_observe(void *frames, const flesh_step_record *r
 FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
                                     const flesh_state *state);
 
-/* A run: steps of h from state->t to `end` (the last one is shortened to hit it exactly; rounding
- * never adds a sliver step), calling the observers, first with the start. A static integrator on a
+/* A run: steps of h from state->t to `end` (the last one is shortened to end there exactly; rounding
+ * never adds a tiny step), calling the observers, first with the start. A static integrator on a
  * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
  * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
  * the accepted steps. The state is always that of the last success. */
@@ -111,6 +111,15 @@ typedef struct flesh_run_options {
  * or `stop` returns. */
 FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator,
                         const flesh_run_options *options, flesh_state *state, int *steps);
+/* The rest of a run that began at `begin` s and of which `step` steps have been taken, the last of
+ * them to the state: observers are not called with that one again, steps end where those of the
+ * whole run do, and *steps counts from its begin. With an integrator that has loaded what that of
+ * the first part saved there (flesh_integrator_load), it has the bits of the whole run. Step 0: a run
+ * from its begin. Errors: as flesh_run, FLESH_ERR_ARGUMENT
+ * where so many steps cannot have led to the state. */
+FLESH_API int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator,
+                               const flesh_run_options *options, int step, double begin,
+                               flesh_state *state, int *steps);
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,7 @@
  * effects of the library; lumped mass is divided by, consistent mass solved with, both on the free
  * dofs alone.
  *
- * As with ida.h, a start is good up to the next event:
+ * As with ida.h, a start is valid up to the next event:
  *
  *   flesh_ode_problem_create(system, &options, &problem);
  *   y = N_VNew_Serial(2*3*n, context);                  atol = N_VClone(y);
@@ -37,8 +37,8 @@
  *
  * ARKODE: ERKStepCreate(flesh_ode_rhs, ...) for explicit steps, ARKStepCreate(NULL, flesh_ode_rhs,
  * ...) for implicit ones, with the same functions in the slots named ARKStepSet... or
- * ARKodeSet.... Bodies of soft tissue ring at frequencies far above those one looks at: explicit
- * methods are bound to steps of about the time that sound takes through the smallest tet.
+ * ARKodeSet.... Explicit methods are stable for steps of at most about the time that sound takes
+ * through the smallest tet.
  *
  * user_data and vectors as in kinsol.h: the problem or a struct whose first member points to it;
  * serial, OpenMP or Pthreads, of length 2*3*n. What returns no status cannot fail. */
@@ -75,7 +75,7 @@ FLESH_API void flesh_ode_problem_destroy(flesh_ode_problem **problem);
  * Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_ode_start(flesh_ode_problem *problem, const flesh_state *state, N_Vector y);
 
-/* Up to when the start is good; INFINITY when for ever. */
+/* Time of the next event, up to which the start is valid; INFINITY if there is none. */
 FLESH_API double flesh_ode_event(const flesh_ode_problem *problem);
 
 /* As flesh_ida_scales and flesh_ida_tolerances. */

@@ -1,4 +1,4 @@
-/* probe.h: what a run writes of chosen places: probes.csv. What returns no status cannot fail. */
+/* probe.h: quantities at chosen points or nodes, written to probes.csv. What returns no status cannot fail. */
 #ifndef FLESH_PROBE_H
 #define FLESH_PROBE_H
 
@@ -8,13 +8,13 @@
 extern "C" {
 #endif
 
-/* Of a point, in the tet that holds it at rest; of nodes as follows. Their tets are those all of whose
- * nodes are chosen.
+/* Quantities of a point are those in the tet that contains it at rest; those of nodes are as follows.
+ * "Their tets" are the tets all of whose nodes are chosen.
  *
  *   position       [m] mean over the nodes
  *   velocity       [m/s] mean over the nodes
- *   reaction       force [N] on the body, of the pins and prescribed motions that hold some of the
- *                  nodes, and its moment [N m]
+ *   reaction       force [N] on the body, of the pins and prescribed motions that constrain some of
+ *                  the nodes, and its moment [N m]
  *   J              det F; of nodes the volume of their tets over that at rest
  *   stretch        singular values of F, descending, the last with the sign of J; of nodes their mean
  *                  over the tets' rest volume
@@ -27,10 +27,10 @@ extern "C" {
  * Integrals over a tet are those of its element. A value that does not exist (the stress of a form
  * that needs J > 0 at J <= 0) is NaN.
  *
- * The reaction is what is left of the balance of all effects at the state, r = sum of r_e(t, x, v, a),
- * on the constrained dofs: v is the state's, a on constrained dofs the prescribed one, on free ones
- * that of the balance r = 0. In statics v and a are 0. Nothing is lagged or frozen: with friction or
- * viscosity it differs from what a step of finite length balances by the error of the step. */
+ * The reaction is the sum of all effects at the state, r = sum of r_e(t, x, v, a), on the constrained
+ * dofs: v is the state's, a on constrained dofs the prescribed one, on free ones that of the balance
+ * r = 0. In statics v and a are 0. Nothing is lagged or frozen: with friction or viscosity it differs
+ * from the reaction within a step of finite length by the error of the step. */
 typedef enum flesh_probe_quantity {
   FLESH_PROBE_POSITION = 1,
   FLESH_PROBE_VELOCITY = 2,

@@ -65,13 +65,13 @@ typedef struct flesh_scene_time {
 /* Owned by the scene. */
 FLESH_API const flesh_scene_time *flesh_scene_times(const flesh_scene *scene);
 
-/* From where pictures are taken. What is NaN is fitted to what is in them. Azimuth and elevation
- * are meant in axes that the smallest rotation of z onto `up` gives: with up = z the camera looks
- * along y at 0 and along -x at 90, with up = y along -z and -x. */
+/* The camera of pictures. Members that are NaN are fitted to the body. Azimuth and elevation refer
+ * to axes rotated by the smallest rotation of z onto `up`: with up = z the camera looks along y at
+ * azimuth 0 and along -x at 90, with up = y along -z and -x. */
 typedef struct flesh_camera {
   double up[3];         /* points upwards in the picture; NaN or 0: see flesh_scene_up */
-  double azimuth;       /* degrees the camera stands turned about `up` */
-  double elevation;     /* degrees it stands above the horizon */
+  double azimuth;       /* degrees, of the camera's position about `up` */
+  double elevation;     /* degrees, of its position above the horizon */
   double target[3];     /* the middle of the picture, m */
   double height;        /* of what is seen at the target, m */
   double field_of_view; /* degrees from the picture's lower to its upper edge; 0: parallel rays */

@@ -1,9 +1,9 @@
 /* skin.h: a fine surface that follows a body's coarse tets.
  *
- * * Every vertex of the surface is bound to the tet that holds it in the rest shape, or to the
- * nearest one, by four weights w that sum to one and give the vertex back: X = sum w_i X_i. Moved,
- * it is at x = sum w_i x_i, so that any affine motion of the body, a rigid one too, moves the skin
- * exactly along. Outside the tets the same weights extrapolate.
+ * * Every vertex of the surface is bound to the tet that contains it in the rest shape, or to the
+ * nearest one, by four weights w of sum one with X = sum w_i X_i. In a deformed state it is at
+ * x = sum w_i x_i, so that the skin follows any affine motion of the body exactly. Outside the tets
+ * the same weights extrapolate.
  *
  * * In a tet of ten nodes the weights are barycentric coordinates L, and the vertex is at x = sum
  * N_a(L) x_a with the quadratic shape functions N_a, so that the skin bends with the body's edges;

@@ -21,13 +21,13 @@ typedef enum flesh_project {
 } flesh_project;
 
 typedef enum flesh_line_search {
-  /* Full steps guarded by an Armijo search on the incremental potential. */
+  /* Full steps, reduced by an Armijo search on the incremental potential where needed. */
   FLESH_LINE_SEARCH_POTENTIAL,
   FLESH_LINE_SEARCH_NONE,  /* plain full Newton steps */
   FLESH_LINE_SEARCH_RESIDUAL /* KINSOL's own line search on the residual norm */
 } flesh_line_search;
 
-/* What helps where plain Newton steps are slow or a body is tangled. */
+/* Techniques for bodies on which plain Newton steps are slow or that are tangled. */
 typedef enum flesh_technique {
   /* A step that lowers the potential more than the quadratic model predicted is lengthened where
    * few nodes carry the residual, after a cut, or after sixteen projected ones like it; where few
@@ -36,19 +36,19 @@ typedef enum flesh_technique {
    * costs a tenth of the iterations then. */
   FLESH_TECHNIQUE_NEGATIVE_CURVATURE = 1,
   /* After a step that lowered the potential otherwise than predicted and left few nodes that carry
-   * the residual (a crease again), these and two rings of neighbours, at most a quarter of the
-   * body, are solved for alone, all others held; the whole goes on from there if its potential has
-   * fallen. With FLESH_LINE_SEARCH_POTENTIAL only. */
+   * the residual (a crease, for instance), these and two rings of neighbours, at most a quarter of
+   * the body, are solved for alone, all others constrained; the solve continues from there if the
+   * potential has fallen. With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_NONLINEAR_ELIMINATION = 2,
-  /* Where steps are cut by what is stiff, which a straight step cannot turn, some go beyond, and
-   * one or two Newton steps (counted as such) back from there; taken if the potential ends lower
-   * than the cut step's (the watchdog technique of Chamberlain et al. 1982). With
-   * FLESH_LINE_SEARCH_POTENTIAL only. */
+  /* Where the line search keeps cutting steps because a straight step strains stiff parts that
+   * rotate, a longer step is taken, and one or two Newton steps (counted as such) from there; the
+   * result is accepted if its potential is lower than the cut step's (the watchdog technique of
+   * Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_WATCHDOG = 4,
-  /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a
-   * load that holds them so, has those nodes repositioned by their neighbours and the rest shape;
-   * counted in flesh_solve_stats. A body that is stressed at rest (forms M, C, D) or begins in an
-   * exact line or point may collapse. */
+  /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge,
+   * without a load that holds them so, has those nodes repositioned by their neighbours and the rest
+   * shape; counted in flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one
+   * that starts in an exact line or point, may collapse: then nothing is repositioned. */
   FLESH_TECHNIQUE_UNTANGLE = 8,
   FLESH_TECHNIQUES_ALL = 15
 } flesh_technique;
@@ -66,8 +66,9 @@ typedef struct flesh_solver_options {
   /* Iterations per solve; every 300 of them must gain at least a tenth of what has been gained (of
    * potential), else the solve ends there. */
   int max_newton;
-  /* Iterations per linear solve. One that they do not end, and with it the rest of the nonlinear
-   * one, is left to a direct factorisation by KLU, as long as that takes no more arithmetic. */
+  /* Iterations per linear solve. A linear solve that does not converge in so many, and all further
+   * ones of the nonlinear solve, are done by a direct factorisation (KLU), as long as that takes no
+   * more arithmetic. */
   int max_linear;
   int max_cutbacks;        /* how often a failing step (or load increment) may be halved */
   flesh_linear_solver linear_solver;
@@ -84,8 +85,9 @@ typedef struct flesh_solver_options {
   /* Threads of a solve, 0: one for each processor this process may use. Results do not depend on
    * it. */
   int threads;
-  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step; where solving
-   * on would change no force by more than newton_tolerance, as far as that; > 0 and < 1. */
+  /* How far the mean of J of an incompressible tet may be from 1 at the end of a step; > 0 and < 1.
+   * Where a further correction changes no force by more than newton_tolerance allows, the limit is
+   * the larger of the two. */
   double volume_tolerance;
 } flesh_solver_options;
 
@@ -97,7 +99,7 @@ FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
  * x = x0 + sx u, v = v0 + sv u, a = a0 + sa u, and when. */
 typedef struct flesh_stage {
   double t, load;    /* of the point; load is 1 but for load increments */
-  /* Of the way from x0 to the prescribed positions at t; 1 but for increments. */
+  /* Of the displacement from x0 to the prescribed positions at t; 1 but for increments. */
   double prescribed_fraction;
   flesh_shift shift; /* sx, sv, sa; its `filter` is not read (the options decide) */
   /* Base of the point, borrowed until the next stage; v0 and a0 may be NULL for zero. */
@@ -117,29 +119,29 @@ typedef struct flesh_stage {
 typedef struct flesh_solve_stats {
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
-  /* Solves for few nodes alone (nonlinear_elimination), and their Newton iterations: as such, and
-   * each counted as its elements' share of all (which cost about half as much again as a share of
-   * the whole's). */
+  /* Solves for few nodes alone (nonlinear_elimination); their Newton iterations; and the sum of
+   * these, each times its fraction of the elements (an iteration costs about 1.5 times that fraction
+   * of one of the whole body). */
   int subdomains, subdomain_newton;
   double subdomain_share;
-  int watchdog_steps; /* steps beyond what cut them that were taken (watchdog) */
-  /* Iterates accepted by the guard whose potential lies above that of their solve's first one by
-   * more than 1e-12 of the sum of its terms' sizes: none, unless an effect's potential and residual
-   * differ. */
+  int watchdog_steps; /* longer steps that were accepted (watchdog) */
+  /* Iterates accepted by the line search whose potential is above that of their solve's first one by
+   * more than 1e-12 of the sum of its terms' sizes: none, unless the residual of an effect is not
+   * the gradient of its potential. */
   int potential_rises;
   int at_rounding;                  /* solves that ended at rounding above the tolerance */
   int untanglings, untangled_nodes; /* how often tangles were removed, and nodes moved */
   int unconverged;                  /* solves accepted without convergence (accept_unconverged) */
   int linear_single; /* those of `linear` in single precision */
   int multiplier_updates; /* of the pressures of incompressible tets, each followed by a solve */
-  int direct; /* linear solves left to a direct factorisation: conjugate gradients did not end */
+  int direct; /* linear solves by a direct factorisation, as conjugate gradients did not converge */
   /* 2-norms over the free dofs [N], of the last solve. */
   double residual_first, residual_last, residual_target;
-  /* Of the integrator: internal steps, those thrown away because they erred too much, and those
-   * because Newton's iterations did not converge; order and length [s] of the last one. */
+  /* Of the integrator: internal steps; those rejected by the error test, and those because Newton's
+   * iteration did not converge; order and length [s] of the last one. */
   int steps, rejected, convergence_failures, order;
-  /* Of `steps` those that a method of order 2 would have ended inside an obstacle, although its
-   * stage is out of it: taken by backward Euler, whose end is its stage. */
+  /* Of `steps` those that backward Euler took because a method of order 2, which balances forces
+   * before the end of its step, would have ended them inside an obstacle. */
   int impact_steps;
   double h_last;
 } flesh_solve_stats;

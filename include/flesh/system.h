@@ -27,8 +27,8 @@ FLESH_API void flesh_system_destroy(flesh_system **system);
  * finished. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_system_add_effect(flesh_system *system, flesh_effect **effect);
 
-/* Holds `axes` of `nodes` [count] at their rest positions while from <= t < until; of several pins
- * and prescribed motions of a component at a time, the one added last counts. Copies.
+/* Constrains `axes` of `nodes` [count] to their rest positions while from <= t < until; of several
+ * pins and prescribed motions of a component at a time, the one added last counts. Copies.
  * FLESH_ERR_ARGUMENT for no node, no axis, a node out of range, or an end that is not after the
  * begin. */
 FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *nodes, unsigned axes,
@@ -50,8 +50,8 @@ FLESH_API const flesh_mesh *flesh_system_mesh(const flesh_system *system);
 FLESH_API int flesh_system_unknowns(const flesh_system *system);
 FLESH_API int flesh_system_effect_count(const flesh_system *system);
 FLESH_API const flesh_effect *flesh_system_effect(const flesh_system *system, int index);
-/* What its effects that go tet by tet use, the least where they differ, and the best of this
- * machine where there are none: linear solvers use the same. Never AUTO. */
+/* The instructions of its effects that are computed tet by tet, the least where they differ, and the
+ * best of this machine where there are none; linear solvers use the same. Never AUTO. */
 FLESH_API flesh_instructions flesh_system_instructions(const flesh_system *system);
 /* Whether an effect of that role is present. Cannot fail. */
 FLESH_API int flesh_system_has_role(const flesh_system *system, flesh_role role);
@@ -66,13 +66,13 @@ FLESH_API size_t flesh_system_effect_memory(const flesh_system *system, int inde
 FLESH_API int flesh_system_has_follower_loads(const flesh_system *system);
 /* Whether some effect freezes a state (FLESH_FREEZES). Cannot fail. */
 FLESH_API int flesh_system_freezes(const flesh_system *system);
-/* How many multipliers hold constraints of its effects (flesh_point.multipliers): one for each tet
- * of the mesh, or 0 where nothing is held so (incompressible tets are). Cannot fail. */
+/* How many multipliers enforce constraints of its effects (flesh_point.multipliers): one for each
+ * tet of the mesh if the body has incompressible tets, else 0. Cannot fail. */
 FLESH_API int flesh_system_multiplier_count(const flesh_system *system);
 /* How far these constraints are from being met at point->x: gaps [multipliers], of incompressible
  * tets the mean of J less 1; and, unless NULL, the second derivative of the penalty by it,
- * stiffness [multipliers], Pa, at point->penalty = 1. What multipliers change by in the method of
- * multipliers is their product, times point->penalty. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
+ * stiffness [multipliers], Pa, at point->penalty = 1. The method of multipliers adds the product of
+ * gap, stiffness and point->penalty to each. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
                                            double *gaps, double *stiffness);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
@@ -104,7 +104,7 @@ FLESH_API int flesh_system_evaluate(const flesh_system *system, const flesh_poin
 FLESH_API int flesh_system_energies(const flesh_system *system, const flesh_point *point,
                                     double *energies);
 
-/* FLESH_ERR_ARGUMENT, with the node, where an effect does not let the body be at x [3*n]. */
+/* FLESH_ERR_ARGUMENT, with the node, where the body at x [3*n] is within an obstacle. */
 FLESH_API int flesh_system_check(const flesh_system *system, double t, const double *x);
 
 /* Makes a zero matrix of the system's pattern, which it shares (the system must outlive it).

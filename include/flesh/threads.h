@@ -2,8 +2,8 @@
  *
  * Results are the same bits for any number of threads as long as work is cut into tasks by its size
  * alone, every task writes objects of its own that no other task reads or writes (the two halves of
- * a word that is written as a whole are one object), and what tasks sum up is added in the tasks'
- * order afterwards. So do all of flesh's. What returns no status cannot fail. */
+ * a word that is written as a whole are one object), and the sums of tasks are added in the tasks'
+ * order afterwards. All tasks of flesh obey this. What returns no status cannot fail. */
 #ifndef FLESH_THREADS_H
 #define FLESH_THREADS_H
 
@@ -17,7 +17,7 @@ typedef struct flesh_threads flesh_threads;
 
 enum { FLESH_THREADS_MAX = 256, FLESH_TASKS_MAX = 65535 };
 
-/* Task number 0 <= task < tasks of flesh_threads_run. It must not fail aloud: statuses go into
+/* Task number 0 <= task < tasks of flesh_threads_run. It returns no status: errors go into
  * `data`. */
 typedef void flesh_task(void *data, int task);
 

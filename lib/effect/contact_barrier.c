@@ -20,7 +20,7 @@ int flesh_contact_barrier_at(const contact *self, const flesh_frame *frame, cons
 }
 
 /* Whether none of nodes k ... end-1 can meet it on straight paths in its frame. */
-static int has_no_way_to(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
+static int is_out_of_reach(const contact *self, int k, int end, const flesh_frame *from, const double *x_from,
                          const flesh_frame *to, const double *x_to)
 {
   const flesh_bounds first = flesh_bounds_of(end - k, self->nodes + k, x_from),
@@ -35,23 +35,23 @@ static double contact_max_feasible_step(const flesh_effect *effect, double t_fro
 {
   const contact *self = effect->data;
   flesh_frame from, to;
-  double way = 1, y0[3], y1[3];
+  double fraction = 1, y0[3], y1[3];
   flesh_obstacle_frame(self->obstacle, t_from, &from);
   flesh_obstacle_frame(self->obstacle, t_to, &to);
   for (int k = 0, box = 0; k < self->count; k++) {
-    if (k == box && has_no_way_to(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+    if (k == box && is_out_of_reach(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
       k = box - 1;
       continue;
     }
     flesh_frame_enter(&from, x_from + 3 * self->nodes[k], y0);
     flesh_frame_enter(&to, x_to + 3 * self->nodes[k], y1);
-    way = fmin(way, flesh_obstacle_way(self->obstacle, y0, y1));
+    fraction = fmin(fraction, flesh_obstacle_max_feasible_step(self->obstacle, y0, y1));
   }
-  return fmin(way, flesh_contact_core_way(&self->core, &from, x_from, &to, x_to));
+  return fmin(fraction, flesh_contact_core_max_feasible_step(&self->core, &from, x_from, &to, x_to));
 }
 
 /* Faces through the core; or nodes that touch neither before nor after: those that do slide around
- * corners, which a straight way cuts. */
+ * corners, which a straight step cuts. */
 static int contact_tunnelled(const flesh_effect *effect, double t_from, const double *x_from,
                           double t_to, const double *x_to)
 {
@@ -62,20 +62,20 @@ static int contact_tunnelled(const flesh_effect *effect, double t_from, const do
   flesh_obstacle_frame(self->obstacle, t_from, &from);
   flesh_obstacle_frame(self->obstacle, t_to, &to);
   for (int k = 0, box = 0; k < self->count; k++) {
-    if (k == box && has_no_way_to(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
+    if (k == box && is_out_of_reach(self, k, box = flesh_contact_end_of_box(k, self->count), &from, x_from, &to, x_to)) {
       k = box - 1;
       continue;
     }
     const int i = 3 * self->nodes[k];
     flesh_frame_enter(&from, x_from + i, y0);
     flesh_frame_enter(&to, x_to + i, y1);
-    if (flesh_obstacle_way(self->obstacle, y0, y1) == 1) continue;
+    if (flesh_obstacle_max_feasible_step(self->obstacle, y0, y1) == 1) continue;
     flesh_contact_barrier_at(self, &from, x_from + i, &barrier);
     if (barrier.distance < INFINITY) continue;
     flesh_contact_barrier_at(self, &to, x_to + i, &barrier);
     if (barrier.distance == INFINITY) return 1;
   }
-  return flesh_contact_core_way(&self->core, &from, x_from, &to, x_to) < 1;
+  return flesh_contact_core_max_feasible_step(&self->core, &from, x_from, &to, x_to) < 1;
 }
 
 /* Nodes go as far as they can, in the obstacle's frame: a moving one takes them along. */
@@ -91,9 +91,9 @@ static void contact_push_out(const flesh_effect *effect, double t_from, const do
     const int i = 3 * self->nodes[k];
     flesh_frame_enter(&from, x_from + i, y0);
     flesh_frame_enter(&to, x_to + i, y1);
-    double way = flesh_obstacle_way(self->obstacle, y0, y1);
-    if (way == 1) continue;
-    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * way * (y1[c] - y0[c]);
+    double fraction = flesh_obstacle_max_feasible_step(self->obstacle, y0, y1);
+    if (fraction == 1) continue;
+    for (int c = 0; c < 3; c++) y0[c] += flesh_feasible_step_kept * fraction * (y1[c] - y0[c]);
     flesh_frame_leave(&to, y0, x_to + i);
   }
 }

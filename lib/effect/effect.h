@@ -4,7 +4,7 @@
 
 #include "flesh/effects.h"
 
-/* The share of a feasible step that is taken: less than all, so that the body stays apart from obstacles. */
+/* The fraction of a feasible step that is taken: less than 1, so that the body stays apart from obstacles. */
 static const double flesh_feasible_step_kept = 0.9;
 
 /* The penalties of incompressible tets are raised by this factor at least, wherever multipliers are solved for. */

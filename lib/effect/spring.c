@@ -1,8 +1,9 @@
-/* spring.c: a spring from a point of the body, or from all of it within a radius, to a moving target: the mouse pull.
+/* spring.c: a spring from a point of the body, or from all of it within a radius, to a moving target.
  *
- * A force at a point digs deeper the finer the mesh is: the displacement under it has no limit (Kelvin 1848). Within a
- * radius each node takes its share w_a of the stiffness to its own target, which lies from the spring's as the node does
- * from the point: V = k/2 sum w_a |x_a - X_a - (target - p)|^2, the sum an integral over the rest shape. */
+ * The displacement under a force at a point grows without limit as the mesh is refined (Kelvin 1848). Within a radius
+ * every node has a spring of the fraction w_a of the stiffness to a target of its own, displaced from the spring's
+ * target as the node is from the point: V = k/2 sum w_a |x_a - X_a - (target - p)|^2, the sum an integral over the rest
+ * shape. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

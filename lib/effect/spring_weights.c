@@ -12,7 +12,7 @@
 #include "mesh/shape.h"
 
 static const double default_share = 0.05; /* of the body's longest side */
-/* Tets are cut until their corners are no farther from their middle than this share of the radius. */
+/* Tets are cut until their corners are no farther from their middle than this fraction of the radius. */
 static const double finest = 0.3;
 enum { CUTS = 12 }; /* at most, in halves; none but those near the centre are cut so often */
 

@@ -11,9 +11,9 @@
 #include "math/mat3.h"
 #include "math/nearest.h"
 
-/* A way ends where the distance is this share of what it was at first. */
-static const double near_share = 1e-2;
-enum { WAY_STEPS = 200 };
+/* A step ends where the distance is this fraction of what it was at first. */
+static const double nearest_fraction = 1e-2;
+enum { ADVANCEMENTS = 200 };
 
 static void sort_corners(int *corner)
 {
@@ -251,7 +251,7 @@ void flesh_contact_core_jacobian(const flesh_contact_core *core, const flesh_fra
 
 /* Goes by steps that are safe whatever the motion (additive advancement; Li et al. 2021, "Codimensional Incremental
  * Potential Contact", section 5): as far as the distance is wide, over how much anything can approach. */
-static double way_of_face(const double *const X0[3], const double *const X1[3], const double p0[3],
+static double feasible_fraction(const double *const X0[3], const double *const X1[3], const double p0[3],
                           const double p1[3], double radius)
 {
   static const int whole[3] = {0, 1, 2};
@@ -267,7 +267,7 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
   approach = sqrt(approach);
   if (approach == 0 || is_far(X0, p0, radius + approach)) return 1;
   double least = 0;
-  for (int step = 0; step < WAY_STEPS; step++) {
+  for (int step = 0; step < ADVANCEMENTS; step++) {
     double places[3][3], p[3];
     const double *X[3] = {places[0], places[1], places[2]};
     for (int c = 0; c < 3; c++) {
@@ -275,7 +275,7 @@ static double way_of_face(const double *const X0[3], const double *const X1[3], 
       for (int k = 0; k < 3; k++) places[k][c] = X0[k][c] + s * (X1[k][c] - X0[k][c]);
     }
     double d = pair_of(X, 3, whole, p).to_centre - radius;
-    if (step == 0) least = near_share * d;
+    if (step == 0) least = nearest_fraction * d;
     if (!(d > least)) return s;
     s += (d - least / 2) / approach;
     if (s >= 1) return 1;
@@ -295,11 +295,11 @@ static double largest_move(const flesh_contact_core *core, const double *x0, con
   return sqrt(largest);
 }
 
-double flesh_contact_core_way(const flesh_contact_core *core, const flesh_frame *from,
+double flesh_contact_core_max_feasible_step(const flesh_contact_core *core, const flesh_frame *from,
                               const double *x0, const flesh_frame *to, const double *x1)
 {
   const double move = core->points ? largest_move(core, x0, x1) : 0;
-  double way = 1;
+  double fraction = 1;
   const double *X0[3], *X1[3];
   flesh_bounds bounds = {0};
   if (core->points) bounds = flesh_bounds_of(core->node_count, core->nodes, x0);
@@ -314,8 +314,8 @@ double flesh_contact_core_way(const flesh_contact_core *core, const flesh_frame 
       corners_of(core, f, x0, X0);
       if (is_far(X0, p0, reach)) continue;
       corners_of(core, f, x1, X1);
-      way = fmin(way, way_of_face(X0, X1, p0, p1, core->radius));
+      fraction = fmin(fraction, feasible_fraction(X0, X1, p0, p1, core->radius));
     }
   }
-  return way;
+  return fraction;
 }

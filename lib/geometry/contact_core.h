@@ -34,8 +34,8 @@ void flesh_contact_core_jacobian(const flesh_contact_core *core, const flesh_fra
                                  const double *x, double scale, int project, flesh_block_matrix *K,
                                  const int *slots);
 
-/* The share of the way from x0 to x1 that the faces can go. */
-double flesh_contact_core_way(const flesh_contact_core *core, const flesh_frame *from,
+/* The fraction of the step from x0 to x1 that is feasible for the faces. */
+double flesh_contact_core_max_feasible_step(const flesh_contact_core *core, const flesh_frame *from,
                               const double *x0, const flesh_frame *to, const double *x1);
 
 #endif

@@ -65,7 +65,7 @@ static void around(const flesh_motion *motion, double t, const flesh_keyframe **
   *b = &motion->keyframes[next < motion->count ? next : motion->count - 1];
 }
 
-/* The share of the way between them at t, as interpolated. */
+/* The fraction of the motion between them that is done at t, as interpolated. */
 static double share_of(const flesh_motion *motion, double t, const flesh_keyframe *a, const flesh_keyframe *b)
 {
   const double s = b->t > a->t ? (t - a->t) / (b->t - a->t) : 0;

@@ -246,7 +246,7 @@ double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3])
 }
 
 /* First root s in [0,1] of a s^2 + 2 b s + c, which is positive at 0 and about to fall; 1 if none.
- * c is the least that rounding can have made of a way that starts outside. */
+ * c is the least that rounding can have made of a step that starts outside. */
 static double first_root(double a, double b, double c)
 {
   double discriminant = b * b - a * c;
@@ -255,7 +255,7 @@ static double first_root(double a, double b, double c)
   return fmin(s, 1);
 }
 
-static double way_to_sphere(const double centre[3], double radius, const double y0[3],
+static double fraction_to_sphere(const double centre[3], double radius, const double y0[3],
                             const double y1[3])
 {
   double e[3], d[3];
@@ -266,10 +266,10 @@ static double way_to_sphere(const double centre[3], double radius, const double 
 }
 
 /* To the cylinder between the ends, whose caps are the spheres. */
-static double way_to_capsule(const flesh_obstacle *o, const double y0[3], const double y1[3])
+static double fraction_to_capsule(const flesh_obstacle *o, const double y0[3], const double y1[3])
 {
-  double e[3], d[3], n[3], s = fmin(way_to_sphere(o->a, o->radius, y0, y1),
-                                    way_to_sphere(o->b, o->radius, y0, y1));
+  double e[3], d[3], n[3], s = fmin(fraction_to_sphere(o->a, o->radius, y0, y1),
+                                    fraction_to_sphere(o->b, o->radius, y0, y1));
   for (int c = 0; c < 3; c++) e[c] = y1[c] - y0[c], d[c] = y0[c] - o->a[c], n[c] = o->b[c] - o->a[c];
   double nn = flesh_vec3_dot(n, n), along_d = flesh_vec3_dot(d, n) / nn, along_e = flesh_vec3_dot(e, n) / nn;
   for (int c = 0; c < 3; c++) d[c] -= along_d * n[c], e[c] -= along_e * n[c];
@@ -281,11 +281,11 @@ static double way_to_capsule(const flesh_obstacle *o, const double y0[3], const 
   return side < s && place >= 0 && place <= 1 ? side : s;
 }
 
-double flesh_obstacle_way(const flesh_obstacle *o, const double y0[3], const double y1[3])
+double flesh_obstacle_max_feasible_step(const flesh_obstacle *o, const double y0[3], const double y1[3])
 {
-  if (o->shape == FLESH_OBSTACLE_MESH) return flesh_obstacle_tree_way(o->tree, y0, y1);
-  if (o->shape == FLESH_OBSTACLE_SPHERE) return way_to_sphere(o->a, o->radius, y0, y1);
-  if (o->shape == FLESH_OBSTACLE_CAPSULE) return way_to_capsule(o, y0, y1);
+  if (o->shape == FLESH_OBSTACLE_MESH) return flesh_obstacle_tree_max_feasible_step(o->tree, y0, y1);
+  if (o->shape == FLESH_OBSTACLE_SPHERE) return fraction_to_sphere(o->a, o->radius, y0, y1);
+  if (o->shape == FLESH_OBSTACLE_CAPSULE) return fraction_to_capsule(o, y0, y1);
   double from = 0, to = 0;
   for (int c = 0; c < 3; c++) {
     from += o->b[c] * (y0[c] - o->a[c]);

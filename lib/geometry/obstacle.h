@@ -39,8 +39,8 @@ int flesh_obstacle_core(const flesh_obstacle *obstacle, double *radius, double *
 /* How far into a plane, sphere or capsule y lies; 0 outside and for meshes. */
 double flesh_obstacle_depth(const flesh_obstacle *obstacle, const double y[3]);
 
-/* The share of the straight way from y0, outside, to y1 that can be gone before the obstacle is
+/* The fraction of the straight step from y0, outside, to y1 that is feasible: before the obstacle is
  * met; 1: all. */
-double flesh_obstacle_way(const flesh_obstacle *obstacle, const double y0[3], const double y1[3]);
+double flesh_obstacle_max_feasible_step(const flesh_obstacle *obstacle, const double y0[3], const double y1[3]);
 
 #endif

@@ -387,10 +387,10 @@ void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *self, const double y
   }
 }
 
-/* Whether the part of the way before `share` meets the box; `inverse` is 1 over each component of the way. */
-static int meets(const box *bounds, const double y0[3], const double inverse[3], double share)
+/* Whether the first `fraction` of the step meets the box; `inverse` is 1 over each component of the step. */
+static int meets(const box *bounds, const double y0[3], const double inverse[3], double fraction)
 {
-  double enter = 0, leave = share;
+  double enter = 0, leave = fraction;
   for (int c = 0; c < 3; c++) {
     if (fabs(inverse[c]) == INFINITY) { /* none, or next to none */
       if (y0[c] < bounds->low[c] || y0[c] > bounds->high[c]) return 0;
@@ -400,12 +400,12 @@ static int meets(const box *bounds, const double y0[3], const double inverse[3],
     if ((near < far ? near : far) > enter) enter = near < far ? near : far;
     if ((near < far ? far : near) < leave) leave = near < far ? far : near;
   }
-  /* Rounding must not let a way slip past a flat box. */
+  /* Rounding must not let a step slip past a flat box. */
   return enter <= leave + 1e-12 * (1 + fabs(enter));
 }
 
-/* Where the way meets the triangle (Moller & Trumbore 1997), widened by rounding; 1 where not. */
-static double way_to_triangle(const double *const X[3], const double y0[3], const double e[3])
+/* The fraction of the step e at which it meets the triangle (Moller & Trumbore 1997), widened by rounding; else 1. */
+static double fraction_to_triangle(const double *const X[3], const double y0[3], const double e[3])
 {
   double u[3], v[3], d[3], p[3], q[3];
   const double slack = 1e-10;
@@ -421,24 +421,24 @@ static double way_to_triangle(const double *const X[3], const double y0[3], cons
   return through ? s : 1;
 }
 
-double flesh_obstacle_tree_way(const flesh_obstacle_tree *self, const double y0[3], const double y1[3])
+double flesh_obstacle_tree_max_feasible_step(const flesh_obstacle_tree *self, const double y0[3], const double y1[3])
 {
-  double share = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
+  double fraction = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
   const double inverse[3] = {1 / e[0], 1 / e[1], 1 / e[2]};
   int stack[DEPTH], height = 0;
   if (e[0] == 0 && e[1] == 0 && e[2] == 0) return 1;
   for (stack[height++] = 0; height > 0;) {
     const branch *b = &self->tree[stack[--height]];
-    if (!meets(&b->bounds, y0, inverse, share)) continue;
+    if (!meets(&b->bounds, y0, inverse, fraction)) continue;
     for (int t = b->first; t < b->first + b->count; t++) {
       const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
-      share = fmin(share, way_to_triangle(X, y0, e));
+      fraction = fmin(fraction, fraction_to_triangle(X, y0, e));
     }
     if (b->count) continue;
     stack[height++] = b->first + 1;
     stack[height++] = b->first;
   }
-  return share;
+  return fraction;
 }
 
 size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)

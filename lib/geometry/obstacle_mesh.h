@@ -17,7 +17,7 @@ size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *tree);
 /* Adds the barriers of what is nearer to y than w. */
 void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *tree, const double y[3], double w,
                                  flesh_barrier *barrier);
-double flesh_obstacle_tree_way(const flesh_obstacle_tree *tree, const double y0[3],
+double flesh_obstacle_tree_max_feasible_step(const flesh_obstacle_tree *tree, const double y0[3],
                                const double y1[3]);
 /* Whether no leaf's box is nearer than w to the box from low to high. */
 int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *tree, const double low[3], const double high[3], double w);

@@ -8,9 +8,9 @@
  * of Gustafsson 1978, so that smooth displacements feel nearly the stiffness that they should. Whole where that
  * stiffens; where it softens, never by more than SOFTENED, or rotations of few irregular tets would feel too little.
  *
- * Rows follow the order of bisection.h, each half by a task of its own. What the second adds to the rows between goes
- * to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in columns a
- * row between has blocks of both halves side by side (triangle.h). */
+ * Rows follow the order of bisection.h, each half by a task of its own. What the second half adds to the separator's
+ * rows goes to a spill first. The blocks are kept twice, by rows and by columns, so that both substitutions gather: in
+ * columns a row of the separator has blocks of both halves side by side (triangle.h). */
 #include "linear/cholesky.h"
 
 #include <math.h>
@@ -39,8 +39,7 @@ enum {
 };
 
 struct flesh_cholesky {
-  int rows;
-  int begin[4]; /* of the halves and the rows between */
+  int rows, begin[4]; /* of the halves and the separator */
   int *order;   /* [rows] nodes in the order of elimination */
   flesh_threads *threads;
   int *start, *column;             /* of U above the diagonal, in the order of elimination */
@@ -49,18 +48,17 @@ struct flesh_cholesky {
   int *pairs;                      /* [rows+1] where each row's targets begin */
   int *lower_place;                /* of each block of U in `lower` */
   double *diagonal;                /* [9*rows] of A, then D */
-  double *diagonal_spill;          /* [9*between] */
+  double *diagonal_spill;          /* [9*separator] */
   three *dropped;                  /* [rows] what every diagonal block would lose to what falls outside the pattern */
-  three *dropped_spill;            /* [between] */
+  three *dropped_spill;            /* [separator] */
   int longest;                     /* of U's rows, in blocks */
   three *partners;                 /* [3 parts][longest] sums of a row's blocks, by those whose product is dropped */
-  float *work, *spill;             /* [12*blocks], [12*blocks of rows between]: blocks of four-lane rows */
+  float *work, *spill;             /* [12*blocks], [12*separator_blocks]: blocks of four-lane rows */
   flesh_triangle upper, lower;     /* U; U^T */
-  float *inverse;                  /* [9*rows] of D */
-  float *y;                        /* [4*rows] */
+  float *inverse, *y;              /* [9*rows] of D; [4*rows] */
 };
 
-static int between_blocks(const flesh_cholesky *self)
+static int separator_blocks(const flesh_cholesky *self)
 {
   return self->start[self->rows] - self->start[self->begin[2]];
 }
@@ -164,8 +162,7 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)(A->row_start[A->rows] - A->rows);
   int **integers[] = {&self->column, &self->source, &self->lower_place};
-  int **by_row[] = {&self->start, &self->pairs};
-  int failed = 0;
+  int **by_row[] = {&self->start, &self->pairs}, failed = 0;
   for (size_t k = 0; k < sizeof integers / sizeof integers[0]; k++)
     failed |= !(*integers[k] = flesh_huge_pages_alloc((blocks + 1) * sizeof(int)));
   for (size_t k = 0; k < sizeof by_row / sizeof by_row[0]; k++)
@@ -181,16 +178,16 @@ static int allocate(flesh_cholesky *self, const flesh_block_matrix *A)
 
 static int allocate_spill(flesh_cholesky *self)
 {
-  const size_t between = (size_t)(self->rows - self->begin[2]);
-  self->diagonal_spill = flesh_malloc((9 * between + 1) * sizeof *self->diagonal_spill);
-  self->spill = flesh_huge_pages_alloc((12 * (size_t)between_blocks(self) + SLACK) * sizeof(float));
-  self->dropped_spill = flesh_huge_pages_alloc((between + 1) * sizeof *self->dropped_spill);
+  const size_t separator = (size_t)(self->rows - self->begin[2]);
+  self->diagonal_spill = flesh_malloc((9 * separator + 1) * sizeof *self->diagonal_spill);
+  self->spill = flesh_huge_pages_alloc((12 * (size_t)separator_blocks(self) + SLACK) * sizeof(float));
+  self->dropped_spill = flesh_huge_pages_alloc((separator + 1) * sizeof *self->dropped_spill);
   self->partners = flesh_huge_pages_alloc((3 * (size_t)self->longest + 1) * sizeof *self->partners);
   return self->diagonal_spill && self->spill && self->dropped_spill && self->partners ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *halves, int alone, flesh_threads *threads,
-                          flesh_cholesky **cholesky)
+int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int alone,
+                          flesh_threads *threads, flesh_cholesky **cholesky)
 {
   flesh_cholesky *self = flesh_calloc(1, sizeof *self);
   *cholesky = self;
@@ -199,17 +196,16 @@ int flesh_cholesky_create(const flesh_block_matrix *A, const flesh_bisection *ha
   if (!status) {
     self->rows = A->rows;
     self->threads = threads;
-    memcpy(self->begin, halves->begin, sizeof self->begin);
+    memcpy(self->begin, bisection->begin, sizeof self->begin);
     status = allocate(self, A);
   }
   if (!status) {
-    memcpy(self->order, halves->order, (size_t)A->rows * sizeof *self->order);
+    memcpy(self->order, bisection->order, (size_t)A->rows * sizeof *self->order);
     for (int p = 0; p < A->rows; p++) place[self->order[p]] = p;
   }
   if (!status) {
-    const size_t blocks = (size_t)(A->row_start[A->rows] - A->rows);
+    const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows] - rows;
     long long *sorted = flesh_malloc((blocks + 1) * sizeof *sorted);
-    const size_t rows = (size_t)A->rows;
     int *room = flesh_malloc((3 * rows + 1) * sizeof *room);
     status = sorted && room ? make_pattern(self, A, place, alone, sorted, room, room + rows, room + 2 * rows)
                             : FLESH_ERR_MEMORY;
@@ -230,11 +226,10 @@ void flesh_cholesky_destroy(flesh_cholesky **cholesky)
   flesh_cholesky *self = *cholesky;
   void *arrays[] = {self->start, self->column, self->source, self->target, self->pairs, self->lower_place,
                     self->diagonal, self->diagonal_spill, self->work, self->spill, self->dropped, self->dropped_spill,
-                    self->partners, self->inverse, self->y};
+                    self->partners, self->inverse, self->y, self->order};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   flesh_triangle_clear(&self->upper);
   flesh_triangle_clear(&self->lower);
-  flesh_free(self->order);
   flesh_free(self);
   *cholesky = NULL;
 }
@@ -295,8 +290,8 @@ static int invert_pivot(flesh_cholesky *self, int p)
 /* Rows of a part, one by one: scale, then subtract from the rows that follow. */
 static int factor_rows(flesh_cholesky *self, int part, int spilling)
 {
-  const int *start = self->start, *column = self->column, first_between = self->begin[2];
-  const int first_spilt = start[first_between];
+  const int *start = self->start, *column = self->column, first_separator = self->begin[2];
+  const int first_spilt = start[first_separator];
   three *partners = self->partners + (size_t)self->longest * (size_t)part;
   for (int p = self->begin[part]; p < self->begin[part + 1]; p++) {
     modify_pivot(self, p);
@@ -308,8 +303,8 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
     const three *rows = (const three *)(self->work + 12 * (size_t)start[p]);
     memset(partners, 0, (size_t)n * sizeof *partners);
     for (int a = 0; a < n; a++) {
-      const int k = start[p] + a, j = column[k], spilt = spilling && j >= first_between;
-      double *D = spilt ? self->diagonal_spill + 9 * (size_t)(j - first_between) : self->diagonal + 9 * (size_t)j;
+      const int k = start[p] + a, j = column[k], spilt = spilling && j >= first_separator;
+      double *D = spilt ? self->diagonal_spill + 9 * (size_t)(j - first_separator) : self->diagonal + 9 * (size_t)j;
       three scaled;
       for (int r = 0; r < 3; r++)
         scaled.row[r] = rows[a].row[0] * v[3 * r] + rows[a].row[1] * v[3 * r + 1] + rows[a].row[2] * v[3 * r + 2];
@@ -324,8 +319,9 @@ static int factor_rows(flesh_cholesky *self, int part, int spilling)
         const three update = three_transposed_product(&scaled, &rows[b]);
         for (int r = 0; r < 3; r++) to->row[r] -= update.row[r];
       }
-      const three own = three_transposed_product(&scaled, &rows[a]), lost = three_transposed_product(&scaled, &partners[a]);
-      three_add(spilt ? &self->dropped_spill[j - first_between] : &self->dropped[j], &lost);
+      const three own = three_transposed_product(&scaled, &rows[a]),
+                  lost = three_transposed_product(&scaled, &partners[a]);
+      three_add(spilt ? &self->dropped_spill[j - first_separator] : &self->dropped[j], &lost);
       float upper[9], lower[9];
       for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
@@ -350,16 +346,16 @@ static void factor_half(void *data, int half)
 int flesh_cholesky_factor(flesh_cholesky *self, const flesh_block_matrix *A, double scale, double shift)
 {
   factorisation f = {self, A, scale, shift, {0}};
-  const size_t between = (size_t)(self->rows - self->begin[2]), blocks = (size_t)between_blocks(self),
+  const size_t separator = (size_t)(self->rows - self->begin[2]), blocks = (size_t)separator_blocks(self),
                first = (size_t)self->begin[2], first_block = (size_t)self->start[first];
   flesh_threads_run(self->threads, 3, load_part, &f);
-  memset(self->diagonal_spill, 0, 9 * between * sizeof *self->diagonal_spill);
+  memset(self->diagonal_spill, 0, 9 * separator * sizeof *self->diagonal_spill);
   memset(self->spill, 0, 12 * blocks * sizeof *self->spill);
-  memset(self->dropped_spill, 0, between * sizeof *self->dropped_spill);
+  memset(self->dropped_spill, 0, separator * sizeof *self->dropped_spill);
   flesh_threads_run(self->threads, 2, factor_half, &f);
   if (f.failed[0] || f.failed[1]) return FLESH_NOT_POSITIVE;
-  for (size_t e = 0; e < 9 * between; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
-  for (size_t k = 0; k < between; k++) three_add(&self->dropped[first + k], &self->dropped_spill[k]);
+  for (size_t e = 0; e < 9 * separator; e++) self->diagonal[9 * first + e] += self->diagonal_spill[e];
+  for (size_t k = 0; k < separator; k++) three_add(&self->dropped[first + k], &self->dropped_spill[k]);
   for (size_t e = 0; e < 12 * blocks; e++) self->work[12 * first_block + e] += self->spill[e];
   return factor_rows(self, 2, 0) ? FLESH_OK : FLESH_NOT_POSITIVE;
 }
@@ -438,10 +434,17 @@ void flesh_cholesky_result(const flesh_cholesky *self, const flesh_coarse *coars
 size_t flesh_cholesky_memory(const flesh_cholesky *self)
 {
   const size_t rows = (size_t)self->rows, blocks = (size_t)self->start[rows],
-               between = rows - (size_t)self->begin[2];
+               separator = rows - (size_t)self->begin[2];
   return sizeof *self + rows * (3 * sizeof(int) + 9 * sizeof(double) + 13 * sizeof(float)) +
          blocks * (3 * sizeof(int) + 12 * sizeof(float)) + (size_t)self->pairs[rows] * sizeof(int) +
          flesh_triangle_memory(&self->upper) + flesh_triangle_memory(&self->lower) +
-         between * 9 * sizeof(double) + (size_t)between_blocks(self) * 12 * sizeof(float) +
-         (rows + between + 3 * (size_t)self->longest) * sizeof(three);
+         separator * 9 * sizeof(double) + (size_t)separator_blocks(self) * 12 * sizeof(float) +
+         (rows + separator + 3 * (size_t)self->longest) * sizeof(three);
+}
+
+void flesh_cholesky_archive(flesh_cholesky *self, flesh_archive *archive)
+{
+  flesh_triangle_archive(&self->upper, archive);
+  flesh_triangle_archive(&self->lower, archive);
+  flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->rows * sizeof *self->inverse);
 }

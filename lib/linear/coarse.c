@@ -207,14 +207,14 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
 }
 
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *halves, flesh_threads *threads, flesh_coarse **coarse)
+                        const flesh_bisection *bisection, flesh_threads *threads, flesh_coarse **coarse)
 {
   flesh_coarse *self = flesh_calloc(1, sizeof *self);
   *coarse = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
   self->threads = threads;
-  int status = build(self, A, positions, vertices, halves->order);
+  int status = build(self, A, positions, vertices, bisection->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
 }
@@ -267,9 +267,9 @@ static inline void add_term(const flesh_coarse *self, const flesh_block_matrix *
   double a[9];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) a[3 * c + d] = t->block < 0 ? b[3 * d + c] : b[3 * c + d];
-  const int held = (int)self->grid.local[t->node][3];
+  const int constrained = (int)self->grid.local[t->node][3];
   if (t->node == t->other) /* half, as the transpose is added in the end; fixed dofs have no part in it */
-    for (int e = 0; e < 9; e++) a[e] *= held >> e / 3 & 1 || held >> e % 3 & 1 ? 0 : 0.5;
+    for (int e = 0; e < 9; e++) a[e] *= constrained >> e / 3 & 1 || constrained >> e % 3 & 1 ? 0 : 0.5;
   for (int e = 0; e < 9; e++) T[e] += a[e] * w;
 }
 
@@ -340,8 +340,8 @@ static void load_matrix(flesh_coarse *self, double scale)
 int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
 {
   for (int p = 0; p < self->rows; p++) {
-    const uint8_t *held = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
-    self->grid.local[p][3] = (float)(held ? (held[0] != 0) | (held[1] != 0) << 1 | (held[2] != 0) << 2 : 0);
+    const uint8_t *constrained = fixed ? fixed + 3 * (size_t)self->stored[p] : NULL;
+    self->grid.local[p][3] = (float)(constrained ? (constrained[0] != 0) | (constrained[1] != 0) << 1 | (constrained[2] != 0) << 2 : 0);
   }
   flesh_threads_run(self->threads, PARTS, assemble_part, &(assembly){self, A});
   load_matrix(self, scale);
@@ -349,7 +349,7 @@ int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double s
 }
 
 /* Of a node at `local`. Fixed components have no part in the coarse space; few nodes have any. */
-static inline flesh_float4 without_held(flesh_float4 x, flesh_float4 local)
+static inline flesh_float4 without_constrained(flesh_float4 x, flesh_float4 local)
 {
   for (int c = 0; local[3] > 0 && c < 3; c++)
     if ((int)local[3] >> c & 1) x[c] = 0;
@@ -360,7 +360,7 @@ void flesh_coarse_restrict(flesh_coarse *self, int part, int begin, int end, con
 {
   for (size_t p = (size_t)begin; p < (size_t)end; p++) {
     const flesh_float4 local = self->grid.local[p],
-                       own = without_held(*(const flesh_float4 *)(r + 4 * p), local);
+                       own = without_constrained(*(const flesh_float4 *)(r + 4 * p), local);
     const flesh_float8 w = weights_at(local);
     flesh_float8 *sum = self->sums[part][self->grid.cell[p]].of;
     for (int c = 0; c < 3; c++) sum[c] += w * own[c];
@@ -409,7 +409,7 @@ void flesh_coarse_add(const flesh_coarse *self, int begin, int end, float share,
     const flesh_float4 at = self->grid.local[k], *m = self->moves[self->grid.cell[k]].of;
     const flesh_float4 low = (m[0] + m[1] * at[0]) + (m[2] + m[3] * at[0]) * at[1],
                        high = (m[4] + m[5] * at[0]) + (m[6] + m[7] * at[0]) * at[1];
-    *(flesh_float4 *)z = *(const flesh_float4 *)y + share * without_held(low + high * at[2], at);
+    *(flesh_float4 *)z = *(const flesh_float4 *)y + share * without_constrained(low + high * at[2], at);
   }
 }
 
@@ -422,4 +422,10 @@ size_t flesh_coarse_memory(const flesh_coarse *self)
          (size_t)self->grid.vertices * 2 * sizeof(int) + (size_t)self->grid.patches * N * sizeof(float) +
          (size_t)self->entry_count * (9 * PARTS * sizeof(double) + 2 * sizeof(int)) +
          flesh_coarse_cholesky_memory(&self->matrix);
+}
+
+void flesh_coarse_archive(flesh_coarse *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->grid.local, (size_t)self->rows * sizeof *self->grid.local);
+  flesh_coarse_cholesky_archive(&self->matrix, archive);
 }

@@ -11,30 +11,32 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
 #include "linear/isa_names.h"
 
 typedef struct flesh_coarse flesh_coarse;
 
-/* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `halves`
- * may then be forgotten, `threads` (may be NULL) is borrowed. Returns new. */
+/* For matrices of A's pattern, with at most `vertices` of the grid, or eight; `positions` [3*rows] at rest, `bisection`
+ * may be freed then, `threads` (may be NULL) is borrowed. Returns new. */
 int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, int vertices,
-                        const flesh_bisection *halves, flesh_threads *threads, flesh_coarse **coarse);
+                        const flesh_bisection *bisection, flesh_threads *threads, flesh_coarse **coarse);
 void flesh_coarse_destroy(flesh_coarse **coarse);
 
-/* Factors scale P^T A P, P zero at the fixed dofs [3*rows] (NULL: none), whose rows in A are diagonal; `scale` takes
- * A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
+/* Factors scale P^T A P, P zero at the constrained dofs, `fixed` [3*rows] (NULL: none), whose rows in A are diagonal;
+ * `scale` takes A's largest entry to about 1. FLESH_NOT_POSITIVE when it is indefinite, as A then is. */
 int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double scale, const uint8_t *fixed);
 
 /* What is added for a residual r of about 1, in three steps: P^T r, range by range of nodes, each of two parts by one
  * thread at a time; the solve, which is kept inside and returns what is added times r; and z = y + share P times it for
- * begin <= p < end, which y and z begin with. Vectors of four lanes a node as the halves order them. */
+ * begin <= p < end, which y and z begin with. Vectors of four lanes a node in the bisection's order. */
 enum { FLESH_COARSE_PARTS = 2 };
 void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
 double flesh_coarse_solve(flesh_coarse *coarse);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);
 
 size_t flesh_coarse_memory(const flesh_coarse *coarse);
+void flesh_coarse_archive(flesh_coarse *coarse, flesh_archive *archive);
 
 #endif

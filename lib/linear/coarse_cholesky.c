@@ -369,3 +369,9 @@ void flesh_coarse_cholesky_solve(flesh_coarse_cholesky *self)
     memcpy(x, &rest, sizeof rest);
   }
 }
+
+void flesh_coarse_cholesky_archive(flesh_coarse_cholesky *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->kept, FLESH_BLOCK12_SIZE * (size_t)self->start[self->n] * sizeof *self->kept);
+  flesh_archive_bytes(archive, self->inverses, FLESH_BLOCK12_SIZE * (size_t)self->n * sizeof *self->inverses);
+}

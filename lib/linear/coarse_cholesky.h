@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "linear/isa_names.h"
 
 enum { FLESH_BLOCK12 = 12, FLESH_BLOCK12_SIZE = 144 };
@@ -26,6 +27,7 @@ typedef struct flesh_coarse_cholesky {
 int flesh_coarse_cholesky_create(int n, const int *starts, const int *neighbours, flesh_coarse_cholesky *matrix);
 void flesh_coarse_cholesky_clear(flesh_coarse_cholesky *matrix);
 size_t flesh_coarse_cholesky_memory(const flesh_coarse_cholesky *matrix);
+void flesh_coarse_cholesky_archive(flesh_coarse_cholesky *matrix, flesh_archive *archive);
 
 /* All entries 0, to be filled before flesh_coarse_cholesky_factor. */
 void flesh_coarse_cholesky_zero(flesh_coarse_cholesky *matrix);

@@ -16,7 +16,10 @@ struct flesh_direct {
   flesh_linear_solver kind;
   int symmetric; /* KLU's pivots are those of the diagonal */
   flesh_scalar_view view;
-  double *values;
+  double *values; /* [entries] that were factored last */
+  int factored;   /* they have been */
+  double *first;  /* [entries] of KLU: those that the pivots in use were chosen for */
+  int refactored; /* `values` were factored with them since */
   klu_l_common klu;
   klu_l_symbolic *symbolic;
   klu_l_numeric *numeric;
@@ -64,7 +67,8 @@ static int create(flesh_linear_solver kind, int symmetric, const flesh_block_mat
   int status = flesh_scalar_view_create(A, &self->view);
   if (!status) {
     self->values = flesh_malloc((size_t)self->view.entries * sizeof *self->values);
-    if (!self->values) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
+    if (kind == FLESH_LINEAR_KLU) self->first = flesh_malloc((size_t)self->view.entries * sizeof *self->first);
+    if (!self->values || (kind == FLESH_LINEAR_KLU && !self->first)) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
   }
   if (!status && kind == FLESH_LINEAR_KLU) {
     self->symbolic = klu_l_analyze(self->view.n, self->view.starts, self->view.indices, &self->klu);
@@ -110,6 +114,7 @@ void flesh_direct_destroy(flesh_direct **direct)
 #endif
   flesh_scalar_view_clear(&self->view);
   flesh_free(self->values);
+  flesh_free(self->first);
   flesh_free(self);
   *direct = NULL;
 }
@@ -123,18 +128,30 @@ static int has_positive_pivots(const flesh_direct *self)
   return positive;
 }
 
+/* The values with the pivots of the factor that there is; 0 where that cannot be. */
+static int refactor(flesh_direct *self)
+{
+  return self->refactored = klu_l_refactor(self->view.starts, self->view.indices, self->values, self->symbolic,
+                                           self->numeric, &self->klu);
+}
+
+/* The values with pivots that they call for. */
+static void factor_anew(flesh_direct *self)
+{
+  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
+  self->refactored = 0;
+  memcpy(self->first, self->values, (size_t)self->view.entries * sizeof *self->first);
+  self->numeric = klu_l_factor(self->view.starts, self->view.indices, self->values, self->symbolic, &self->klu);
+}
+
 static int factor_by_klu(flesh_direct *self)
 {
   /* Pivots of the last factorisation serve as long as they stay usable. */
-  if (self->numeric &&
-      klu_l_refactor(self->view.starts, self->view.indices, self->values, self->symbolic,
-                     self->numeric, &self->klu) &&
+  if (self->numeric && refactor(self) &&
       (self->symmetric ||
        (klu_l_rcond(self->symbolic, self->numeric, &self->klu) && self->klu.rcond > 1e-14)))
     return !self->symmetric || has_positive_pivots(self) ? FLESH_OK : FLESH_NOT_POSITIVE;
-  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
-  self->numeric = klu_l_factor(self->view.starts, self->view.indices, self->values, self->symbolic,
-                               &self->klu);
+  factor_anew(self);
   if (!self->numeric)
     return self->klu.status == KLU_SINGULAR
                ? FLESH_NOT_POSITIVE
@@ -148,6 +165,7 @@ static int factor_by_klu(flesh_direct *self)
 int flesh_direct_factor(flesh_direct *self, const flesh_block_matrix *A)
 {
   flesh_scalar_view_fill(&self->view, A, self->values);
+  self->factored = 1;
   if (self->kind == FLESH_LINEAR_KLU) return factor_by_klu(self);
 #ifdef FLESH_HAVE_CHOLMOD
   cholmod_sparse view = cholmod_view(self);
@@ -182,10 +200,51 @@ int flesh_direct_solve(flesh_direct *self, const double *b, double *x)
 size_t flesh_direct_memory(const flesh_direct *self)
 {
   size_t bytes = sizeof *self + self->klu.memusage +
-                 (size_t)self->view.entries * (sizeof(double) + sizeof(int64_t)) +
+                 (size_t)self->view.entries * ((self->first ? 2 : 1) * sizeof(double) + sizeof(int64_t)) +
                  (size_t)self->view.n * sizeof(int64_t);
 #ifdef FLESH_HAVE_CHOLMOD
   bytes += self->cholmod.memory_inuse;
 #endif
   return bytes;
+}
+
+/* What the values loaded are to be factored to. */
+static int factor_loaded(flesh_direct *self, double *last)
+{
+#ifdef FLESH_HAVE_CHOLMOD
+  cholmod_sparse view = cholmod_view(self);
+  if (self->kind == FLESH_LINEAR_CHOLMOD)
+    return cholmod_l_factorize(&view, self->factor, &self->cholmod)
+               ? FLESH_OK
+               : flesh_fail(FLESH_ERR_MEMORY, "CHOLMOD ran out of memory on %lld unknowns", (long long)self->view.n);
+#endif
+  const size_t bytes = (size_t)self->view.entries * sizeof *last;
+  const int again = self->refactored;
+  memcpy(last, self->values, bytes);
+  memcpy(self->values, self->first, bytes);
+  factor_anew(self);
+  memcpy(self->values, last, bytes);
+  if (self->numeric && again) refactor(self);
+  return self->numeric || self->klu.status == KLU_SINGULAR
+             ? FLESH_OK
+             : flesh_fail(FLESH_ERR_MEMORY, "KLU ran out of memory on %lld unknowns", (long long)self->view.n);
+}
+
+int flesh_direct_archive(flesh_direct *self, flesh_archive *archive)
+{
+  const size_t bytes = (size_t)self->view.entries * sizeof *self->values;
+  const int by_klu = self->kind == FLESH_LINEAR_KLU;
+  int has_factor = by_klu ? self->numeric != NULL : self->factored;
+  flesh_archive_int(archive, &has_factor, 0, 1);
+  flesh_archive_int(archive, &self->refactored, 0, 1);
+  if (has_factor) flesh_archive_bytes(archive, self->values, bytes);
+  if (has_factor && by_klu) flesh_archive_bytes(archive, self->first, bytes);
+  if (archive->mode != FLESH_ARCHIVE_LOAD || archive->wrong) return FLESH_OK;
+  self->factored = has_factor;
+  if (self->numeric) klu_l_free_numeric(&self->numeric, &self->klu);
+  if (!has_factor) return FLESH_OK;
+  double *last = flesh_malloc(bytes);
+  int status = last ? factor_loaded(self, last) : flesh_fail(FLESH_ERR_MEMORY, "no memory for a direct solver");
+  flesh_free(last);
+  return status;
 }

@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/linear_solver.h"
 
@@ -26,6 +27,9 @@ int flesh_direct_factor(flesh_direct *direct, const flesh_block_matrix *A);
 /* x = A^-1 b [3*rows]; x and b must not overlap. */
 int flesh_direct_solve(flesh_direct *direct, const double *b, double *x);
 
+/* What factorisations have made. The pivots of a factor are those that the first matrix called for, so that both that
+ * one and the last are kept; loading factors both anew. FLESH_ERR_MEMORY. */
+int flesh_direct_archive(flesh_direct *direct, flesh_archive *archive);
 size_t flesh_direct_memory(const flesh_direct *direct);
 
 #endif

@@ -1,5 +1,5 @@
 /* dissection.h: an order of elimination for sparse matrices whose rows are places in space (nested dissection; George
- * 1973): few rows part the others into two halves that do not meet, and so on within the halves. */
+ * 1973): few rows, a separator, part the others into two halves that share no entry, and so on within the halves. */
 #ifndef FLESH_LINEAR_DISSECTION_H
 #define FLESH_LINEAR_DISSECTION_H
 

@@ -10,7 +10,7 @@
 #define flesh_pcg_space_destroy FLESH_OF_ISA(flesh_pcg_space_destroy)
 #define flesh_pcg_space_memory FLESH_OF_ISA(flesh_pcg_space_memory)
 #define flesh_pcg FLESH_OF_ISA(flesh_pcg)
-#define flesh_pcg_departure FLESH_OF_ISA(flesh_pcg_departure)
+#define flesh_pcg_model_error FLESH_OF_ISA(flesh_pcg_model_error)
 #define flesh_pcg_guided FLESH_OF_ISA(flesh_pcg_guided)
 
 #define flesh_preconditioner_create FLESH_OF_ISA(flesh_preconditioner_create)
@@ -23,6 +23,7 @@
 #define flesh_preconditioner_result FLESH_OF_ISA(flesh_preconditioner_result)
 #define flesh_preconditioner_apply FLESH_OF_ISA(flesh_preconditioner_apply)
 #define flesh_preconditioner_memory FLESH_OF_ISA(flesh_preconditioner_memory)
+#define flesh_preconditioner_archive FLESH_OF_ISA(flesh_preconditioner_archive)
 
 #define flesh_cholesky_create FLESH_OF_ISA(flesh_cholesky_create)
 #define flesh_cholesky_destroy FLESH_OF_ISA(flesh_cholesky_destroy)
@@ -30,6 +31,7 @@
 #define flesh_cholesky_solve FLESH_OF_ISA(flesh_cholesky_solve)
 #define flesh_cholesky_result FLESH_OF_ISA(flesh_cholesky_result)
 #define flesh_cholesky_memory FLESH_OF_ISA(flesh_cholesky_memory)
+#define flesh_cholesky_archive FLESH_OF_ISA(flesh_cholesky_archive)
 
 #define flesh_coarse_create FLESH_OF_ISA(flesh_coarse_create)
 #define flesh_coarse_destroy FLESH_OF_ISA(flesh_coarse_destroy)
@@ -38,10 +40,12 @@
 #define flesh_coarse_solve FLESH_OF_ISA(flesh_coarse_solve)
 #define flesh_coarse_add FLESH_OF_ISA(flesh_coarse_add)
 #define flesh_coarse_memory FLESH_OF_ISA(flesh_coarse_memory)
+#define flesh_coarse_archive FLESH_OF_ISA(flesh_coarse_archive)
 
 #define flesh_coarse_cholesky_create FLESH_OF_ISA(flesh_coarse_cholesky_create)
 #define flesh_coarse_cholesky_clear FLESH_OF_ISA(flesh_coarse_cholesky_clear)
 #define flesh_coarse_cholesky_memory FLESH_OF_ISA(flesh_coarse_cholesky_memory)
+#define flesh_coarse_cholesky_archive FLESH_OF_ISA(flesh_coarse_cholesky_archive)
 #define flesh_coarse_cholesky_zero FLESH_OF_ISA(flesh_coarse_cholesky_zero)
 #define flesh_coarse_cholesky_at FLESH_OF_ISA(flesh_coarse_cholesky_at)
 #define flesh_coarse_cholesky_factor FLESH_OF_ISA(flesh_coarse_cholesky_factor)
@@ -50,6 +54,7 @@
 #define flesh_sparse_cholesky_create FLESH_OF_ISA(flesh_sparse_cholesky_create)
 #define flesh_sparse_cholesky_clear FLESH_OF_ISA(flesh_sparse_cholesky_clear)
 #define flesh_sparse_cholesky_memory FLESH_OF_ISA(flesh_sparse_cholesky_memory)
+#define flesh_sparse_cholesky_archive FLESH_OF_ISA(flesh_sparse_cholesky_archive)
 #define flesh_sparse_cholesky_zero FLESH_OF_ISA(flesh_sparse_cholesky_zero)
 #define flesh_sparse_cholesky_entry FLESH_OF_ISA(flesh_sparse_cholesky_entry)
 #define flesh_sparse_cholesky_factor FLESH_OF_ISA(flesh_sparse_cholesky_factor)
@@ -58,6 +63,7 @@
 #define flesh_volume_projection_create FLESH_OF_ISA(flesh_volume_projection_create)
 #define flesh_volume_projection_destroy FLESH_OF_ISA(flesh_volume_projection_destroy)
 #define flesh_volume_projection_memory FLESH_OF_ISA(flesh_volume_projection_memory)
+#define flesh_volume_projection_archive FLESH_OF_ISA(flesh_volume_projection_archive)
 #define flesh_volume_projection_setup FLESH_OF_ISA(flesh_volume_projection_setup)
 #define flesh_volume_projection_matrix FLESH_OF_ISA(flesh_volume_projection_matrix)
 #define flesh_volume_projection_before FLESH_OF_ISA(flesh_volume_projection_before)

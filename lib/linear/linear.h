@@ -21,6 +21,7 @@ typedef struct flesh_linear {
   int (*preconditioner_restore)(flesh_preconditioner_data *preconditioner, const float *error, double *step);
   double (*preconditioner_turned)(const flesh_preconditioner_data *preconditioner);
   size_t (*preconditioner_memory)(const flesh_preconditioner_data *preconditioner);
+  void (*preconditioner_archive)(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
   int (*pcg_space_create)(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space);
   void (*pcg_space_destroy)(flesh_pcg_space **space);
   size_t (*pcg_space_memory)(const flesh_pcg_space *space);
@@ -30,8 +31,9 @@ typedef struct flesh_linear {
   int (*pcg_guided)(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_preconditioner_data *preconditioner,
                     const flesh_pcg_guide *guide, const double *weights, double tolerance, int max_iterations,
                     const double *b, double *x, flesh_pcg_result *result);
-  double (*pcg_departure)(const flesh_pcg_space *space, const double *r);
-  int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *halves, int single, flesh_product *product);
+  double (*pcg_model_error)(const flesh_pcg_space *space, const double *r);
+  int (*product_create)(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
+                        flesh_product *product);
   void (*product_clear)(flesh_product *product);
   double (*product_multiply)(flesh_product *product, const flesh_block_matrix *A, flesh_threads *threads,
                              void (*make)(void *data, int begin, int end), void *data, double *x, double *y);

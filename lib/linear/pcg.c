@@ -47,10 +47,10 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   self->chunks = (A->rows + CHUNK - 1) / CHUNK;
   self->threads = threads;
   self->unit = 1;
-  flesh_bisection halves = {0};
-  int status = flesh_bisection_create(A, &halves);
-  if (!status) status = flesh_product_create(A, &halves, single, &self->product);
-  flesh_bisection_clear(&halves);
+  flesh_bisection bisection = {0};
+  int status = flesh_bisection_create(A, &bisection);
+  if (!status) status = flesh_product_create(A, &bisection, single, &self->product);
+  flesh_bisection_clear(&bisection);
   /* The product has room of its own behind the padding. */
   void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room};
   enum { VECTORS = sizeof vectors / sizeof vectors[0] };
@@ -252,8 +252,8 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
     pMp = rz + w->beta * w->beta * pMp;
     if (!(curvature > 0) && status == FLESH_NOT_CONVERGED) {
       status = FLESH_NOT_POSITIVE;
-      if (guide->beyond == 0) break;
-      if (guide->beyond < max_iterations - result->iterations) last = result->iterations + guide->beyond;
+      if (guide->after_indefinite == 0) break;
+      if (guide->after_indefinite < max_iterations - result->iterations) last = result->iterations + guide->after_indefinite;
     }
     w->alpha = rz / curvature;
     w->downhill = status == FLESH_NOT_POSITIVE ? rz / fmax(fabs(curvature), pMp) : w->alpha;
@@ -288,13 +288,13 @@ static void compare(void *data, int chunk)
   range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const double *r = c->r + 3 * (size_t)self->product.rows[i];
-    const flesh_double4 departure = self->unit * get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
-    square += departure * departure;
+    const flesh_double4 difference = self->unit * get(self->r, self->single, i) + (flesh_double4){r[0], r[1], r[2], 0};
+    square += difference * difference;
   }
   self->squares[chunk] = (square[0] + square[1]) + square[2];
 }
 
-double flesh_pcg_departure(const flesh_pcg_space *self, const double *r)
+double flesh_pcg_model_error(const flesh_pcg_space *self, const double *r)
 {
   double sum = 0;
   flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, r});

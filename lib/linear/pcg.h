@@ -30,7 +30,7 @@ int flesh_pcg(flesh_pcg_space *space, const flesh_block_matrix *A, flesh_precond
 
 /* || r - (A x - b) ||_2 of the last solve's x: how far r [3*rows] is from what the linear model predicts where x
  * leads. Before the first solve || r ||_2. */
-double flesh_pcg_departure(const flesh_pcg_space *space, const double *r);
+double flesh_pcg_model_error(const flesh_pcg_space *space, const double *r);
 
 /* What a caller may want beyond that; zeros: nothing. */
 typedef struct flesh_pcg_guide {
@@ -38,7 +38,7 @@ typedef struct flesh_pcg_guide {
    * directions p part the quadratic model into parabolas of one variable each, so x then goes
    * downhill along every one: by |rz / p.Ap|, but no farther than the preconditioned gradient would
    * be followed, rz / p.Mp (from that direction on). The status is FLESH_NOT_POSITIVE and x descends. */
-  int beyond;
+  int after_indefinite;
   /* Asked every few iterations: a status that is not FLESH_OK ends the solve with it. NULL: not asked. */
   int (*stop)(void *data);
   void *stop_data;

@@ -61,18 +61,19 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   self->r = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->r);
   self->z = flesh_huge_pages_calloc((4 * rows + 1) * sizeof *self->z);
   int failed = !order || !self->r || !self->z;
-  if (kind != FLESH_PRECONDITIONER_NONE) failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
+  if (kind != FLESH_PRECONDITIONER_NONE)
+    failed |= !(self->inverse = flesh_malloc((9 * rows + 1) * sizeof *self->inverse));
   int status =
       failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows) : FLESH_OK;
   const int coarse = kind == FLESH_PRECONDITIONER_TWO_LEVEL && positions && A->rows > 1;
-  flesh_bisection halves = {0};
-  if (!status) status = flesh_bisection_create(A, &halves);
-  if (!status) memcpy(order, halves.order, rows * sizeof *order);
+  flesh_bisection bisection = {0};
+  if (!status) status = flesh_bisection_create(A, &bisection);
+  if (!status) memcpy(order, bisection.order, rows * sizeof *order);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = flesh_cholesky_create(A, &halves, !coarse, threads, &self->cholesky);
+    status = flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
   if (!status && coarse)
-    status = flesh_coarse_create(A, positions, vertices_for(A->rows), &halves, threads, &self->coarse);
-  flesh_bisection_clear(&halves);
+    status = flesh_coarse_create(A, positions, vertices_for(A->rows), &bisection, threads, &self->coarse);
+  flesh_bisection_clear(&bisection);
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
 }
@@ -80,11 +81,11 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
 int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions)
 {
-  flesh_bisection halves = {0};
-  int status = flesh_bisection_create(A, &halves);
+  flesh_bisection bisection = {0};
+  int status = flesh_bisection_create(A, &bisection);
   self->stiff = rows;
-  if (!status) status = flesh_volume_projection_create(A, rows, positions, &halves, self->threads, &self->projection);
-  flesh_bisection_clear(&halves);
+  if (!status) status = flesh_volume_projection_create(A, rows, positions, &bisection, self->threads, &self->projection);
+  flesh_bisection_clear(&bisection);
   return status;
 }
 
@@ -278,4 +279,18 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
   return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
+}
+
+void flesh_preconditioner_archive(flesh_preconditioner_data *self, flesh_archive *archive)
+{
+  if (self->inverse) flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->rows * sizeof *self->inverse);
+  FLESH_ARCHIVE(archive, self->scale);
+  FLESH_ARCHIVE(archive, self->shift);
+  FLESH_ARCHIVE(archive, self->less);
+  FLESH_ARCHIVE(archive, self->by_diagonal);
+  flesh_archive_int(archive, &self->two_levels, 0, self->coarse != NULL);
+  flesh_archive_int(archive, &self->projects, 0, self->projection != NULL);
+  if (self->cholesky) flesh_cholesky_archive(self->cholesky, archive);
+  if (self->coarse) flesh_coarse_archive(self->coarse, archive);
+  if (self->projection) flesh_volume_projection_archive(self->projection, archive);
 }

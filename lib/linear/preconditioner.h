@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "flesh/linear_solver.h"
@@ -30,7 +31,8 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
- * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions` [3*A->rows] at rest. */
+ * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions` [3*A->rows]
+ * at rest. */
 int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
                                  const flesh_stiff_rows *rows, const double *positions);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
@@ -45,7 +47,7 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *preconditioner,
 /* z = P^-1 r, both [3*rows]; z may be r. */
 void flesh_preconditioner_apply(flesh_preconditioner_data *preconditioner, const double *r,
                                 double *z);
-/* The same on four lanes per node, as the halves of the pattern store them, in single precision and for `scale` times
+/* The same on four lanes per node, in the order of the pattern's bisection, in single precision and for `scale` times
  * the matrix, a power of two that takes its largest entry to about 1: z = (scale A)^-1 r, nearly, of an r of about 1. z
  * is kept inside. Returns r.z. */
 double flesh_preconditioner_solve(flesh_preconditioner_data *preconditioner, const float *r);
@@ -62,5 +64,8 @@ int flesh_preconditioner_restore(flesh_preconditioner_data *preconditioner, cons
 double flesh_preconditioner_turned(const flesh_preconditioner_data *preconditioner);
 
 size_t flesh_preconditioner_memory(const flesh_preconditioner_data *preconditioner);
+
+/* What set-ups have made, and what the next one goes by. The stiff rows are not part of it. */
+void flesh_preconditioner_archive(flesh_preconditioner_data *preconditioner, flesh_archive *archive);
 
 #endif

@@ -1,6 +1,7 @@
-/* product.c: each half's rows by one task, then the rows between, which may add to both.
+/* product.c: the rows of each half by one task, then those of the separator.
  *
- * Both halves add to the nodes between: the first where they are, the second to twins of theirs behind the vectors.
+ * Both halves add to the separator's nodes: the first half in place, the second to copies (twins) of these nodes behind
+ * the vectors, which are added at the end.
  *
  * In single precision rows go side by side, as many as a register has lanes, and their blocks in columns: the first of
  * each, the second, and so on. Rows of about one length lie together, so that few lanes are empty. */
@@ -15,7 +16,7 @@
 #include "base/sort_by_length.h"
 #include "linear/sliced_ell.h"
 
-/* Where the twins of the nodes between begin in x and y: behind the padding. */
+/* Where the twins of the separator's nodes begin in x and y: behind the padding. */
 static int first_twin(const flesh_product *product)
 {
   const int padding = FLESH_PRODUCT_PADDING;
@@ -102,11 +103,12 @@ static int make_slices(flesh_product *product)
   return made ? FLESH_OK : FLESH_ERR_MEMORY;
 }
 
-int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *halves, int single, flesh_product *product)
+int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
+                         flesh_product *product)
 {
   const size_t rows = (size_t)A->rows, blocks = (size_t)A->row_start[A->rows];
   *product = (flesh_product){0};
-  memcpy(product->begin, halves->begin, sizeof product->begin);
+  memcpy(product->begin, bisection->begin, sizeof product->begin);
   product->blocks = (int)blocks;
   product->nodes = first_twin(product) + product->begin[3] - product->begin[2];
   product->rows = flesh_malloc((rows + 1) * sizeof *product->rows);
@@ -118,7 +120,7 @@ int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *hal
     flesh_product_clear(product);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the products of %d nodes", A->rows);
   }
-  memcpy(product->rows, halves->order, rows * sizeof *product->rows);
+  memcpy(product->rows, bisection->order, rows * sizeof *product->rows);
   for (int p = 0; p <= A->rows; p++) product->first[p] = A->row_start[p < A->rows ? product->rows[p] : p];
   for (int part = 0; part < 3; part++) {
     for (int p = 0; p < A->rows; p++)
@@ -384,10 +386,10 @@ static void multiply_half(void *data, int half)
   m->curvature[half] = multiply_rows(m, half);
 }
 
-/* What the second half has added to the twins of the nodes between. */
-static void add_twins(const multiplication *m, int first, int between, int twin)
+/* What the second half has added to the twins of the separator's nodes. */
+static void add_twins(const multiplication *m, int first, int separator, int twin)
 {
-  for (int e = 0; e < 4 * between; e++) {
+  for (int e = 0; e < 4 * separator; e++) {
     if (m->single) ((float *)m->y)[4 * (size_t)first + (size_t)e] += ((float *)m->y)[4 * (size_t)twin + (size_t)e];
     else ((double *)m->y)[4 * (size_t)first + (size_t)e] += ((double *)m->y)[4 * (size_t)twin + (size_t)e];
   }
@@ -396,12 +398,12 @@ static void add_twins(const multiplication *m, int first, int between, int twin)
 static double multiply(multiplication *m, flesh_threads *threads)
 {
   const flesh_product *product = m->product;
-  const int first = product->begin[2], between = product->begin[3] - first, twin = first_twin(product);
+  const int first = product->begin[2], separator = product->begin[3] - first, twin = first_twin(product);
   make_ready(m, 2);
-  memcpy(at(m, m->x, twin), at(m, m->x, first), (size_t)between * size_of(m));
-  memset(at(m, m->y, twin), 0, (size_t)between * size_of(m));
+  memcpy(at(m, m->x, twin), at(m, m->x, first), (size_t)separator * size_of(m));
+  memset(at(m, m->y, twin), 0, (size_t)separator * size_of(m));
   flesh_threads_run(threads, 2, multiply_half, m);
-  add_twins(m, first, between, twin);
+  add_twins(m, first, separator, twin);
   m->curvature[2] = multiply_rows(m, 2);
   return m->curvature[0] + m->curvature[1] + m->curvature[2];
 }

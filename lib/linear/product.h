@@ -1,5 +1,5 @@
 /* product.h: the product y = A x by threads, in double or single precision, on vectors of four lanes per node in the
- * order in which halves store them. */
+ * order of a bisection. */
 #ifndef FLESH_LINEAR_PRODUCT_H
 #define FLESH_LINEAR_PRODUCT_H
 
@@ -13,7 +13,7 @@
 enum { FLESH_PRODUCT_PADDING = 4 };
 
 typedef struct flesh_product {
-  int *rows;    /* [begin[3]] the halves' order: x and y hold node rows[p] at p */
+  int *rows;    /* [begin[3]] the bisection's order: x and y hold node rows[p] at p */
   int *first;   /* [begin[3]+1] block of each of these rows, which follow one another */
   int begin[4];
   int blocks;
@@ -29,9 +29,9 @@ typedef struct flesh_product {
   int longest;     /* row, in blocks */
 } flesh_product;
 
-/* For matrices of A's pattern, whose rows lie as `halves` store them; they may be forgotten. `single`: products in
- * single precision will be asked for. */
-int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *halves, int single,
+/* For matrices of A's pattern, whose rows lie in the order of `bisection`, which may be freed then. `single`: products
+ * in single precision will be asked for. */
+int flesh_product_create(const flesh_block_matrix *A, const flesh_bisection *bisection, int single,
                          flesh_product *product);
 void flesh_product_clear(flesh_product *product);
 size_t flesh_product_memory(const flesh_product *product);

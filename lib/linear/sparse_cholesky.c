@@ -383,3 +383,9 @@ void flesh_sparse_cholesky_solve(flesh_sparse_cholesky *self)
   for (int k = 0; k < self->panels; k++) forward(self, k);
   for (int k = self->panels - 1; k >= 0; k--) backward(self, k);
 }
+
+void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->values, self->start[self->panels] * sizeof *self->values);
+  flesh_archive_bytes(archive, self->inverse, (size_t)self->n * sizeof *self->inverse);
+}

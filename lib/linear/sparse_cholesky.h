@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "linear/dissection.h"
 #include "linear/isa_names.h"
 
@@ -33,6 +34,7 @@ int flesh_sparse_cholesky_create(int n, const int *starts, const int *neighbours
                                  flesh_sparse_cholesky *cholesky);
 void flesh_sparse_cholesky_clear(flesh_sparse_cholesky *cholesky);
 size_t flesh_sparse_cholesky_memory(const flesh_sparse_cholesky *cholesky);
+void flesh_sparse_cholesky_archive(flesh_sparse_cholesky *cholesky, flesh_archive *archive);
 
 /* All entries 0. */
 void flesh_sparse_cholesky_zero(flesh_sparse_cholesky *cholesky);

@@ -41,3 +41,8 @@ size_t flesh_triangle_memory(const flesh_triangle *triangle)
   const size_t pairs = (size_t)triangle->start[triangle->rows];
   return (3 * (size_t)triangle->rows + 1) * sizeof(int) + 2 * pairs * sizeof(int) + 9 * pairs * sizeof(uint32_t);
 }
+
+void flesh_triangle_archive(flesh_triangle *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->words, 9 * (size_t)self->start[self->rows] * sizeof *self->words);
+}

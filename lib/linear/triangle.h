@@ -12,6 +12,7 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/archive.h"
 #include "linear/lanes.h"
 
 #define FLESH_TRIANGLE_FIRST 0xffff0000u
@@ -30,6 +31,8 @@ typedef struct flesh_triangle {
 int flesh_triangle_create(int rows, const int *blocks, const int *order, int split, flesh_triangle *triangle);
 void flesh_triangle_clear(flesh_triangle *triangle);
 size_t flesh_triangle_memory(const flesh_triangle *triangle);
+/* Its blocks; so the functions of this name below: numbers that a set-up has made, not what the pattern says. */
+void flesh_triangle_archive(flesh_triangle *triangle, flesh_archive *archive);
 
 /* Where a row's n-th block is: twice its pair and 1 if it is the second. */
 static inline int flesh_triangle_place(const flesh_triangle *triangle, int row, int n)

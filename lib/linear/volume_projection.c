@@ -33,8 +33,7 @@ struct flesh_volume_projection {
   flesh_sparse_cholesky S;
   flesh_block_matrix soft; /* A_r, with the pattern of A */
   double root;             /* of the scale of all that is single */
-  float *w;                /* [4*nodes] */
-  float *q, *t;            /* [rows] S^-1 P^T r; what z lacks along the rows */
+  float *w, *q, *t;        /* [4*nodes]; [rows] S^-1 P^T r; [rows] what z lacks along the rows */
 };
 
 static int compare_int(const void *a, const void *b)
@@ -186,11 +185,8 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
   int status = self && place_of ? FLESH_OK : FLESH_ERR_MEMORY;
   if (!status && rows->count > 0x7fffffff / (3 * rows->nodes_per_row)) status = FLESH_ERR_MEMORY;
   if (!status) {
-    self->rows = rows;
-    self->threads = threads;
-    self->nodes = A->rows;
-    self->m = rows->nodes_per_row;
-    self->entries = rows->count * rows->nodes_per_row;
+    *self = (flesh_volume_projection){.rows = rows, .threads = threads, .nodes = A->rows, .m = rows->nodes_per_row,
+                                      .entries = rows->count * rows->nodes_per_row};
     status = allocate(self, A);
   }
   if (!status) {
@@ -355,9 +351,8 @@ static void divide_nodes(void *data, int k, int begin, int end)
 
 static void rows_of_w(void *data, int k, int begin, int end)
 {
-  const pass *now = data;
   (void)k;
-  multiply_rows(now->self, now->self->w, begin, end, now->self->t);
+  multiply_rows(((const pass *)data)->self, ((const pass *)data)->self->w, begin, end, ((const pass *)data)->self->t);
 }
 
 static void project_nodes(void *data, int k, int begin, int end)
@@ -443,4 +438,13 @@ double flesh_volume_projection_turned(const flesh_volume_projection *self)
     sum += (double)(moved[0] * change[0] + moved[1] * change[1] + moved[2] * change[2]);
   }
   return sum / self->rows->count;
+}
+
+void flesh_volume_projection_archive(flesh_volume_projection *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->values, 3 * (size_t)self->entries * sizeof *self->values);
+  flesh_archive_bytes(archive, self->by_node, 3 * (size_t)self->entries * sizeof *self->by_node);
+  flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->nodes * sizeof *self->inverse);
+  flesh_sparse_cholesky_archive(&self->S, archive);
+  FLESH_ARCHIVE(archive, self->root);
 }

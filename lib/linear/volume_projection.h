@@ -14,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "linear/bisection.h"
@@ -28,6 +29,7 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
                                    flesh_volume_projection **projection);
 void flesh_volume_projection_destroy(flesh_volume_projection **projection);
 size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);
+void flesh_volume_projection_archive(flesh_volume_projection *projection, flesh_archive *archive);
 
 /* A_r = A - B^T B, the rows' values zero at the fixed dofs [3*A->rows] (NULL: none). It stays until the next call. */
 const flesh_block_matrix *flesh_volume_projection_matrix(flesh_volume_projection *projection,

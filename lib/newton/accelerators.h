@@ -11,8 +11,8 @@ typedef struct flesh_accelerator_services {
   /* The Newton step q [n] from u, where the residual is -b of the given norm: with a matrix assembled there, filtered
    * where it must be, and unscaled. It counts as a Newton iteration. Another matrix is then K. */
   int (*newton_step)(void *data, const double *u, const double *b, double norm, double *q);
-  /* Minimises the stage's potential over the few nodes that carry the residual r at u, all others held: w [n], so that
-   * u + w has less of it as far as a model shows. FLESH_NOT_CONVERGED where they are no small part of the body. */
+  /* Minimises the stage's potential over the few nodes that carry the residual r at u, all others constrained: w [n], so
+   * that u + w has less of it as far as a model shows. FLESH_NOT_CONVERGED where they are no small part of the body. */
   int (*solve_subdomain)(void *data, const double *u, const double *r, double *w);
 } flesh_accelerator_services;
 

@@ -1,7 +1,6 @@
-/* balance.c: the forces that balance each other at an iterate, inertia among them, which say how small a residual is:
- * what the first iterate was off by says nothing of it where an obstacle has just stepped into the barrier, a prescribed
- * motion has jumped, or a short step begins with a jolt (momenta over the step are then far larger than any force it
- * ends with). */
+/* balance.c: the forces that balance each other at an iterate, inertia among them. A residual is small beside these. The
+ * first iterate's residual is no measure where an obstacle has just moved into the barrier, a prescribed motion has
+ * jumped, or a short step begins with a jolt: it is then far larger than any force at the end of the step. */
 #include "newton/balance.h"
 
 #include <math.h>

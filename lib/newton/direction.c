@@ -121,7 +121,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   if (self->direct) return flesh_direct_solve(self->direct, b, p);
   flesh_pcg_result result;
   /* Three directions are enough to get on; more make a Newton iteration more expensive, not fewer. */
-  const flesh_pcg_guide guide = {.beyond = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
+  const flesh_pcg_guide guide = {.after_indefinite = request->follow_curvature && *kind == FLESH_DIRECTION_NEWTON ? 3 : 0,
                                  .stop = request->stop, .stop_data = request->stop_data,
                                  .single = self->single, .same = self->same_matrix};
   int status = self->linear->pcg_guided(self->pcg, self->equations->K, self->preconditioner, &guide, request->weights,
@@ -131,7 +131,7 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
   self->residual = result.residual;
   self->stats->linear += result.iterations;
   if (result.single) self->stats->linear_single += result.iterations;
-  if (status == FLESH_NOT_POSITIVE && guide.beyond) {
+  if (status == FLESH_NOT_POSITIVE && guide.after_indefinite) {
     *kind = FLESH_DIRECTION_NEGATIVE_CURVATURE;
     return FLESH_OK;
   }
@@ -170,6 +170,6 @@ int flesh_direction_precondition(flesh_direction *self, double *z)
 
 double flesh_direction_model_error(const flesh_direction *self, const double *r)
 {
-  return self->pcg ? self->linear->pcg_departure(self->pcg, r)
+  return self->pcg ? self->linear->pcg_model_error(self->pcg, r)
                    : flesh_norm(self->equations->threads, self->equations->n, r);
 }

@@ -75,18 +75,37 @@ size_t flesh_equations_memory(const flesh_equations *self)
          (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
+/* What follows from which dofs are constrained. */
+static void list_constrained(flesh_equations *self)
+{
+  self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
+  self->constrained_count = 0;
+  for (int d = 0; d < self->n; d++)
+    if (self->constrained[d]) self->constrained_dofs[self->constrained_count++] = d;
+  memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
+}
+
 int flesh_equations_find_constrained(flesh_equations *self, double t)
 {
   uint8_t *before = (uint8_t *)self->scratch;
   memcpy(before, self->constrained, (size_t)self->n);
   flesh_system_fixed(self->system, t, self->constrained);
   if (!memcmp(before, self->constrained, (size_t)self->n)) return 0;
-  self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
-  self->constrained_count = 0;
-  for (int d = 0; d < self->n; d++)
-    if (self->constrained[d]) self->constrained_dofs[self->constrained_count++] = d;
-  memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
+  list_constrained(self);
   return 1;
+}
+
+void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
+{
+  const size_t vector = (size_t)self->n * sizeof(double);
+  flesh_archive_bytes(archive, self->constrained, (size_t)self->n);
+  flesh_archive_bytes(archive, self->reached.x, vector);
+  FLESH_ARCHIVE(archive, self->reached.there.known);
+  FLESH_ARCHIVE(archive, self->reached.there.phi);
+  FLESH_ARCHIVE(archive, self->reached.there.magnitude);
+  if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
+  flesh_clearance_archive(&self->clearance, archive);
+  if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
 }
 
 int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
@@ -100,11 +119,11 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
   flesh_system_prescribe(self->system, stage->t, self->u_constrained);
-  self->constrained_way = 0;
+  self->constrained_displacement = 0;
   for (int k = 0; k < count; k++) {
     double *u = &self->u_constrained[dofs[k]];
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
-    self->constrained_way = fmax(self->constrained_way, fabs(*u));
+    self->constrained_displacement = fmax(self->constrained_displacement, fabs(*u));
   }
   flesh_clearance_begin(&self->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
   return changed;
@@ -124,16 +143,16 @@ static void move(int begin, int end, const double *base, double shift, const dou
     for (int d = begin; d < end; d++) y[d] = shift * u[d];
 }
 
-typedef struct departure {
+typedef struct displacement {
   flesh_equations *equations;
   const double *u;
-} departure;
+} displacement;
 
 enum { DOFS = 4096 }; /* of a task */
 
 static void move_part(void *data, int part)
 {
-  const departure *from = data;
+  const displacement *from = data;
   flesh_equations *self = from->equations;
   const flesh_stage *s = &self->stage;
   const int begin = part * DOFS, end = begin + DOFS < self->n ? begin + DOFS : self->n;
@@ -143,16 +162,16 @@ static void move_part(void *data, int part)
 }
 
 /* How far a node at u is from where the stage begins, at most, m. */
-static double way_to(const flesh_equations *self, const double *u)
+static double displacement_to(const flesh_equations *self, const double *u)
 {
   return fmax(flesh_clearance_moved(&self->clearance, self->stage.shift.x, u),
-              2 * fabs(self->stage.shift.x) * self->constrained_way);
+              2 * fabs(self->stage.shift.x) * self->constrained_displacement);
 }
 
 flesh_point flesh_equations_point(flesh_equations *self, const double *u)
 {
   const flesh_stage *s = &self->stage;
-  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(departure){self, u});
+  flesh_threads_run(self->threads, (self->n + DOFS - 1) / DOFS, move_part, &(displacement){self, u});
   for (int k = 0; k < self->constrained_count; k++) {
     const int d = self->constrained_dofs[k];
     const double value = self->u_constrained[d];
@@ -162,7 +181,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   }
   const int looks = self->clearance.free && self->clearance.least_left > 0;
   if (looks) {
-    self->clearance.moved = way_to(self, u);
+    self->clearance.moved = displacement_to(self, u);
     self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
   }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
@@ -188,7 +207,7 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
 int flesh_equations_is_clear(const flesh_equations *self, const double *u)
 {
   if (!flesh_system_limits_step(self->system)) return 1;
-  return self->clearance.free && self->clearance.least_left > 0 && way_to(self, u) < self->clearance.least_left;
+  return self->clearance.free && self->clearance.least_left > 0 && displacement_to(self, u) < self->clearance.least_left;
 }
 
 int flesh_equations_can_reach(flesh_equations *self, const double *u)

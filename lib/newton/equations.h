@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "base/parallel_vector.h"
 #include "flesh/solver.h"
 #include "system/clearance.h"
@@ -24,7 +25,7 @@ typedef struct flesh_equations {
   double constraint_stiffness;                 /* N/m, of the constrained rows */
   double *x, *v, *a;                           /* [n] the point last evaluated */
   flesh_block_matrix *K;
-  /* With the line search, which sees to the way from iterate to iterate, 0; else a u that cannot be reached from the
+  /* With the line search, which keeps steps between iterates feasible, 0; else a u that cannot be reached from the
    * lagged state has no residual. */
   int check_reach;
   int refused;     /* status of the stage's last residual that had no value; 0: none */
@@ -50,7 +51,7 @@ typedef struct flesh_equations {
     double *x; /* [n] */
   } reached;
   flesh_clearance clearance;
-  double constrained_way; /* the largest |u_constrained| */
+  double constrained_displacement; /* the largest |u_constrained| */
   double *zeros; /* [n] the lagged velocities where the stage has none */
 } flesh_equations;
 
@@ -62,6 +63,9 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                          flesh_equations *equations);
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
+
+/* What lasts from stage to stage; `matrix`: K as well. */
+void flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
 
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
  * before. */
@@ -100,7 +104,8 @@ int flesh_equations_is_clear(const flesh_equations *equations, const double *u);
 int flesh_equations_can_reach(flesh_equations *equations, const double *u);
 /* Changes the free dofs of u so that nothing does; FLESH_UNDEFINED where the others are in the way. */
 int flesh_equations_push_out(flesh_equations *equations, double *u);
-/* The share of the step from one u, which has been evaluated in this stage, to another that is feasible. Overwrites `scratch`. */
+/* The feasible fraction of the step from one u, which has been evaluated in this stage, to another. Overwrites
+ * `scratch`. */
 double flesh_equations_max_feasible_step(flesh_equations *equations, const double *from, const double *to);
 
 /* 2-norm of the applied load over the free dofs at u. Overwrites `scratch`. */

@@ -102,13 +102,13 @@ static double curvature(flesh_search *self, const double *u, const double *r, co
   return (dot(self, self->work, p) - dot(self, r, p)) / epsilon;
 }
 
-/* The longest first try: the feasible share of the direction; 1: all. */
+/* The longest first try: the feasible fraction of the direction; 1: all. */
 static double longest_feasible(flesh_search *self, const line *line)
 {
   if (!flesh_system_limits_step(self->equations->system)) return 1;
   flesh_step_to(self->equations, line->u, 1, line->p, self->trial);
-  const double way = flesh_equations_max_feasible_step(self->equations, line->u, self->trial);
-  return way < 1 ? flesh_feasible_step_kept * way : 1;
+  const double fraction = flesh_equations_max_feasible_step(self->equations, line->u, self->trial);
+  return fraction < 1 ? flesh_feasible_step_kept * fraction : 1;
 }
 
 /* Lengthens the accepted step as long as that lowers the potential further; no further than the length `too_long`,

@@ -180,9 +180,8 @@ static double first_forcing(const flesh_matrix_policy *self, double norm, double
   return enough < tolerance && enough > error ? enough : tolerance;
 }
 
-/* A solve with a matrix that serves again goes to this share of what it will not predict: a smaller tolerance gains
- * nothing. */
-static const double DEPARTED = 0.8;
+/* The linear tolerance with a kept matrix is this fraction of its predicted model error: a smaller one gains nothing. */
+static const double KEPT_DEPTH = 0.8;
 
 /* Where Newton's iteration converges fast, the linear tolerance follows it (Eisenstat & Walker 1996, choice 2), so that
  * the last step is not spoiled by it. It is never less than half the target, as less gains nothing, and just that
@@ -193,7 +192,7 @@ double flesh_matrix_policy_tolerance(flesh_matrix_policy *self, double norm, dou
   if (!(before > 0) || norm < before) self->smallest_norm = norm;
   if (self->target == 0) return tolerance;
   if (!(before > 0)) return fmax(least, first_forcing(self, norm, tolerance));
-  if (self->kept) return fmax(least, DEPARTED * self->predicted_error);
+  if (self->kept) return fmax(least, KEPT_DEPTH * self->predicted_error);
   const double expected = 0.9 * rate * rate * norm;
   return expected < 20 * least ? least : fmin(tolerance, expected);
 }

@@ -47,6 +47,8 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
 /* Also after an initialisation that failed. */
 void flesh_newton_clear(flesh_newton *newton);
 size_t flesh_newton_memory(const flesh_newton *newton);
+/* What lasts from stage to stage; not within one. FLESH_ERR_MEMORY. */
+int flesh_newton_archive(flesh_newton *newton, flesh_archive *archive);
 
 /* Sets the stage, works out which dofs are constrained at its time, and forgets what was cached. */
 void flesh_newton_set_stage(flesh_newton *newton, const flesh_stage *stage);

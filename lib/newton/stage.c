@@ -52,7 +52,8 @@ static int solve_to(flesh_newton *newton, const flesh_iteration *iteration, cons
   return status && !newton->stopped ? status : judge(newton, end, u, target, stats);
 }
 
-/* Of the residual where a solve with a frozen state starts: it need not be solved deeper than it is true. */
+/* Of the residual where a solve with a frozen state starts: a smaller target gains nothing, as the frozen state will
+ * change. */
 static const double frozen_depth = 0.03;
 
 /* The residual's norm at u, the potential with it where that is wanted. */

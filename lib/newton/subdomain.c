@@ -20,14 +20,14 @@ enum {
   WORTH = 2        /* and no more than cost about as much as so many of the whole */
 };
 static const double carries = 1e-2;   /* of the largest residual of a node */
-static const double largest_share = 0.25; /* of the nodes */
+static const double largest_fraction = 0.25; /* of the nodes */
 static const double tolerance = 1e-2; /* of the subdomain's residual */
 
 typedef struct subdomain {
   const flesh_subdomain_parent *parent;
   const flesh_equations *whole;
   const flesh_cells *cells; /* the whole's elements */
-  uint8_t *state;     /* [nodes of the whole] OUTSIDE, HELD or FREE */
+  uint8_t *state;     /* [nodes of the whole] OUTSIDE, CONSTRAINED or FREE */
   int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
   int nodes, *global; /* [nodes] number in the whole */
   int tets, *tet;     /* [tets] which of the cells */
@@ -38,7 +38,7 @@ typedef struct subdomain {
   flesh_background *others; /* one of the system's effects */
 } subdomain;
 
-enum { OUTSIDE, HELD, FREE };
+enum { OUTSIDE, CONSTRAINED, FREE };
 
 static int no_memory(const subdomain *self)
 {
@@ -69,10 +69,10 @@ static int choose_nodes(subdomain *self, const double *r)
     for (int e = 0; e < self->cells->count; e++) {
       const int *tet = self->cells->nodes + self->per_cell * (size_t)e;
       for (int a = 0; a < self->per_cell && has_free_node(self, tet); a++)
-        if (self->state[tet[a]] == OUTSIDE) self->state[tet[a]] = HELD;
+        if (self->state[tet[a]] == OUTSIDE) self->state[tet[a]] = CONSTRAINED;
     }
     for (int i = 0; i < nodes && ring < rings; i++)
-      if (self->state[i] == HELD) self->state[i] = FREE;
+      if (self->state[i] == CONSTRAINED) self->state[i] = FREE;
   }
   for (int i = 0; i < nodes; i++) count += self->state[i] == FREE;
   return count;
@@ -223,7 +223,7 @@ static int add_pins(subdomain *self)
       const uint8_t *of_node = constrained + 3 * (size_t)self->global[i];
       const unsigned constrained_axes =
           of_node[0] * FLESH_AXIS_X | of_node[1] * FLESH_AXIS_Y | of_node[2] * FLESH_AXIS_Z;
-      if (axes == (self->state[self->global[i]] == HELD ? FLESH_AXES_ALL : constrained_axes)) nodes[count++] = i;
+      if (axes == (self->state[self->global[i]] == CONSTRAINED ? FLESH_AXES_ALL : constrained_axes)) nodes[count++] = i;
     }
     if (count) status = flesh_system_add_pin(self->system, count, nodes, axes, -INFINITY, INFINITY);
   }
@@ -277,7 +277,7 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   if (!status) status = flesh_system_residual(self->system, &point, of_elements);
   for (int k = 0, i, j; k < others->nodes + others->pairs && !status; k++) {
     flesh_background_ends(others, k, &i, &j);
-    if (self->state[self->global[i]] == HELD) continue;
+    if (self->state[self->global[i]] == CONSTRAINED) continue;
     const int from = find_block(whole->K, self->global[i], self->global[j]), own = find_block(K, i, j);
     for (int c = 0; c < 9; c++)
       others->K[9 * (size_t)k + c] = whole->K->values[9 * (size_t)from + c] - K->values[9 * (size_t)own + c];
@@ -301,16 +301,16 @@ static int set_background(subdomain *self, const double *u, const double *r)
 static int solve(subdomain *self, double *w)
 {
   const flesh_subdomain_parent *parent = self->parent;
-  const double share = (double)self->tets / self->cells->count;
+  const double fraction = (double)self->tets / self->cells->count;
   flesh_solver_options options = *parent->options;
   options.newton_tolerance = tolerance;
-  options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / share));
+  options.max_newton = (int)fmax(1, fmin(ITERATIONS, WORTH / fraction));
   options.accept_unconverged = 1;
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NONLINEAR_ELIMINATION;
   options.threads = 1;
-  /* Held all around, a subdomain has no smooth displacements that would be worth a coarse level. */
+  /* Constrained all around, a subdomain has no smooth displacements that would be worth a coarse level. */
   if (options.preconditioner == FLESH_PRECONDITIONER_AUTO) options.preconditioner = FLESH_PRECONDITIONER_IC;
-  /* All that is held stays where it is. */
+  /* All constrained nodes stay where they are. */
   const flesh_stage stage = {
       .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x};
   flesh_solve_stats stats = {0};
@@ -319,7 +319,7 @@ static int solve(subdomain *self, double *w)
   int status = parent->solver.solve(parent->solver.data, self->system, &options, &stage, parent->stop, parent->stop_data, &stats, du);
   parent->stats->subdomains++;
   parent->stats->subdomain_newton += stats.newton;
-  parent->stats->subdomain_share += stats.newton * share;
+  parent->stats->subdomain_share += stats.newton * fraction;
   if (status >= 0) { /* an iterate that has not converged has come down too */
     for (int i = 0; i < self->nodes; i++) memcpy(w + 3 * (size_t)self->global[i], du + 3 * i, 3 * sizeof *w);
     status = FLESH_OK;
@@ -338,7 +338,7 @@ static int make_and_solve(subdomain *self, const double *u, const double *r, dou
   self->tet = flesh_malloc((size_t)self->cells->count * sizeof *self->tet);
   self->x = flesh_malloc(3 * nodes * sizeof *self->x);
   int status = self->state && self->local && self->global && self->tet && self->x ? FLESH_OK : no_memory(self);
-  if (!status && choose_nodes(self, r) > largest_share * (double)nodes) status = FLESH_NOT_CONVERGED;
+  if (!status && choose_nodes(self, r) > largest_fraction * (double)nodes) status = FLESH_NOT_CONVERGED;
   if (!status) status = make_mesh(self);
   if (!status) status = make_system(self);
   if (!status) status = set_background(self, u, r);

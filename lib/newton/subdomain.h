@@ -1,4 +1,4 @@
-/* subdomain.h: minimises a stage's potential over the few nodes that carry its residual, all others held. */
+/* subdomain.h: minimises a stage's potential over the few nodes that carry its residual, all others constrained. */
 #ifndef FLESH_NEWTON_SUBDOMAIN_H
 #define FLESH_NEWTON_SUBDOMAIN_H
 

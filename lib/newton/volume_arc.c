@@ -76,10 +76,10 @@ static void add_products(const flesh_volume_arc *self, const float *values, doub
   }
 }
 
-/* The rows at u + share q. */
-static void find_rows(flesh_volume_arc *self, const double *u, double share, const double *q)
+/* The rows at u + scale q. */
+static void find_rows(flesh_volume_arc *self, const double *u, double scale, const double *q)
 {
-  flesh_step_to(self->equations, u, share, q, self->at);
+  flesh_step_to(self->equations, u, scale, q, self->at);
   const flesh_point point = flesh_equations_point(self->equations, self->at);
   flesh_system_stiff_values(self->equations->system, &point, &self->equations->stage.shift, &self->trial);
 }
@@ -88,13 +88,13 @@ static void find_rows(flesh_volume_arc *self, const double *u, double share, con
 static double find_error(flesh_volume_arc *self, const double *u, int known, const double *q)
 {
   static const struct {
-    double share, weight;
+    double scale, weight;
   } simpson[3] = {{0, 1. / 6}, {0.5, 4. / 6}, {1, 1. / 6}};
   double square = 0;
   for (int e = 0; e < self->trial.count; e++) self->error[e] = -self->wanted[e];
   if (known) add_products(self, self->direction->rows.values, simpson[0].weight, q, self->error);
   for (int k = known; k < 3; k++) {
-    find_rows(self, u, simpson[k].share, q);
+    find_rows(self, u, simpson[k].scale, q);
     add_products(self, self->trial.values, simpson[k].weight, q, self->error);
   }
   for (int e = 0; e < self->trial.count; e++) square += (double)self->error[e] * (double)self->error[e];
@@ -141,7 +141,7 @@ void flesh_volume_arc_start(flesh_volume_arc *self, double *u)
 {
   flesh_equations *equations = self->equations;
   double before, after, magnitude;
-  if (!self->trial.count || self->direction->rows.left_in || equations->constrained_way > 0) return;
+  if (!self->trial.count || self->direction->rows.left_in || equations->constrained_displacement > 0) return;
   if (flesh_equations_potential(equations, u, &before, &magnitude)) return;
   double *none = self->none;
   memcpy(self->step, u, (size_t)equations->n * sizeof *u);

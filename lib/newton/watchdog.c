@@ -9,7 +9,7 @@
 
 enum { RETURNS = 2, LONGEST_PAUSE = 8 };
 /* A step cut to less is worth it; the first goes so many times as far; the residual there at least so many times as
- * large says that something stiff is strained; what remains of the strain grows by this power of the way. */
+ * large says that something stiff is strained; what remains of the strain grows by this power of the length. */
 static const double worth = 0.3, first = 8, wall = 10, order = 6;
 
 /* One or two Newton steps from `to` [n], until the potential is below `enough`; it is INFINITY where there is none. */

@@ -45,8 +45,8 @@ int flesh_ida_solve_both(flesh_ida_problem *problem, const double *b, int approx
   for (int d = 0; d < n; d++) {
     int fixed = problem->fixed[d];
     double first = b1[d], second = b2[d];
-    dx[d] = fixed ? first / problem->held : w[d] + first / from_x;
-    dv[d] = fixed ? second / problem->held : cj * w[d];
+    dx[d] = fixed ? first / problem->identity : w[d] + first / from_x;
+    dv[d] = fixed ? second / problem->identity : cj * w[d];
   }
   return FLESH_OK;
 }

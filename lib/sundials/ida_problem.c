@@ -41,9 +41,9 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
   if (flesh_system_multiplier_count(system))
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "the body has incompressible tets (poisson 0.5), whose motion is a differential-algebraic system of "
-                      "index 3: IDA, CVODE and ARKODE cannot judge the error of its pressures; take a method of fixed "
-                      "steps, or poisson below 0.5");
+                      "the body has incompressible tets (poisson 0.5), whose motion is a differential-algebraic system "
+                      "of index 3: IDA, CVODE and ARKODE cannot judge the error of its pressures; take a method of "
+                      "fixed steps, or poisson below 0.5");
   const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
   if (flesh_sunindex(unknowns) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
@@ -122,7 +122,7 @@ void flesh_ida_scales(const flesh_ida_problem *problem, double *length, double *
 
 double flesh_ida_event(const flesh_ida_problem *problem) { return problem->event; }
 
-/* IDA steps onto the event; what holds there is what held before it. */
+/* IDA steps onto the event; the constraints there are those before it. */
 static double time_before_event(const flesh_ida_problem *self, double t)
 {
   return t >= self->event ? nextafter(self->event, self->begin) : t;
@@ -195,7 +195,7 @@ int flesh_ida_assemble(flesh_ida_problem *self, double t, double cj, const doubl
   self->content = FLESH_IDA_NOTHING;
   self->cj = self->from_x = cj;
   self->from_v = -1;
-  self->held = 1;
+  self->identity = 1;
   self->stats.assemblies++;
   self->stats.projections += shift.filter;
   int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
@@ -219,7 +219,7 @@ void flesh_ida_separate(flesh_ida_problem *self)
   } else if (self->content != FLESH_IDA_APART) {
     flesh_block_combine(0, self->K, NULL);
     flesh_block_combine(0, self->D, NULL);
-    self->from_x = self->from_v = self->held = 0;
+    self->from_x = self->from_v = self->identity = 0;
   }
   self->content = FLESH_IDA_APART;
 }
@@ -227,7 +227,7 @@ void flesh_ida_separate(flesh_ida_problem *self)
 int flesh_ida_condense(flesh_ida_problem *self)
 {
   if (self->content == FLESH_IDA_CONDENSED) return FLESH_OK;
-  if (self->content != FLESH_IDA_APART || self->from_x == 0 || self->from_v == 0 || self->held == 0)
+  if (self->content != FLESH_IDA_APART || self->from_x == 0 || self->from_v == 0 || self->identity == 0)
     return FLESH_NOT_POSITIVE;
   self->cj = -self->from_x / self->from_v;
   for (size_t k = 0; k < 9 * (size_t)self->K->row_start[self->K->rows]; k++)
@@ -283,8 +283,8 @@ void flesh_ida_multiply(flesh_ida_problem *self, const double *x, double *z)
   flesh_ida_damping_times(self, mixed, free_x);
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
-    z[d] = self->fixed[d] ? self->held * position : self->from_x * position + self->from_v * velocity;
-    z[n + d] = self->fixed[d] ? self->held * velocity : product[d] + free_x[d];
+    z[d] = self->fixed[d] ? self->identity * position : self->from_x * position + self->from_v * velocity;
+    z[n + d] = self->fixed[d] ? self->identity * velocity : product[d] + free_x[d];
   }
 }
 

@@ -36,8 +36,8 @@ struct flesh_ida_problem {
   int couples;           /* C or M couples nodes: what the sparse pattern of 2N has room for */
   flesh_ida_content content;
   double cj; /* of K and D */
-  /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `held` (1) times x and v. */
-  double from_x, from_v, held;
+  /* The other rows of J: from_x x + from_v v (as assembled cj and -1), of constrained dofs `identity` (1) times x, v. */
+  double from_x, from_v, identity;
   const flesh_linear *linear;
   flesh_preconditioner_data *preconditioner;
   flesh_pcg_space *pcg;

@@ -162,6 +162,13 @@ size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
          9 * (size_t)self->problem->newton.equations.n * sizeof(double);
 }
 
+int flesh_nonlinear_archive(flesh_nonlinear *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->problem->staged);
+  FLESH_ARCHIVE(archive, self->problem->zeroed);
+  return flesh_newton_archive(&self->problem->newton, archive);
+}
+
 void flesh_nonlinear_set_target(flesh_nonlinear *self, double target)
 {
   self->problem->newton.given_target = target;

@@ -2,6 +2,7 @@
 #ifndef FLESH_SUNDIALS_KINSOL_H
 #define FLESH_SUNDIALS_KINSOL_H
 
+#include "base/archive.h"
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
 #include "system/position_potential.h"
@@ -42,14 +43,14 @@ int flesh_nonlinear_apply_constraint_jump(flesh_nonlinear *nonlinear, double t, 
 int flesh_nonlinear_defined(flesh_nonlinear *nonlinear, double t, const double *x, const double *v, double *energies,
                             flesh_solve_stats *stats);
 
-/* After a solve that has succeeded: whether all that could bar ways is too far from the lagged state and from the
+/* After a solve that has succeeded: whether all that could limit steps is too far from the lagged state and from the
  * solution. */
 int flesh_nonlinear_is_clear(const flesh_nonlinear *nonlinear);
 
-/* After a solve that has succeeded: the stage's point, which is valid until the next call; what the constraints do to
- * the dofs `held` [*count], N; the strain energy there where the step ends at the stage's point and it is known. */
+/* After a solve that has succeeded: the stage's point, which is valid until the next call; the reactions at the dofs
+ * `constrained` [*count], N; the strain energy there where the step ends at the stage's point and it is known. */
 flesh_point flesh_nonlinear_point(flesh_nonlinear *nonlinear);
-const double *flesh_nonlinear_reactions(const flesh_nonlinear *nonlinear, const int **held, int *count);
+const double *flesh_nonlinear_reactions(const flesh_nonlinear *nonlinear, const int **constrained, int *count);
 const flesh_position_potential *flesh_nonlinear_reached(const flesh_nonlinear *nonlinear);
 
 /* Positions [3*n] last evaluated: the last iterate, or the trial that had no value. */
@@ -66,5 +67,7 @@ void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 /* Those of its solves. */
 flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *nonlinear);
 size_t flesh_nonlinear_memory(const flesh_nonlinear *nonlinear);
+/* What lasts from solve to solve. FLESH_ERR_MEMORY. */
+int flesh_nonlinear_archive(flesh_nonlinear *nonlinear, flesh_archive *archive);
 
 #endif

@@ -79,7 +79,7 @@ static int fill_pair(flesh_ode_problem *self, double t, const double *y, flesh_p
   if (status) return status;
   flesh_block_combine(-1, J->K, NULL);
   flesh_block_combine(damped ? -1 : 0, J->D, NULL);
-  J->from_x = J->held = 0;
+  J->from_x = J->identity = 0;
   J->from_v = 1;
   return FLESH_OK;
 }

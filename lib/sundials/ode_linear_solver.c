@@ -47,7 +47,7 @@ static int condense(solver *self, const flesh_pair_matrix *A)
 {
   flesh_ode_problem *problem = self->problem;
   flesh_ida_problem *motion = problem->motion;
-  if (A->from_x == 0 || A->from_v == 0 || A->held == 0) return FLESH_NOT_POSITIVE;
+  if (A->from_x == 0 || A->from_v == 0 || A->identity == 0) return FLESH_NOT_POSITIVE;
   int status = flesh_ode_make_condensed(problem);
   if (status) return status;
   flesh_block_matrix *condensed = problem->condensed.A;
@@ -112,8 +112,8 @@ static int solve(solver *self, const flesh_pair_matrix *A, const double *b, doub
   if (status) return status;
   for (int d = 0; d < n; d++) {
     const double first = b1[d], second = b2[d];
-    x[d] = fixed[d] ? first / A->held : w[d] + first / p;
-    x[n + d] = fixed[d] ? second / A->held : -p / q * w[d];
+    x[d] = fixed[d] ? first / A->identity : w[d] + first / p;
+    x[n + d] = fixed[d] ? second / A->identity : -p / q * w[d];
   }
   return FLESH_OK;
 }

@@ -18,7 +18,7 @@ static flesh_pair_matrix *open_matrix(SUNMatrix matrix)
   flesh_ida_separate(A->ida);
   A->from_x = A->ida->from_x;
   A->from_v = A->ida->from_v;
-  A->held = A->ida->held;
+  A->identity = A->ida->identity;
   return A;
 }
 
@@ -28,7 +28,7 @@ static int close_matrix(flesh_pair_matrix *A)
   if (!A->view) return FLESH_OK;
   A->ida->from_x = A->from_x;
   A->ida->from_v = A->from_v;
-  A->ida->held = A->held;
+  A->ida->identity = A->identity;
   A->ida->D_is_diagonal = flesh_block_is_diagonal(A->D);
   return FLESH_OK;
 }
@@ -42,7 +42,7 @@ static int matrix_zero(SUNMatrix matrix)
   }
   flesh_block_combine(0, A->K, NULL);
   flesh_block_combine(0, A->D, NULL);
-  A->from_x = A->from_v = A->held = 0;
+  A->from_x = A->from_v = A->identity = 0;
   return FLESH_OK;
 }
 
@@ -64,7 +64,7 @@ static int matrix_scale_add(sunrealtype c, SUNMatrix A, SUNMatrix B)
   flesh_block_combine(c, a->D, b->D);
   a->from_x = c * a->from_x + b->from_x;
   a->from_v = c * a->from_v + b->from_v;
-  a->held = c * a->held + b->held;
+  a->identity = c * a->identity + b->identity;
   return close_matrix(a);
 }
 
@@ -85,7 +85,7 @@ static int matrix_scale_add_identity(sunrealtype c, SUNMatrix matrix)
   flesh_block_fix(A->D, fixed_of(A), 0, NULL);
   A->from_x = c * A->from_x + 1;
   A->from_v *= c;
-  A->held = c * A->held + 1;
+  A->identity = c * A->identity + 1;
   return close_matrix(A);
 }
 
@@ -109,8 +109,8 @@ static int multiply(const flesh_pair_matrix *A, const double *x, double *z)
   }
   for (int d = 0; d < n; d++) {
     const double position = x[d], velocity = v[d];
-    z[d] = fixed[d] ? A->held * position : A->from_x * position + A->from_v * velocity;
-    z[n + d] = fixed[d] ? A->held * velocity : sum[d];
+    z[d] = fixed[d] ? A->identity * position : A->from_x * position + A->from_v * velocity;
+    z[n + d] = fixed[d] ? A->identity * velocity : sum[d];
   }
   return status;
 }

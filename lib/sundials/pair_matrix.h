@@ -2,8 +2,8 @@
  *
  *   from_x x + from_v v          and          K x + D v, divided by the mass where there is one,
  *
- * of a constrained dof `held` times those of the identity. Jacobians of F(t, y, y') and of f(t, y) have this shape,
- * and so have their sums with each other and with the identity. */
+ * of a constrained dof `identity` times those of the identity. Jacobians of F(t, y, y') and of f(t, y) have this
+ * shape, and so have their sums with each other and with the identity. */
 #ifndef FLESH_SUNDIALS_PAIR_MATRIX_H
 #define FLESH_SUNDIALS_PAIR_MATRIX_H
 
@@ -17,7 +17,7 @@ typedef struct flesh_pair_matrix {
   flesh_ode_problem *rhs;   /* its mass divides the rows K x + D v */
   int view;                 /* of what `ida` holds: K and D are its own */
   flesh_block_matrix *K, *D; /* rows and columns of constrained dofs are zero */
-  double from_x, from_v, held;
+  double from_x, from_v, identity;
 } flesh_pair_matrix;
 
 /* A view of the matrix in `ida`, or a matrix for `rhs` with memory of its own. Returns new. */

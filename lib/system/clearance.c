@@ -1,8 +1,8 @@
-/* clearance.c: looks how far the body is from what it may meet, and reckons what is left of that.
+/* clearance.c: measures how far the body is from obstacles, and how much of that distance later motion may have used.
  *
- * A distance d(t, x) of a place to an obstacle changes by no more than both move: |d(t, x) - d(t', x')| <= |x - x'| +
- * how far the obstacle is carried at x' between the times. So an effect that was not felt with d to spare is not felt
- * as long as both have moved less than d, whatever the way. */
+ * The distance d(t, x) of a point to an obstacle changes by no more than both move: |d(t, x) - d(t', x')| <= |x - x'| +
+ * the obstacle's displacement at x' between the times. So an effect that ends at a distance d from the body still does
+ * not act on it as long as both together have moved less than d, on whatever path. */
 #include "system/clearance.h"
 
 #include <math.h>
@@ -22,7 +22,8 @@ int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, f
   int some = 0;
   *self = (flesh_clearance){.system = system, .threads = threads, .n = flesh_system_unknowns(system),
                             .effects = flesh_system_effect_count(system)};
-  for (int k = 0; k < self->effects; k++) some |= flesh_effect_as_barrier(flesh_system_effect(system, k))->clearance != NULL;
+  for (int k = 0; k < self->effects; k++)
+    some |= flesh_effect_as_barrier(flesh_system_effect(system, k))->clearance != NULL;
   if (!some) return FLESH_OK;
   self->x = flesh_malloc(((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
   if (!self->x) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n);
@@ -48,7 +49,7 @@ double flesh_clearance_moved(const flesh_clearance *self, double shift, const do
 }
 
 /* From where it was looked last to x, m. */
-static double way_from_look(const flesh_clearance *self, const double *x)
+static double displacement_since_look(const flesh_clearance *self, const double *x)
 {
   return (1 + slack) * sqrt(3) * flesh_bound_apart(self->threads, self->n, x, self->x);
 }
@@ -95,12 +96,12 @@ static int is_used_up(const flesh_clearance *self, double t, double moved)
 void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, double t_lag, const double *x_lag)
 {
   if (!self->free) return;
-  double moved = self->known ? way_from_look(self, x_lag) : INFINITY;
+  double moved = self->known ? displacement_since_look(self, x_lag) : INFINITY;
   if (!self->known || is_used_up(self, t_lag, moved)) {
     look(self, t_lag, x_lag);
-    moved = way_from_look(self, x_lag); /* 0, or a place is none */
+    moved = displacement_since_look(self, x_lag); /* 0, or a place is none */
   }
-  if (x0 != x_lag) moved = fmax(moved, way_from_look(self, x0));
+  if (x0 != x_lag) moved = fmax(moved, displacement_since_look(self, x0));
   self->least_left = INFINITY;
   self->moved = INFINITY;
   self->moved_most = 0;
@@ -109,4 +110,19 @@ void flesh_clearance_begin(flesh_clearance *self, double t, const double *x0, do
     if (flesh_effect_as_barrier(flesh_system_effect(self->system, k))->max_feasible_step)
       self->least_left = fmin(self->least_left, self->left[k]);
   }
+}
+
+void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
+{
+  if (!self->x) return;
+  FLESH_ARCHIVE(archive, self->known);
+  if (self->known) {
+    FLESH_ARCHIVE(archive, self->t);
+    flesh_archive_bytes(archive, self->x, ((size_t)self->n + 2 * (size_t)self->effects) * sizeof *self->x);
+    FLESH_ARCHIVE(archive, self->low);
+    FLESH_ARCHIVE(archive, self->high);
+  }
+  FLESH_ARCHIVE(archive, self->least_left);
+  FLESH_ARCHIVE(archive, self->moved);
+  FLESH_ARCHIVE(archive, self->moved_most);
 }

@@ -1,22 +1,23 @@
-/* clearance.h: how far a run's body is from what it may meet, kept from step to step: what is farther than the body and
- * it have come since is not asked. Belongs to a run; the effects are const. */
+/* clearance.h: how far a run's body is from obstacles, measured now and then and kept from step to step: an effect is
+ * not evaluated while body and obstacle have moved less than that. Belongs to a run; the effects are const. */
 #ifndef FLESH_SYSTEM_CLEARANCE_H
 #define FLESH_SYSTEM_CLEARANCE_H
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/system.h"
 
-/* With the largest norm of dofs a node's way is sqrt(3) times that at most. */
+/* With the maximum norm of dofs a node's displacement is sqrt(3) times that at most. */
 struct flesh_clearance {
   const flesh_system *system; /* borrowed */
   flesh_threads *threads;     /* borrowed, may be NULL */
   int n, effects;
   int known;
-  /* The last look: when, where, and how much farther than its reach each effect was, m; 0: not, or unknown. */
+  /* The last measurement: when, where, and how much farther than its reach each effect was, m; 0: not, or unknown. */
   double t, *x /* [n] */, low[3], high[3], *free /* [effects] */;
   /* What of that is left where the stage begins, for nodes to come nearer by, m. */
-  double *left, least_left; /* [effects]; the least, of effects that bar ways */
+  double *left, least_left; /* [effects]; the least, of effects that limit steps */
   /* How far a node is from where the stage begins, at most, m: at the point at hand, and at any point of the stage. */
   double moved, moved_most;
 };
@@ -27,6 +28,7 @@ typedef struct flesh_clearance flesh_clearance;
 int flesh_clearance_create(const flesh_system *system, flesh_threads *threads, flesh_clearance *clearance);
 void flesh_clearance_clear(flesh_clearance *clearance);
 size_t flesh_clearance_memory(const flesh_clearance *clearance);
+void flesh_clearance_archive(flesh_clearance *clearance, flesh_archive *archive);
 
 /* A stage at t begins at x0 [n], its lagged state is x_lag [n] at t_lag. Looks again, at the lagged state, where half
  * of an effect's clearance is used up. */

@@ -9,11 +9,11 @@ int flesh_system_fixed(const flesh_system *system, double t, uint8_t *fixed)
   for (int i = 0; i < system->nodes; i++)
     for (int c = 0; c < 3; c++) fixed[3 * i + c] = !used[i];
   for (int k = 0; k < system->constraint_count; k++) {
-    const flesh_constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++)
+    const flesh_constraint *constraint = &system->constraints[k];
+    if (t < constraint->from || t >= constraint->until) continue;
+    for (int j = 0; j < constraint->count; j++)
       for (int c = 0; c < 3; c++)
-        if (held->axes >> c & 1) fixed[3 * held->nodes[j] + c] = 1;
+        if (constraint->axes >> c & 1) fixed[3 * constraint->nodes[j] + c] = 1;
   }
   for (int d = 0; d < 3 * system->nodes; d++) count += fixed[d];
   return count;
@@ -30,14 +30,14 @@ void flesh_system_prescribe(const flesh_system *system, double t, double *x)
 {
   const double *X = flesh_mesh_positions(system->mesh);
   for (int k = 0; k < system->constraint_count; k++) {
-    const flesh_constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++) {
-      int node = held->nodes[j];
+    const flesh_constraint *constraint = &system->constraints[k];
+    if (t < constraint->from || t >= constraint->until) continue;
+    for (int j = 0; j < constraint->count; j++) {
+      int node = constraint->nodes[j];
       double y[3] = {X[3 * node], X[3 * node + 1], X[3 * node + 2]};
-      if (held->motion.count) flesh_motion_apply(&held->motion, t, X + 3 * node, y);
+      if (constraint->motion.count) flesh_motion_apply(&constraint->motion, t, X + 3 * node, y);
       for (int c = 0; c < 3; c++)
-        if (held->axes >> c & 1) x[3 * node + c] = y[c];
+        if (constraint->axes >> c & 1) x[3 * node + c] = y[c];
     }
   }
 }
@@ -46,15 +46,15 @@ void flesh_system_prescribe_velocity(const flesh_system *system, double t, doubl
 {
   const double *X = flesh_mesh_positions(system->mesh);
   for (int k = 0; k < system->constraint_count; k++) {
-    const flesh_constraint *held = &system->constraints[k];
-    if (t < held->from || t >= held->until) continue;
-    for (int j = 0; j < held->count; j++) {
-      int node = held->nodes[j];
+    const flesh_constraint *constraint = &system->constraints[k];
+    if (t < constraint->from || t >= constraint->until) continue;
+    for (int j = 0; j < constraint->count; j++) {
+      int node = constraint->nodes[j];
       double velocity[3] = {0, 0, 0}, acceleration[3] = {0, 0, 0};
-      if (held->motion.count)
-        flesh_motion_rates(&held->motion, t, X + 3 * node, velocity, acceleration);
+      if (constraint->motion.count)
+        flesh_motion_rates(&constraint->motion, t, X + 3 * node, velocity, acceleration);
       for (int c = 0; c < 3; c++) {
-        if (!(held->axes >> c & 1)) continue;
+        if (!(constraint->axes >> c & 1)) continue;
         v[3 * node + c] = velocity[c];
         a[3 * node + c] = acceleration[c];
       }

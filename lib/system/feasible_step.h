@@ -5,8 +5,7 @@
 
 #include "flesh/system.h"
 
-/* Of the straight way of all nodes from x_from [3*n] at t_from to x_to at t_to, the share that can be taken
- * before an effect limits it; 1: all. */
+/* The feasible fraction of the straight step of all nodes from x_from [3*n] at t_from to x_to at t_to; 1: all of it. */
 double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from, double t_to,
                                       const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */

@@ -22,15 +22,15 @@ static int lay_out(flesh_pattern *pattern)
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
   const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
   int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
-  flesh_bisection halves = {0};
-  int status = column ? flesh_bisection_create(&A, &halves) : FLESH_ERR_MEMORY;
+  flesh_bisection bisection = {0};
+  int status = column ? flesh_bisection_create(&A, &bisection) : FLESH_ERR_MEMORY;
   for (size_t p = 0; p < rows && !status; p++) {
-    const int i = halves.order[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
+    const int i = bisection.order[p], from = pattern->row_start[i], length = pattern->row_end[i] - from;
     memcpy(column + count, pattern->column + from, (size_t)length * sizeof *column);
     pattern->row_start[i] = count;
     pattern->row_end[i] = count += length;
   }
-  flesh_bisection_clear(&halves);
+  flesh_bisection_clear(&bisection);
   if (status) {
     flesh_free(column);
     return status;

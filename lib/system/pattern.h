@@ -16,8 +16,8 @@ typedef struct flesh_pattern {
 /* FLESH_ERR_ARGUMENT with what is wrong with an effect's cells in a mesh of so many nodes. */
 int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells);
 
-/* The upper triangle, diagonal first in every row, of all pairs in the cells [count]; rows one after the other as
- * halves store them. */
+/* The upper triangle, diagonal first in every row, of all pairs in the cells [count]; rows one after the other in the
+ * order of the pattern's bisection (lib/linear/bisection.h). */
 int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
                          flesh_pattern *pattern);
 void flesh_pattern_clear(flesh_pattern *pattern);

@@ -297,13 +297,14 @@ int flesh_system_limits_step(const flesh_system *system) { return system->limits
 double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from,
                         double t_to, const double *x_to)
 {
-  double way = 1;
+  double fraction = 1;
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    if (barrier->max_feasible_step) way = fmin(way, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
+    if (barrier->max_feasible_step)
+      fraction = fmin(fraction, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
   }
-  return way;
+  return fraction;
 }
 
 int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from,

@@ -362,7 +362,7 @@ static int advance(flesh_adaptive *self, double toward, flesh_solve_stats *stats
   return self->stop && reached < toward ? self->stop(self->stop_data) : FLESH_OK;
 }
 
-/* Whether energy has come from nowhere by the state, which is that given back. */
+/* Whether there is spurious energy at the state, which is the one returned. */
 static int watch_energy(flesh_adaptive *self, const flesh_state *state)
 {
   int status = flesh_adaptive_energy_judge(&self->energy, state);
@@ -435,6 +435,16 @@ int flesh_adaptive_is_slow(flesh_adaptive *self, const flesh_state *state, doubl
     *slow = h * h / 2 * flesh_ida_curvature(self->problem, self->y, self->yp) <= self->options.switch_threshold;
   add_problem_stats(self, stats);
   return status < 0 ? status : FLESH_OK;
+}
+
+int flesh_adaptive_runs(const flesh_adaptive *self) { return self->running; }
+
+void flesh_adaptive_archive(flesh_adaptive *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->t);
+  FLESH_ARCHIVE(archive, self->h);
+  flesh_archive_bytes(archive, self->returned, 2 * (size_t)self->n * sizeof *self->returned);
+  if (archive->mode == FLESH_ARCHIVE_LOAD) self->running = 0;
 }
 
 void *flesh_adaptive_ida(const flesh_adaptive *self) { return self->ida; }

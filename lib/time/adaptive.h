@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/integrator.h"
 #include "time/energy_watch.h"
 
@@ -37,5 +38,9 @@ void flesh_adaptive_set_costs(flesh_adaptive *adaptive, flesh_costs *costs);
 /* IDA's memory. */
 void *flesh_adaptive_ida(const flesh_adaptive *adaptive);
 size_t flesh_adaptive_memory(const flesh_adaptive *adaptive);
+/* But for IDA's history, which it does not take back: loaded, it starts anew from the state given back last. */
+void flesh_adaptive_archive(flesh_adaptive *adaptive, flesh_archive *archive);
+/* Whether there is such a history. */
+int flesh_adaptive_runs(const flesh_adaptive *adaptive);
 
 #endif

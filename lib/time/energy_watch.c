@@ -10,13 +10,13 @@
  * dV/dt|_x is the work of loads, springs and obstacles that change with time: of an obstacle the force on the body
  * times the obstacle's own motion, friction included, since what friction takes is d.v relative to it. W is the sum of
  * P over the steps; so D = E - W never rises in truth, and methods that damp only lower it. What D rises by above its
- * least value before is energy from nowhere, the excess. It is reported as a share of the energy that the motion has had
+ * least value before is spurious energy, the excess. It is reported as a fraction of the energy that the motion has had
  * rightly: the largest of E - V_least - excess so far, V_least being the lowest V so far. Both do not depend on what V
  * is counted from.
  *
  * W of a step, u being the displacement over it:
  * - Backward Euler has E_1 - E_0 <= (forces at the end).(displacements of what is moved) - |v_1 - v_0|^2_M / 2 where V
- *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its way; and
+ *   is convex, as V_1 - V_0 <= dV/dx_1.u there. So R_1.u, f_1.u and an obstacle's forces at the end along its path; and
  *   V(t_1,x_0) - V(t_0,x_0). Along a turn of what is held V is not convex: R_1 does little along the chord where the
  *   step turns far, and all of a constant torque's work with the prescribed velocity v_1: what h R_1.v_1 is larger by
  *   than R_1.u may be put in, too, and is taken as not known. Where the step turns by more than a right angle (u and
@@ -32,8 +32,8 @@
  * have it.
  *
  * Nothing is reported below a floor: the rounding of V (1e-10 of the sizes of its terms), the work that residuals left
- * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of a
- * motion as slow as its tolerance. */
+ * by the solves can do (their norm times that of u), what is not known of the reactions' work and, of IDA, the energy of
+ * a motion as slow as its tolerance. */
 #include "time/energy_watch.h"
 
 #include <math.h>
@@ -292,4 +292,33 @@ int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, 
   watch->balance.supplied += work / 2;
   if (status) watch->known = 0;
   return status;
+}
+
+void flesh_energy_watch_archive(flesh_energy_watch *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->energies, (size_t)self->effects * sizeof *self->energies);
+  FLESH_ARCHIVE(archive, self->known);
+  FLESH_ARCHIVE(archive, self->t);
+  FLESH_ARCHIVE(archive, self->marks);
+  FLESH_ARCHIVE(archive, self->energy);
+  FLESH_ARCHIVE(archive, self->kinetic);
+  FLESH_ARCHIVE(archive, self->least);
+  FLESH_ARCHIVE(archive, self->lowest);
+  FLESH_ARCHIVE(archive, self->rounding);
+  FLESH_ARCHIVE(archive, self->unbalanced);
+  FLESH_ARCHIVE(archive, self->floor);
+  FLESH_ARCHIVE(archive, self->rate);
+  FLESH_ARCHIVE(archive, self->rate_t);
+  FLESH_ARCHIVE(archive, self->turned);
+  FLESH_ARCHIVE(archive, self->step);
+  flesh_archive_int(archive, &self->lasting.count, 0, FLESH_ENERGY_STEPS);
+  flesh_archive_int(archive, &self->lasting.next, 0, FLESH_ENERGY_STEPS - 1);
+  FLESH_ARCHIVE(archive, self->lasting.least);
+  FLESH_ARCHIVE(archive, self->lasting.parts);
+  FLESH_ARCHIVE(archive, self->lasting.part);
+  FLESH_ARCHIVE(archive, self->lasting.t);
+  FLESH_ARCHIVE(archive, self->reported);
+  FLESH_ARCHIVE(archive, self->balance);
+  FLESH_ARCHIVE(archive, self->warning);
+  self->warning[sizeof self->warning - 1] = 0;
 }

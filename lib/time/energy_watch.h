@@ -2,6 +2,7 @@
 #ifndef FLESH_TIME_ENERGY_WATCH_H
 #define FLESH_TIME_ENERGY_WATCH_H
 
+#include "base/archive.h"
 #include "flesh/integrator.h"
 #include "system/position_potential.h"
 
@@ -44,6 +45,8 @@ typedef struct flesh_energy_watch {
 int flesh_energy_watch_create(const flesh_system *system, flesh_energy_watch *watch);
 void flesh_energy_watch_clear(flesh_energy_watch *watch);
 size_t flesh_energy_watch_memory(const flesh_energy_watch *watch);
+/* But for the limit. */
+void flesh_energy_watch_archive(flesh_energy_watch *watch, flesh_archive *archive);
 
 /* Whether the energies known are those of the state. */
 int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state *state);

@@ -195,3 +195,14 @@ void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, co
   self->t = state->t;
   self->h = h;
 }
+
+void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archive)
+{
+  const size_t vector = (size_t)self->n * sizeof *self->v;
+  flesh_archive_int(archive, &self->known, 0, POINTS);
+  FLESH_ARCHIVE(archive, self->t);
+  FLESH_ARCHIVE(archive, self->h);
+  FLESH_ARCHIVE(archive, self->products);
+  for (int k = 0; k < self->known; k++) flesh_archive_bytes(archive, self->u[k], vector);
+  if (self->known) flesh_archive_bytes(archive, self->v, vector);
+}

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/integrator.h"
 #include "flesh/threads.h"
 
@@ -22,6 +23,8 @@ typedef struct flesh_extrapolation {
 /* `threads` (may be NULL) is borrowed. */
 int flesh_extrapolation_create(int n, flesh_threads *threads, flesh_extrapolation *self);
 void flesh_extrapolation_clear(flesh_extrapolation *self);
+
+void flesh_extrapolation_archive(flesh_extrapolation *self, flesh_archive *archive);
 
 /* Nothing is known. */
 void flesh_extrapolation_forget(flesh_extrapolation *self);

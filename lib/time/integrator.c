@@ -1,4 +1,4 @@
-/* integrator.c: the life of an integrator, and which way it takes a step. */
+/* integrator.c: creates, configures and destroys an integrator, and chooses how it takes a step. */
 #include "time/integrator.h"
 
 #include <math.h>
@@ -34,7 +34,7 @@ static int create_memory(flesh_integrator *self)
   int failed = !first;
   int status = flesh_rigid_parts_create(self->system, &self->parts);
   if (status) return status;
-  if (self->parts.count > 1) failed |= !(self->held = calloc((size_t)self->n + 1, 1));
+  if (self->parts.count > 1) failed |= !(self->constrained = calloc((size_t)self->n + 1, 1));
   self->costs.effects =
       calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->costs.effects);
   self->energies = calloc((size_t)flesh_system_effect_count(self->system) + 1, sizeof *self->energies);
@@ -96,7 +96,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_extrapolation_clear(&(*integrator)->extrapolation);
   flesh_energy_watch_clear(&(*integrator)->watch);
   flesh_multipliers_clear(&(*integrator)->multipliers);
-  free((*integrator)->held);
+  free((*integrator)->constrained);
   free(*integrator);
   *integrator = NULL;
 }
@@ -135,7 +135,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
   int vectors = 5 + integrator->row->vectors + (integrator->returned.x ? 2 : 0) +
                 (integrator->extrapolation.n ? FLESH_EXTRAPOLATION_POINTS + 1 : 0);
   return sizeof *integrator + (size_t)vectors * (size_t)integrator->n * sizeof(double) +
-         (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->held ? 1 : 0)) +
+         (size_t)integrator->n * ((2 * sizeof(int) + sizeof(double)) / 3 + (integrator->constrained ? 1 : 0)) +
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) + flesh_energy_watch_memory(&integrator->watch) +
          flesh_recovery_memory(&integrator->recovery) + flesh_multipliers_memory(&integrator->multipliers) +

@@ -31,7 +31,7 @@ struct flesh_integrator {
   double *guess, *rigid; /* [n] displacements over a step */
   flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;
-  uint8_t *held; /* [n] constrained dofs, where there are several parts */
+  uint8_t *constrained; /* [n] constrained dofs, where there are several parts */
   flesh_costs costs;
   flesh_adaptive *adaptive; /* of the adaptive methods */
   int slow;                 /* the motion has been found slow: IDA steps */

@@ -142,3 +142,13 @@ int flesh_multipliers_accept(flesh_multipliers *self, flesh_nonlinear *nonlinear
   memcpy(state->multipliers, self->given, bytes);
   return status;
 }
+
+void flesh_multipliers_archive(flesh_multipliers *self, flesh_archive *archive)
+{
+  const size_t bytes = (size_t)self->count * sizeof *self->own;
+  if (!self->count) return;
+  flesh_archive_bytes(archive, self->own, bytes);
+  flesh_archive_bytes(archive, self->given, bytes);
+  flesh_archive_bytes(archive, self->lag, bytes);
+  FLESH_ARCHIVE(archive, self->left);
+}

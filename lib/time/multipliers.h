@@ -3,6 +3,7 @@
 #ifndef FLESH_TIME_MULTIPLIERS_H
 #define FLESH_TIME_MULTIPLIERS_H
 
+#include "base/archive.h"
 #include "flesh/state.h"
 #include "sundials/kinsol.h"
 
@@ -25,6 +26,7 @@ int flesh_multipliers_create(const flesh_system *system, const flesh_solver_opti
                              flesh_multipliers *multipliers);
 void flesh_multipliers_clear(flesh_multipliers *multipliers);
 size_t flesh_multipliers_memory(const flesh_multipliers *multipliers);
+void flesh_multipliers_archive(flesh_multipliers *multipliers, flesh_archive *archive);
 
 /* *view = *state, with multipliers of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
 int flesh_multipliers_view(const flesh_multipliers *multipliers, const flesh_state *state, flesh_state *view);

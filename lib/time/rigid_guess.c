@@ -150,12 +150,12 @@ int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, cons
   int guessed = 0;
   for (int p = 0; p < parts->count; p++) {
     const int *nodes = parts->nodes + parts->first[p], count = parts->first[p + 1] - parts->first[p];
-    int held = 0;
-    for (int k = 0; fixed && k < count && !held; k++)
-      held = fixed[3 * nodes[k]] || fixed[3 * nodes[k] + 1] || fixed[3 * nodes[k] + 2];
-    for (int k = 0; held && k < count; k++)
+    int constrained = 0;
+    for (int k = 0; fixed && k < count && !constrained; k++)
+      constrained = fixed[3 * nodes[k]] || fixed[3 * nodes[k] + 1] || fixed[3 * nodes[k] + 2];
+    for (int k = 0; constrained && k < count; k++)
       for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = 0;
-    if (held) continue;
+    if (constrained) continue;
     guess_part(count, nodes, parts->mass, state, h, nearest, u);
     guessed++;
   }

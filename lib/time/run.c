@@ -116,17 +116,18 @@ static int explain(watch *w, const flesh_state *state, double target, int status
   return status;
 }
 
-static int run_steps(watch *w, flesh_integrator *integrator, flesh_state *state, int *steps)
+/* From the begin, or after *steps since then. */
+static int run_steps(watch *w, flesh_integrator *integrator, double start, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
   int single =
       flesh_integrator_method(integrator) == FLESH_METHOD_STATIC && !flesh_system_moves(w->system);
-  double start = state->t, end = options->end;
-  int done = !single && start >= end;
+  double end = options->end;
+  int done = single ? *steps > 0 : state->t >= end, status = FLESH_OK;
   flesh_solve_stats stats = {0};
-  int status = call_observers(w, integrator, 0, done, 0, state, &stats);
+  if (!*steps) status = call_observers(w, integrator, 0, done, 0, state, &stats);
   if (!status) status = ask(options);
-  for (int step = 1; !status && !done; step++) {
+  for (int step = *steps + 1; !status && !done; step++) {
     /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
      * within a millionth of h of the end ends there. */
     double target = single ? end : start + step * options->h, h = options->h;
@@ -157,27 +158,45 @@ int flesh_run(const flesh_system *system, flesh_integrator *integrator,
               const flesh_run_options *options, flesh_state *state, int *steps)
 {
   FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
-  int taken = 0;
-  if (!steps) steps = &taken;
-  *steps = 0;
+  return flesh_run_resume(system, integrator, options, 0, state->t, state, steps);
+}
+
+/* FLESH_ERR_ARGUMENT where such steps cannot be taken. */
+static int check_steps(const flesh_run_options *options, int step, double begin, const flesh_state *state)
+{
   if (!(options->h > 0) || !isfinite(options->h))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive", options->h);
   if (!isfinite(options->end) || options->end < state->t)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "the end is %g s; it must not lie before the start at %g s",
                       options->end, state->t);
-  if ((options->end - state->t) / options->h >= INT_MAX)
+  if ((options->end - begin) / options->h >= INT_MAX)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "%g s in steps of %g s are %.3g steps; at most %d can be taken",
-                      options->end - state->t, options->h, (options->end - state->t) / options->h,
+                      options->end - begin, options->h, (options->end - begin) / options->h,
                       INT_MAX - 1);
+  if (step < 0 || !(begin <= state->t) || (step == 0 && begin != state->t))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "step %d since %g s cannot have led to %g s", step, begin, state->t);
+  return FLESH_OK;
+}
+
+int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
+                     int step, double begin, flesh_state *state, int *steps)
+{
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  int taken = 0;
+  if (!steps) steps = &taken;
+  *steps = 0;
+  int status = check_steps(options, step, begin, state);
+  if (status) return status;
+  *steps = step;
   watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options,
              .costs = flesh_integrator_costs(integrator)};
-  int status = options->observer_count ? watch_open(&w) : FLESH_OK;
+  if (options->observer_count) status = watch_open(&w);
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check(system, state->t, state->x);
-  if (!status) status = run_steps(&w, integrator, state, steps);
+  if (!status) status = run_steps(&w, integrator, begin, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);
   return status;

@@ -26,9 +26,9 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   return status < 0 ? status : FLESH_OK;
 }
 
-/* The work of the reactions [count] of the dofs `held` with the velocities v prescribed at the step's end, those of the
- * cubic through four positions over the step (as prescribed.h has them). *cosine: of the angle between u and v. */
-static double work_at_end(const flesh_step_energy *step, const flesh_state *state, const int *held, int count,
+/* The work of the reactions [count] of the constrained `dofs` with the velocities v prescribed at the step's end, those
+ * of the cubic through four positions over the step (prescribed.h). *cosine: of the angle between u and v. */
+static double work_at_end(const flesh_step_energy *step, const flesh_state *state, const int *dofs, int count,
                           const double *reactions, const double *u, double *cosine)
 {
   const flesh_system *system = step->watch->system;
@@ -39,7 +39,7 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
     flesh_system_prescribe(system, step->from + (k + 1) * h / 3, x[k]);
   }
   for (int k = 0; k < count; k++) {
-    const int d = held[k];
+    const int d = dofs[k];
     const double first = x[0][d] - state->x[d], second = x[1][d] - state->x[d];
     const double v = (11 * u[d] - 18 * second + 9 * first) / 2;
     work += reactions[k] * v;
@@ -50,26 +50,26 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
 }
 
 /* The forces of the stage along the displacements (of first order) or with its velocities, the reactions as
- * energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance begins anew. */
+ * energy_watch.c says, and what changes with time at the step's start. Where that has no value the balance restarts. */
 int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *state)
 {
   flesh_energy_watch *watch = step->watch;
   const flesh_stage *stage = step->stage;
   const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
-  const int *held;
+  const int *constrained;
   double work = 0, part = 0;
   int count, status = FLESH_OK;
-  const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &held, &count);
+  const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
   int moves = 0;
   for (int k = 0; k < count; k++) {
-    const int d = held[k];
+    const int d = constrained[k];
     moves |= u[d] != 0;
     work += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
   }
   watch->turned = 0;
   if (moves && !step->second) {
     double cosine;
-    watch->unbalanced += fmax(work_at_end(step, state, held, count, reactions, u, &cosine) - work, 0);
+    watch->unbalanced += fmax(work_at_end(step, state, constrained, count, reactions, u, &cosine) - work, 0);
     watch->turned = fabs(cosine) < M_SQRT1_2;
   }
   if (watch->kinds & FLESH_WORK_OF_FORCES) {

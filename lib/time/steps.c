@@ -90,9 +90,9 @@ static void make_guesses(flesh_integrator *self, const flesh_method_row *row, co
     flesh_nonlinear_go_on(self->nonlinear);
     guesses[count++] = self->guess;
   }
-  if (holds && self->held) flesh_system_fixed(self->system, stage->t, self->held);
-  if (!(holds && !self->held) &&
-      flesh_rigid_guess(&self->parts, holds ? self->held : NULL, state, h, nearest, self->rigid))
+  if (holds && self->constrained) flesh_system_fixed(self->system, stage->t, self->constrained);
+  if (!(holds && !self->constrained) &&
+      flesh_rigid_guess(&self->parts, holds ? self->constrained : NULL, state, h, nearest, self->rigid))
     guesses[count++] = self->rigid;
   guesses[count] = NULL;
 }

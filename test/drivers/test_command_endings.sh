@@ -1,4 +1,4 @@
-# test_command_endings.sh: what `flesh run` says of how a run ends: energy from nowhere, a budget within a step, rest in
+# test_command_endings.sh: what `flesh run` says of how a run ends: spurious energy, a budget within a step, rest in
 # a stressed state, motion without force. FLESH names the program.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"

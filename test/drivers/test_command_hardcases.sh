@@ -1,24 +1,7 @@
-# test_command_hardcases.sh: `flesh hardcases`: what the default solver guarantees, how other settings fail, its files.
+# test_command_hardcases.sh: `flesh hardcases`: what the default solver guarantees, its files and refusals.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-
-# The column NAME of the rows of FOLDER/hardcases.csv whose case, energy, poisson and solver are given.
-value() {
-  awk -F , -v name="$1" -v row="$2" -v energy="$3" -v poisson="$4" -v solver="${5:-default}" '
-    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
-    $column["case"] == row && $column["energy"] == energy && $column["poisson"] == poisson &&
-    $column["solver"] == solver { print $column[name] }' out/hardcases.csv
-}
-
-# all_are COLUMN VALUE: every row says so.
-all_are() {
-  awk -F , -v name="$1" -v wanted="$2" '
-    NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
-    $column[name] != wanted { print $0; bad = 1 }
-    END { exit bad || NR < 2 }' out/hardcases.csv
-}
-
-battery() { expect 0 "$flesh" hardcases --quick --out out --max-seconds 60 "$@"; }
+. "$(dirname -- "$0")/../shared/hardcases.sh"
 
 hard_starts_recover() {
   battery --energies S,E --poisson 0.3,0.49 \
@@ -60,30 +43,6 @@ a_run_repeats_alone() {
   done
   expect 0 "$flesh" run "$folder/release.yaml" --out again --no-frames --quiet &&
     cmp again/state.txt "$folder/release/state.txt"
-}
-
-# The stock ways break what the default survives, or take far longer, and it shows.
-other_solvers_are_found_out() {
-  battery --energies S --poisson 0.49 --cases stretch10,plane,twist2 --solvers all --max-seconds 600 || return 1
-  [ "$(value outcome plane S 0.49)" = recovered ] && [ "$(value outcome stretch10 S 0.49)" = recovered ] || return 1
-  [ "$(value outcome stretch10 S 0.49 plain)" != recovered ] &&
-    [ "$(value outcome stretch10 S 0.49 never-projected)" != recovered ] &&
-    [ "$(value newton twist2 S 0.49 kinsol-line-search)" -gt "$((2 * $(value newton twist2 S 0.49)))" ] &&
-    [ "$(lines out/hardcases.csv)" -eq 28 ] || { cat out/hardcases.csv; return 1; }
-}
-
-# Ten-node tets of the same meshes: their nodes on edges start elsewhere too, and what is run alone is the same.
-bodies_of_ten_node_tets_recover() {
-  battery --energies S --poisson 0.49 --cases jitter50,stretch5,invert_one --elements tet4,tet10,tet10-mean &&
-    all_are outcome recovered && all_are inverted_end 0 && all_are tets 324 || return 1
-  [ "$(value element stretch5 S 0.49)" = "$(printf 'tet4\ntet10\ntet10-mean')" ] &&
-    [ "$(value linear stretch5 S 0.49 | sort -u | wc -l)" -eq 3 ] || return 1 # three problems, not one thrice
-  [ "$(value max_inverted invert_one S 0.49)" = "$(printf '1\n1\n1')" ] || return 1
-  folder=out/cases/jitter50_seed1_S_0.49_tet10-mean_default
-  has "$folder/scene.yaml" 'element: tet10-mean' && has out/verdict.txt 'S 0.49 tet10-mean default *3 of 3' &&
-    [ "$(grep -c '' "$folder/start.txt")" -gt "$(grep -c '' out/cases/jitter50_seed1_S_0.49_default/start.txt)" ] &&
-    expect 0 "$flesh" run "$folder/scene.yaml" --out again --no-frames --quiet &&
-    cmp again/state.txt "$folder/out/state.txt"
 }
 
 # A body that has had no time to come back is not called recovered, and what its end is, is found out.
@@ -166,71 +125,6 @@ an_interrupted_battery_keeps_what_was_done() {
   has interrupted/hardcases.csv '^point_free.*,equilibrium,' && has interrupted/hardcases.csv '^static_shear.*,not run,'
 }
 
-# The profiles of Newton iterations at 1 and 2 times the least, computed anew from the table's rows.
-profiles_from_rows() {
-  awk -F , -v element="$1" 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
-    $column["element"] == element {
-      problem = $column["case"] " " $column["poisson"] " " $column["mesh"] " " $column["seed"]
-      filter = $column["solver"]; problems[problem] = 1; filters[filter] = 1
-      cost[problem, filter] = $column["outcome"] == "recovered" ? $column["newton"] : 1e300
-      if (!(problem in least) || cost[problem, filter] < least[problem]) least[problem] = cost[problem, filter] }
-    END { for (p in problems) total++
-      for (f in filters) for (tau = 1; tau <= 2; tau++) { count = 0
-        for (p in problems) count += cost[p, f] < 1e300 && cost[p, f] <= tau * least[p]
-        printf "%s,newton,%s,%d,%.6f\n", element, f, tau, count / total } }' out/hardcases.csv | sort
-}
-
-compare_filters() {
-  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4,tet10-mean --poisson 0.49 --seeds 2 "$@"
-}
-
-filters_are_compared() {
-  compare_filters || return 1
-  [ "$(lines out/hardcases.csv)" -eq 129 ] && all_are mesh 4x2x2 && all_are unconverged 0 || return 1
-  has out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml 'eigenvalue_filter: clamp, project: always' ||
-    { cat out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml; return 1; }
-  for element in tet4 tet10-mean; do
-    profiles_from_rows "$element" >expected.txt
-    [ "$(lines expected.txt)" -eq 16 ] || return 1
-    awk -F , -v element="$element" '$1 == element && $2 == "newton" && ($4 == 1 || $4 == 2) {
-      printf "%s,newton,%s,%d,%.6f\n", $1, $3, $4, $5 }' out/profiles.csv | sort >written.txt
-    cmp expected.txt written.txt || { cat written.txt; return 1; }
-    has out/verdict.txt "^$element: 8 of 8 problems run with all filters" &&
-      has out/verdict.txt '^  solved of  *nu 0.49: 8$' || return 1
-  done
-  # In statics auto is absolute.
-  awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
-    { k = $column["case"] $column["seed"] $column["poisson"] $column["element"]; f = $column["solver"]
-      if (f == "default") newton[k] = $column["linear"]
-      if (f == "absolute" && newton[k] != $column["linear"]) bad = 1 } END { exit bad }' out/hardcases.csv || return 1
-  command -v gnuplot >/dev/null || return 0
-  [ "$(wc -c <out/profiles.png)" -gt 5000 ]
-}
-
-# What was run stands; what was not, or with another budget, is run.
-a_comparison_goes_on_where_it_was() {
-  compare_filters --solvers clamped,absolute || return 1
-  cp out/hardcases.csv before.csv
-  rm out/cases/4x2x2_noise_seed2_S_0.49_absolute/kept.txt
-  compare_filters --solvers clamped,absolute || return 1
-  cut -d , -f 1-37 before.csv >before.txt # without times
-  cut -d , -f 1-37 out/hardcases.csv | cmp - before.txt || return 1
-  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -le 1 ] || { diff before.csv out/hardcases.csv; return 1; }
-  printf 'half a l' >out/cases/4x2x2_twist_seed1_S_0.49_clamped/kept.txt
-  compare_filters --solvers clamped,absolute && cut -d , -f 1-37 out/hardcases.csv | cmp - before.txt || return 1
-  compare_filters --solvers clamped,absolute --max-seconds 14 || return 1
-  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -gt 20 ] # all times anew
-}
-
-# A file's mesh takes the place of the cases' own: its flat face is held, its length is the block's.
-meshes_can_be_given() {
-  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4 --solvers default --cases squash \
-    --meshes "2x2x2,$source_folder/../data/meshes/limb.msh" || return 1
-  [ "$(lines out/hardcases.csv)" -eq 3 ] && all_are outcome recovered &&
-    [ "$(awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next } $column["mesh"] == "limb" {
-      print $column["tets"] }' out/hardcases.csv | sort -u)" = 2968 ] && has out/verdict.txt 'No verdict: 2 problems'
-}
-
 the_list_names_every_case() {
   expect 0 "$flesh" hardcases --list && [ "$(lines stdout.txt)" -ge 60 ] && has stdout.txt '^starts *scramble '
 }
@@ -259,10 +153,9 @@ the_old_name_tells_the_new() {
     [ ! -s stdout.txt ]
 }
 
-run_tests hard_starts_recover bodies_of_ten_node_tets_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
-  undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone other_solvers_are_found_out \
-  rises_are_seen an_early_end_is_no_recovery a_death_is_a_row \
-  a_setting_of_ones_own_is_kept_in_the_scene the_table_has_the_promised_columns pictures_are_drawn \
-  without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row an_interrupted_battery_keeps_what_was_done the_list_names_every_case \
-  filters_are_compared a_comparison_goes_on_where_it_was meshes_can_be_given \
-  bad_options_are_refused the_old_name_tells_the_new
+run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_as_the_equilibria_they_are \
+  undefined_forms_stop_with_a_statement d_returns_to_its_own_rest a_run_repeats_alone rises_are_seen \
+  an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
+  the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
+  an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused \
+  the_old_name_tells_the_new

@@ -122,11 +122,11 @@ static void ways_end_at_the_surface(void)
         for (int c = 0; c < 3; c++) point[c] = y[c] + s / 2000. * (y[3 + c] - y[c]);
         if (flesh_obstacle_depth(obstacles[o], point) > 0) met = s / 2000.;
       }
-      double way = flesh_obstacle_way(obstacles[o], y, y + 3);
+      double fraction = flesh_obstacle_max_feasible_step(obstacles[o], y, y + 3);
       hits += met < 1;
-      if (met < 1) CHECK(way <= met && way >= met - 1. / 2000 - 1e-12);
-      else if (way < 1) { /* a graze between two points of the walk */
-        for (int c = 0; c < 3; c++) point[c] = y[c] + (way + 1e-9) * (y[3 + c] - y[c]);
+      if (met < 1) CHECK(fraction <= met && fraction >= met - 1. / 2000 - 1e-12);
+      else if (fraction < 1) { /* a graze between two points of the walk */
+        for (int c = 0; c < 3; c++) point[c] = y[c] + (fraction + 1e-9) * (y[3 + c] - y[c]);
         CHECK_BELOW(flesh_obstacle_depth(obstacles[o], point), 2e-3);
       }
     }
@@ -135,7 +135,7 @@ static void ways_end_at_the_surface(void)
   }
 }
 
-/* No way leads through a closed surface, least of all through its edges and vertices. */
+/* No step leads through a closed surface, least of all through its edges and vertices. */
 static void meshes_have_no_cracks(void)
 {
   flesh_mesh *ball = test_box(3, 3, 3, 2, 2, 2);
@@ -153,11 +153,11 @@ static void meshes_have_no_cracks(void)
           through[c] = a[c] + part / 8. * (b[c] - a[c]);
           outside[c] = inside[c] + 3 * (through[c] - inside[c]);
         }
-        double way = flesh_obstacle_way(mesh, inside, outside);
-        CHECK_NEAR(way, 1. / 3, 1e-9);
-        CHECK_NEAR(flesh_obstacle_way(mesh, outside, inside), 2. / 3, 1e-9);
+        double fraction = flesh_obstacle_max_feasible_step(mesh, inside, outside);
+        CHECK_NEAR(fraction, 1. / 3, 1e-9);
+        CHECK_NEAR(flesh_obstacle_max_feasible_step(mesh, outside, inside), 2. / 3, 1e-9);
         for (int c = 0; c < 3; c++) outside[c] = inside[c] + 0.999 * (through[c] - inside[c]);
-        CHECK(flesh_obstacle_way(mesh, inside, outside) == 1);
+        CHECK(flesh_obstacle_max_feasible_step(mesh, inside, outside) == 1);
       }
     }
   flesh_obstacle_destroy(&mesh);

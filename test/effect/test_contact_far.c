@@ -68,7 +68,7 @@ static void what_is_far_is_not_felt(void)
         flesh_obstacle_barrier(o, y[0], 4 * (w + size), &wide);
         clearance = fmin(clearance, wide.distance);
         wrong += said && barrier.distance < INFINITY;
-        wrong += no_way && flesh_obstacle_way(o, y[0], y[1]) < 1;
+        wrong += no_way && flesh_obstacle_max_feasible_step(o, y[0], y[1]) < 1;
       }
       far += said;
       ways += no_way;
@@ -105,9 +105,9 @@ static void long_capsules_stop_faces(void)
       CHECK_OK(flesh_effect_contact(&b.body, &options, &o, &effect));
       double *x = malloc((size_t)b.n * sizeof *x);
       for (int d = 0; d < b.n; d++) x[d] = b.state.x[d] + (d % 3 == 2);
-      const double way = effect->operations->barrier->max_feasible_step(effect, 0, b.state.x, 0, x);
-      if (place == 3) printf("# %g radii: way %.4g\n", lengths[l] / radius, way);
-      CHECK(way < 0.5 && way > 0.45);
+      const double fraction = effect->operations->barrier->max_feasible_step(effect, 0, b.state.x, 0, x);
+      if (place == 3) printf("# %g radii: fraction %.4g\n", lengths[l] / radius, fraction);
+      CHECK(fraction < 0.5 && fraction > 0.45);
       CHECK(effect->operations->barrier->tunnelled(effect, 0, b.state.x, 0, x));
       free(x);
       flesh_effect_destroy(&effect);

@@ -308,7 +308,7 @@ static const flesh_effect_operations weight_operations = {.name = "weight", .rol
                                                           .potential = weight_potential, .destroy = mass_destroy};
 
 /* A body of 2000 kg that falls for 0.1 s: its weight is the load that tolerances are measured against, and its work
- * is the kinetic energy; by IDA, too, no energy comes from nowhere. */
+ * is the kinetic energy; by IDA, too, there is no spurious energy. */
 static void five_members_are_a_load(void)
 {
   const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_ADAPTIVE};

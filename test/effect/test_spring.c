@@ -1,4 +1,4 @@
-/* test_spring.c: where a drag pulls, how keyframed motions move, and what the effects' constructors refuse. */
+/* test_spring.c: where a spring pulls, how keyframed motions move, and what the effects' constructors refuse. */
 #include <stdlib.h>
 
 #include "body.h"
@@ -21,8 +21,8 @@ static void make_cube(int cells, int order, test_body *b)
   CHECK_OK(flesh_system_create(b->mesh, &b->system));
 }
 
-/* The drag's pull on a body that moves rigidly by d is k (p + d - target), wherever the point was given. */
-static void check_drag_of(int order, const double given[3], const double found[3])
+/* The spring's force on a body that moves rigidly by d is k (p + d - target), wherever the point was given. */
+static void check_spring_of(int order, const double given[3], const double found[3])
 {
   test_body b;
   make_cube(2, order, &b);
@@ -66,7 +66,7 @@ static void check_drag_of(int order, const double given[3], const double found[3
 
 static void check_drag(const double given[3], const double found[3])
 {
-  for (int order = 1; order <= 2; order++) check_drag_of(order, given, found);
+  for (int order = 1; order <= 2; order++) check_spring_of(order, given, found);
 }
 
 /* In ten-node tets the point goes along with a quadratic motion, which their corners do not know. */
@@ -97,7 +97,7 @@ static void the_point_follows_curved_edges(void)
   test_body_destroy(&b);
 }
 
-static void drag_pulls_at_its_point(void)
+static void spring_pulls_at_its_point(void)
 {
   check_drag((double[]){0.9, 0.8, 0.3}, (double[]){0.9, 0.8, 0.3});   /* inside */
   check_drag((double[]){1, 1, 1}, (double[]){1, 1, 1});               /* a corner */
@@ -275,6 +275,6 @@ static void bad_arguments_are_sentences(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(drag_pulls_at_its_point), TEST(the_point_follows_curved_edges), TEST(motions), TEST(rotations_go_evenly),
+  return RUN_TESTS(argc, argv, TEST(spring_pulls_at_its_point), TEST(the_point_follows_curved_edges), TEST(motions), TEST(rotations_go_evenly),
                    TEST(bad_arguments_are_sentences));
 }

@@ -36,13 +36,13 @@ static void make(flesh_mesh *mesh, double poisson, test_body *b)
 static const double MATRIX_SCALE = 0x1p-9, VECTOR_SCALE = 0x1p-4;
 
 /* z = P (P^T A P)^-1 P^T r. */
-static void apply(flesh_coarse *coarse, const flesh_bisection *halves, const double *r, double *z)
+static void apply(flesh_coarse *coarse, const flesh_bisection *bisection, const double *r, double *z)
 {
-  const int rows = halves->begin[3];
+  const int rows = bisection->begin[3];
   float *lanes = aligned_alloc(32, (size_t)rows * 8 * sizeof *lanes), *out = lanes + 4 * rows;
   memset(lanes, 0, (size_t)rows * 8 * sizeof *lanes);
   for (int p = 0; p < rows; p++)
-    for (int c = 0; c < 3; c++) lanes[4 * p + c] = (float)(VECTOR_SCALE * r[3 * halves->order[p] + c]);
+    for (int c = 0; c < 3; c++) lanes[4 * p + c] = (float)(VECTOR_SCALE * r[3 * bisection->order[p] + c]);
   flesh_coarse_restrict(coarse, 1, rows / 4, rows, lanes);
   flesh_coarse_restrict(coarse, 0, 0, rows / 4, lanes);
   const float share = 0.5;
@@ -54,7 +54,7 @@ static void apply(flesh_coarse *coarse, const flesh_bisection *halves, const dou
   CHECK_NEAR(product, expected, 1e-5 * fabs(expected));
   const double back = MATRIX_SCALE / (VECTOR_SCALE * (double)share);
   for (int p = 0; p < rows; p++)
-    for (int c = 0; c < 3; c++) z[3 * halves->order[p] + c] = back * (double)out[4 * p + c];
+    for (int c = 0; c < 3; c++) z[3 * bisection->order[p] + c] = back * (double)out[4 * p + c];
   free(lanes);
 }
 
@@ -64,17 +64,17 @@ static void find(const test_body *b, const flesh_block_matrix *A, int vertices, 
 {
   double *r = malloc((size_t)b->n * sizeof *r), *z = malloc((size_t)b->n * sizeof *z);
   flesh_coarse *coarse = NULL;
-  flesh_bisection halves;
+  flesh_bisection bisection;
   flesh_block_multiply(A, u, r);
-  CHECK_OK(flesh_bisection_create(A, &halves));
-  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &halves, NULL, &coarse));
+  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b->mesh), vertices, &bisection, NULL, &coarse));
   CHECK_OK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, fixed));
   CHECK(flesh_coarse_memory(coarse) > 0);
-  apply(coarse, &halves, r, z);
+  apply(coarse, &bisection, r, z);
   CHECK_BELOW(test_distance(b->n, z, u), 1e-5 * test_norm(b->n, u)); /* in single precision */
   flesh_coarse_destroy(&coarse);
   CHECK(coarse == NULL);
-  flesh_bisection_clear(&halves);
+  flesh_bisection_clear(&bisection);
   free(r);
   free(z);
 }
@@ -170,12 +170,12 @@ static void crumbs_share_vertices(void)
   for (int d = 0; d < b.n; d++) u[d] = 1 + d % 3 + X[d - d % 3 + (d + 1) % 3];
   find(&b, A, 200, NULL, u);
   flesh_coarse *coarse = NULL;
-  flesh_bisection halves;
-  CHECK_OK(flesh_bisection_create(A, &halves));
-  CHECK_OK(flesh_coarse_create(A, X, 200, &halves, NULL, &coarse));
+  flesh_bisection bisection;
+  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_coarse_create(A, X, 200, &bisection, NULL, &coarse));
   CHECK_BELOW((double)flesh_coarse_memory(coarse), 1000. * b.n);
   flesh_coarse_destroy(&coarse);
-  flesh_bisection_clear(&halves);
+  flesh_bisection_clear(&bisection);
   flesh_block_matrix_destroy(&A);
   free(u);
   test_body_destroy(&b);
@@ -193,11 +193,11 @@ static void cells_may_have_single_nodes(void)
   find(&b, A, 100, NULL, u);
   for (int k = 0; k < 9; k++) A->values[k] = -A->values[k];
   flesh_coarse *coarse = NULL;
-  flesh_bisection halves;
-  CHECK_OK(flesh_bisection_create(A, &halves));
-  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &halves, NULL, &coarse));
+  flesh_bisection bisection;
+  CHECK_OK(flesh_bisection_create(A, &bisection));
+  CHECK_OK(flesh_coarse_create(A, flesh_mesh_positions(b.mesh), 8, &bisection, NULL, &coarse));
   CHECK(flesh_coarse_setup(coarse, A, MATRIX_SCALE, NULL) == FLESH_NOT_POSITIVE);
-  flesh_bisection_clear(&halves);
+  flesh_bisection_clear(&bisection);
   flesh_coarse_destroy(&coarse);
   flesh_coarse_destroy(&coarse);
   flesh_block_matrix_destroy(&A);

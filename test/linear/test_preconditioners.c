@@ -204,17 +204,17 @@ static void check_downhill(flesh_pcg_space *space, const flesh_block_matrix *A,
   int n = 3 * A->rows, asked = 0;
   flesh_pcg_result result;
   double before = model(A, b, x, Ax);
-  for (int beyond = 1; beyond <= 20; beyond += 19) {
-    flesh_pcg_guide guide = {.beyond = beyond};
+  for (int more = 1; more <= 20; more += 19) {
+    flesh_pcg_guide guide = {.after_indefinite = more};
     CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-10, 5000, b, x, &result) ==
           FLESH_NOT_POSITIVE);
-    CHECK(result.iterations == first + beyond && test_all_finite(n, x));
+    CHECK(result.iterations == first + more && test_all_finite(n, x));
     double slope = 0, value = model(A, b, x, Ax);
     for (int d = 0; d < n; d++) slope += b[d] * x[d];
     CHECK(slope > 0 && value < before);
     before = value;
   }
-  flesh_pcg_guide guide = {.beyond = 5000, .stop = stop_at_third, .stop_data = &asked};
+  flesh_pcg_guide guide = {.after_indefinite = 5000, .stop = stop_at_third, .stop_data = &asked};
   CHECK(flesh_pcg_guided(space, A, preconditioner, &guide, NULL, 1e-30, 5000, b, x, &result) == FLESH_ERR_BUDGET);
   CHECK(asked == 3 && result.iterations == 32);
 }
@@ -265,7 +265,7 @@ static void conjugate_gradients(void)
 
     /* How far a residual is from the one predicted. */
     for (int d = 0; d < n; d++) Ax[d] += (d % 3 ? 2e-6 : 1e-6) - right[d];
-    CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
+    CHECK_NEAR(flesh_pcg_model_error(space, Ax), 1e-6 * sqrt(3. * n), 1e-9);
 
     /* Nothing to do. */
     memset(Ax, 0, (size_t)n * sizeof *Ax);
@@ -346,7 +346,7 @@ static void conjugate_gradients_in_single_precision(void)
       }
       /* How far a residual is from the one predicted. */
       for (int d = 0; d < n; d++) Ax[d] = 1e-3 * norm / scale - Ax[d];
-      CHECK_NEAR(flesh_pcg_departure(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
+      CHECK_NEAR(flesh_pcg_model_error(space, Ax), 1e-3 * norm / scale * sqrt(n), 1e-4 * norm / scale);
       /* A preconditioner of another scale: what was rounded does not serve. */
       for (int e = 0; e < blocks; e++) A->values[e] *= 64;
       CHECK_OK(flesh_preconditioner_setup(preconditioner, A, NULL));
@@ -375,11 +375,11 @@ static void conjugate_gradients_in_single_precision(void)
     CHECK_NEAR(test_norm(n, Ax), result.residual, 1e-12 * norm);
     /* Negative curvature is seen, and followed downhill. */
     flesh_block_matrix *indefinite = bar_matrix(&b, 0.3, 0, 0);
-    for (guide.beyond = 0; guide.beyond < 2; guide.beyond++) {
+    for (guide.after_indefinite = 0; guide.after_indefinite < 2; guide.after_indefinite++) {
       CHECK_OK(flesh_preconditioner_setup(preconditioner, indefinite, NULL));
       CHECK(flesh_pcg_guided(space, indefinite, preconditioner, &guide, NULL, 1e-4 * norm, 5000, right, x, &result) ==
             FLESH_NOT_POSITIVE);
-      CHECK(test_all_finite(n, x) && (guide.beyond == 0 || model(indefinite, right, x, Ax) < 0));
+      CHECK(test_all_finite(n, x) && (guide.after_indefinite == 0 || model(indefinite, right, x, Ax) < 0));
     }
     flesh_block_matrix_destroy(&indefinite);
     flesh_preconditioner_destroy(&preconditioner);

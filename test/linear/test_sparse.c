@@ -70,26 +70,26 @@ static void halves_go_along_the_body(void)
   test_body b;
   make(test_box(60, 8, 8, 8, 1, 1), FLESH_ENERGY_S, 0.45, &b);
   flesh_block_matrix *A = random_matrix(&b, 0);
-  flesh_bisection halves;
-  CHECK_OK(flesh_bisection_create(A, &halves));
+  flesh_bisection bisection;
+  CHECK_OK(flesh_bisection_create(A, &bisection));
   int *place = malloc((size_t)A->rows * sizeof *place), farthest = 0, waiting = 0;
   for (int p = 0; p < A->rows; p++) place[p] = -1;
-  for (int p = 0; p < A->rows; p++) place[halves.order[p]] = p;
-  for (int p = 0; p < A->rows; p++) waiting += p > 0 && coupled(A, halves.order[p], halves.order[p - 1]);
+  for (int p = 0; p < A->rows; p++) place[bisection.order[p]] = p;
+  for (int p = 0; p < A->rows; p++) waiting += p > 0 && coupled(A, bisection.order[p], bisection.order[p - 1]);
   for (int i = 0; i < A->rows; i++) {
     CHECK(place[i] >= 0);
     for (int k = A->row_start[i]; k < A->row_end[i]; k++) {
-      const int j = A->column[k], between = place[i] >= halves.begin[2] || place[j] >= halves.begin[2];
-      if (!between && abs(place[i] - place[j]) > farthest) farthest = abs(place[i] - place[j]);
+      const int j = A->column[k], separator = place[i] >= bisection.begin[2] || place[j] >= bisection.begin[2];
+      if (!separator && abs(place[i] - place[j]) > farthest) farthest = abs(place[i] - place[j]);
     }
   }
   printf("# halves of %d and %d nodes: coupled ones at most %d places apart, %d of %d with the one before\n",
-         halves.begin[1], halves.begin[2] - halves.begin[1], farthest, waiting, A->rows);
-  CHECK(halves.begin[1] > 2 * NEAR && halves.begin[2] - halves.begin[1] > 2 * NEAR);
+         bisection.begin[1], bisection.begin[2] - bisection.begin[1], farthest, waiting, A->rows);
+  CHECK(bisection.begin[1] > 2 * NEAR && bisection.begin[2] - bisection.begin[1] > 2 * NEAR);
   CHECK(farthest < NEAR);
   CHECK_BELOW(waiting, 0.1 * A->rows);
   free(place);
-  flesh_bisection_clear(&halves);
+  flesh_bisection_clear(&bisection);
   flesh_block_matrix_destroy(&A);
   test_body_destroy(&b);
 }
@@ -143,16 +143,17 @@ static void products_by_halves(void)
     else CHECK_OK(flesh_mesh_read("../data/meshes/limb.msh", &mesh)); /* rows of all lengths */
     make(mesh, FLESH_ENERGY_S, 0.45, &b);
     flesh_block_matrix *A = random_matrix(&b, 0);
-    flesh_bisection halves;
+    flesh_bisection bisection;
     flesh_product product;
-    CHECK_OK(flesh_bisection_create(A, &halves));
-    CHECK_OK(flesh_product_create(A, &halves, 1, &product));
+    CHECK_OK(flesh_bisection_create(A, &bisection));
+    CHECK_OK(flesh_product_create(A, &bisection, 1, &product));
     /* What has not been rounded may be anything, also not a number. */
     memset(product.rounded, 0xff, FLESH_SLICE * (9 * (size_t)product.column[product.slices[3]] +
                                                  6 * (size_t)product.slices[3]) * sizeof *product.rounded);
-    CHECK(size != 1 || (halves.begin[1] > 0 && halves.begin[2] > halves.begin[1] && halves.begin[3] > halves.begin[2]));
+    CHECK(size != 1 || (bisection.begin[1] > 0 && bisection.begin[2] > bisection.begin[1] &&
+                        bisection.begin[3] > bisection.begin[2]));
     for (int p = 0; p < A->rows; p++) /* rows follow one another as vectors do */
-      CHECK(A->row_start[halves.order[p]] == (p > 0 ? A->row_end[halves.order[p - 1]] : 0));
+      CHECK(A->row_start[bisection.order[p]] == (p > 0 ? A->row_end[bisection.order[p - 1]] : 0));
     const size_t numbers = 4 * (size_t)product.nodes, bytes = numbers * sizeof(double);
     double *x = malloc((size_t)b.n * sizeof *x), *y = malloc((size_t)b.n * sizeof *y);
     double *lanes = aligned_alloc(32, bytes), *out = aligned_alloc(32, bytes), *first = malloc(bytes);
@@ -164,11 +165,11 @@ static void products_by_halves(void)
       double curvature[2] = {NAN, NAN};
       CHECK_OK(flesh_threads_create(threads, &pool));
       memset(lanes, 0, bytes);
-      for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * halves.order[p], 3 * sizeof *x);
+      for (int p = 0; p < A->rows; p++) memcpy(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x);
       curvature[0] = flesh_product_multiply(&product, A, pool, NULL, NULL, lanes, out);
       if (threads == 1) memcpy(first, out, 4 * (size_t)A->rows * sizeof *out);
       for (int p = 0; p < A->rows; p++) {
-        CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * halves.order[p]), 1e-13);
+        CHECK_BELOW(test_distance(3, out + 4 * p, y + 3 * bisection.order[p]), 1e-13);
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
       }
       double expected = 0, terms = 0;
@@ -177,11 +178,11 @@ static void products_by_halves(void)
       for (int d = 0; d < 4 * A->rows; d++) lanes[d] = lanes[d] / 2;
       curvature[1] = flesh_product_multiply(&product, A, pool, twice, lanes, lanes, out);
       for (int p = 0; p < A->rows; p++) {
-        CHECK(!memcmp(lanes + 4 * p, x + 3 * halves.order[p], 3 * sizeof *x));
+        CHECK(!memcmp(lanes + 4 * p, x + 3 * bisection.order[p], 3 * sizeof *x));
         CHECK(!memcmp(out + 4 * p, first + 4 * p, 3 * sizeof *out));
       }
       CHECK(curvature[1] == curvature[0]);
-      check_single(&product, A, pool, halves.order, x, y, expected, terms, single);
+      check_single(&product, A, pool, bisection.order, x, y, expected, terms, single);
       flesh_threads_destroy(&pool);
     }
     free(x);
@@ -191,7 +192,7 @@ static void products_by_halves(void)
     free(first);
     free(single);
     flesh_product_clear(&product);
-    flesh_bisection_clear(&halves);
+    flesh_bisection_clear(&bisection);
     flesh_block_matrix_destroy(&A);
     test_body_destroy(&b);
   }

@@ -1,6 +1,6 @@
 /* test_long_solves.c: what makes long solves shorter, or keeps them from being given up or going on for ever: steps
  * that are lengthened, and batches of 300 iterations that must gain. Springs hold every node where it is but one,
- * whose potential or way is the case's. */
+ * whose potential or feasible step is the case's. */
 #include "body.h"
 #include "test.h"
 
@@ -43,17 +43,17 @@ static int spring_potential(const flesh_effect *effect, const flesh_point *point
   return FLESH_OK;
 }
 
-static double spring_way(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
-                         const double *x_to)
+static double spring_max_feasible_step(const flesh_effect *effect, double t_from, const double *x_from, double t_to,
+                                       const double *x_to)
 {
   const spring *s = effect->data;
-  const double from = distance(s, x_from), way = fabs(distance(s, x_to) - from);
+  const double from = distance(s, x_from), change = fabs(distance(s, x_to) - from);
   (void)t_from, (void)t_to;
   const double most = s->pace * (from - s->wall);
-  return way > most ? most / way : 1;
+  return change > most ? most / change : 1;
 }
 
-static const flesh_effect_operations free_way = {.name = "spring",
+static const flesh_effect_operations unlimited = {.name = "spring",
                                                  .residual = spring_residual,
                                                  .jacobian = spring_jacobian,
                                                  .potential = spring_potential};
@@ -62,7 +62,7 @@ static const flesh_effect_operations barred = {.name = "spring",
                                                .jacobian = spring_jacobian,
                                                .potential = spring_potential,
                                                .barrier = &(const flesh_effect_barrier){
-                                                   .max_feasible_step = spring_way}};
+                                                   .max_feasible_step = spring_max_feasible_step}};
 
 /* One step with the special node at 1. */
 static int solve(const flesh_effect_operations *operations, spring *s, const flesh_solver_options *options,
@@ -108,17 +108,17 @@ static void steps_that_fall_short_are_lengthened(void)
   flesh_solver_options options = options_with(0);
   flesh_solve_stats with = {0}, without = {0};
   double end;
-  CHECK_OK(solve(&free_way, &s, &options, &with, &end));
+  CHECK_OK(solve(&unlimited, &s, &options, &with, &end));
   CHECK_BELOW(fabs(end), 0.0101);
   options.techniques &= ~(unsigned)FLESH_TECHNIQUE_NEGATIVE_CURVATURE;
-  CHECK_OK(solve(&free_way, &s, &options, &without, &end));
+  CHECK_OK(solve(&unlimited, &s, &options, &without, &end));
   CHECK_BELOW(fabs(end), 0.0101);
   printf("# %d and %d iterations\n", with.newton, without.newton);
   CHECK(without.newton == 12 && with.newton <= 6);
   CHECK(with.potential_rises == 0);
 }
 
-/* Half a thousandth of the way at a time: each batch gains, and the solve must not be given up after one. */
+/* Half a thousandth of the distance at a time: each batch gains, and the solve must not be given up after one. */
 static void what_gains_goes_on(void)
 {
   spring s = {.power = 2, .pace = 0.002, .wall = -1e-3};
@@ -143,7 +143,7 @@ static void what_gains_nothing_ends(void)
   CHECK(solve(&barred, &s, &options, &stats, &end) == FLESH_ERR_SOLVE);
   printf("# %d iterations\n", stats.newton);
   CHECK(stats.newton == 600);
-  CHECK_NEAR(end, 1, 0); /* put back */
+  CHECK_NEAR(end, 1, 0); /* as before the solve */
 }
 
 int main(int argc, char **argv)

@@ -255,7 +255,7 @@ static void starts_are_consistent(void)
   }
 }
 
-/* At the event itself what held before it still holds: the drag pulls, the roller holds. */
+/* At the event itself what acted before it still acts: the spring pulls, the roller is constrained. */
 static void events_belong_to_what_was_before_them(void)
 {
   test_body b;

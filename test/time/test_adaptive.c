@@ -137,8 +137,9 @@ static void small_bodies_agree_with_gsl(void)
   }
 }
 
-/* Handles that turn, a roller that lets go, a drag that comes and goes, at times of their own. The lumped motion is
- * GSL's; with the consistent mass, where handles jerk the free nodes, that of a fine run of the midpoint rule. */
+/* Prescribed motions that turn, a roller that lets go, a spring that comes and goes, at times of their own. The lumped
+ * motion is GSL's; with the consistent mass, where prescribed nodes jerk the free ones, that of a fine run of the
+ * midpoint rule. */
 static void events_and_moving_constraints(void)
 {
   for (int mass = 0; mass < 2; mass++) {
@@ -415,13 +416,13 @@ static void slow_starts_and_violent_ones(void)
   flesh_solve_stats stats = {0};
   make_scrambled(&b);
   flesh_integrator *integrator = adaptive(&b, FLESH_METHOD_EULER_THEN_ADAPTIVE, 1e-3, 2);
-  int euler = 0, ida = 0, mixed = 0, put_back = 0;
+  int euler = 0, ida = 0, mixed = 0, repositioned = 0;
   for (int k = 0; k < 240; k++) {
     stats = (flesh_solve_stats){0};
     CHECK_OK(flesh_integrator_step(integrator, &b.state, h, &stats));
-    if (stats.solves > 0) euler++, mixed |= ida > 0 && !put_back;
+    if (stats.solves > 0) euler++, mixed |= ida > 0 && !repositioned;
     else ida++;
-    put_back |= stats.untanglings > 0; /* a new state, which is asked anew */
+    repositioned |= stats.untanglings > 0; /* a new state, which is asked anew */
   }
   printf("# scrambled: %d steps of backward Euler, then %d of IDA\n", euler, ida);
   CHECK(euler >= 2 && ida >= 100 && !mixed);

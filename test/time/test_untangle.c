@@ -136,7 +136,7 @@ static void ten_nodes_are_untangled(void)
 }
 
 /* A knot of scrambled nodes within a bent body is repositioned to where its surroundings say. */
-static void a_knot_is_put_back(void)
+static void a_knot_is_untangled(void)
 {
   flesh_mesh *mesh = bar();
   flesh_winding *winding = NULL;
@@ -297,7 +297,7 @@ static void collapse_is_found(void)
 
 /* Two bodies that have gone apart and turned, each with all its nodes in disorder: both come back to
  * their shape where they are now, not side by side as at rest. */
-static void bodies_are_put_back_where_they_are(void)
+static void bodies_are_repositioned_where_they_are(void)
 {
   enum { NODES = 27, TETS = 48 };
   flesh_mesh *one = test_box(2, 2, 2, 1, 1, 1), *both = NULL;
@@ -422,8 +422,8 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(the_quick_test_is_safe),
                    TEST(ten_nodes_are_untangled),
-                   TEST(a_knot_is_put_back), TEST(collapse_is_found),
-                   TEST(bodies_are_put_back_where_they_are), TEST(collapsed_bodies_come_back),
+                   TEST(a_knot_is_untangled), TEST(collapse_is_found),
+                   TEST(bodies_are_repositioned_where_they_are), TEST(collapsed_bodies_come_back),
                    TEST(held_tangles_stay), TEST(bodies_near_rest_leave_their_tangles),
                    TEST(equilibria_are_untangled));
 }

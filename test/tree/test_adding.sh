@@ -47,7 +47,7 @@ cd "$work/tree" || exit 1
       '  ROW(GENERALISED_ALPHA, generalised_alpha, "generalised-alpha", 2, "damps to rho_inf") \\\n' &&
     append include/flesh/integrator.h '#define FLESH_METHOD_OPTION_LIST(ROW)' \
       '  ROW(rho_inf, 0.8, 0, 1, "[0, 1]", "of generalised-alpha (Chung & Hulbert 1993): what is left of fast oscillations") \\\n' &&
-    append README.md 'Time goes on by' '`generalised-alpha`,\n' &&
+    append README.md '`time.method` is' '`generalised-alpha`,\n' &&
     # Their own test.
     cp "$given/test_added.c" test/tree/ && grep -q "'test_pages'" test/meson.build &&
     insert test/meson.build "'test_pages'" "  'test_added': ['quick', 30],\n"

@@ -26,7 +26,7 @@
  * flesh_material_small_strain mu, flesh_material_small_strain lambda, flesh_material_small_strain rest_stress,
  * flesh_mesh_create regions, flesh_mesh_create_quadratic regions, flesh_history_close history,
  * flesh_probes_close probes,
- * flesh_frames_close frames, flesh_run steps,
+ * flesh_frames_close frames, flesh_run steps, flesh_run_resume steps, flesh_integrator_save data,
  * flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2, flesh_ode_jacobian w3,
  * flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
@@ -59,7 +59,7 @@
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count. */
+ * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count flesh_integrator_saves_all. */
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -174,6 +174,10 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_integrator_set_adaptive, integrator, (NULL, any));
   REFUSES(flesh_integrator_set_max_energy_gain, integrator, (NULL, 1));
   REFUSES(flesh_integrator_set_adaptive, options, (any, NULL));
+  REFUSES(flesh_integrator_save, integrator, (NULL, 1, any, any));
+  REFUSES(flesh_integrator_save, size, (any, 1, any, NULL));
+  REFUSES(flesh_integrator_load, integrator, (NULL, any, 1));
+  REFUSES(flesh_integrator_load, data, (any, NULL, 1));
   REFUSES(flesh_problem_create, system, (NULL, any, any));
   REFUSES(flesh_problem_create, options, (any, NULL, any));
   REFUSES(flesh_problem_create, problem, (any, any, NULL));
@@ -209,6 +213,10 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_run, integrator, (any, NULL, any, any, any));
   REFUSES(flesh_run, options, (any, any, NULL, any, any));
   REFUSES(flesh_run, state, (any, any, any, NULL, any));
+  REFUSES(flesh_run_resume, system, (NULL, any, any, 1, 1, any, any));
+  REFUSES(flesh_run_resume, integrator, (any, NULL, any, 1, 1, any, any));
+  REFUSES(flesh_run_resume, options, (any, any, NULL, 1, 1, any, any));
+  REFUSES(flesh_run_resume, state, (any, any, any, 1, 1, NULL, any));
   REFUSES(flesh_ode_problem_create, system, (NULL, any, any));
   REFUSES(flesh_ode_problem_create, options, (any, NULL, any));
   REFUSES(flesh_ode_problem_create, problem, (any, any, NULL));

@@ -132,7 +132,7 @@ class Integrator:
 
     @property
     def energy_balance(self) -> EnergyBalance:
-        """Energy, work put in, and what came from nowhere."""
+        """Energy, external work, and spurious energy."""
         return EnergyBalance(lib.flesh_integrator_energy_balance(self._pointer))
 
     def set_max_energy_gain(self, gain: float) -> None:
@@ -153,6 +153,33 @@ class Integrator:
     def failure(self) -> Failure:
         """Of the last failed step."""
         return Failure(lib.flesh_integrator_failure(self._pointer))
+
+    def save(self) -> bytes:
+        """What the integrator remembers between steps, the state not included.
+
+        Another Integrator of the same system, method and options that loads it, with the state, goes on with the same
+        bits where `saves_all`.
+        """
+        size = ffi.new("size_t *")
+        call(lib.flesh_integrator_save, self._pointer, 0, ffi.NULL, size)
+        data = bytearray(size[0])
+        call(lib.flesh_integrator_save, self._pointer, len(data), ffi.from_buffer(data), size)
+        return bytes(data)
+
+    def load(self, data: bytes) -> None:
+        """Takes over what an integrator saved; between steps, after the options are set.
+
+        Raises:
+            FileError: no saved history, a damaged one, or one of another version or kind of machine.
+            ArgumentError: one of another method, mesh, other effects, solvers or instructions.
+        """
+        call(lib.flesh_integrator_load, self._pointer, ffi.from_buffer(data), len(data))
+
+    @property
+    def saves_all(self) -> bool:
+        """Whether what would be saved now is all that the next step depends on: not while IDA steps, whose history it
+        does not take back; what is loaded then agrees within the tolerance of AdaptiveOptions."""
+        return bool(lib.flesh_integrator_saves_all(self._pointer))
 
     @property
     def memory(self) -> int:

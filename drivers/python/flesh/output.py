@@ -185,13 +185,17 @@ class _Run:
         self.functions.append(_callbacks.status_callback("int(void *, const flesh_step_record *)", observed))
         return self.functions[-1]
 
-    def go(self):
-        call(lib.flesh_run, *self.arguments)
+    def go(self, step=0, begin=None):
+        if begin is None:
+            call(lib.flesh_run, *self.arguments)
+        else:
+            call(lib.flesh_run_resume, *self.arguments[:3], step, float(begin), *self.arguments[3:])
         return self.steps[0]
 
 
 def run(integrator: Integrator, state: State, h: float, end: float,
-        observers: Iterable[Callable[[StepRecord], None]] = (), stop: Optional[Callable] = None) -> int:
+        observers: Iterable[Callable[[StepRecord], None]] = (), stop: Optional[Callable] = None, *,
+        taken: int = 0, begin: Optional[float] = None) -> int:
     """Steps of h s from state.t to `end` s, the last one shortened to hit it; returns the number of steps.
 
     A static integrator on a system that does not move makes one solve, to `end`. The state changes in place and is
@@ -200,8 +204,10 @@ def run(integrator: Integrator, state: State, h: float, end: float,
     Args:
         observers: History, Frames, SkinFrames or functions of a StepRecord; called with the start, then with every step.
         stop: asked between and within steps, without arguments; something true ends the run with StoppedError.
+        taken, begin: the rest of a run that began at `begin` s and has taken so many steps to the state: with an
+            integrator that has loaded what that run's saved there, it has the bits of the whole run.
     """
-    return _Run(integrator, state, h, end, list(observers), stop).go()
+    return _Run(integrator, state, h, end, list(observers), stop).go(taken, begin)
 
 
 def steps(integrator: Integrator, state: State, h: float, end: float,

@@ -36,7 +36,7 @@ int flesh_recovery_step(const flesh_recovery *recovery, const flesh_span *span, 
 /* An increment of a load that goes from 0 to 1. */
 typedef struct flesh_load_increment {
   double from, to; /* of the load */
-  double fraction; /* of the way from where `from` has led to the full load's place */
+  double fraction; /* of the prescribed displacement from the result at `from` to the full load's */
   int depth;       /* how often the whole has been halved to make it */
 } flesh_load_increment;
 

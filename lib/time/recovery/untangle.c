@@ -14,16 +14,16 @@
 #include "system/one_effect.h"
 #include "time/recovery/winding.h"
 
-/* Calm: inertial forces below this share of the force that strains the average edge by its own
+/* Quasi-static: inertial forces are below this fraction of the force that strains the average edge by its own
  * length. */
-static const double quasi_static_share = 1e-3;
-/* Nor does any edge change its length by more than this part of the mean one within a step: a fine
+static const double quasi_static_force = 1e-3;
+/* Nor does any edge change its length by more than this fraction of the mean edge within a step: a fine
  * mesh swings with small inertial forces. */
-static const double quasi_static_way = 1e-3;
-/* A tangle is held in place by loads above this share of that force on one of its nodes. */
-static const double held_share = 0.05;
+static const double quasi_static_displacement = 1e-3;
+/* Loads above this fraction of that force on one of its nodes hold a tangle in place. */
+static const double holding_force = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
-static const double vanished_share = 0.01;     /* of the volume at rest */
+static const double vanished_fraction = 0.01;     /* of the volume at rest */
 enum {
   VECTORS = 9,
   QUASI_STATIC_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
@@ -167,7 +167,7 @@ static int keeps_its_shape(const flesh_untangler *self, const flesh_state *state
           now += d * d;
           before += d_before * d_before;
         }
-        if (!(fabs(sqrt(now) - sqrt(before)) <= quasi_static_way * self->edge)) return 0;
+        if (!(fabs(sqrt(now) - sqrt(before)) <= quasi_static_displacement * self->edge)) return 0;
       }
   }
   return 1;
@@ -187,21 +187,21 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
   if (!known || !self->has_inertia ||
       flesh_system_roles_residual(self->system, FLESH_ROLE_BIT(FLESH_ROLE_INERTIA), &point, self->r))
     return 0;
-  return flesh_largest(NULL, self->n, self->r) <= quasi_static_share * self->force && keeps_its_shape(self, state, h);
+  return flesh_largest(NULL, self->n, self->r) <= quasi_static_force * self->force && keeps_its_shape(self, state, h);
 }
 
 /* Whether the body would not begin to move if it stood still: what creeps through much damping is
- * quasi-static, but on its way. Leaves what is fixed in `fixed`. */
+ * quasi-static, but not in equilibrium. Leaves the constrained dofs in `fixed`. */
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
   flesh_system_fixed(self->system, state->t, self->fixed);
   if (forces(self, state->t, state->x, state->multipliers, elastic | others)) return 0;
   for (int d = 0; d < self->n; d++)
-    if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_share * self->force) return 0;
+    if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->force) return 0;
   return 1;
 }
 
-/* Whether nothing strains the body: its nodes are held at rest positions if at all, and all loads
+/* Whether nothing strains the body: its nodes are constrained to rest positions if at all, and all loads
  * together could not hold a tangle. */
 static int is_unloaded(flesh_untangler *self, const flesh_state *state)
 {
@@ -212,7 +212,7 @@ static int is_unloaded(flesh_untangler *self, const flesh_state *state)
     sum += fabs(self->r[d]);
     if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
   }
-  return sum <= held_share * self->force && largest_offset <= 1e-6 * self->edge;
+  return sum <= holding_force * self->force && largest_offset <= 1e-6 * self->edge;
 }
 
 /* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
@@ -225,7 +225,7 @@ static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_
     flesh_mesh_piece(self->mesh, t, node);
     for (int a = 0; tangled[t] && a < 4; a++)
       for (int c = 0; c < 3; c++)
-        if (fabs(self->r[3 * node[a] + c]) > held_share * self->force) return 1;
+        if (fabs(self->r[3 * node[a] + c]) > holding_force * self->force) return 1;
   }
   return 0;
 }
@@ -309,13 +309,13 @@ static void clear_obstacles(flesh_untangler *self, flesh_state *state)
     flesh_system_push_out(self->system, state->t, self->end.x, state->t, self->saved);
     for (int i = 0; i < nodes; i++) {
       if (moved[i] != k % groups + 1) continue;
-      double way[3], length = 0;
+      double shift[3], length = 0;
       for (int c = 0; c < 3; c++) {
-        way[c] = self->saved[3 * i + c] - state->x[3 * i + c];
-        length += way[c] * way[c];
+        shift[c] = self->saved[3 * i + c] - state->x[3 * i + c];
+        length += shift[c] * shift[c];
         is_free &= !self->fixed[3 * i + c];
       }
-      if (length > square) square = length, memcpy(farthest, way, sizeof way);
+      if (length > square) square = length, memcpy(farthest, shift, sizeof shift);
     }
     for (int d = 0; d < self->n && is_free; d++)
       if (moved[d / 3] == k % groups + 1) state->x[d] += farthest[d % 3];
@@ -350,7 +350,7 @@ static int untangle(flesh_untangler *self, flesh_state *state)
   if (potential(self, state, &self->phi, &magnitude)) return 0;
   remember_end(self, state);
   self->vanished = fabs(flesh_mesh_volume(self->mesh, state->x)) <
-                   vanished_share * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
+                   vanished_fraction * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
   self->moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
   if (self->moved < 0) return self->moved;
   /* No obstacle is passed: what it bars stays before it. */
@@ -396,11 +396,11 @@ int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 
 int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved, flesh_solve_stats *stats)
 {
-  double phi = INFINITY, magnitude = 0, way = 0;
+  double phi = INFINITY, magnitude = 0, largest = 0;
   if (solved && potential(self, state, &phi, &magnitude)) phi = INFINITY;
-  for (int d = 0; d < self->n; d++) way = fmax(way, fabs(state->x[d] - self->end.x[d]));
+  for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(state->x[d] - self->end.x[d]));
   const double rounding = rounding_of_terms * magnitude;
-  const int elsewhere = phi < INFINITY && way > quasi_static_way * self->edge;
+  const int elsewhere = phi < INFINITY && largest > quasi_static_displacement * self->edge;
   const int better = phi < self->phi - rounding ||
                      (self->vanished && !flesh_mesh_may_be_tangled(self->mesh, state->x));
   if (elsewhere && better) {
@@ -417,4 +417,14 @@ int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved,
   take_back(self, state);
   if (self->moved == self->n / 3) self->attempts = ATTEMPT_LIMIT; /* no further one would be another */
   return 0;
+}
+
+void flesh_untangler_archive(flesh_untangler *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->quasi_static);
+  flesh_archive_int(archive, &self->attempts, 0, ATTEMPT_LIMIT);
+  FLESH_ARCHIVE(archive, self->know_velocity);
+  FLESH_ARCHIVE(archive, self->may_collapse);
+  FLESH_ARCHIVE(archive, self->expected);
+  if (self->know_velocity) flesh_archive_bytes(archive, self->v, (size_t)self->n * sizeof *self->v);
 }

@@ -13,6 +13,7 @@
 #ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
 #define FLESH_TIME_RECOVERY_UNTANGLE_H
 
+#include "base/archive.h"
 #include "flesh/integrator.h"
 
 typedef struct flesh_untangler flesh_untangler;
@@ -37,5 +38,7 @@ int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *s
 int flesh_untangler_judge(flesh_untangler *untangler, flesh_state *state, int solved, flesh_solve_stats *stats);
 
 size_t flesh_untangler_memory(const flesh_untangler *untangler);
+/* What lasts from step to step. */
+void flesh_untangler_archive(flesh_untangler *untangler, flesh_archive *archive);
 
 #endif

@@ -325,3 +325,32 @@ def test_states_come_back_bit_for_bit(mesh, rng, tmp_path):
     state.v = np.full_like(state.x, np.nan)
     with pytest.raises(flesh.NonFiniteRunError):
         state.write(tmp_path / "state.txt")
+
+
+def test_a_saved_integrator_goes_on_with_the_same_bits(system, mesh):
+    def parts(ends):
+        """A run in parts, each with an integrator of its own that loads what the last one saved."""
+        state, taken, saved, told = flesh.State.at_rest(mesh), 0, None, []
+        for end in ends:
+            integrator = flesh.Integrator(system, "bdf2")
+            if saved:
+                integrator.load(saved)
+            taken = flesh.run(integrator, state, 1 / 100, end, [lambda record: told.append(record.step)], taken=taken,
+                              begin=0)
+            saved = integrator.save()
+            assert integrator.saves_all
+        return state, taken, saved, told
+
+    whole, steps, saved, told = parts([0.2])
+    again, steps_again, _, told_again = parts([0.05, 0.06, 0.2])
+    assert steps == steps_again == 20 and told == told_again == list(range(21))
+    assert np.array_equal(whole.x, again.x) and np.array_equal(whole.v, again.v) and whole.t == again.t
+    for data, words, error in ((saved[:-1], "it must have", flesh.FileError), (b"none", "no saved", flesh.FileError),
+                               (saved[:200] + bytes([saved[200] ^ 1]) + saved[201:], "checksum", flesh.FileError)):
+        with pytest.raises(error, match=words):
+            flesh.Integrator(system, "bdf2").load(data)
+    with pytest.raises(flesh.ArgumentError, match="saved by method bdf2"):
+        flesh.Integrator(system, "newmark").load(saved)
+    adaptive, state = flesh.Integrator(system, "adaptive"), flesh.State.at_rest(mesh)
+    adaptive.step(state, 0.01)
+    assert not adaptive.saves_all

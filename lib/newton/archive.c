@@ -1,0 +1,67 @@
+/* archive.c: what of an iteration lasts from one stage to the next: which matrices serve again, and how well they have. */
+#include "newton/newton.h"
+
+/* Whether K is asked for once more before it is assembled again. */
+static int serves_again(const flesh_newton *self) { return self->policy.age >= 0 && self->direction.assembled; }
+
+static int archive_fallback(flesh_direction *self, flesh_archive *archive)
+{
+  int state = self->fallback_state, made = self->fallback != NULL;
+  flesh_archive_int(archive, &state, FLESH_FALLBACK_TOO_EXPENSIVE, FLESH_FALLBACK_IN_USE);
+  flesh_archive_int(archive, &made, 0, 1);
+  self->fallback_state = state;
+  if (!made || archive->wrong) return FLESH_OK;
+  int status = self->fallback ? FLESH_OK
+                              : flesh_direct_create_symmetric(self->equations->K, 1e300, &self->fallback);
+  return status ? status : flesh_direct_archive(self->fallback, archive);
+}
+
+static int archive_direction(flesh_direction *self, flesh_archive *archive)
+{
+  const size_t stiff = 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row;
+  int status = FLESH_OK;
+  FLESH_ARCHIVE(archive, self->filter);
+  FLESH_ARCHIVE(archive, self->prepared);
+  FLESH_ARCHIVE(archive, self->single);
+  FLESH_ARCHIVE(archive, self->iterations_per_decade);
+  FLESH_ARCHIVE(archive, self->excess_iterations);
+  if (stiff) {
+    FLESH_ARCHIVE(archive, self->rows.left_in);
+    flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);
+  }
+  if (archive->mode == FLESH_ARCHIVE_LOAD) self->same_matrix = 0; /* it is rounded anew */
+  if (self->preconditioner && (self->prepared || self->assembled))
+    self->linear->preconditioner_archive(self->preconditioner, archive);
+  if (self->direct) status = flesh_direct_archive(self->direct, archive);
+  return status ? status : archive_fallback(self, archive);
+}
+
+static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
+{
+  FLESH_ARCHIVE(archive, self->stage_continues);
+  FLESH_ARCHIVE(archive, self->prepared_for);
+  FLESH_ARCHIVE(archive, self->kept);
+  FLESH_ARCHIVE(archive, self->age);
+  FLESH_ARCHIVE(archive, self->drift);
+  FLESH_ARCHIVE(archive, self->curvature_estimate);
+  FLESH_ARCHIVE(archive, self->safety_factor);
+  FLESH_ARCHIVE(archive, self->predicted_error);
+  FLESH_ARCHIVE(archive, self->target);
+  FLESH_ARCHIVE(archive, self->previous_norm);
+  FLESH_ARCHIVE(archive, self->smallest_norm);
+}
+
+int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
+{
+  archive_policy(&self->policy, archive);
+  flesh_archive_int(archive, &self->direction.assembled, 0, 1);
+  if (archive->wrong) return FLESH_OK;
+  flesh_equations_archive(&self->equations, serves_again(self), archive);
+  FLESH_ARCHIVE(archive, self->stats);
+  FLESH_ARCHIVE(archive, self->follow_curvature);
+  FLESH_ARCHIVE(archive, self->negative_curvature);
+  FLESH_ARCHIVE(archive, self->must_filter);
+  FLESH_ARCHIVE(archive, self->model_ratio);
+  FLESH_ARCHIVE(archive, self->balance.edge_force);
+  return archive_direction(&self->direction, archive);
+}

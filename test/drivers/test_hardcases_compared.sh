@@ -1,0 +1,96 @@
+# test_hardcases_compared.sh: `flesh hardcases` with other solvers, elements, filters and meshes beside the default.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+. "$(dirname -- "$0")/../shared/hardcases.sh"
+
+# The stock ways break what the default survives, or take far longer, and it shows.
+other_solvers_are_found_out() {
+  battery --energies S --poisson 0.49 --cases stretch10,plane,twist2 --solvers all --max-seconds 600 || return 1
+  [ "$(value outcome plane S 0.49)" = recovered ] && [ "$(value outcome stretch10 S 0.49)" = recovered ] || return 1
+  [ "$(value outcome stretch10 S 0.49 plain)" != recovered ] &&
+    [ "$(value outcome stretch10 S 0.49 never-projected)" != recovered ] &&
+    [ "$(value newton twist2 S 0.49 kinsol-line-search)" -gt "$((2 * $(value newton twist2 S 0.49)))" ] &&
+    [ "$(lines out/hardcases.csv)" -eq 28 ] || { cat out/hardcases.csv; return 1; }
+}
+
+# Ten-node tets of the same meshes: their nodes on edges start elsewhere too, and what is run alone is the same.
+bodies_of_ten_node_tets_recover() {
+  battery --energies S --poisson 0.49 --cases jitter50,stretch5,invert_one --elements tet4,tet10,tet10-mean &&
+    all_are outcome recovered && all_are inverted_end 0 && all_are tets 324 || return 1
+  [ "$(value element stretch5 S 0.49)" = "$(printf 'tet4\ntet10\ntet10-mean')" ] &&
+    [ "$(value linear stretch5 S 0.49 | sort -u | wc -l)" -eq 3 ] || return 1 # three problems, not one thrice
+  [ "$(value max_inverted invert_one S 0.49)" = "$(printf '1\n1\n1')" ] || return 1
+  folder=out/cases/jitter50_seed1_S_0.49_tet10-mean_default
+  has "$folder/scene.yaml" 'element: tet10-mean' && has out/verdict.txt 'S 0.49 tet10-mean default *3 of 3' &&
+    [ "$(grep -c '' "$folder/start.txt")" -gt "$(grep -c '' out/cases/jitter50_seed1_S_0.49_default/start.txt)" ] &&
+    expect 0 "$flesh" run "$folder/scene.yaml" --out again --no-frames --quiet &&
+    cmp again/state.txt "$folder/out/state.txt"
+}
+
+# The profiles of Newton iterations at 1 and 2 times the least, computed anew from the table's rows.
+profiles_from_rows() {
+  awk -F , -v element="$1" 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
+    $column["element"] == element {
+      problem = $column["case"] " " $column["poisson"] " " $column["mesh"] " " $column["seed"]
+      filter = $column["solver"]; problems[problem] = 1; filters[filter] = 1
+      cost[problem, filter] = $column["outcome"] == "recovered" ? $column["newton"] : 1e300
+      if (!(problem in least) || cost[problem, filter] < least[problem]) least[problem] = cost[problem, filter] }
+    END { for (p in problems) total++
+      for (f in filters) for (tau = 1; tau <= 2; tau++) { count = 0
+        for (p in problems) count += cost[p, f] < 1e300 && cost[p, f] <= tau * least[p]
+        printf "%s,newton,%s,%d,%.6f\n", element, f, tau, count / total } }' out/hardcases.csv | sort
+}
+
+compare_filters() {
+  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4,tet10-mean --poisson 0.49 --seeds 2 "$@"
+}
+
+filters_are_compared() {
+  compare_filters || return 1
+  [ "$(lines out/hardcases.csv)" -eq 129 ] && all_are mesh 4x2x2 && all_are unconverged 0 || return 1
+  has out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml 'eigenvalue_filter: clamp, project: always' ||
+    { cat out/cases/4x2x2_twist_seed2_S_0.49_tet10-mean_clamped-always/scene.yaml; return 1; }
+  for element in tet4 tet10-mean; do
+    profiles_from_rows "$element" >expected.txt
+    [ "$(lines expected.txt)" -eq 16 ] || return 1
+    awk -F , -v element="$element" '$1 == element && $2 == "newton" && ($4 == 1 || $4 == 2) {
+      printf "%s,newton,%s,%d,%.6f\n", $1, $3, $4, $5 }' out/profiles.csv | sort >written.txt
+    cmp expected.txt written.txt || { cat written.txt; return 1; }
+    has out/verdict.txt "^$element: 8 of 8 problems run with all filters" &&
+      has out/verdict.txt '^  solved of  *nu 0.49: 8$' || return 1
+  done
+  # In statics auto is absolute.
+  awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
+    { k = $column["case"] $column["seed"] $column["poisson"] $column["element"]; f = $column["solver"]
+      if (f == "default") newton[k] = $column["linear"]
+      if (f == "absolute" && newton[k] != $column["linear"]) bad = 1 } END { exit bad }' out/hardcases.csv || return 1
+  command -v gnuplot >/dev/null || return 0
+  [ "$(wc -c <out/profiles.png)" -gt 5000 ]
+}
+
+# What was run stands; what was not, or with another budget, is run.
+a_comparison_goes_on_where_it_was() {
+  compare_filters --solvers clamped,absolute || return 1
+  cp out/hardcases.csv before.csv
+  rm out/cases/4x2x2_noise_seed2_S_0.49_absolute/kept.txt
+  compare_filters --solvers clamped,absolute || return 1
+  cut -d , -f 1-37 before.csv >before.txt # without times
+  cut -d , -f 1-37 out/hardcases.csv | cmp - before.txt || return 1
+  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -le 1 ] || { diff before.csv out/hardcases.csv; return 1; }
+  printf 'half a l' >out/cases/4x2x2_twist_seed1_S_0.49_clamped/kept.txt
+  compare_filters --solvers clamped,absolute && cut -d , -f 1-37 out/hardcases.csv | cmp - before.txt || return 1
+  compare_filters --solvers clamped,absolute --max-seconds 14 || return 1
+  [ "$(diff before.csv out/hardcases.csv | grep -c '^>')" -gt 20 ] # all times anew
+}
+
+# A file's mesh takes the place of the cases' own: its flat face is held, its length is the block's.
+meshes_can_be_given() {
+  expect 0 "$flesh" hardcases --filters --quick --out out --elements tet4 --solvers default --cases squash \
+    --meshes "2x2x2,$source_folder/../data/meshes/limb.msh" || return 1
+  [ "$(lines out/hardcases.csv)" -eq 3 ] && all_are outcome recovered &&
+    [ "$(awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next } $column["mesh"] == "limb" {
+      print $column["tets"] }' out/hardcases.csv | sort -u)" = 2968 ] && has out/verdict.txt 'No verdict: 2 problems'
+}
+
+run_tests other_solvers_are_found_out bodies_of_ten_node_tets_recover filters_are_compared \
+  a_comparison_goes_on_where_it_was meshes_can_be_given
