@@ -113,6 +113,7 @@ typedef struct flesh_stage {
   /* Of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
   const double *multipliers;
   double penalty;
+  int softness; /* of the point */
 } flesh_stage;
 
 /* Of one solve, or summed over a step with its halvings. */
