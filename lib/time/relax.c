@@ -35,11 +35,11 @@ static int solve(flesh_integrator *self, flesh_state *state, double h, int softn
   return status;
 }
 
-/* Steps until the body is still, or the last. */
+/* Steps until the body is still, or the last; each longer, as parts may be far softer than the body on average. */
 static int settle(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
 {
   enum { STEPS = 10 };
-  for (int k = 0; k < STEPS; k++) {
+  for (int k = 0; k < STEPS; k++, h *= 4) {
     int status = solve(self, state, h, softness, stats);
     if (status || h == 0) return status;
     if (flesh_untangler_is_still(self->recovery.untangler, flesh_nonlinear_unknowns(self->nonlinear))) return FLESH_OK;
