@@ -20,6 +20,13 @@ make_mesh finger 0.0039 finger_coarse.msh
 make_mesh finger 0.0022 finger_fine.msh
 make_mesh sphere_shell 0.013 sphere_shell.msh
 make_mesh limb 0.011 limb.msh
+# Hard cases are run on these.
+make_mesh dumbbell 0.022 dumbbell.msh
+make_mesh plate_with_holes 0.013 plate_with_holes.msh
+make_mesh graded_block 0.04 graded_block.msh
+make_mesh slivers 250 slivers.msh
+make_mesh torus_knot 0.012 torus_knot.msh
+make_mesh tree 0.01 tree.msh
 "$flesh" mesh surface hand_fine.msh hand_skin.ply
 
 "$flesh" mesh box --cells 8,2,2 --size 4,1,1 --out bar_8x2x2.mesh

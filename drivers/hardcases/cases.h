@@ -37,7 +37,12 @@ typedef enum flesh_hardcases_start {
   FLESH_HARDCASES_SHEAR,         /* z += `amount` x */
   FLESH_HARDCASES_STRETCH_TWIST, /* x times `amount`, half a turn */
   FLESH_HARDCASES_SPIN,          /* at rest shape, turning about z by `amount` turns per step */
-  FLESH_HARDCASES_FLY            /* along x at 100 m/s, `amount` m before its place */
+  FLESH_HARDCASES_FLY,           /* along x at 100 m/s, `amount` m before its place */
+  FLESH_HARDCASES_SPEED,         /* in its place, along x at `amount` m/s */
+  FLESH_HARDCASES_THROW,         /* a hundredth of the nodes, 3 at least, `amount` lengths away */
+  FLESH_HARDCASES_GAUSS,         /* each coordinate by normal noise of `amount` lengths */
+  FLESH_HARDCASES_HALF_TURN,     /* the half of larger x by half a turn about the long axis */
+  FLESH_HARDCASES_INSIDE_OUT     /* through the middle to the other side */
 } flesh_hardcases_start;
 
 enum {
@@ -45,7 +50,8 @@ enum {
   FLESH_HARDCASES_RANDOM = 2,           /* run once per seed */
   FLESH_HARDCASES_KEPT_EQUILIBRIUM = 4, /* accepted as the equilibrium it is, need not recover */
   FLESH_HARDCASES_STATIC = 8,
-  FLESH_HARDCASES_HARDEST = 16 /* scramble and point: nothing is guaranteed above nu = 0.49 */
+  FLESH_HARDCASES_HARDEST = 16, /* scramble and point: nothing is guaranteed above nu = 0.49 */
+  FLESH_HARDCASES_FEET = 32     /* the nodes of the first twentieth along x are held at rest for all time */
 };
 
 typedef struct flesh_hardcases_case {
@@ -62,6 +68,8 @@ typedef struct flesh_hardcases_case {
   double poisson;               /* 0: the setting's */
   double density;               /* 0: 1000 kg/m^3 */
   double young_ratio;           /* of region 1; 0: one material */
+  double young;                 /* 0: 1e5 Pa */
+  double scale, offset;         /* of a body from a file: times 0.2 m along x; 0: 1; m along each axis */
   const char
       *effects; /* items of the scene's list, beside inertia and the pinned face; NULL: none */
   double noise; /* every coordinate moved besides by up to this part of the node's mean edge */
@@ -72,6 +80,8 @@ typedef struct flesh_hardcases_case {
 extern const flesh_hardcases_case flesh_hardcases_case_table[];
 /* The starts that eigenvalue filters are compared with; ends so too. */
 extern const flesh_hardcases_case flesh_hardcases_filter_table[];
+/* What a body of any shape can go through; ends so too. */
+extern const flesh_hardcases_case flesh_hardcases_shape_table[];
 
 /* Makes the case's mesh. Returns new. */
 int flesh_hardcases_make_mesh(const flesh_hardcases_case *row, int quick, flesh_mesh **mesh);

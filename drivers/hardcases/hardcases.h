@@ -47,7 +47,7 @@ typedef struct flesh_hardcases_setting {
 /* From best to worst. */
 typedef enum flesh_hardcases_outcome {
   FLESH_HARDCASES_RECOVERED,     /* back at rest, every solve converged, the potential never rose */
-  FLESH_HARDCASES_UNTANGLED,      /* the same, after untangling, which no force did */
+  FLESH_HARDCASES_UNTANGLED,      /* the same, after untangling, which no motion does */
   FLESH_HARDCASES_EQUILIBRIUM,   /* an exact line or point that stayed the equilibrium it is */
   FLESH_HARDCASES_AT_REST,       /* finished at rest in a stressed state that no load holds */
   FLESH_HARDCASES_NOT_RECOVERED, /* finished away from its rest shape in another way */
@@ -107,7 +107,9 @@ typedef struct flesh_hardcases_run {
 typedef struct flesh_hardcases_plan {
   const char *out;
   int quick, jobs;
-  int filters; /* compares eigenvalue filters: runs are kept, and taken up again */
+  int filters; /* compares eigenvalue filters */
+  int shapes;  /* puts the bodies of --meshes through the cases that any shape can go through */
+  /* Runs of both are kept, and taken up again. */
   double max_seconds; /* per run and phase */
   const flesh_texts *overrides;
   int case_count;

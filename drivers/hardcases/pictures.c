@@ -156,7 +156,7 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
   fprintf(stream,
           "set label \"Recovered: simulated time until at rest for good (statics: Newton "
           "iterations); untangled: after "
-          "nodes of tangles in equilibrium were repositioned.\\nNot recovered: "
+          "tangles in equilibrium were left through softer materials.\\nNot recovered: "
           "distance from rest in body lengths, or inverted tets;\\nmin: the end is a true local "
           "minimum. Several seeds: "
           "how many recovered.\\nColumns: energy, Poisson's ratio, solver.\" at screen %.6f,%.6f left noenhanced "

@@ -221,7 +221,7 @@ static void collect(const flesh_hardcases_plan *plan, job *j)
                crashed > 0 ? strsignal(crashed) : "exit");
   }
   j->run->outcome = judge(j->run);
-  if (plan->filters && j->run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, j->run);
+  if ((plan->filters || plan->shapes) && j->run->outcome != FLESH_HARDCASES_NOT_RUN) flesh_hardcases_keep(plan, j->run);
 }
 
 static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
@@ -262,7 +262,8 @@ int flesh_hardcases_run_all(flesh_hardcases_plan *plan)
   int status = jobs && ends ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   while (!(status && !running) && (next < plan->run_count || running)) {
     int stopping = status || flesh_interrupt_signal();
-    if (!stopping && next < plan->run_count && plan->filters && flesh_hardcases_recall(plan, &plan->runs[next])) {
+    if (!stopping && next < plan->run_count &&
+        (plan->filters || plan->shapes) && flesh_hardcases_recall(plan, &plan->runs[next])) {
       next++, done++;
       continue;
     }

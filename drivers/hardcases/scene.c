@@ -40,7 +40,7 @@ static void write_material(FILE *stream, const flesh_hardcases_run *run, double 
 {
   const flesh_hardcases_setting *s = run->setting;
   fprintf(stream, "{energy: %s, constants: %s, young: %g, poisson: ", flesh_energy_name(s->energy),
-          flesh_constants_name(s->constants), young * factor);
+          flesh_constants_name(s->constants), (run->row->young > 0 ? run->row->young : young) * factor);
   flesh_number_print(stream, run->row->poisson > 0 ? run->row->poisson : s->poisson);
   putc('}', stream);
 }
@@ -87,6 +87,11 @@ static void write_body(FILE *stream, const flesh_hardcases_run *run)
   if (!(row->flags & FLESH_HARDCASES_STATIC)) fputs("  - inertia: {}\n", stream);
   if (row->flags & FLESH_HARDCASES_PINNED)
     fputs("  - pin: {box: [[-1, -1, -1], [1e-9, 1, 1]]}\n", stream);
+  if (row->flags & FLESH_HARDCASES_FEET) {
+    fputs("  - pin: {box: [[-1e9, -1e9, -1e9], [", stream);
+    flesh_number_print(stream, row->offset + 0.05 * 0.2 * (row->scale > 0 ? row->scale : 1));
+    fputs(", 1e9, 1e9]]}\n", stream);
+  }
 }
 
 static int write_text(const flesh_hardcases_run *run, const char *path, int release)
@@ -122,12 +127,15 @@ static int write_text(const flesh_hardcases_run *run, const char *path, int rele
 }
 
 /* A block of the battery's size, or the file's tets with four nodes each, moved and scaled to begin at 0 and to be
- * 0.2 m long along x. */
-static int make_body(const flesh_hardcases_body *body, flesh_mesh **mesh)
+ * 0.2 m long along x; as the case wants it scaled and moved further. */
+static int make_body(const flesh_hardcases_body *body, const flesh_hardcases_case *row, flesh_mesh **mesh)
 {
+  const double length = 0.2 * (row->scale > 0 ? row->scale : 1);
   flesh_mesh *read = NULL, *lowered = NULL;
   flesh_mesh_info info;
-  if (!body->file) return flesh_mesh_box(body->cells, (double[3]){0.2, 0.1, 0.1}, (double[3]){0}, mesh);
+  if (!body->file)
+    return flesh_mesh_box(body->cells, (double[3]){length, length / 2, length / 2},
+                          (double[3]){row->offset, row->offset, row->offset}, mesh);
   int status = flesh_mesh_read(body->file, &read);
   if (!status && flesh_mesh_order(read) == 2) {
     status = flesh_mesh_lower_order(read, &lowered);
@@ -139,7 +147,7 @@ static int make_body(const flesh_hardcases_body *body, flesh_mesh **mesh)
   double *x = malloc(sizeof *x * 3 * (size_t)info.nodes);
   if (!x) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   for (int d = 0; d < 3 * info.nodes && !status; d++)
-    x[d] = (flesh_mesh_positions(read)[d] - info.low[d % 3]) * 0.2 / (info.high[0] - info.low[0]);
+    x[d] = row->offset + (flesh_mesh_positions(read)[d] - info.low[d % 3]) * length / (info.high[0] - info.low[0]);
   if (!status) status = flesh_mesh_create(info.nodes, x, info.tets, flesh_mesh_tets(read), NULL, mesh);
   free(x);
   flesh_mesh_destroy(&read);
@@ -150,7 +158,7 @@ int flesh_hardcases_run_mesh(const flesh_hardcases_plan *plan, const flesh_hardc
 {
   flesh_mesh *corners = NULL;
   *mesh = NULL;
-  int status = run->setting->body ? make_body(run->setting->body, &corners)
+  int status = run->setting->body ? make_body(run->setting->body, run->row, &corners)
                                   : flesh_hardcases_make_mesh(run->row, plan->quick, &corners);
   if (status || run->setting->element == FLESH_ELEMENT_TET4) {
     *mesh = corners;

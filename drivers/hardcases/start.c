@@ -132,10 +132,47 @@ static void start_node(const flesh_hardcases_case *row, const body *b, const dou
     v[0] = -2 * pi * amount / b->step * (x[1] - b->middle[1]);
     v[1] = 2 * pi * amount / b->step * (x[0] - b->middle[0]);
     break;
+  case FLESH_HARDCASES_SPEED:
+    v[0] = amount;
+    break;
+  case FLESH_HARDCASES_THROW: /* needs all nodes */
+    break;
+  case FLESH_HARDCASES_GAUSS: /* u has been made normal */
+    for (int c = 0; c < 3; c++) x[c] += amount * b->length * u[c];
+    break;
+  case FLESH_HARDCASES_HALF_TURN:
+    if (X[0] > b->middle[0]) turn(x, b->middle, pi);
+    break;
+  case FLESH_HARDCASES_INSIDE_OUT:
+    for (int c = 0; c < 3; c++) x[c] = 2 * b->middle[c] - x[c];
+    break;
   case FLESH_HARDCASES_FLY:
     x[0] -= amount;
     v[0] = 100;
     break;
+  }
+}
+
+/* Two numbers made normal (Box & Muller 1958); a, b in [-1, 1). */
+static void make_normal(double *a, double *b)
+{
+  const double radius = sqrt(-2 * log(0.5 * (1 - *a))), angle = acos(-1) * *b;
+  *a = radius * cos(angle);
+  *b = radius * sin(angle);
+}
+
+/* Nodes here and there, each in a direction of its own. */
+static void throw_nodes(int nodes, double distance, uint64_t *random, double *x)
+{
+  const int count = nodes / 100 > 3 ? nodes / 100 : 3;
+  for (int k = 0; k < count; k++) {
+    double u[3], length = 0;
+    const int i = (int)fmin(nodes - 1, floor(0.5 * (uniform(random) + 1) * nodes));
+    while (!(length > 0.1 && length < 1)) {
+      length = 0;
+      for (int c = 0; c < 3; c++) u[c] = uniform(random), length += u[c] * u[c];
+    }
+    for (int c = 0; c < 3; c++) x[3 * i + c] += distance * u[c] / sqrt(length);
   }
 }
 
@@ -158,10 +195,16 @@ int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh
   for (int i = 0; i < nodes && !status; i++) {
     double u[3];
     for (int c = 0; c < 3; c++) u[c] = uniform(&random);
+    if (row->start == FLESH_HARDCASES_GAUSS) {
+      double spare = uniform(&random);
+      make_normal(&u[0], &u[1]);
+      make_normal(&u[2], &spare);
+    }
     start_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i, state->v + 3 * i);
     for (int c = 0; c < 3; c++) state->x[3 * i + c] += row->noise * edge[i] * u[c];
   }
   if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
+  if (!status && row->start == FLESH_HARDCASES_THROW) throw_nodes(nodes, row->amount * b.length, &random, state->x);
   free(edge);
   return status;
 }

@@ -45,10 +45,11 @@ typedef enum flesh_technique {
    * result is accepted if its potential is lower than the cut step's (the watchdog technique of
    * Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_WATCHDOG = 4,
-  /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge,
-   * without a load that holds them so, has those nodes repositioned by their neighbours and the rest
-   * shape; counted in flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one
-   * that starts in an exact line or point, may collapse: then nothing is repositioned. */
+  /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a load that
+   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0.3, then 0) is
+   * found from there, and from that the true one, which is kept if its potential is lower; counted in
+   * flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one that starts in an exact line or
+   * point, may collapse: then nothing is done. */
   FLESH_TECHNIQUE_UNTANGLE = 8,
   FLESH_TECHNIQUES_ALL = 15
 } flesh_technique;
@@ -113,6 +114,7 @@ typedef struct flesh_stage {
   /* Of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
   const double *multipliers;
   double penalty;
+  int softness; /* of the point */
 } flesh_stage;
 
 /* Of one solve, or summed over a step with its halvings. */

@@ -5,7 +5,26 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "element/element.h"
 #include "element/tet_batches.h"
+
+typedef struct elasticity {
+  flesh_tets tets;
+  flesh_material *soft;            /* [materials] for each level of softness */
+  flesh_volume_share *soft_shares; /* the same; NULL where the element takes none */
+} elasticity;
+
+/* The tets of a point; `room` for those with materials that are softer than the body's. */
+static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *point, flesh_tets *room)
+{
+  const elasticity *self = effect->data;
+  if (!point->softness) return &self->tets;
+  const size_t first = (size_t)(point->softness - 1) * (size_t)self->tets.materials;
+  *room = self->tets;
+  room->batches.materials = self->soft + first;
+  if (self->soft_shares) room->batches.volume_shares = self->soft_shares + first;
+  return room;
+}
 
 static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 {
@@ -16,7 +35,8 @@ static const flesh_cells *elasticity_cells(const flesh_effect *effect)
 /* What of r and sums {V, size of its terms} is not NULL. */
 static int residual_kernel(const flesh_effect *effect, const flesh_point *point, double *r, double *sums)
 {
-  const flesh_tets *tets = effect->data;
+  flesh_tets room;
+  const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {.x = point->x, .multipliers = point->multipliers, .penalty = point->penalty};
   return flesh_tets_residual(tets, tets->kernels->elastic, &at, point->threads, r, sums);
 }
@@ -29,7 +49,8 @@ static int elasticity_residual(const flesh_effect *effect, const flesh_point *po
 static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, int anew,
                         const int *slots, double *values)
 {
-  const flesh_tets *tets = effect->data;
+  flesh_tets room;
+  const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {
       .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew,
       .multipliers = point->multipliers, .penalty = point->penalty};
@@ -117,7 +138,8 @@ static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *
 static void elasticity_stiff_values(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                                     float *values)
 {
-  const flesh_tets *tets = effect->data;
+  flesh_tets room;
+  const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {.x = point->x, .scale = shift->x, .penalty = point->penalty};
   flesh_tets_rows(tets, tets->kernels->elastic, &at, point->threads, values);
 }
@@ -129,13 +151,20 @@ static flesh_instructions elasticity_instructions(const flesh_effect *effect)
 
 static size_t elasticity_memory(const flesh_effect *effect)
 {
-  return sizeof(flesh_tets) + flesh_tets_memory(effect->data);
+  const elasticity *self = effect->data;
+  return sizeof *self + flesh_tets_memory(&self->tets) +
+         FLESH_SOFTNESS_LEVELS * (size_t)self->tets.materials *
+             (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
 }
 
 static void elasticity_destroy(void *data)
 {
-  if (data) flesh_tets_clear(data);
-  flesh_free(data);
+  elasticity *self = data;
+  if (!self) return;
+  flesh_free(self->soft);
+  flesh_free(self->soft_shares);
+  flesh_tets_clear(&self->tets);
+  flesh_free(self);
 }
 
 static int elasticity_gaps(const flesh_effect *effect, const flesh_point *point, double *gaps)
@@ -153,6 +182,36 @@ static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
       const flesh_volume_share *share = &batches->volume_shares[batches->material[b]];
       stiffness[batches->tet[k]] = share->held ? share->share : 0;
     }
+}
+
+/* Poisson's ratio of what has been softened; what is softer stays so. */
+static const double softened_poisson[FLESH_SOFTNESS_LEVELS] = {0.3, 0};
+
+/* S of the same shear modulus at rest: it has a value and leads back everywhere, whatever the material's form does. */
+static void soften(const flesh_material *material, double poisson, flesh_material *soft)
+{
+  double mu, lambda;
+  *soft = *material;
+  if (flesh_material_small_strain(material, &mu, &lambda, NULL)) return;
+  const double softer = fmin(lambda, 2 * mu * poisson / (1 - 2 * poisson));
+  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, softer, soft)) *soft = *material;
+}
+
+static int make_soft(const flesh_body *body, elasticity *self)
+{
+  const size_t count = (size_t)self->tets.materials, all = FLESH_SOFTNESS_LEVELS * count;
+  const flesh_volume_share *shares = self->tets.batches.volume_shares;
+  int status = FLESH_OK;
+  self->soft = flesh_malloc((all + 1) * sizeof *self->soft);
+  if (shares) self->soft_shares = flesh_malloc((all + 1) * sizeof *self->soft_shares);
+  if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", all);
+  for (size_t k = 0; k < all && !status; k++) {
+    soften(&body->materials[k % count], softened_poisson[k / count], &self->soft[k]);
+    if (!shares) continue;
+    self->soft_shares[k] = shares[k % count];
+    if (shares[k % count].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
+  }
+  return status;
 }
 
 static const flesh_effect_figures figures = {.memory = elasticity_memory};
@@ -181,12 +240,13 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
   FLESH_NEED({body, "body"});
   if (!body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "elasticity needs a body with a material");
-  flesh_tets *tets = flesh_malloc(sizeof *tets);
-  if (!tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
-  int status = flesh_tets_create(body, FLESH_TETS_SHAPES, tets);
+  elasticity *self = flesh_calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the elasticity effect");
+  int status = flesh_tets_create(body, FLESH_TETS_SHAPES, &self->tets);
+  if (!status) status = make_soft(body, self);
   if (status) {
-    elasticity_destroy(tets);
+    elasticity_destroy(self);
     return status;
   }
-  return flesh_effect_create(tets->batches.tet ? &holding_operations : &elasticity_operations, tets, effect);
+  return flesh_effect_create(self->tets.batches.tet ? &holding_operations : &elasticity_operations, self, effect);
 }

@@ -114,7 +114,8 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   if (!stage->x_lag) self->stage.x_lag = stage->x0, self->stage.t_lag = stage->t;
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->zeros;
   self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
-  if (stage->multipliers) self->reached.there.known = 0; /* they may have changed where x has not */
+  /* They may have changed where x has not. */
+  if (stage->multipliers || stage->softness) self->reached.there.known = 0;
   const int changed = flesh_equations_find_constrained(self, stage->t);
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
@@ -187,7 +188,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
                        .clearance = looks ? &self->clearance : NULL,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
-                       .multipliers = s->multipliers, .penalty = s->penalty,
+                       .multipliers = s->multipliers, .penalty = s->penalty, .softness = s->softness,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
                        .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
                        .threads = self->threads, .costs = self->costs};
@@ -343,7 +344,8 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
 void flesh_equations_reach(flesh_equations *self, const double *u)
 {
   self->reached.there.known = 0;
-  if (self->stage.shift.x != 1 || !knows_potential(self, u)) return; /* else no step ends where the stage does */
+  if (self->stage.shift.x != 1 || self->stage.softness || !knows_potential(self, u))
+    return; /* no step ends where the stage does */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, self->x, self->reached.x);
   self->reached.there = self->potential.by_position;

@@ -119,9 +119,10 @@ const flesh_key flesh_solver_table[] = {
             "curvature. nonlinear_elimination: after a step that was not predicted and left few nodes that carry the "
             "residual, these and their neighbours are solved for alone (line_search: potential). watchdog: where "
             "straight steps strain stiff parts that rotate, and are cut, a longer one is tried, with Newton steps "
-            "from there; taken if the potential ends lower (line_search: potential). untangle: near equilibrium, "
-            "nodes of tets that stay inverted, collapsed or wound once more around an edge, though no load holds "
-            "them so, are repositioned by their neighbours and the rest shape (counted in the results)"},
+            "from there; taken if the potential ends lower (line_search: potential). untangle: where tets "
+            "rest inverted, collapsed or wound once more around an edge, though no load holds them so, the "
+            "equilibrium of softer materials is found from there, and from that the true one; kept if its potential "
+            "is lower (counted in the results)"},
     {.name = "accept_unconverged",
      .type = FLESH_KEY_BOOLEAN,
      .offset = offsetof(flesh_solver_options, accept_unconverged),

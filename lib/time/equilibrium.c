@@ -112,10 +112,9 @@ int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state
 {
   flesh_untangler *untangler = self->recovery.untangler;
   int status = balance(self, state, h, stats);
-  while (!status && untangler && (status = flesh_untangler_after_equilibrium(untangler, state)) == 1) {
-    status = balance(self, state, 0, stats);
-    flesh_untangler_judge(untangler, state, status == FLESH_OK, stats);
-    if (status > 0) status = FLESH_OK; /* the tangle is an equilibrium */
-  }
-  return status;
+  if (status || !untangler) return status;
+  status = flesh_untangler_after_equilibrium(untangler, state);
+  if (status == 1) status = flesh_integrator_relax(self, state, stats);
+  if (status == 1 && flesh_system_has_follower_loads(self->system)) status = balance(self, state, 0, stats);
+  return status < 0 ? status : FLESH_OK;
 }

@@ -230,25 +230,12 @@ static int step_adaptively(flesh_integrator *self, flesh_state *state, double h,
   return status;
 }
 
-/* Looks for a tangle at the end of a step, and takes the step again from where its nodes are repositioned, as often as
- * that leads on. The energy of that is no motion's. */
+/* Looks for a tangle at the end of a step, and for a way out. The energy of that is no motion's. */
 static int untangle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
-  flesh_untangler *untangler = self->recovery.untangler;
-  int status = flesh_untangler_after_step(untangler, state, h), again = status == 1, euler;
-  if (!again) return status;
-  const flesh_energy_watch watch = self->watch;
-  const int steps = stats->steps;
-  do {
-    self->watch.known = 0;
-    if (is_adaptive(self->method)) status = step_adaptively(self, state, h, stats, &euler);
-    else status = flesh_integrator_step_in_time(self, state, h, stats);
-    if (status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_ENERGY) status = FLESH_NOT_CONVERGED;
-    again = flesh_untangler_judge(untangler, state, status == FLESH_OK, stats);
-  } while (again);
-  stats->steps = steps; /* these were the same one */
-  self->watch = watch;
-  flesh_energy_watch_jump(&self->watch, state->t, state);
+  int status = flesh_untangler_after_step(self->recovery.untangler, state, h);
+  if (status == 1) status = flesh_integrator_relax(self, state, stats);
+  if (status == 1) flesh_energy_watch_jump(&self->watch, state->t, state);
   return status < 0 ? status : FLESH_OK;
 }
 

@@ -49,6 +49,10 @@ int flesh_integrator_step_in_time(flesh_integrator *integrator, flesh_state *sta
 int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state *state, double h,
                                       flesh_solve_stats *stats);
 
+/* From a state that is tangled for good to one of less potential at the same time: 1 where there is one, else 0 and the
+ * state as it was, or a negative status. */
+int flesh_integrator_relax(flesh_integrator *integrator, flesh_state *state, flesh_solve_stats *stats);
+
 /* Everything that is known about a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,
                                      int status, const flesh_solve_stats *stats);

@@ -44,8 +44,8 @@ static int pull(int untangle, double **x, int *inverted, flesh_solve_stats *stat
   return n;
 }
 
-/* The spring acts on few of the nodes of the inverted tets. It is the stress around that holds them, and repositioned
- * they come back: the motion is that without repositioning, at every step. */
+/* The spring acts on few of the nodes of the inverted tets. It is the stress around that holds them, and softened
+ * they come back: the motion is that without softening, at every step. */
 static void tangles_that_stress_holds_are_left_alone(void)
 {
   double *with, *without, worst = 0;

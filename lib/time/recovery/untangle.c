@@ -1,4 +1,4 @@
-/* untangle.c: decides when a tangle is permanent, repositions its nodes, and judges the result of the next solve. */
+/* untangle.c: decides when a tangle is permanent, and whether what softer materials have led to is better. */
 #include "time/recovery/untangle.h"
 
 #include <math.h>
@@ -11,8 +11,10 @@
 #include "mesh/inspect.h"
 #include "mesh/pieces.h"
 #include "system/feasible_step.h"
+#include "system/inertia_modulus.h"
 #include "system/one_effect.h"
 #include "time/recovery/winding.h"
+#include "time/rigid_guess.h"
 
 /* Quasi-static: inertial forces are below this fraction of the force that strains the average edge by its own
  * length. */
@@ -23,19 +25,21 @@ static const double quasi_static_displacement = 1e-3;
 /* Loads above this fraction of that force on one of its nodes hold a tangle in place. */
 static const double holding_force = 0.05;
 static const double rounding_of_terms = 1e-10; /* of a potential */
-static const double vanished_fraction = 0.01;     /* of the volume at rest */
+/* Of long steps of backward Euler, that let a free body find its equilibrium: inertia's modulus over the material's. */
+static const double inertial_fraction = 1e-6;
+static const double vanished_size = 0.05;      /* of that at rest */
 enum {
-  VECTORS = 9,
-  QUASI_STATIC_STEPS = 5,   /* in a row, so that no turning point of a motion passes for rest */
-  ATTEMPT_LIMIT = 12, /* 2^11 layers are the whole of any mesh that fits here */
-  REPETITION_LIMIT = 20 /* of a step whose potential falls, but not yet below that of the tangle */
+  VECTORS = 7,
+  QUASI_STATIC_STEPS = 5, /* in a row, so that no turning point of a motion passes for rest */
+  ATTEMPT_LIMIT = 3       /* at a tangle, which loads that change meanwhile may hold no more */
 };
 
 struct flesh_untangler {
   const flesh_system *system;
   const flesh_mesh *mesh;
   int has_inertia;
-  flesh_reserve *reserve;          /* of the winding, and of what moves nodes by it */
+  flesh_rigid_parts parts;
+  flesh_reserve *reserve;          /* of the winding */
   flesh_winding *winding;      /* made at the first suspicion */
   int n, quasi_static, attempts, know_velocity;
   int stressed;     /* at rest */
@@ -46,13 +50,11 @@ struct flesh_untangler {
   double *v, *a, *r, *saved, *zero; /* [n] */
   struct {
     double *x, *v; /* [n] */
-  } begin, end;    /* of the last step; the end with the tangle, and so are the numbers below */
-  double t_begin, t_end;
-  double *multipliers; /* [multiplier_count] of the end */
+  } end; /* of the last step, with the tangle, and so are the numbers below */
+  double *multipliers; /* [multiplier_count] */
   int multiplier_count;
-  int vanished; /* The body is a point, in which form E has no more energy than at rest for a ratio of 0. */
-  int moved, repetitions, in_time; /* of the repositioning under trial */
-  double phi, last;                /* J, of the tangle and of the last repetition */
+  int vanished; /* A part is a point, in which form E has no more energy than at rest for a ratio of 0. */
+  double phi;   /* J */
   uint8_t *fixed; /* [n] */
 };
 
@@ -102,31 +104,30 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   self->has_inertia = flesh_system_has_role(system, FLESH_ROLE_INERTIA);
   self->edge = flesh_mesh_mean_edge(self->mesh);
   self->multiplier_count = flesh_system_multiplier_count(system);
-  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero,
-                       &self->begin.x, &self->begin.v, &self->end.x, &self->end.v};
+  double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
   failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh)));
   failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
   for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
-  if (!failed) {
+  int status = failed ? FLESH_ERR_MEMORY : flesh_rigid_parts_create(system, &self->parts);
+  if (!status) {
     self->force = force_scale(self, &self->stressed);
     return FLESH_OK;
   }
   flesh_untangler_destroy(untangler);
-  return flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler");
+  return failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for an untangler") : status;
 }
 
 void flesh_untangler_destroy(flesh_untangler **untangler)
 {
   if (!untangler || !*untangler) return;
   flesh_reserve_destroy(&(*untangler)->reserve); /* and the winding with it */
+  flesh_rigid_parts_clear(&(*untangler)->parts);
   free((*untangler)->v);
   free((*untangler)->a);
   free((*untangler)->r);
   free((*untangler)->saved);
   free((*untangler)->zero);
-  free((*untangler)->begin.x);
-  free((*untangler)->begin.v);
   free((*untangler)->end.x);
   free((*untangler)->end.v);
   free((*untangler)->multipliers);
@@ -143,9 +144,6 @@ size_t flesh_untangler_memory(const flesh_untangler *self)
 
 void flesh_untangler_before_step(flesh_untangler *self, const flesh_state *state)
 {
-  self->t_begin = state->t;
-  memcpy(self->begin.x, state->x, sizeof(double) * (size_t)self->n);
-  memcpy(self->begin.v, state->v, sizeof(double) * (size_t)self->n);
   if (state->t == self->expected) return;
   self->expected = state->t;
   self->may_collapse = self->stressed || flesh_mesh_is_flat(self->mesh, state->x);
@@ -240,24 +238,6 @@ static int has_collapsed(const flesh_untangler *self, const flesh_state *state, 
               0.4 * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh)));
 }
 
-/* Moved nodes take the mean velocity of their group: how fast they would move is not known. */
-static void settle_velocities(flesh_untangler *self, flesh_state *state)
-{
-  const int *moved = flesh_winding_moved(self->winding);
-  int nodes = self->n / 3, groups = 0;
-  for (int i = 0; i < nodes; i++) groups = moved[i] > groups ? moved[i] : groups;
-  for (int g = 1; g <= groups; g++) {
-    double mean[3] = {0};
-    int count = 0;
-    for (int i = 0; i < nodes; i++) {
-      count += moved[i] == g;
-      for (int c = 0; c < 3; c++) mean[c] += (moved[i] == g) * state->v[3 * i + c];
-    }
-    for (int d = 0; d < self->n; d++)
-      if (moved[d / 3] == g) state->v[d] = self->fixed[d] ? 0 : mean[d % 3] / count;
-  }
-}
-
 /* The potential of the body that stands still there, and the size of its terms, J. */
 static int potential(flesh_untangler *self, const flesh_state *state, double *phi, double *magnitude)
 {
@@ -267,7 +247,6 @@ static int potential(flesh_untangler *self, const flesh_state *state, double *ph
 
 static void remember_end(flesh_untangler *self, const flesh_state *state)
 {
-  self->t_end = state->t;
   memcpy(self->end.x, state->x, sizeof(double) * (size_t)self->n);
   memcpy(self->end.v, state->v, sizeof(double) * (size_t)self->n);
   if (state->multipliers) memcpy(self->multipliers, state->multipliers, sizeof(double) * (size_t)self->multiplier_count);
@@ -275,57 +254,64 @@ static void remember_end(flesh_untangler *self, const flesh_state *state)
 
 static void take_back(flesh_untangler *self, flesh_state *state)
 {
-  state->t = self->t_end;
   memcpy(state->x, self->end.x, sizeof(double) * (size_t)self->n);
   memcpy(state->v, self->end.v, sizeof(double) * (size_t)self->n);
   if (state->multipliers) memcpy(state->multipliers, self->multipliers, sizeof(double) * (size_t)self->multiplier_count);
 }
 
-/* From positions at the end of the step to those at its beginning that lead there by the motion that it had. */
-static void begin_again(flesh_untangler *self, flesh_state *state)
+/* The middle of the nodes of a part of the mesh, and the mean square of their distance from it. */
+static double spread(const flesh_rigid_parts *parts, int part, const double *x, double middle[3])
 {
-  const int *moved = flesh_winding_moved(self->winding);
-  settle_velocities(self, state);
-  state->t = self->t_begin;
-  for (int d = 0; d < self->n; d++) {
-    if (self->fixed[d]) state->x[d] = self->begin.x[d];
-    else state->x[d] -= self->end.x[d] - self->begin.x[d];
-    if (self->fixed[d] || !moved[d / 3]) state->v[d] = self->begin.v[d];
+  const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
+  double square = 0;
+  for (int c = 0; c < 3; c++) {
+    middle[c] = 0;
+    for (int k = 0; k < count; k++) middle[c] += x[3 * nodes[k] + c] / count;
+    for (int k = 0; k < count; k++) square += pow(x[3 * nodes[k] + c] - middle[c], 2) / count;
   }
+  return square;
 }
 
-/* A group that lies behind an obstacle in part is moved before it as a whole, as pushing single nodes out would flatten
- * it again. Between two obstacles there may be no such place. */
-static void clear_obstacles(flesh_untangler *self, flesh_state *state)
+static int has_vanished(const flesh_untangler *self, int part, const double *x, double move[3])
+{
+  double now[3], rest[3];
+  const int vanished = spread(&self->parts, part, x, now) < vanished_size * vanished_size *
+                       spread(&self->parts, part, flesh_mesh_positions(self->mesh), rest);
+  for (int c = 0; c < 3; c++) move[c] = now[c] - rest[c];
+  return vanished;
+}
+
+/* Nothing shows the way out of a point: the part is laid out at rest around it, as a whole before obstacles, none of
+ * which is passed. */
+static void lay_out(flesh_untangler *self, int part, double move[3], flesh_state *state)
 {
   enum { TRIES = 4 };
-  const int *moved = flesh_winding_moved(self->winding);
-  int nodes = self->n / 3, groups = 0;
-  for (int i = 0; i < nodes; i++) groups = moved[i] > groups ? moved[i] : groups;
-  for (int k = 0; k < TRIES * groups; k++) {
-    double farthest[3] = {0}, square = 0;
-    int is_free = 1;
+  const double *X = flesh_mesh_positions(self->mesh);
+  const int *nodes = self->parts.nodes + self->parts.first[part];
+  const int count = self->parts.first[part + 1] - self->parts.first[part];
+  for (int k = 0; k < TRIES; k++) {
+    double farthest = 0, more[3] = {0};
+    for (int i = 0; i < 3 * count; i++) {
+      const int d = 3 * nodes[i / 3] + i % 3;
+      if (!self->fixed[d]) state->x[d] = X[d] + move[i % 3];
+    }
     memcpy(self->saved, state->x, sizeof(double) * (size_t)self->n);
     flesh_system_push_out(self->system, state->t, self->end.x, state->t, self->saved);
-    for (int i = 0; i < nodes; i++) {
-      if (moved[i] != k % groups + 1) continue;
-      double shift[3], length = 0;
-      for (int c = 0; c < 3; c++) {
-        shift[c] = self->saved[3 * i + c] - state->x[3 * i + c];
-        length += shift[c] * shift[c];
-        is_free &= !self->fixed[3 * i + c];
-      }
-      if (length > square) square = length, memcpy(farthest, shift, sizeof shift);
+    for (int i = 0; i < count; i++) {
+      const double *out = self->saved + 3 * nodes[i], *in = state->x + 3 * nodes[i];
+      const double square = pow(out[0] - in[0], 2) + pow(out[1] - in[1], 2) + pow(out[2] - in[2], 2);
+      if (square <= farthest) continue;
+      farthest = square;
+      for (int c = 0; c < 3; c++) more[c] = out[c] - in[c];
     }
-    for (int d = 0; d < self->n && is_free; d++)
-      if (moved[d / 3] == k % groups + 1) state->x[d] += farthest[d % 3];
+    for (int c = 0; c < 3; c++) move[c] += more[c];
   }
+  memcpy(state->x, self->saved, sizeof(double) * (size_t)self->n);
 }
 
-/* Returns 1 when it has repositioned nodes. */
-static int untangle(flesh_untangler *self, flesh_state *state)
+/* Whether there is a tangle that only softening leads out of. */
+static int find(flesh_untangler *self, const flesh_state *state)
 {
-  double magnitude;
   if (!flesh_mesh_may_be_tangled(self->mesh, state->x)) {
     self->attempts = 0;
     return 0;
@@ -344,35 +330,22 @@ static int untangle(flesh_untangler *self, flesh_state *state)
     self->attempts = 0;
     return 0;
   }
-  if (self->attempts >= ATTEMPT_LIMIT || has_collapsed(self, state, count) ||
-      !is_balanced(self, state) || is_held(self, state, tangled))
-    return 0;
-  if (potential(self, state, &self->phi, &magnitude)) return 0;
-  remember_end(self, state);
-  self->vanished = fabs(flesh_mesh_volume(self->mesh, state->x)) <
-                   vanished_fraction * flesh_mesh_volume(self->mesh, flesh_mesh_positions(self->mesh));
-  self->moved = flesh_winding_embed(self->winding, 1 << self->attempts++, self->fixed, state->x);
-  if (self->moved < 0) return self->moved;
-  /* No obstacle is passed: what it bars stays before it. */
-  if (self->moved == self->n / 3) clear_obstacles(self, state);
-  flesh_system_push_out(self->system, state->t, self->end.x, state->t, state->x);
-  /* Energies that inverted tets have no place in must have one afterwards. */
-  if (flesh_system_max_feasible_step(self->system, state->t, self->end.x, state->t, state->x) < 1 ||
-      potential(self, state, &self->last, &magnitude)) {
-    take_back(self, state);
-    return 0;
-  }
-  self->repetitions = 0;
-  return 1;
+  return self->attempts < ATTEMPT_LIMIT && !has_collapsed(self, state, count) && is_balanced(self, state) &&
+         !is_held(self, state, tangled);
 }
 
-/* The same without a request for memory. */
-static int untangle_from_reserve(flesh_untangler *self, flesh_state *state)
+/* The same without a request for memory; with 1 the end is remembered. */
+static int find_from_reserve(flesh_untangler *self, flesh_state *state)
 {
+  double magnitude;
   flesh_reserve *before = flesh_reserve_enter(self->reserve);
-  int status = untangle(self, state);
+  int status = find(self, state);
   flesh_reserve_enter(before);
-  return status;
+  if (status != 1) return status;
+  if (potential(self, state, &self->phi, &magnitude)) return 0;
+  self->attempts++;
+  remember_end(self, state);
+  return 1;
 }
 
 int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double h)
@@ -381,42 +354,58 @@ int flesh_untangler_after_step(flesh_untangler *self, flesh_state *state, double
   self->quasi_static = is_quasi_static(self, state, h) ? self->quasi_static + 1 : 0;
   if (self->quasi_static < QUASI_STATIC_STEPS) return 0;
   self->quasi_static = 0;
-  self->in_time = 1;
-  const int status = untangle_from_reserve(self, state);
-  if (status == 1) begin_again(self, state);
-  return status;
+  return find_from_reserve(self, state);
 }
 
 int flesh_untangler_after_equilibrium(flesh_untangler *self, flesh_state *state)
 {
   self->expected = state->t;
-  self->in_time = 0;
-  return untangle_from_reserve(self, state);
+  return find_from_reserve(self, state);
+}
+
+void flesh_untangler_begin(flesh_untangler *self, flesh_state *state)
+{
+  double move[3];
+  take_back(self, state);
+  self->vanished = 0;
+  for (int part = 0; part < self->parts.count; part++) {
+    if (!has_vanished(self, part, state->x, move)) continue;
+    self->vanished = 1;
+    lay_out(self, part, move, state);
+  }
+}
+
+double flesh_untangler_long_step(const flesh_untangler *self)
+{
+  const double inertia = flesh_system_inertia_modulus(self->system, self->a, self->r);
+  return self->force > 0 ? sqrt(inertia * self->edge * self->edge / (inertial_fraction * self->force)) : 0;
+}
+
+int flesh_untangler_is_still(const flesh_untangler *self, const double *u)
+{
+  return flesh_largest(NULL, self->n, u) <= quasi_static_displacement * self->edge;
 }
 
 int flesh_untangler_judge(flesh_untangler *self, flesh_state *state, int solved, flesh_solve_stats *stats)
 {
-  double phi = INFINITY, magnitude = 0, largest = 0;
+  double phi = INFINITY, magnitude = 0;
+  int moved = 0;
   if (solved && potential(self, state, &phi, &magnitude)) phi = INFINITY;
-  for (int d = 0; d < self->n; d++) largest = fmax(largest, fabs(state->x[d] - self->end.x[d]));
-  const double rounding = rounding_of_terms * magnitude;
-  const int elsewhere = phi < INFINITY && largest > quasi_static_displacement * self->edge;
-  const int better = phi < self->phi - rounding ||
-                     (self->vanished && !flesh_mesh_may_be_tangled(self->mesh, state->x));
-  if (elsewhere && better) {
-    memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
-    stats->untanglings++;
-    stats->untangled_nodes += self->moved;
+  for (int i = 0; i < self->n / 3; i++) {
+    double largest = 0;
+    for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(state->x[3 * i + c] - self->end.x[3 * i + c]));
+    moved += largest > quasi_static_displacement * self->edge;
+  }
+  const int better = phi < self->phi - rounding_of_terms * magnitude ||
+                     (phi < INFINITY && self->vanished && !flesh_mesh_may_be_tangled(self->mesh, state->x));
+  if (!moved || !better) {
+    take_back(self, state);
     return 0;
   }
-  if (elsewhere && self->in_time && phi < self->last - rounding && ++self->repetitions < REPETITION_LIMIT) {
-    self->last = phi;
-    begin_again(self, state);
-    return 1;
-  }
-  take_back(self, state);
-  if (self->moved == self->n / 3) self->attempts = ATTEMPT_LIMIT; /* no further one would be another */
-  return 0;
+  memcpy(self->v, state->v, sizeof(double) * (size_t)self->n);
+  stats->untanglings++;
+  stats->untangled_nodes += moved;
+  return 1;
 }
 
 void flesh_untangler_archive(flesh_untangler *self, flesh_archive *archive)

@@ -1,15 +1,13 @@
-/* untangle.h: repositions the nodes of permanent tangles between steps.
+/* untangle.h: decides when a body is tangled permanently, and whether softer materials have led out of it.
  *
- * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a
- * local minimum of its energy, which a solver does not leave; collapsed to a point it may sit in one
- * too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the tangled
- * nodes are repositioned by their neighbours and the rest shape (winding.h), first those of the
- * tangle and one layer around it, then twice as many layers at every further attempt. The step, or the
- * equilibrium, is then solved again from there. The result is kept if its potential is lower than
- * that of the tangle; else a load holds the tangle, perhaps through the material around it, and the
- * state is reset. No force does this: it is counted in flesh_solve_stats and can be switched off
- * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin
- * in an exact line or point, may collapse: that is an equilibrium of theirs, and is left. */
+ * A body that has come to rest with inverted tets, or wound once more around some edge, sits in a local minimum of its
+ * energy: every way out goes through changes of volume, which the material resists. Collapsed to a point it may sit in
+ * one too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the integrator solves for
+ * the equilibrium of softer materials from there (flesh_point.softness), and from that for the equilibrium of the true
+ * ones (relax.c). The result is kept if its potential is lower than that of the tangle; else still softer materials are
+ * tried, and in the end the tangle stays. That is no motion: it is counted in flesh_solve_stats and can be switched off
+ * (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest, and those that begin in an exact line or point,
+ * may collapse: that is an equilibrium of theirs, and is left. */
 #ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
 #define FLESH_TIME_RECOVERY_UNTANGLE_H
 
@@ -22,20 +20,27 @@ typedef struct flesh_untangler flesh_untangler;
 int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangler);
 void flesh_untangler_destroy(flesh_untangler **untangler);
 
-/* To be called with the state before every step, which is where a step is taken again from; a new one is looked at. */
+/* To be called with the state before every step; a new one is looked at. */
 void flesh_untangler_before_step(flesh_untangler *untangler, const flesh_state *state);
 
-/* To be called with the state after every accepted step of h. Returns 1 when it repositioned nodes: the state is then
- * one at the step's beginning from which the step is to be taken again, and judged. Else 0, or a negative status. */
+/* To be called with the state after every accepted step of h. 1: it is tangled for good, and is remembered. Else 0, or a
+ * negative status. */
 int flesh_untangler_after_step(flesh_untangler *untangler, flesh_state *state, double h);
-
-/* The same for an equilibrium, which is quasi-static by itself; with 1 the state is where it is to be solved from. */
+/* The same for an equilibrium, which is quasi-static by itself. */
 int flesh_untangler_after_equilibrium(flesh_untangler *untangler, flesh_state *state);
 
-/* Judges what the repetition of a step or equilibrium has led to, unless it was not `solved`. Returns 1 where the step
- * is to be taken once more, from the state as it is then: its potential has fallen, but not below that of the tangle.
- * 0: the state is final, and is kept, which adds to *stats, or is that with the tangle again. */
+/* The state becomes the one that an attempt starts from: the tangle, or where a body has vanished into a point its rest
+ * shape around that. */
+void flesh_untangler_begin(flesh_untangler *untangler, flesh_state *state);
+/* Whether the attempt has led to a lower potential, unless it was not `solved`; then the state is kept, which adds to
+ * *stats. Else it becomes the tangle again. */
 int flesh_untangler_judge(flesh_untangler *untangler, flesh_state *state, int solved, flesh_solve_stats *stats);
+
+/* A step of backward Euler so long, s, that inertia does no more than hold a free body; 0: without elasticity. Not to be
+ * called between the two above. */
+double flesh_untangler_long_step(const flesh_untangler *untangler);
+/* Whether displacements u [n] are so small that the body is at rest. */
+int flesh_untangler_is_still(const flesh_untangler *untangler, const double *u);
 
 size_t flesh_untangler_memory(const flesh_untangler *untangler);
 /* What lasts from step to step. */

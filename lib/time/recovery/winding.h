@@ -1,4 +1,4 @@
-/* winding.h: finds where a deformed mesh is tangled, and repositions tangled nodes where the rest shape fits best.
+/* winding.h: finds where a deformed mesh is tangled.
  *
  * A tangle is an inverted tet, or an edge around which the body winds once more than at rest: the
  * dihedral angles of the edge's tets then sum to 2 pi more, though every J may be positive. No
@@ -38,15 +38,5 @@ int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **
  * nothing squeezes does not rest so, but tets that are slivers at rest may: flat in another
  * direction than they should be, they hold their neighbours in place. */
 int flesh_winding_find_crushed(flesh_winding *winding, const double *x, const uint8_t **tangled);
-
-/* Moves the nodes within `rings` layers of tets around the tangled ones of the last find so that the
- * squares of (x_a - x_b) - R (X_a - X_b), over their edges' lengths, sum to the least, R being the
- * rotation that fits the nodes around best, for every connected group of moved nodes its own.
- * `fixed` [3*nodes]: components that stay. Returns the number of nodes moved; FLESH_ERR_MEMORY
- * (negative). */
-int flesh_winding_embed(flesh_winding *winding, int rings, const uint8_t *fixed, double *x);
-
-/* [nodes] for the nodes that the last embedding moved the number of their group, from 1; else 0. */
-const int *flesh_winding_moved(const flesh_winding *winding);
 
 #endif

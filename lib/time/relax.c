@@ -1,0 +1,62 @@
+/* relax.c: the way out of a tangle: to the equilibrium of softer materials, and from there to the true ones'. */
+#include <string.h>
+
+#include "time/integrator.h"
+
+/* A flesh_stage_end's data: what unknowns lead from. */
+typedef struct solution {
+  int n;
+  const double *x;
+} solution;
+
+static void find_end(void *data, const double *u, double *x)
+{
+  const solution *from = data;
+  for (int d = 0; d < from->n; d++) x[d] = from->x[d] + u[d];
+}
+
+/* Statics, or a long step of backward Euler from rest, of which time knows nothing. Pressures of incompressible tets
+ * belong to the true materials alone. */
+static int solve(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
+{
+  const double rate = h > 0 ? 1 / h : 0;
+  flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1, .shift = {1, rate, rate * rate},
+                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softness = softness};
+  int status;
+  if (softness) {
+    status = flesh_nonlinear_solve(self->nonlinear, &stage, NULL, 0, stats);
+  } else {
+    const flesh_stage_end end = {&(solution){self->n, state->x}, find_end};
+    status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &end, NULL, 0, stats);
+    if (!status) status = flesh_multipliers_accept(&self->multipliers, self->nonlinear, &stage, state);
+  }
+  const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+  for (int d = 0; d < self->n && !status; d++) state->x[d] += u[d];
+  return status;
+}
+
+/* Steps until the body is still, or the last; each longer, as parts may be far softer than the body on average. */
+static int settle(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
+{
+  enum { STEPS = 10 };
+  for (int k = 0; k < STEPS; k++, h *= 4) {
+    int status = solve(self, state, h, softness, stats);
+    if (status || h == 0) return status;
+    if (flesh_untangler_is_still(self->recovery.untangler, flesh_nonlinear_unknowns(self->nonlinear))) return FLESH_OK;
+  }
+  return FLESH_OK;
+}
+
+int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
+{
+  flesh_untangler *untangler = self->recovery.untangler;
+  const double h = self->method == FLESH_METHOD_STATIC ? 0 : flesh_untangler_long_step(untangler);
+  for (int softness = 1; softness <= FLESH_SOFTNESS_LEVELS; softness++) {
+    flesh_untangler_begin(untangler, state);
+    int status = settle(self, state, h, softness, stats);
+    if (!status) status = settle(self, state, h, 0, stats);
+    if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
+    if (status < 0) return status;
+  }
+  return FLESH_OK;
+}
