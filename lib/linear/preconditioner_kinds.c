@@ -1,5 +1,6 @@
 /* preconditioner_kinds.c: what preconditioners are called and which is the default. */
 #include <assert.h>
+#include <math.h>
 #include <stddef.h>
 
 #include "linear/preconditioner.h"
@@ -14,6 +15,10 @@ const char *const flesh_preconditioner_names[] = {"auto", "two-level", "ic",  "j
 static const double STIFF = 6, STIFF_IN_MOTION = 10;
 /* In motion is what inertia stiffens by this share of what remains without the rows, or more. */
 static const double HEAVY = 1e-3;
+
+/* From so many rows on polynomials take less time than an exact factor, and from so many times the root of the stiffness
+ * ratio, which their degree grows with: 16 400 at nu = 0.499. */
+enum { MANY_ROWS = 12000, ROWS_OF_DEGREE = 2000 };
 
 static_assert(sizeof flesh_preconditioner_names / sizeof *flesh_preconditioner_names ==
                   FLESH_PRECONDITIONER_VOLUME_PROJECTION + 2,
@@ -35,4 +40,9 @@ int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_r
   if (!rows->count) return 0;
   const double stiff = inertia >= HEAVY * rows->modulus && inertia > 0 ? STIFF_IN_MOTION : STIFF;
   return kind == FLESH_PRECONDITIONER_VOLUME_PROJECTION || (kind == FLESH_PRECONDITIONER_AUTO && rows->ratio >= stiff);
+}
+
+int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows)
+{
+  return rows->count >= MANY_ROWS && rows->count >= ROWS_OF_DEGREE * sqrt(rows->ratio);
 }
