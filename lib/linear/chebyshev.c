@@ -208,3 +208,11 @@ void flesh_chebyshev_solve(flesh_chebyshev *self)
   }
   run(self, end_part, (pass){0});
 }
+
+void flesh_chebyshev_archive(flesh_chebyshev *self, flesh_archive *archive)
+{
+  flesh_archive_bytes(archive, self->values, (size_t)self->start[self->n] * sizeof *self->values);
+  flesh_archive_bytes(archive, self->root, (size_t)self->n * sizeof *self->root);
+  FLESH_ARCHIVE(archive, self->largest);
+  flesh_archive_int(archive, &self->degree, 0, MOST);
+}

@@ -7,6 +7,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/threads.h"
 #include "linear/isa_names.h"
 
@@ -44,5 +45,8 @@ size_t flesh_chebyshev_entry(const flesh_chebyshev *chebyshev, int row, int othe
 int flesh_chebyshev_setup(flesh_chebyshev *chebyshev, double largest);
 /* x becomes the solution, or nearly: a linear symmetric function of what it was, the same for any number of threads. */
 void flesh_chebyshev_solve(flesh_chebyshev *chebyshev);
+
+/* What the last set-up has made. */
+void flesh_chebyshev_archive(flesh_chebyshev *chebyshev, flesh_archive *archive);
 
 #endif

@@ -203,3 +203,9 @@ void flesh_row_coupling_solve(flesh_row_coupling *self, const float *t, float *s
   else flesh_chebyshev_solve(&self->polynomial);
   for (int e = 0; e < self->rows; e++) solution[e] = x[place[e]];
 }
+
+void flesh_row_coupling_archive(flesh_row_coupling *self, flesh_archive *archive)
+{
+  if (self->is_exact) flesh_sparse_cholesky_archive(&self->exact, archive);
+  else flesh_chebyshev_archive(&self->polynomial, archive);
+}

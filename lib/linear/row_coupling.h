@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/archive.h"
 #include "flesh/block_matrix.h"
 #include "flesh/threads.h"
 #include "linear/chebyshev.h"
@@ -45,6 +46,9 @@ int flesh_row_coupling_setup(flesh_row_coupling *coupling, const flesh_row_lists
                              const float *inverse, const float *by_node);
 /* solution [rows] = S^-1 t, or nearly; it may be t. A linear symmetric function of t. */
 void flesh_row_coupling_solve(flesh_row_coupling *coupling, const float *t, float *solution);
+
+/* What the last set-up has made. */
+void flesh_row_coupling_archive(flesh_row_coupling *coupling, flesh_archive *archive);
 
 /* A block times three lanes; the fourth is 0. */
 static inline flesh_float4 flesh_block_times(const float *block, flesh_float4 x)

@@ -319,6 +319,6 @@ void flesh_volume_projection_archive(flesh_volume_projection *self, flesh_archiv
   flesh_archive_bytes(archive, self->values, 3 * (size_t)self->entries * sizeof *self->values);
   flesh_archive_bytes(archive, self->by_node, 3 * (size_t)self->entries * sizeof *self->by_node);
   flesh_archive_bytes(archive, self->inverse, 9 * (size_t)self->nodes * sizeof *self->inverse);
-  flesh_sparse_cholesky_archive(&self->S, archive);
+  flesh_row_coupling_archive(&self->S, archive);
   FLESH_ARCHIVE(archive, self->root);
 }
