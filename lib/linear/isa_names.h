@@ -60,6 +60,22 @@
 #define flesh_sparse_cholesky_factor FLESH_OF_ISA(flesh_sparse_cholesky_factor)
 #define flesh_sparse_cholesky_solve FLESH_OF_ISA(flesh_sparse_cholesky_solve)
 
+#define flesh_row_coupling_create FLESH_OF_ISA(flesh_row_coupling_create)
+#define flesh_row_coupling_archive FLESH_OF_ISA(flesh_row_coupling_archive)
+#define flesh_row_coupling_clear FLESH_OF_ISA(flesh_row_coupling_clear)
+#define flesh_row_coupling_memory FLESH_OF_ISA(flesh_row_coupling_memory)
+#define flesh_row_coupling_setup FLESH_OF_ISA(flesh_row_coupling_setup)
+#define flesh_row_coupling_solve FLESH_OF_ISA(flesh_row_coupling_solve)
+
+#define flesh_chebyshev_create FLESH_OF_ISA(flesh_chebyshev_create)
+#define flesh_chebyshev_archive FLESH_OF_ISA(flesh_chebyshev_archive)
+#define flesh_chebyshev_clear FLESH_OF_ISA(flesh_chebyshev_clear)
+#define flesh_chebyshev_memory FLESH_OF_ISA(flesh_chebyshev_memory)
+#define flesh_chebyshev_zero FLESH_OF_ISA(flesh_chebyshev_zero)
+#define flesh_chebyshev_entry FLESH_OF_ISA(flesh_chebyshev_entry)
+#define flesh_chebyshev_setup FLESH_OF_ISA(flesh_chebyshev_setup)
+#define flesh_chebyshev_solve FLESH_OF_ISA(flesh_chebyshev_solve)
+
 #define flesh_volume_projection_create FLESH_OF_ISA(flesh_volume_projection_create)
 #define flesh_volume_projection_destroy FLESH_OF_ISA(flesh_volume_projection_destroy)
 #define flesh_volume_projection_memory FLESH_OF_ISA(flesh_volume_projection_memory)

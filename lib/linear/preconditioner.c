@@ -35,13 +35,15 @@ struct flesh_preconditioner_data {
 };
 
 /* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
- * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. */
-enum { VERTEX_NODES = 50, MANY_NODES = 36000 };
+ * than the number of vertices: from MANY_NODES on that rises by the root of the nodes. Where rows are long, those of
+ * ten-node tets, all else costs more: there from MORE_NODES on. */
+enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
 
-static int vertices_for(int nodes)
+static int vertices_for(const flesh_block_matrix *A)
 {
-  const double fewer = nodes > MANY_NODES ? sqrt((double)MANY_NODES / nodes) : 1;
-  return (int)(fewer * nodes / VERTEX_NODES);
+  const int many = A->row_start[A->rows] / LONG > A->rows ? MORE_NODES : MANY_NODES;
+  const double fewer = A->rows > many ? sqrt((double)many / A->rows) : 1;
+  return (int)(fewer * A->rows / VERTEX_NODES);
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
@@ -72,19 +74,20 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
     status = flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
   if (!status && coarse)
-    status = flesh_coarse_create(A, positions, vertices_for(A->rows), &bisection, threads, &self->coarse);
+    status = flesh_coarse_create(A, positions, vertices_for(A), &bisection, threads, &self->coarse);
   flesh_bisection_clear(&bisection);
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
 }
 
 int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_block_matrix *A,
-                                 const flesh_stiff_rows *rows, const double *positions)
+                                 const flesh_stiff_rows *rows, const double *positions, int polynomial)
 {
   flesh_bisection bisection = {0};
   int status = flesh_bisection_create(A, &bisection);
   self->stiff = rows;
-  if (!status) status = flesh_volume_projection_create(A, rows, positions, &bisection, self->threads, &self->projection);
+  if (!status)
+    status = flesh_volume_projection_create(A, rows, positions, polynomial, &bisection, self->threads, &self->projection);
   flesh_bisection_clear(&bisection);
   return status;
 }

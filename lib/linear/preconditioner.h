@@ -16,6 +16,8 @@ flesh_preconditioner flesh_preconditioner_choose(flesh_preconditioner kind, int 
 /* Whether the kind takes stiff rows out of the matrix: where it is asked to, or AUTO where that pays. `inertia`: the
  * modulus [Pa] that inertia gives the body as a whole, 0 in statics. */
 int flesh_preconditioner_projects(flesh_preconditioner kind, const flesh_stiff_rows *rows, double inertia);
+/* Whether so many rows that are so stiff are taken out in less time by polynomials than exactly. */
+int flesh_preconditioner_takes_polynomials(const flesh_stiff_rows *rows);
 /* By kind; NULL ends them. */
 extern const char *const flesh_preconditioner_names[];
 
@@ -31,10 +33,10 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
                                 const double *positions, flesh_threads *threads,
                                 flesh_preconditioner_data **preconditioner);
 /* From now on the stiff terms of A's rows (borrowed; to be those of the matrix at every set-up) are taken out by a
- * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions` [3*A->rows]
- * at rest. */
+ * volume projection, but for set-ups where they are left in; all memory included. Not for NONE. `positions`
+ * [3*A->rows] at rest; `polynomial`: by Chebyshev polynomials, else exactly. */
 int flesh_preconditioner_project(flesh_preconditioner_data *preconditioner, const flesh_block_matrix *A,
-                                 const flesh_stiff_rows *rows, const double *positions);
+                                 const flesh_stiff_rows *rows, const double *positions, int polynomial);
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner);
 
 /* Numeric set-up. Always ends with a positive definite operator: incomplete Cholesky shifts A's

@@ -7,7 +7,9 @@
  *
  * The factors in parentheses take out what B feels: B (I - P S^-1 B) = S^-1 B. Positive definite whatever S is. The
  * projection is that of deflation and balancing (Mandel 1993; Nicolaides 1987) with P for a coarse space of as many
- * vectors as rows. */
+ * vectors as rows. So S^-1 may be any fixed symmetric approximation that is near enough: the stiff terms then have
+ * (S~ - S + I) S~^-1 B in place of S^-1 B, no more than a few times as much where the error is below s^(-1/2) for
+ * eigenvalues s of S. */
 #ifndef FLESH_LINEAR_VOLUME_PROJECTION_H
 #define FLESH_LINEAR_VOLUME_PROJECTION_H
 
@@ -23,9 +25,10 @@
 typedef struct flesh_volume_projection flesh_volume_projection;
 
 /* For matrices of A's pattern with these rows, all memory included; `rows` (its values change) and `threads` (may be
- * NULL) are borrowed, `halves` may be forgotten. `positions` [3*A->rows] at rest. Returns new. */
+ * NULL) are borrowed, `halves` may be forgotten. `positions` [3*A->rows] at rest; `polynomial`: S is solved by
+ * Chebyshev polynomials, else exactly. Returns new. */
 int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stiff_rows *rows, const double *positions,
-                                   const flesh_bisection *halves, flesh_threads *threads,
+                                   int polynomial, const flesh_bisection *halves, flesh_threads *threads,
                                    flesh_volume_projection **projection);
 void flesh_volume_projection_destroy(flesh_volume_projection **projection);
 size_t flesh_volume_projection_memory(const flesh_volume_projection *projection);

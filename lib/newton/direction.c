@@ -21,7 +21,8 @@ static int take_rows(flesh_direction *self)
   double *room = self->equations->scratch;
   self->inertia = flesh_system_inertia_modulus(system, room, room + self->equations->n);
   return self->linear->preconditioner_project(self->preconditioner, self->equations->K, &self->rows,
-                                              flesh_mesh_positions(flesh_system_mesh(system)));
+                                              flesh_mesh_positions(flesh_system_mesh(system)),
+                                              flesh_preconditioner_takes_polynomials(&self->rows));
 }
 
 int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,

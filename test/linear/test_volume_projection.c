@@ -1,12 +1,10 @@
-/* test_volume_projection.c: the volume projection of nearly incompressible ten-node tets, and what it is made of,
- * against full matrices. */
+/* test_volume_projection.c: the volume projection of nearly incompressible ten-node tets against full matrices. */
 #include <gsl/gsl_eigen.h>
 #include <stdlib.h>
 
 #include "matrices.h"
 #include "element/element.h"
 #include "linear/pcg.h"
-#include "linear/sparse_cholesky.h"
 #include "system/stiff_rows.h"
 #include "test.h"
 
@@ -52,12 +50,13 @@ static void clear_ten(ten *t)
   test_body_destroy(&t->b);
 }
 
-static flesh_preconditioner_data *projection(const ten *t, flesh_preconditioner kind, flesh_threads *threads)
+static flesh_preconditioner_data *projection(const ten *t, flesh_preconditioner kind, int polynomial,
+                                             flesh_threads *threads)
 {
   flesh_preconditioner_data *p = NULL;
   const double *X = flesh_mesh_positions(t->b.mesh);
   CHECK_OK(flesh_preconditioner_create(kind, t->K, X, threads, &p));
-  CHECK_OK(flesh_preconditioner_project(p, t->K, &t->rows, X));
+  CHECK_OK(flesh_preconditioner_project(p, t->K, &t->rows, X, polynomial));
   CHECK_OK(flesh_preconditioner_setup(p, t->K, t->fixed));
   return p;
 }
@@ -128,60 +127,6 @@ static void rows_are_what_is_stiffer(void)
       free(x);
       clear_ten(&t);
     }
-}
-
-/* A sparse factor against a full one: a box of places, each of which meets those around it. */
-static void sparse_factors_solve(void)
-{
-  enum { A = 9, B = 8, C = 7, N = A * B * C };
-  int *starts = malloc((N + 1) * sizeof *starts), *neighbours = malloc(27 * N * sizeof *neighbours), count = 0;
-  double *points = malloc(3 * N * sizeof *points), *dense = calloc(N * N, sizeof *dense),
-         *right = malloc(N * sizeof *right);
-  flesh_sparse_cholesky S;
-  for (int i = 0; i < N; i++) {
-    starts[i] = count;
-    for (int c = 0; c < 3; c++) points[3 * i + c] = (double[]){i % A, i / A % B, i / (A * B)}[c];
-    for (int j = 0; j < N; j++) {
-      const int far = abs(i % A - j % A) > 1 || abs(i / A % B - j / A % B) > 1 || abs(i / (A * B) - j / (A * B)) > 1;
-      if (far || i == j) continue;
-      neighbours[count++] = j;
-      if (j < i) dense[N * i + j] = dense[N * j + i] = 2 * test_uniform(&seed) - 1;
-    }
-  }
-  starts[N] = count;
-  CHECK_OK(flesh_sparse_cholesky_create(N, starts, neighbours, points, &S));
-  for (int i = 0; i < N; i++)
-    for (int j = 0; j < N; j++) dense[N * i + i] += i == j ? 0.01 : fabs(dense[N * i + j]);
-  randomise(N, right);
-  double *expected = solve_by_gsl(N, dense, right);
-  for (int round = 0; round < 2; round++) { /* nothing of the last factor is left in the next */
-    flesh_sparse_cholesky_zero(&S);
-    for (int i = 0; i < N; i++) {
-      S.values[flesh_sparse_cholesky_entry(&S, i, i)] = (float)dense[N * i + i];
-      for (int e = starts[i]; e < starts[i + 1]; e++)
-        S.values[flesh_sparse_cholesky_entry(&S, i, neighbours[e])] = (float)dense[N * i + neighbours[e]];
-    }
-    CHECK(flesh_sparse_cholesky_factor(&S) == 1);
-    double off = 0, size = 0;
-    for (int i = 0; i < N; i++) S.x[S.place[i]] = (float)right[i];
-    flesh_sparse_cholesky_solve(&S);
-    for (int i = 0; i < N; i++) {
-      off = fmax(off, fabs((double)S.x[S.place[i]] - expected[i]));
-      size = fmax(size, fabs(expected[i]));
-    }
-    printf("# %d panels, %zu numbers for %d rows; off by %.2g\n", S.panels, S.start[S.panels], N, off / size);
-    CHECK_BELOW(off, 2e-5 * size);
-  }
-  flesh_sparse_cholesky_zero(&S);
-  for (int i = 0; i < N; i++) S.values[flesh_sparse_cholesky_entry(&S, i, i)] = i == N / 2 ? -1 : 1;
-  CHECK(flesh_sparse_cholesky_factor(&S) == 0);
-  flesh_sparse_cholesky_clear(&S);
-  free(expected);
-  free(right);
-  free(dense);
-  free(points);
-  free(neighbours);
-  free(starts);
 }
 
 static double *inverse_of(flesh_preconditioner_data *p, int n)
@@ -255,13 +200,13 @@ static void deform(const ten *t, int state, double *x)
   test_jitter(t->b.n, state == STATES - 1 ? 0.4 : 0.01, 3, x);
 }
 
-static void it_is_definite_anywhere(void)
+static void check_definite_anywhere(int polynomial)
 {
   ten t;
   make_ten(test_box(3, 1, 1, 3, 1, 1), FLESH_ENERGY_S, 0.499, &t);
   const int n = t.b.n;
   double *x = malloc((size_t)n * sizeof *x);
-  flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, NULL);
+  flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, NULL);
   CHECK(flesh_preconditioner_memory(p) > 0);
   for (int state = 0; state < STATES; state++)
     for (int filter = 0; filter < 2; filter++) { /* without it most are indefinite */
@@ -279,8 +224,12 @@ static void it_is_definite_anywhere(void)
   clear_ten(&t);
 }
 
+static void it_is_definite_anywhere(void) { check_definite_anywhere(0); }
+
+static void it_is_definite_with_polynomials(void) { check_definite_anywhere(1); }
+
 /* Condition numbers of the preconditioned matrix stay where they are as nu goes to 1/2, and a solve agrees with LU. */
-static void condition_does_not_feel_nu(void)
+static void check_conditions(int polynomial)
 {
   static const double poisson[] = {0.49, 0.499, 0.4999, 0.49999};
   double first = 0;
@@ -288,7 +237,7 @@ static void condition_does_not_feel_nu(void)
     ten t;
     make_ten(test_box(3, 1, 1, 3, 1, 1), FLESH_ENERGY_S, poisson[k], &t);
     const int n = t.b.n;
-    flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_IC, NULL);
+    flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_IC, polynomial, NULL);
     double *P = inverse_of(p, n), *dense = test_dense(t.K), ends[2], *right = malloc((size_t)n * sizeof *right),
            *x = malloc((size_t)n * sizeof *x);
     eigenvalues(n, P, dense, ends);
@@ -314,6 +263,10 @@ static void condition_does_not_feel_nu(void)
   }
 }
 
+static void condition_does_not_feel_nu(void) { check_conditions(0); }
+
+static void condition_with_polynomials(void) { check_conditions(1); }
+
 /* Corners of a box moved: to Cook's membrane (48 m long, 44 and 16 m high), or by a random part of a cell. */
 static flesh_mesh *shaped(int shape)
 {
@@ -337,6 +290,7 @@ static flesh_mesh *shaped(int shape)
 }
 
 /* Iterations to a thousandth of the body's weight, or of 0.001 of it in motion. */
+enum { AS_IT_IS, EXACTLY, BY_POLYNOMIALS };
 static int solve_once(ten *t, int project, double inertia, int state, int filter)
 {
   const int n = t->b.n;
@@ -345,7 +299,7 @@ static int solve_once(ten *t, int project, double inertia, int state, int filter
   else memcpy(x, t->b.state.x, (size_t)n * sizeof *x);
   assemble(t, x, inertia, filter);
   flesh_preconditioner_data *p = NULL;
-  if (project) p = projection(t, FLESH_PRECONDITIONER_AUTO, NULL);
+  if (project) p = projection(t, FLESH_PRECONDITIONER_AUTO, project == BY_POLYNOMIALS, NULL);
   else CHECK_OK(flesh_preconditioner_create(FLESH_PRECONDITIONER_AUTO, t->K, flesh_mesh_positions(t->b.mesh), NULL, &p));
   if (!project) CHECK_OK(flesh_preconditioner_setup(p, t->K, t->fixed));
   flesh_pcg_space *space = NULL;
@@ -367,15 +321,17 @@ static void iterations_do_not_feel_nu(void)
   static const double poisson[] = {0.49, 0.499, 0.4999};
   for (int shape = 0; shape < 3; shape++)
     for (int moves = 0; moves < 2; moves++) {
-      int iterations[3];
+      int iterations[3], nearly[3];
       for (int k = 0; k < 3; k++) {
         ten t;
         make_ten(shaped(shape), FLESH_ENERGY_S, poisson[k], &t);
-        iterations[k] = solve_once(&t, 1, moves ? 3600 : 0, 0, 0);
+        iterations[k] = solve_once(&t, EXACTLY, moves ? 3600 : 0, 0, 0);
+        nearly[k] = solve_once(&t, BY_POLYNOMIALS, moves ? 3600 : 0, 0, 0);
         clear_ten(&t);
       }
-      printf("# %s, %s: %d, %d, %d\n", names[shape], moves ? "in motion" : "at rest", iterations[0], iterations[1],
-             iterations[2]);
+      printf("# %s, %s: %d, %d, %d; by polynomials %d, %d, %d\n", names[shape], moves ? "in motion" : "at rest",
+             iterations[0], iterations[1], iterations[2], nearly[0], nearly[1], nearly[2]);
+      for (int k = 0; k < 3; k++) CHECK_BELOW(nearly[k], 1.25 * iterations[k] + 2);
       CHECK_BELOW(iterations[2], 1.5 * iterations[0]);
       CHECK_BELOW(iterations[2], moves ? 15 : 60);
     }
@@ -389,17 +345,18 @@ static void iterations_in_hard_states(void)
   make_ten(test_box(12, 3, 3, 4, 1, 1), FLESH_ENERGY_S, 0.4999, &t);
   for (int state = 0; state < STATES; state++)
     for (int moves = 0; moves < 2; moves++) {
-      int iterations[2];
-      for (int k = 0; k < 2; k++) iterations[k] = solve_once(&t, k, moves ? 3600 : 0, state, 1);
-      printf("# state %d, %s: %d iterations, %d with the projection\n", state, moves ? "in motion" : "at rest",
-             iterations[0], iterations[1]);
+      int iterations[3];
+      for (int k = 0; k < 3; k++) iterations[k] = solve_once(&t, k, moves ? 3600 : 0, state, 1);
+      printf("# state %d, %s: %d iterations, %d with the projection, %d by polynomials\n", state,
+             moves ? "in motion" : "at rest", iterations[AS_IT_IS], iterations[EXACTLY], iterations[BY_POLYNOMIALS]);
+      CHECK_BELOW(iterations[BY_POLYNOMIALS], 1.25 * iterations[EXACTLY] + 2);
       CHECK_BELOW(iterations[1], state ? 2 * iterations[0] + 10 : iterations[0] / 10);
       CHECK_BELOW(iterations[1], 250);
     }
   clear_ten(&t);
 }
 
-static void threads_give_the_same_bits(void)
+static void check_threads(int polynomial)
 {
   ten t;
   make_ten(test_box(12, 4, 4, 3, 1, 1), FLESH_ENERGY_S, 0.499, &t);
@@ -409,7 +366,7 @@ static void threads_give_the_same_bits(void)
   for (int count = 1; count <= 3; count++) {
     flesh_threads *threads = NULL;
     CHECK_OK(flesh_threads_create(count, &threads));
-    flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, threads);
+    flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, threads);
     for (int round = 0; round < 20; round++) {
       flesh_preconditioner_apply(p, r, z[count > 1 || round]);
       CHECK(!(count > 1 || round) || !memcmp(z[0], z[1], bytes));
@@ -420,6 +377,45 @@ static void threads_give_the_same_bits(void)
   free(r);
   free(z[0]);
   free(z[1]);
+  clear_ten(&t);
+}
+
+static void threads_give_the_same_bits(void)
+{
+  check_threads(0);
+  check_threads(1);
+}
+
+/* What a set-up has made goes through bytes into a preconditioner of another state. */
+static void set_ups_are_saved_and_loaded(void)
+{
+  ten t;
+  make_ten(test_box(6, 2, 2, 3, 1, 1), FLESH_ENERGY_S, 0.499, &t);
+  const size_t bytes = (size_t)t.b.n * sizeof(double);
+  double *x = malloc(bytes), *r = malloc(bytes), *z[3] = {malloc(bytes), malloc(bytes), malloc(bytes)};
+  randomise(t.b.n, r);
+  for (int polynomial = 0; polynomial < 2; polynomial++) {
+    flesh_archive archive = {0};
+    assemble(&t, NULL, 0, 0);
+    flesh_preconditioner_data *p = projection(&t, FLESH_PRECONDITIONER_TWO_LEVEL, polynomial, NULL);
+    flesh_preconditioner_apply(p, r, z[0]);
+    flesh_preconditioner_archive(p, &archive);
+    archive = (flesh_archive){.mode = FLESH_ARCHIVE_SAVE, .data = malloc(archive.at), .size = archive.at};
+    flesh_preconditioner_archive(p, &archive);
+    deform(&t, 1, x);
+    assemble(&t, x, 0, 1);
+    CHECK_OK(flesh_preconditioner_setup(p, t.K, t.fixed));
+    flesh_preconditioner_apply(p, r, z[1]);
+    archive.mode = FLESH_ARCHIVE_LOAD, archive.at = 0;
+    flesh_preconditioner_archive(p, &archive);
+    flesh_preconditioner_apply(p, r, z[2]);
+    CHECK(!archive.wrong && memcmp(z[0], z[1], bytes) && !memcmp(z[0], z[2], bytes));
+    free(archive.data);
+    flesh_preconditioner_destroy(&p);
+  }
+  for (int k = 0; k < 3; k++) free(z[k]);
+  free(r);
+  free(x);
   clear_ten(&t);
 }
 
@@ -437,11 +433,20 @@ static void kinds_that_project(void)
   CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_TWO_LEVEL, &rows, 0));
   rows.count = 0;
   CHECK(!flesh_preconditioner_projects(FLESH_PRECONDITIONER_VOLUME_PROJECTION, &rows, 0));
+  rows = (flesh_stiff_rows){.count = 10000, .ratio = 6}; /* polynomials pay for many rows, the more the stiffer */
+  CHECK(!flesh_preconditioner_takes_polynomials(&rows));
+  rows.count = 20000;
+  CHECK(flesh_preconditioner_takes_polynomials(&rows));
+  rows.ratio = 700;
+  CHECK(!flesh_preconditioner_takes_polynomials(&rows));
+  rows.count = 200000;
+  CHECK(flesh_preconditioner_takes_polynomials(&rows));
 }
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(rows_are_what_is_stiffer), TEST(sparse_factors_solve), TEST(kinds_that_project),
+  return RUN_TESTS(argc, argv, TEST(rows_are_what_is_stiffer), TEST(kinds_that_project), TEST(set_ups_are_saved_and_loaded),
+                   TEST(it_is_definite_with_polynomials), TEST(condition_with_polynomials),
                    TEST(it_is_definite_anywhere), TEST(condition_does_not_feel_nu), TEST(iterations_do_not_feel_nu),
                    TEST(iterations_in_hard_states), TEST(threads_give_the_same_bits));
 }

@@ -1,0 +1,62 @@
+/* row_coupling.h: S = I + B D^-1 B^T of stiff rows B, a number for each pair of rows that share a main node, and solves
+ * with it: exact ones, or polynomials, whose work grows no faster than the number of rows. */
+#ifndef FLESH_LINEAR_ROW_COUPLING_H
+#define FLESH_LINEAR_ROW_COUPLING_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/archive.h"
+#include "flesh/block_matrix.h"
+#include "flesh/threads.h"
+#include "linear/chebyshev.h"
+#include "linear/isa_names.h"
+#include "linear/lanes.h"
+#include "linear/sparse_cholesky.h"
+
+/* Which nodes rows have, and which rows nodes. */
+typedef struct flesh_row_lists {
+  int rows, nodes, m; /* m nodes a row */
+  int *place;         /* [rows][m] four times each node's place in vectors */
+  /* By place of the node: */
+  int *start;    /* [nodes+1] of its rows */
+  int *row, *at; /* [rows][m] the rows, ascending, and where they have the node, m row + its number in the row */
+  uint8_t *main; /* [nodes] D is not infinite there */
+} flesh_row_lists;
+
+typedef struct flesh_row_coupling {
+  int rows, is_exact;
+  unsigned *pair; /* where each pair of rows of each main node is in S's values */
+  size_t pairs;
+  flesh_sparse_cholesky exact;
+  flesh_chebyshev polynomial;
+} flesh_row_coupling;
+
+/* All memory; the lists may be forgotten, `threads` (may be NULL) is borrowed. `positions` [3*nodes] at rest by the
+ * numbers in `rows`; `polynomial`: solves are Chebyshev polynomials, else exact. To be cleared also when it fails:
+ * FLESH_ERR_MEMORY. */
+int flesh_row_coupling_create(const flesh_row_lists *lists, const flesh_stiff_rows *rows, const double *positions,
+                              int polynomial, flesh_threads *threads, flesh_row_coupling *coupling);
+void flesh_row_coupling_clear(flesh_row_coupling *coupling);
+size_t flesh_row_coupling_memory(const flesh_row_coupling *coupling);
+
+/* Of shift I + B D^-1 B^T with inverse [9*nodes] of D's blocks and B by_node [start[nodes]][3]. 0 where single precision
+ * does not tell it from a singular matrix. */
+int flesh_row_coupling_setup(flesh_row_coupling *coupling, const flesh_row_lists *lists, float shift,
+                             const float *inverse, const float *by_node);
+/* solution [rows] = S^-1 t, or nearly; it may be t. A linear symmetric function of t. */
+void flesh_row_coupling_solve(flesh_row_coupling *coupling, const float *t, float *solution);
+
+/* What the last set-up has made. */
+void flesh_row_coupling_archive(flesh_row_coupling *coupling, flesh_archive *archive);
+
+/* A block times three lanes; the fourth is 0. */
+static inline flesh_float4 flesh_block_times(const float *block, flesh_float4 x)
+{
+  flesh_float4 y =
+      FLESH_LANES_FLOAT(block) * x[0] + FLESH_LANES_FLOAT(block + 3) * x[1] + FLESH_LANES_FLOAT(block + 6) * x[2];
+  y[3] = 0;
+  return y;
+}
+
+#endif
