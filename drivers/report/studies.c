@@ -8,6 +8,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
+#include "shared/json_memory.h"
 
 enum { MOST_SHOWN = 6 };
 
@@ -17,6 +18,7 @@ static char *join(const char *folder, const char *name)
 {
   char *path = malloc(strlen(folder) + strlen(name) + 2);
   if (path) sprintf(path, "%s/%s", folder, name);
+  else flesh_json_note_lack();
   return path;
 }
 
