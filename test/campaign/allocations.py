@@ -54,7 +54,8 @@ def contents(folder):
         for name in files:
             path = os.path.join(top, name)
             if not name.endswith((".db", ".db-wal", ".db-shm", "log.txt")):
-                found[os.path.relpath(path, folder)] = VARIES.sub(b"", unpacked(open(path, "rb").read()))
+                data = open(path, "rb").read()
+                found[os.path.relpath(path, folder)] = unpacked(data) if name.endswith(".html") else VARIES.sub(b"", data)
     return found
 
 

@@ -67,7 +67,8 @@ def clock(page):
 def reports_open_without_a_word(page):
     for name in ("report.html", "drop.html"):
         load(page, name)
-        assert not page.log(), page.log()
+        words = page.log()
+        assert not words, words
         names = page.run("return [...document.querySelectorAll('.stage .name')].map((name) => name.textContent)")
         assert names == (["soft", "stiff"] if name == "report.html" else ["drop"]), names
         loads = page.run("return performance.getEntriesByType('resource').map((entry) => entry.name)")
