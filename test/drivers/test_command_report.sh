@@ -192,15 +192,21 @@ END
 comparisons_are_reported() {
   expect 0 "$flesh" drift bar.yaml --energies E,S --poisson 0.45 --solvers guarded --out drift --jobs 1 &&
     expect 0 "$flesh" hardcases --quick --cases single_plane --energies S --poisson 0.45 --out hard --jobs 1 || return 1
+  expect 0 "$flesh" accuracy bar.yaml --out acc --quick --methods newmark --steps 1/60,1/120 --reference-seconds 0.01 ||
+    return 1
   printf '%s\n' 'scene: bar.yaml' 'set: {time.end: 1/30}' 'axes: [{key: body.material.young, values: [1e4, 1e5]}]' >s.yaml
-  expect 0 "$flesh" sweep s.yaml --out sweep && expect 0 "$flesh" report drift hard sweep sweep/sweep.db --out all.html ||
+  expect 0 "$flesh" sweep s.yaml --out sweep && expect 0 "$flesh" report drift hard sweep sweep/sweep.db acc --out all.html ||
     return 1
   python3 - <<'END'
 from report_file import Report
 report = Report("all.html").json
-drift, hard, sweep, again = report["parts"]
+drift, hard, sweep, again, accuracy = report["parts"]
 assert drift["verdict"] == [open("drift/verdict.txt").read()] and hard["verdict"] == [open("hard/verdict.txt").read()]
 assert sweep["verdict"][0] == "2 cases: 2 complete." and sweep["verdict"] == again["verdict"], sweep["verdict"]
+assert accuracy["verdict"] == [open("acc/verdict.txt").read()], accuracy["verdict"]
+methods = next(column for column in accuracy["tables"][0]["columns"] if column["name"] == "method")["values"]
+assert methods[:2] == ["newmark", "newmark"] and accuracy["plots"][0]["log"] == [True, True], (methods, accuracy["plots"])
+assert any(source["title"] == "provenance" and "flesh" in source["value"] for source in accuracy["sources"])
 young = next(column for column in sweep["tables"][0]["columns"] if column["name"] == "young")
 assert young["values"] == [10000, 100000], young
 assert [run["name"] for run in report["view"]["runs"]] == ["E, bar", "S, bar"]
