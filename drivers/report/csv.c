@@ -9,12 +9,16 @@
 
 #include "base/error.h"
 #include "base/scan.h"
+#include "shared/json_memory.h"
 #include "shared/safe_text.h"
 
 json_t *flesh_report_string(const char *text, size_t size)
 {
   char *copy = malloc(size + 1);
-  if (!copy) return NULL;
+  if (!copy) {
+    flesh_json_note_lack();
+    return NULL;
+  }
   memcpy(copy, text, size);
   copy[size] = 0;
   for (size_t k = 0; k < size;) { /* jansson takes UTF-8 only */
@@ -170,28 +174,40 @@ static char *file_path(const char *folder, const char *name)
 {
   struct stat info;
   char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (!path) return NULL;
+  if (!path) {
+    flesh_json_note_lack(); /* what is there must not seem to be missing */
+    return NULL;
+  }
   sprintf(path, "%s/%s", folder, name);
   if (!stat(path, &info) && S_ISREG(info.st_mode)) return path;
   free(path);
   return NULL;
 }
 
-json_t *flesh_report_file(const char *folder, const char *name)
+/* The file whole (new); NULL where there is none. */
+static char *load(const char *folder, const char *name, size_t *size)
 {
   char *path = file_path(folder, name), *data = NULL;
-  size_t size;
-  json_t *text = NULL;
-  if (path && !flesh_file_load(path, &data, &size)) text = flesh_report_string(data, size);
-  free(data);
+  const int status = path ? flesh_file_load(path, &data, size) : FLESH_ERR_FILE;
+  if (status == FLESH_ERR_MEMORY) flesh_json_note_lack();
   free(path);
+  return status ? NULL : data;
+}
+
+json_t *flesh_report_file(const char *folder, const char *name)
+{
+  size_t size;
+  char *data = load(folder, name, &size);
+  json_t *text = data ? flesh_report_string(data, size) : NULL;
+  free(data);
   return text;
 }
 
 json_t *flesh_report_json(const char *folder, const char *name)
 {
-  char *path = file_path(folder, name);
-  json_t *value = path ? json_load_file(path, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL) : NULL;
-  free(path);
+  size_t size;
+  char *data = load(folder, name, &size);
+  json_t *value = data ? json_loadb(data, size, JSON_ALLOW_NUL | JSON_REJECT_DUPLICATES, NULL) : NULL;
+  free(data);
   return value;
 }

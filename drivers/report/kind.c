@@ -7,12 +7,14 @@
 #include "base/error.h"
 #include "report/report.h"
 
+/* Whether there is such a file; -1 where memory is wanting. */
 static int holds(const char *folder, const char *name)
 {
   struct stat info;
   char *path = malloc(strlen(folder) + strlen(name) + 2);
-  if (path) sprintf(path, "%s/%s", folder, name);
-  const int found = path && !stat(path, &info) && S_ISREG(info.st_mode);
+  if (!path) return -1;
+  sprintf(path, "%s/%s", folder, name);
+  const int found = !stat(path, &info) && S_ISREG(info.st_mode);
   free(path);
   return found;
 }
@@ -41,7 +43,9 @@ int flesh_report_find_kind(const char *path, flesh_report_kind *kind)
   }
   for (size_t k = 0; k < sizeof marks / sizeof *marks; k++) {
     *kind = marks[k].kind;
-    if (holds(path, marks[k].file)) return FLESH_OK;
+    const int found = holds(path, marks[k].file);
+    if (found < 0) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a report");
+    if (found) return FLESH_OK;
   }
   return flesh_fail(
       FLESH_ERR_FILE,

@@ -137,7 +137,7 @@ int flesh_report_add_history(json_t *part, json_t *plot, const char *folder, con
   }
   if (status) return status;
   snprintf(title, sizeof title, "%s: %s", name, file);
-  if (step > 1) flesh_report_note(part, "Of %s of %s every %dth row is here.", file, name, step);
+  if (step > 1) flesh_report_note(part, "Of %s of %s one row in %d is here.", file, name, step);
   flesh_report_add_series(plot, flesh_report_table(part, title, columns, 0), name, colour);
   return FLESH_OK;
 }

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "base/error.h"
+#include "shared/json_memory.h"
 
 /* Loads a state of the folder; NULL: the scene's start. */
 static int load_single(flesh_report_states *s, const char *name)
@@ -29,6 +30,7 @@ static int is_there(const char *folder, const char *name)
   struct stat info;
   char *path = malloc(strlen(folder) + strlen(name) + 2);
   if (path) sprintf(path, "%s/%s", folder, name);
+  else flesh_json_note_lack();
   const int found = path && !stat(path, &info);
   free(path);
   return found;

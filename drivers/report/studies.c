@@ -8,6 +8,7 @@
 #include "report/csv.h"
 #include "report/part.h"
 #include "report/runs.h"
+#include "shared/json_memory.h"
 
 enum { MOST_SHOWN = 6 };
 
@@ -17,6 +18,7 @@ static char *join(const char *folder, const char *name)
 {
   char *path = malloc(strlen(folder) + strlen(name) + 2);
   if (path) sprintf(path, "%s/%s", folder, name);
+  else flesh_json_note_lack();
   return path;
 }
 
@@ -79,7 +81,7 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
   const size_t count = flesh_report_rows(columns_of(part, table));
   for (size_t k = 0; k < count && !status; k++) {
     const json_t *rows = columns_of(part, table);
-    char name[200], label[64], file[220];
+    char name[200], label[64], shown[200], file[220];
     if (!is_chosen(rows, k)) continue;
     const char *energy = flesh_report_text(rows, "energy", k),
                *constants = flesh_report_text(rows, "constants", k);
@@ -90,7 +92,8 @@ static int add_chosen_drift(flesh_report *report, json_t *part, const char *fold
     snprintf(file, sizeof file, "runs/%s/result.json", name);
     const char *colour = strcmp(constants, "as_e") ? flesh_report_energy_colour(energy) : "#8B4513";
     status = flesh_report_add_history(part, plot, path, "history.csv", label, colour);
-    if (!status) status = flesh_report_show(report, path, label, 1);
+    snprintf(shown, sizeof shown, "%s, %.100s", label, flesh_report_text(columns_of(part, table), "scene", k));
+    if (!status) status = flesh_report_show(report, path, shown, 1);
     if (!sources++) {
       flesh_report_source(part, "scene of the first run shown",
                           flesh_report_file(path, "scene.yaml"));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""allocations.py: every k-th allocation of `mesh`, `check`, `run`, `snap` and `sweep` fails, alone and with all after it.
+"""allocations.py: every k-th allocation of `mesh`, `check`, `run`, `snap`, `report` and `sweep` fails, alone and with all after it.
 
   FLESH=build/drivers/flesh FAIL_ALLOCATION=build/test/libfail_allocation.so python3 test/campaign/allocations.py
   ... --full          every k in place of every 29th
@@ -10,6 +10,7 @@ a file and no result that says it is running. In a sweep each process counts its
 that fails is a row that says so.
 """
 import argparse
+import base64
 import os
 import re
 import shutil
@@ -17,6 +18,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import zlib
 
 FLESH = os.path.realpath(os.environ.get("FLESH", "build/drivers/flesh"))
 SHIM = os.path.realpath(os.environ.get("FAIL_ALLOCATION", "build/test/libfail_allocation.so"))
@@ -29,11 +31,21 @@ COMMANDS = {
     "check": ["check", "bar.yaml"],
     "run": ["run", "bar.yaml", "--out", "new/out", "--quiet"],
     "snap": ["snap", "run", "--out", "new/picture.png", "--width", "64"],
+    "report": ["report", "run", "--out", "new/report.html"],
     "sweep": ["sweep", "spec.yaml", "--out", "new/out", "--jobs", "1", "--quiet"],
 }
 # What differs from run to run.
 TIMEOUT = 20
 VARIES = re.compile(rb'.*"(wall_s|cpu_s|date|peak_memory_kB|memory_bytes)".*\n')
+
+
+def unpacked(data):
+    """A report with its payload as it was packed, without the date."""
+    found = re.search(rb'type="text/plain">([A-Za-z0-9+/=]+)<', data)
+    if not found:
+        return data
+    payload = zlib.decompress(base64.b64decode(found[1]))
+    return data.replace(found[1], re.sub(rb'"date":"[^"]*"', b"", payload))
 
 
 def contents(folder):
@@ -42,7 +54,8 @@ def contents(folder):
         for name in files:
             path = os.path.join(top, name)
             if not name.endswith((".db", ".db-wal", ".db-shm", "log.txt")):
-                found[os.path.relpath(path, folder)] = VARIES.sub(b"", open(path, "rb").read())
+                data = open(path, "rb").read()
+                found[os.path.relpath(path, folder)] = unpacked(data) if name.endswith(".html") else VARIES.sub(b"", data)
     return found
 
 

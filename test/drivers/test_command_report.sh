@@ -120,6 +120,22 @@ assert {plot["title"]: plot["y"] for plot in part["plots"]} == {"History": "volu
 END
 }
 
+# A history that is being written, far longer than what a plot shows.
+long_histories_are_thinned() {
+  mkdir long && cp soft/scene.yaml soft/state.txt long &&
+    awk 'BEGIN { print "t,step,volume_ratio"; for (k = 0; k <= 5000; k++) print k / 64 "," k "," 1 + k / 1024; printf "79,50" }' \
+      >long/history.csv
+  expect 0 "$flesh" report long --out long.html || return 1
+  python3 - <<'END'
+from report_file import Report
+part = Report("long.html").json["parts"][0]
+table = next(table for table in part["tables"] if table["title"] == "long: history.csv")
+values = {column["name"]: column["values"] for column in table["columns"]}
+assert values["step"] == list(range(0, 5000, 3)) + [5000] and values["t"][1] == 3 / 64, values["step"][-3:]
+assert part["notes"] == ["Of history.csv of long one row in 3 is here."], part["notes"]
+END
+}
+
 fewer_frames_are_evenly_taken() {
   expect 0 "$flesh" report soft --frames 3 --out few.html && has stdout.txt ': 3 frames of 1 run$' || return 1
   python3 - <<'END'
@@ -176,18 +192,24 @@ END
 comparisons_are_reported() {
   expect 0 "$flesh" drift bar.yaml --energies E,S --poisson 0.45 --solvers guarded --out drift --jobs 1 &&
     expect 0 "$flesh" hardcases --quick --cases single_plane --energies S --poisson 0.45 --out hard --jobs 1 || return 1
+  expect 0 "$flesh" accuracy bar.yaml --out acc --quick --methods newmark --steps 1/60,1/120 --reference-seconds 0.01 ||
+    return 1
   printf '%s\n' 'scene: bar.yaml' 'set: {time.end: 1/30}' 'axes: [{key: body.material.young, values: [1e4, 1e5]}]' >s.yaml
-  expect 0 "$flesh" sweep s.yaml --out sweep && expect 0 "$flesh" report drift hard sweep sweep/sweep.db --out all.html ||
+  expect 0 "$flesh" sweep s.yaml --out sweep && expect 0 "$flesh" report drift hard sweep sweep/sweep.db acc --out all.html ||
     return 1
   python3 - <<'END'
 from report_file import Report
 report = Report("all.html").json
-drift, hard, sweep, again = report["parts"]
+drift, hard, sweep, again, accuracy = report["parts"]
 assert drift["verdict"] == [open("drift/verdict.txt").read()] and hard["verdict"] == [open("hard/verdict.txt").read()]
 assert sweep["verdict"][0] == "2 cases: 2 complete." and sweep["verdict"] == again["verdict"], sweep["verdict"]
+assert accuracy["verdict"] == [open("acc/verdict.txt").read()], accuracy["verdict"]
+methods = next(column for column in accuracy["tables"][0]["columns"] if column["name"] == "method")["values"]
+assert methods[:2] == ["newmark", "newmark"] and accuracy["plots"][0]["log"] == [True, True], (methods, accuracy["plots"])
+assert any(source["title"] == "provenance" and "flesh" in source["value"] for source in accuracy["sources"])
 young = next(column for column in sweep["tables"][0]["columns"] if column["name"] == "young")
 assert young["values"] == [10000, 100000], young
-assert [run["name"] for run in report["view"]["runs"]] == ["E", "S"]
+assert [run["name"] for run in report["view"]["runs"]] == ["E, bar", "S, bar"]
 assert all(run["times"][0] == 0 and abs(run["times"][-1] - 1 / 6) < 1e-8 for run in report["view"]["runs"])
 assert hard["grids"][0]["value"] == "outcome" and any("no mesh" in note for note in hard["notes"])
 END
@@ -224,5 +246,6 @@ END
 }
 
 run_tests frames_come_back fields_are_those_of_the_pictures the_page_is_whole_and_loads_nothing \
-  words_tables_and_sources_are_there fewer_frames_are_evenly_taken curved_bodies_have_their_lattice \
-  runs_without_frames_show_their_states comparisons_are_reported names_from_outside_are_text bad_report_usage_is_refused
+  words_tables_and_sources_are_there long_histories_are_thinned fewer_frames_are_evenly_taken \
+  curved_bodies_have_their_lattice runs_without_frames_show_their_states comparisons_are_reported \
+  names_from_outside_are_text bad_report_usage_is_refused

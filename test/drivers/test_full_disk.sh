@@ -52,7 +52,8 @@ skins_fill() {
 check_fills() { fills check '0 4 8 32 64 600' "$flesh" check bar.yaml --dump disk/dump; }
 pictures_fill() {
   fills snap '0 4 8 16 200' "$flesh" snap run --out disk/snap.png --width 200 &&
-    fills film '0 4 8 16 24 400' "$flesh" film run --out disk/film --width 100 || return 1
+    fills film '0 4 8 16 24 400' "$flesh" film run --out disk/film --width 100 &&
+    fills report '0 4 64 400 600 2000' "$flesh" report run --out disk/report.html || return 1
   command -v gnuplot >/dev/null || return 0
   fills plot '0 4 8 12 16 20 40 200' "$flesh" plot run --y 'energy_*' --out disk/plot.svg
 }

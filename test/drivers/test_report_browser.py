@@ -45,6 +45,14 @@ def make_results():
     flesh("run", "bar.yaml", "--out", "soft", "--quiet")
     flesh("run", "bar.yaml", "--out", "stiff", "--quiet", "--set", "body.material.young=3e5")
     flesh("run", "drop.yaml", "--out", "drop", "--quiet")
+    flesh("drift", "bar.yaml", "--energies", "E,S", "--poisson", "0.45", "--solvers", "guarded", "--out", "drift")
+    flesh("hardcases", "--quick", "--cases", "single_plane", "--energies", "S", "--poisson", "0.45", "--out", "hard")
+    flesh("accuracy", "bar.yaml", "--quick", "--methods", "newmark", "--steps", "1/60,1/120", "--reference-seconds",
+          "0.01", "--out", "acc")
+    with open("sweep.yaml", "w", encoding="utf-8") as file:
+        file.write("scene: bar.yaml\nset: {time.end: 1/30}\naxes: [{key: body.material.young, values: [1e4, 1e5]}]\n")
+    flesh("sweep", "sweep.yaml", "--out", "sweep")
+    flesh("report", "drift", "hard", "acc", "sweep", "--out", "all.html")
     flesh("report", "soft", "stiff", "--out", "report.html")
     flesh("report", "drop", "--out", "drop.html")
 
@@ -67,13 +75,30 @@ def clock(page):
 def reports_open_without_a_word(page):
     for name in ("report.html", "drop.html"):
         load(page, name)
-        assert not page.log(), page.log()
+        words = page.log()
+        assert not words, words
         names = page.run("return [...document.querySelectorAll('.stage .name')].map((name) => name.textContent)")
         assert names == (["soft", "stiff"] if name == "report.html" else ["drop"]), names
         loads = page.run("return performance.getEntriesByType('resource').map((entry) => entry.name)")
         assert not loads, loads
     *_, rows = page.picture("canvas")
     assert len({pixel for row in rows for pixel in row}) > 100, "the drop is seen"
+
+
+def comparisons_open_without_a_word(page):
+    load(page, "all.html")
+    words = page.log()
+    assert not words, words
+    titles = page.run("return [...document.querySelectorAll('h2')].map((title) => title.textContent)")
+    assert titles == ["In three dimensions", "How the energies keep the volume", "Hard cases", "What accuracy costs",
+                      "Sweep"], titles
+    plots = page.run("""return [...document.querySelectorAll('svg.plot')].map((plot) => [plot.querySelectorAll('circle').length +
+      plot.querySelectorAll('path:not(.axis)').length, plot.getAttribute('aria-label')])""")
+    assert len(plots) >= 7 and all(count for count, _ in plots), plots
+    assert page.run("return document.querySelectorAll('td.good').length") > 4
+    page.run("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+    page.wait("return document.querySelectorAll('details .scroll table').length >= 3")
+    assert not page.log()
 
 
 def the_slider_moves_what_is_seen(page):
@@ -272,9 +297,9 @@ def phones_and_dark_rooms_are_served(page):
     assert not page.log()
 
 
-TESTS = [reports_open_without_a_word, the_slider_moves_what_is_seen, keys_do_everything, colours_are_those_of_snap,
-         light_keeps_colours_apart, a_section_takes_half_away, tables_sort_and_plots_read_out,
-         phones_and_dark_rooms_are_served]
+TESTS = [reports_open_without_a_word, comparisons_open_without_a_word, the_slider_moves_what_is_seen,
+         keys_do_everything, colours_are_those_of_snap, light_keeps_colours_apart, a_section_takes_half_away,
+         tables_sort_and_plots_read_out, phones_and_dark_rooms_are_served]
 
 
 def main():

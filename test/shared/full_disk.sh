@@ -13,6 +13,7 @@ broken_files() {
     case $file in
     *.part-* | *.flesh.lock) echo "$file: left behind" ;;
     *.png) [ "$(tail -c 8 "$file" | head -c 4)" = IEND ] || echo "$file: half a picture" ;;
+    *.html) [ "$(tail -n 1 "$file")" = '</html>' ] || echo "$file: half a page" ;;
     */result.json)
       [ "$(tail -n 1 "$file")" = '}' ] || echo "$file: half an object"
       ! grep -q '"status": "running"' "$file" || echo "$file: still running"

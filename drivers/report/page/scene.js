@@ -96,7 +96,7 @@ class Stand {
     this.faceLine = makeMaterial(
       shared,
       { transparent: true },
-      { alpha: { value: 0.45 }, lit: { value: false }, clip: { value: false } },
+      { alpha: { value: 0.25 }, lit: { value: false }, clip: { value: false } },
     );
     this.surface = this.add(new THREE.Mesh(new THREE.BufferGeometry(), this.skin));
     this.edges = this.add(new THREE.LineSegments(this.surface.geometry.clone(), this.line));

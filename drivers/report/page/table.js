@@ -17,9 +17,9 @@ function compare(a, b) {
 /* What an outcome's word means: good, soft (worth a look) or bad; '' for other words. */
 function judge(word) {
   if (/^(complete|recovered|done)$/.test(word)) return 'good';
-  if (/^(untangled|equilibrium|planned|running|out of budget|interrupted|below reference|not run|no result)/.test(word))
+  if (/^(untangled|equilibrium|stressed|planned|running|out of budget|interrupted|below|not run|no result)/.test(word))
     return 'soft';
-  return /fail|crash|undefined|non-finite|refused|not converged|not recovered|stuck|inverted/.test(word) ? 'bad' : '';
+  return /fail|crash|undefined|non-finite|refused|converged|not recovered|stopped/.test(word) ? 'bad' : '';
 }
 
 /* A cell's class: only words of columns that tell an outcome are coloured. */
