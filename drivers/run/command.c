@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/error.h"
 #include "run/locking.h"
@@ -124,63 +125,145 @@ static int read_scene(const char *path, const char *start_state, const char *met
   return status ? status : flesh_scene_read(path, overrides->texts.count, overrides->texts.values, scene);
 }
 
-int flesh_command_run(int argc, char **argv)
-{
-  flesh_runner_options options = {0};
+/* What the command line gave. */
+typedef struct given {
+  flesh_runner_options options;
   flesh_overrides overrides;
-  const char *start_state = NULL, *method = NULL;
-  int status = flesh_overrides_open(&overrides, argc);
+  const char *start_state, *method, *checkpoint, *resume;
+} given;
+
+/* Whether all that was given can be; the exit code else. */
+static int check(given *g, int positionals)
+{
+  const char *folder = g->resume;
+  if (g->checkpoint && flesh_checkpoint_times_read(g->checkpoint, &g->options.checkpoint))
+    return flesh_option_refuse("run", "checkpoint", g->checkpoint, "a number of seconds or steps, as 60s or 100steps");
+  if (!folder)
+    return positionals ? FLESH_OPTIONS_GO_ON : flesh_command_refuse("run", "SCENE is missing; give one, or --resume DIR");
+  if (positionals || g->start_state || g->method || g->overrides.texts.count)
+    return flesh_command_refuse("run", "--resume takes the scene from %s: give no SCENE, --set, --method or --start-state",
+                                folder);
+  if (g->options.out || g->options.no_frames)
+    return flesh_command_refuse("run", "--resume goes on in %s as the run began: give no --out or --no-frames", folder);
+  return FLESH_OPTIONS_GO_ON;
+}
+
+/* Whether the folder is that of a run that has come to its end. One that has not yet put away its checkpoint may have
+ * been stopped before all was on the disk: its last steps are taken again. */
+static int is_complete(const char *folder, char *path)
+{
+  struct stat info;
+  sprintf(path, "%s/" FLESH_CHECKPOINT_NAME, folder);
+  if (!stat(path, &info)) return 0;
+  sprintf(path, "%s/result.json", folder);
+  json_t *result = json_load_file(path, 0, NULL);
+  const char *status = json_string_value(json_object_get(result, "status"));
+  const int complete = status && !strcmp(status, "complete");
+  const json_t *figures = json_object_get(result, "figures");
+  if (complete)
+    printf("%s: this run is complete, %d steps to t = %g s; there is nothing to go on with\n", folder,
+           (int)json_integer_value(json_object_get(figures, "steps")),
+           json_number_value(json_object_get(figures, "t_end")));
+  json_decref(result);
+  return complete;
+}
+
+/* Opens the folder's checkpoint and its scene, whose path is new text. FLESH_OPTIONS_GO_ON, or the exit code. */
+static int take_up(given *g, flesh_checkpoint *checkpoint, char **path, flesh_scene **scene)
+{
+  flesh_runner_options *options = &g->options;
+  *path = malloc(strlen(g->resume) + 32);
+  if (!*path) return flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  if (is_complete(g->resume, *path)) return 0;
+  int status = flesh_checkpoint_open(g->resume, checkpoint);
+  sprintf(*path, "%s/scene.yaml", g->resume);
+  if (!status) status = flesh_scene_read(*path, 0, NULL, scene);
   if (status) return flesh_command_fail("run", status);
-  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
-  if (!words) {
-    flesh_overrides_close(&overrides);
-    return flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  }
-  for (int a = 0; a < argc; a++) words[a] = argv[a];
-  options.argc = argc;
-  options.argv = words;
-  const flesh_option rows[] = {
-      {"out", "DIR", FLESH_OPTION_TEXT, &options.out, "folder of the results (default out/<scene>)"},
-      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &overrides.texts,
-       "a value of the scene, as in --set time.step=1/120"},
-      {"method", methods, FLESH_OPTION_TEXT, &method, "how to step in time (--set time.method=NAME)"},
-      {"start-state", "FILE", FLESH_OPTION_TEXT, &start_state,
-       "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
-      {"save-state", "FILE", FLESH_OPTION_TEXT, &options.save_state, "write the last state here as well"},
-      {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options.max_seconds,
-       "stop in order once S seconds are spent; a step in flight is given up"},
-      {"no-frames", NULL, FLESH_OPTION_SWITCH, &options.no_frames, "write no VTU frames"},
-      {"profile", NULL, FLESH_OPTION_SWITCH, &options.profile,
-       "print each effect's CPU time, beside its calls and memory"},
-      {"quiet", NULL, FLESH_OPTION_SWITCH, &options.quiet, "print errors only"},
-      {0}};
-  const flesh_usage usage = {
-      "run", "SCENE", "Simulates a scene (see `flesh schema` for its keys).", details, 1, 1, rows, NULL};
-  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
-  flesh_scene *scene = NULL;
+  options->out = g->resume;
+  options->scene_path = *path;
+  options->resume = checkpoint;
+  options->no_frames = checkpoint->head.no_frames;
+  if (!g->checkpoint) options->checkpoint = checkpoint->head.times;
+  if (!(options->max_seconds > 0)) options->max_seconds = checkpoint->head.max_seconds;
+  return FLESH_OPTIONS_GO_ON;
+}
+
+/* Runs the scene, and says what came of it. */
+static int run_scene(const flesh_scene *scene, const flesh_runner_options *options)
+{
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  char *folder = NULL;
-  if (code != FLESH_OPTIONS_GO_ON) goto done;
-  options.scene_path = argv[1];
-  flesh_interrupt_watch();
-  status = read_scene(argv[1], start_state, method, &overrides, &scene);
-  if (status) {
-    code = flesh_command_fail("run", status);
-    goto done;
-  }
-  if (!options.out) options.out = folder = default_folder(argv[1]);
-  if (!options.quiet) describe(scene);
-  flesh_runner_run(scene, &options, &figures, &outcome);
+  if (!options->quiet) describe(scene);
+  flesh_runner_run(scene, options, &figures, &outcome);
   if (outcome.status) fprintf(stderr, "flesh run: %s\n", outcome.message);
   if (outcome.has_failure) flesh_failure_print(stderr, &outcome, scene);
-  if (!options.quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options.out);
-  code = outcome.exit_code;
-done:
+  if (!options->quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options->out);
   flesh_figures_close(&figures);
+  return outcome.exit_code;
+}
+
+static int read_and_run(given *g, int argc, char **argv)
+{
+  flesh_runner_options *options = &g->options;
+  const flesh_option rows[] = {
+      {"out", "DIR", FLESH_OPTION_TEXT, &options->out, "folder of the results (default out/<scene>)"},
+      {"set", "KEY=VALUE", FLESH_OPTION_LIST, &g->overrides.texts,
+       "a value of the scene, as in --set time.step=1/120"},
+      {"method", methods, FLESH_OPTION_TEXT, &g->method, "how to step in time (--set time.method=NAME)"},
+      {"start-state", "FILE", FLESH_OPTION_TEXT, &g->start_state,
+       "start from rows `x y z vx vy vz` (--set start.state=FILE)"},
+      {"save-state", "FILE", FLESH_OPTION_TEXT, &options->save_state, "write the last state here as well"},
+      {"checkpoint", "EVERY", FLESH_OPTION_TEXT, &g->checkpoint,
+       "60s or 100steps: write so often, and where the run is asked to stop, what --resume goes on from"},
+      {"resume", "DIR", FLESH_OPTION_TEXT, &g->resume,
+       "go on with the run in DIR from its last checkpoint, with the same bits (instead of SCENE)"},
+      {"max-seconds", "S", FLESH_OPTION_POSITIVE, &options->max_seconds,
+       "stop in order once S seconds are spent, those before --resume included; a step in flight is given up"},
+      {"no-frames", NULL, FLESH_OPTION_SWITCH, &options->no_frames, "write no VTU frames"},
+      {"profile", NULL, FLESH_OPTION_SWITCH, &options->profile,
+       "print each effect's CPU time, beside its calls and memory"},
+      {"quiet", NULL, FLESH_OPTION_SWITCH, &options->quiet, "print errors only"},
+      {0}};
+  const flesh_usage usage = {
+      "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", details, 0, 1, rows, NULL};
+  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
+  flesh_checkpoint checkpoint = {0};
+  flesh_scene *scene = NULL;
+  char *made = NULL; /* a name */
+  if (code == FLESH_OPTIONS_GO_ON) code = check(g, positionals);
+  if (code != FLESH_OPTIONS_GO_ON) return code;
+  flesh_interrupt_watch();
+  if (g->resume) {
+    code = take_up(g, &checkpoint, &made, &scene);
+  } else {
+    options->scene_path = argv[1];
+    const int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
+    if (status) code = flesh_command_fail("run", status);
+    else if (!options->out) options->out = made = default_folder(argv[1]);
+  }
+  if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options);
+  flesh_checkpoint_close(&checkpoint);
   flesh_scene_destroy(&scene);
-  flesh_overrides_close(&overrides);
-  free(folder);
+  free(made);
+  return code;
+}
+
+int flesh_command_run(int argc, char **argv)
+{
+  given g = {0};
+  int status = flesh_overrides_open(&g.overrides, argc);
+  if (status) return flesh_command_fail("run", status);
+  char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
+  int code;
+  if (words) {
+    for (int a = 0; a < argc; a++) words[a] = argv[a];
+    g.options.argc = argc;
+    g.options.argv = words;
+    code = read_and_run(&g, argc, argv);
+  } else {
+    code = flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
+  }
+  flesh_overrides_close(&g.overrides);
   free(words);
   return code;
 }

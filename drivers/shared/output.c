@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/file.h"
+#include "shared/checkpoint.h"
 
 /* What a run writes into its folder, and how it begins: so that an older run's file is known from somebody's own. */
 static const struct {
@@ -17,7 +18,8 @@ static const struct {
                {"history.csv", "t,step,h,newton"},
                {"probes.csv", "t [s],"},
                {"state.txt", "# t "},
-               {"result.json", "{\n  \"status\""}};
+               {"result.json", "{\n  \"status\""},
+               {FLESH_CHECKPOINT_NAME, "flesh checkpoint"}};
 enum { WRITTEN = sizeof written / sizeof *written };
 
 int flesh_output_claim(const char *folder, const char *command, flesh_folder_claim *claim)

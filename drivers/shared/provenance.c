@@ -43,6 +43,13 @@ void flesh_provenance_print_version(void)
          FLESH_SUITESPARSE_VERSION, FLESH_FYAML_VERSION, FLESH_GSL_VERSION, FLESH_JANSSON_VERSION);
 }
 
+void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE])
+{
+  snprintf(text, FLESH_IDENTITY_SIZE, "flesh %s%s%s%s, %s, %s %s, SUNDIALS %s, SuiteSparse %s", FLESH_VERSION,
+           *FLESH_COMMIT ? " (" : "", FLESH_COMMIT, *FLESH_COMMIT ? ")" : "", FLESH_COMPILER, FLESH_BUILD_TYPE,
+           FLESH_COMPILER_FLAGS, FLESH_SUNDIALS_VERSION, FLESH_SUITESPARSE_VERSION);
+}
+
 static void cpu_model(char *text, size_t size)
 {
   char head[2048]; /* the first processor's lines */

@@ -9,6 +9,10 @@
 /* `flesh --version`: the version and what it was built with. */
 void flesh_provenance_print_version(void);
 
+/* Of the program that runs, in one line: what another must have in common with it to give the same bits. */
+enum { FLESH_IDENTITY_SIZE = 512 };
+void flesh_provenance_identity(char text[FLESH_IDENTITY_SIZE]);
+
 /* A new object with program, libraries, machine, command line and date. */
 json_t *flesh_provenance_program(int argc, char **argv);
 

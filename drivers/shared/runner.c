@@ -1,6 +1,5 @@
 /* runner.c: runs a scene with history, frames, progress, budget and a result that is always valid.
  */
-#include "base/threads.h"
 #include "shared/runner.h"
 
 #include <math.h>
@@ -12,46 +11,22 @@
 #include <unistd.h>
 
 #include "base/error.h"
-#include "shared/interrupt.h"
 #include "base/file.h"
+#include "shared/interrupt.h"
 #include "shared/options.h"
-#include "shared/provenance.h"
 #include "shared/output.h"
-#include "shared/stressed_rest.h"
+#include "shared/running.h"
 
 enum { OBSERVER_LIMIT = 16 };
 
-typedef struct runner {
-  const flesh_scene *scene;
-  const flesh_runner_options *options;
-  char *path; /* room for out/name */
-  flesh_history *history;
-  flesh_probes *probes; /* NULL without any */
-  flesh_frames *frames;
-  flesh_surface *surface; /* of the skin, with the next two; NULL without one */
-  flesh_skin *skin;
-  flesh_skin_frames *skin_frames;
-  flesh_integrator *integrator;
-  flesh_state state;
-  double started; /* monotonic seconds */
-  double last_progress;
-  double last_step, next_word; /* monotonic seconds: the last step's end; when a long one is spoken of */
-  int step;                    /* the last one taken */
-  double start_t;
-  flesh_rest_trace trace;
-  int progress; /* show a line */
-  int running; /* result.json says so */
-  json_t *program, *inputs;
-} runner;
-
-static double seconds(clockid_t clock)
+double flesh_running_seconds(clockid_t clock)
 {
   struct timespec now;
   clock_gettime(clock, &now);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static const char *in_out(runner *r, const char *name)
+const char *flesh_running_path(flesh_running *r, const char *name)
 {
   sprintf(r->path, "%s/%s", r->options->out, name);
   return r->path;
@@ -59,8 +34,8 @@ static const char *in_out(runner *r, const char *name)
 
 static int show_progress(void *data, const flesh_step_record *record)
 {
-  runner *r = data;
-  double now = seconds(CLOCK_MONOTONIC);
+  flesh_running *r = data;
+  double now = flesh_running_seconds(CLOCK_MONOTONIC);
   if (now - r->last_progress < 0.1 && !record->last) return FLESH_OK;
   r->last_progress = now;
   double end = flesh_scene_times(r->scene)->end, t = record->state->t;
@@ -79,17 +54,17 @@ static const double first_word = 10, longest_silence = 600;
 
 static int note_step(void *data, const flesh_step_record *record)
 {
-  runner *r = data;
-  r->last_step = seconds(CLOCK_MONOTONIC);
+  flesh_running *r = data;
+  r->last_step = flesh_running_seconds(CLOCK_MONOTONIC);
   r->next_word = r->last_step + first_word;
   r->step = record->step;
   return FLESH_OK;
 }
 
 /* What a step that takes long is at. */
-static void speak_of_long_step(runner *r)
+static void speak_of_long_step(flesh_running *r)
 {
-  const double now = seconds(CLOCK_MONOTONIC), lasting = now - r->last_step;
+  const double now = flesh_running_seconds(CLOCK_MONOTONIC), lasting = now - r->last_step;
   if (r->options->quiet || !r->integrator || now < r->next_word) return;
   const flesh_progress p = flesh_integrator_progress(r->integrator);
   r->next_word = now + (lasting < longest_silence ? lasting : longest_silence);
@@ -102,21 +77,21 @@ static void speak_of_long_step(runner *r)
   fflush(stderr);
 }
 
+/* With checkpoints a step in flight may still be finished, and is then written, but it must not take long. */
+static const double grace = 10;
+
 static int stop(void *data)
 {
-  runner *r = data;
+  flesh_running *r = data;
   speak_of_long_step(r);
-  if (flesh_interrupt_signal())
-    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s",
-                      flesh_interrupt_name(), r->state.t);
-  if (r->options->max_seconds > 0 &&
-      seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
-    return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s",
-                      r->options->max_seconds, r->state.t);
-  return FLESH_OK;
+  const int status = flesh_running_asked_to_end(r);
+  if (!status || !r->checkpoint.on) return status;
+  const double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  if (r->checkpoint.asked == 0) r->checkpoint.asked = now;
+  return now - r->checkpoint.asked < grace ? FLESH_OK : status;
 }
 
-static json_t *result_of(runner *r, json_t *outcome, const flesh_figures *figures)
+json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figures *figures)
 {
   json_object_set_new(outcome, "figures",
                       flesh_figures_json(figures, flesh_scene_system(r->scene)));
@@ -124,48 +99,10 @@ static json_t *result_of(runner *r, json_t *outcome, const flesh_figures *figure
     json_object_set_new(outcome, "effects", flesh_costs_json(flesh_integrator_costs(r->integrator),
                                                              flesh_scene_system(r->scene)));
   json_object_set_new(outcome, "materials", flesh_materials_json(r->scene));
+  if (r->resumed) json_object_set(outcome, "resumed", r->resumed);
   json_object_set(outcome, "inputs", r->inputs);
   json_object_set(outcome, "program", r->program);
   return outcome;
-}
-
-/* Frames of an older run would not belong to this one's history. */
-static void drop_frames(runner *r)
-{
-  char *folder = strdup(in_out(r, "frames"));
-  struct stat info;
-  flesh_frames *frames = NULL;
-  if (folder && !stat(folder, &info) && S_ISDIR(info.st_mode) &&
-      !flesh_frames_create(folder, flesh_scene_mesh(r->scene), 1, &frames)) {
-    flesh_frames_close(&frames);
-    unlink(in_out(r, "frames/frames.pvd"));
-    rmdir(folder); /* stays where something else is in it */
-  }
-  free(folder);
-}
-
-/* Binds the scene's skin, if frames of it are wanted: what is wrong with it is reported before anything is written. */
-static int bind_skin(runner *r)
-{
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  if (!output->skin.surface || r->options->no_frames || output->frame_interval < 1) return FLESH_OK;
-  int status = flesh_surface_read(output->skin.surface, &r->surface);
-  return status ? status : flesh_skin_bind(flesh_scene_mesh(r->scene), r->surface, &r->skin);
-}
-
-/* Opens the skin's files, and says what of it is outside the body. */
-static int open_skin(runner *r, int every)
-{
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  flesh_skin_info info;
-  if (!r->skin) return FLESH_OK;
-  int status = flesh_skin_frames_create(in_out(r, "skin"), r->skin, r->surface, output->skin.formats,
-                                        every, &r->skin_frames);
-  if (!status) status = flesh_skin_write(r->skin, in_out(r, "skin/binding.txt"));
-  if (status || r->options->quiet) return status;
-  flesh_skin_inspect(r->skin, &info);
-  flesh_skin_print(stdout, output->skin.surface, &info);
-  return FLESH_OK;
 }
 
 /* Whether a file could be written there; it is not touched. */
@@ -177,62 +114,11 @@ static int probe(const char *path)
   return status;
 }
 
-/* An older run's would not belong to this one. */
-static int open_probes(runner *r)
-{
-  int count;
-  const flesh_probe *probes = flesh_scene_probes(r->scene, &count);
-  unlink(in_out(r, "probes.csv"));
-  return !count ? FLESH_OK
-                : flesh_probes_create(in_out(r, "probes.csv"), flesh_scene_body(r->scene),
-                                      flesh_scene_system(r->scene), flesh_scene_times(r->scene)->method, count, probes,
-                                      &r->probes);
-}
-
-/* Everything that can fail for want of a writable place fails here, before any solve. */
-static int open_outputs(runner *r, flesh_figures *figures)
-{
-  const flesh_runner_options *options = r->options;
-  r->path = malloc(strlen(options->out) + 64);
-  if (!r->path) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  r->program = flesh_provenance_program(options->argc, options->argv);
-  const flesh_solver_options *solver = flesh_scene_solver(r->scene);
-  int threads = solver->threads ? solver->threads : flesh_threads_available();
-  json_object_set_new(r->program, "threads", json_integer(threads));
-  const char *preconditioner = flesh_preconditioner_used(r->scene);
-  json_object_set_new(r->program, "preconditioner",
-                      preconditioner ? json_string(preconditioner) : json_null());
-  r->inputs = flesh_provenance_scene(r->scene, options->scene_path);
-  json_t *running = json_pack("{ss}", "status", "running");
-  int status = flesh_json_write(in_out(r, "result.json"), result_of(r, running, figures));
-  if (status) return status; /* an older run's results still stand */
-  r->running = 1;
-  unlink(in_out(r, "state.txt"));
-  flesh_skin_frames_remove(in_out(r, "skin"));
-  unlink(in_out(r, "skin/binding.txt"));
-  rmdir(in_out(r, "skin")); /* stays where something else is in it */
-  status = flesh_scene_write(r->scene, in_out(r, "scene.yaml"));
-  if (!status)
-    status =
-        flesh_history_create(in_out(r, "history.csv"), flesh_scene_system(r->scene), &r->history);
-  if (!status) status = open_probes(r);
-  if (status) return status;
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  const int every = output->frame_interval;
-  if (options->no_frames || every < 1) drop_frames(r);
-  else
-    status =
-        flesh_frames_create(in_out(r, "frames"), flesh_scene_mesh(r->scene), every, &r->frames);
-  if (!status && r->frames)
-    status = flesh_frames_set_fields(r->frames, flesh_scene_body(r->scene), flesh_scene_system(r->scene),
-                                     flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
-  if (!status && r->frames) status = open_skin(r, every);
-  return status;
-}
-
-static int open_state(runner *r)
+static int open_state(flesh_running *r)
 {
   size_t unknowns = (size_t)flesh_system_unknowns(flesh_scene_system(r->scene));
+  if (r->options->out && !(r->path = malloc(strlen(r->options->out) + 64)))
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   r->state.x = malloc(sizeof(double) * unknowns);
   r->state.v = malloc(sizeof(double) * unknowns);
   r->state.multiplier_count = flesh_system_multiplier_count(flesh_scene_system(r->scene));
@@ -248,7 +134,7 @@ static int open_state(runner *r)
   return FLESH_OK;
 }
 
-static int create_integrator(runner *r)
+static int create_integrator(flesh_running *r)
 {
   const flesh_scene_time *time = flesh_scene_times(r->scene);
   int status = flesh_integrator_create(flesh_scene_system(r->scene), time->method, flesh_scene_solver(r->scene),
@@ -261,7 +147,7 @@ static int create_integrator(runner *r)
 }
 
 /* Returns how many there are. */
-static int list_observers(runner *r, flesh_figures *figures, flesh_observer observers[OBSERVER_LIMIT])
+static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observer observers[OBSERVER_LIMIT])
 {
   const flesh_runner_options *options = r->options;
   int count = 0;
@@ -274,13 +160,14 @@ static int list_observers(runner *r, flesh_figures *figures, flesh_observer obse
   if (r->skin_frames)
     observers[count++] = (flesh_observer){flesh_skin_frames_observe, r->skin_frames};
   if (r->progress) observers[count++] = (flesh_observer){show_progress, r};
-  for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT; o++)
+  for (int o = 0; o < options->observer_count && count < OBSERVER_LIMIT - 1; o++)
     observers[count++] = options->observers[o];
+  if (r->checkpoint.on) observers[count++] = (flesh_observer){flesh_running_observe_checkpoint, r};
   return count;
 }
 
 /* What a user should know of the run, whether it failed or not. */
-static void tell_outcome(runner *r, int status, flesh_figures *figures, flesh_outcome *outcome)
+static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
@@ -304,12 +191,12 @@ static void tell_outcome(runner *r, int status, flesh_figures *figures, flesh_ou
   }
 }
 
-static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
+static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *outcome)
 {
   const flesh_scene_time *time = flesh_scene_times(r->scene);
   flesh_observer observers[OBSERVER_LIMIT];
   flesh_solve_stats unfinished;
-  int status = create_integrator(r);
+  int status = r->integrator ? FLESH_OK : create_integrator(r);
   if (status) return status;
   const flesh_run_options run = {.unfinished = &unfinished,
                                  .h = time->step,
@@ -318,12 +205,18 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
                                  .observers = observers,
                                  .stop = stop,
                                  .stop_data = r};
-  double cpu = seconds(CLOCK_PROCESS_CPUTIME_ID);
-  r->started = seconds(CLOCK_MONOTONIC);
-  status = flesh_run(flesh_scene_system(r->scene), r->integrator, &run, &r->state, NULL);
+  r->cpu_begin = flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC);
+  r->last_step = r->checkpoint.at;
+  r->next_word = r->last_step + first_word;
+  r->started = r->checkpoint.at - (r->options->resume ? r->options->resume->head.wall_s : 0);
+  const flesh_system *system = flesh_scene_system(r->scene);
+  status = r->options->resume
+               ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, &r->state, NULL)
+               : flesh_run(system, r->integrator, &run, &r->state, NULL);
   flesh_figures_add_unfinished(figures, &unfinished);
-  figures->wall_s = seconds(CLOCK_MONOTONIC) - r->started;
-  figures->cpu_s = seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  figures->wall_s = flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
+  figures->cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin;
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
   tell_outcome(r, status, figures, outcome);
@@ -331,11 +224,11 @@ static int simulate(runner *r, flesh_figures *figures, flesh_outcome *outcome)
 }
 
 /* The last good state is kept however the run ended. */
-static int keep_state(runner *r)
+static int keep_state(flesh_running *r)
 {
   int nodes = flesh_mesh_node_count(flesh_scene_mesh(r->scene));
   int status =
-      r->options->out ? flesh_state_write(in_out(r, "state.txt"), nodes, &r->state) : FLESH_OK;
+      r->options->out ? flesh_state_write(flesh_running_path(r, "state.txt"), nodes, &r->state) : FLESH_OK;
   if (r->options->save_state) {
     int saved = flesh_state_write(r->options->save_state, nodes, &r->state);
     if (!status) status = saved;
@@ -344,12 +237,12 @@ static int keep_state(runner *r)
 }
 
 /* On a full disk the file that says "running" makes room for the one that says how the run ended. */
-static int keep_result(runner *r, const flesh_outcome *outcome, const flesh_figures *figures)
+static int keep_result(flesh_running *r, const flesh_outcome *outcome, const flesh_figures *figures)
 {
   int status = FLESH_OK;
   for (int tries = 0; tries < 2; tries++) {
-    if (tries) unlink(in_out(r, "result.json"));
-    status = flesh_json_write(in_out(r, "result.json"), result_of(r, flesh_outcome_json(outcome), figures));
+    if (tries) unlink(flesh_running_path(r, "result.json"));
+    status = flesh_json_write(flesh_running_path(r, "result.json"), flesh_running_result(r, flesh_outcome_json(outcome), figures));
     if (!status) break;
   }
   return status;
@@ -367,19 +260,43 @@ static void note(flesh_outcome *outcome, int status)
                    : flesh_status_text(status));
 }
 
+/* The run's memory and files, from its begin. */
+static int begin(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  int status = flesh_run_output_claim(r->scene, options->scene_path, options->save_state, options->out, claim);
+  r->checkpoint.on = options->out && (options->checkpoint.seconds > 0 || options->checkpoint.steps > 0);
+  return status || !options->out ? status : flesh_running_open(r, figures);
+}
+
+/* The same from a checkpoint. */
+static int go_on(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  flesh_checkpoint_head head;
+  int status = flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
+  if (!status) status = create_integrator(r);
+  if (!status) status = flesh_running_restore(r, figures, &head);
+  if (!status) status = flesh_running_reopen(r, figures, &head);
+  r->checkpoint.on = 1;
+  if (!status && !options->quiet)
+    printf("goes on after step %d, t = %g s%s\n", head.step, r->state.t,
+           head.exact ? "" : "; IDA starts anew there: the motion agrees with an unbroken one within time.tolerance");
+  return status;
+}
+
 int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *options,
                      flesh_figures *figures, flesh_outcome *outcome)
 {
-  runner r = {
-      .scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO)};
+  flesh_running r = {.scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO),
+                     .figures = figures, .checkpoint = {.times = options->checkpoint, .step = -1}};
   *outcome = (flesh_outcome){.advice = ""};
   int status = flesh_figures_open(figures, flesh_scene_system(scene));
   if (!status) status = open_state(&r);
-  if (!status && options->out) status = bind_skin(&r);
+  if (!status && options->out) status = flesh_running_bind_skin(&r);
   if (!status && options->save_state) status = probe(options->save_state);
   flesh_folder_claim claim = {.descriptor = -1};
-  if (!status) status = flesh_run_output_claim(scene, options->scene_path, options->save_state, options->out, &claim);
-  if (!status && options->out) status = open_outputs(&r, figures);
+  if (!status) status = (options->resume ? go_on : begin)(&r, figures, &claim);
   int prepared = !status;
   if (!status) status = simulate(&r, figures, outcome);
   note(outcome, status);
@@ -398,12 +315,14 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_surface_destroy(&r.surface);
   if (r.running) kept[2] = keep_result(&r, outcome, figures);
   if (kept[2] && !outcome->status) note(outcome, kept[2]);
+  if (prepared && r.checkpoint.on && !outcome->status && (kept[2] = flesh_running_drop_checkpoint(&r))) note(outcome, kept[2]);
   if (r.integrator && options->profile && !options->quiet)
     flesh_costs_print(stdout, flesh_integrator_costs(r.integrator), flesh_scene_system(scene));
   flesh_integrator_destroy(&r.integrator);
   flesh_folder_claim_release(&claim);
   json_decref(r.program);
   json_decref(r.inputs);
+  json_decref(r.resumed);
   free(r.state.x);
   free(r.state.v);
   free(r.state.multipliers);

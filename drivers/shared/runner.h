@@ -2,21 +2,7 @@
 #ifndef FLESH_SHARED_RUNNER_H
 #define FLESH_SHARED_RUNNER_H
 
-#include "shared/result.h"
-
-typedef struct flesh_runner_options {
-  const char *out;        /* folder of the results, made when missing; NULL: none are written */
-  const char *scene_path; /* for the provenance */
-  const char *save_state; /* a copy of the last state; NULL: none */
-  double max_seconds;     /* 0: no limit */
-  int no_frames;
-  int profile; /* clocks are read around every call of an effect, and a table is printed */
-  int quiet; /* no report on stdout, no progress line */
-  int argc;  /* the command line, for the provenance */
-  char **argv;
-  int observer_count; /* called besides history and frames */
-  const flesh_observer *observers;
-} flesh_runner_options;
+#include "shared/runner_options.h"
 
 /* Runs the scene to its end, or until a signal (see interrupt.h) or the budget. In `out`:
  * history.csv, scene.yaml, state.txt (the last good state), result.json, frames/. What an older run

@@ -153,8 +153,8 @@ FLESH_API int flesh_run(const flesh_system *system, flesh_integrator *integrator
 /* The rest of a run that began at `begin` s and of which `step` steps have been taken, the last of
  * them to the state: observers are not called with that one again, steps end where those of the
  * whole run do, and *steps counts from its begin. With an integrator that has loaded what that of
- * the first part saved there (flesh_integrator_load), it has the bits of the whole run. Step 0: a run
- * from its begin. Errors: as flesh_run, FLESH_ERR_ARGUMENT
+ * the first part saved there (flesh_integrator_load), it has the bits of the whole run. Step 0: only
+ * the start has been observed. Errors: as flesh_run, FLESH_ERR_ARGUMENT
  * where so many steps cannot have led to the state. */
 FLESH_API int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator,
                                const flesh_run_options *options, int step, double begin,

@@ -10,6 +10,8 @@
 #include "base/file.h"
 #include "output/fields.h"
 #include "output/obstacles.h"
+#include "output/resume.h"
+#include "output/vtu_read.h"
 
 enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
 
@@ -38,26 +40,27 @@ static int is_frame(const char *name)
   return count > 0 && !strcmp(digits + count, suffix);
 }
 
-static void remove_old_frames(flesh_frames *frames)
+/* The step of a frame, or of a moving obstacle's file beside it; -1 of a still one's. */
+static int step_of(const char *name)
+{
+  int number, step, end = 0;
+  if (sscanf(name, "frame_%9d%n", &step, &end) == 1 && end) return step;
+  return sscanf(name, "obstacle_%9d_%9d", &number, &step) == 2 ? step : -1;
+}
+
+/* Those after step `last`. */
+static void remove_frames(flesh_frames *frames, int last)
 {
   DIR *folder = opendir(frames->directory);
   if (!folder) return;
   for (struct dirent *entry; (entry = readdir(folder));)
-    if (is_frame(entry->d_name) && strlen(entry->d_name) < NAME_SIZE)
+    if (is_frame(entry->d_name) && strlen(entry->d_name) < NAME_SIZE && (last < 0 || step_of(entry->d_name) > last))
       unlink(path_of(frames, entry->d_name));
   closedir(folder);
 }
 
-int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
-                        flesh_frames **result)
+static int create(const char *directory, const flesh_mesh *mesh, int every, flesh_frames **result)
 {
-  FLESH_NEED({result, "frames"});
-  *result = NULL;
-  FLESH_NEED({directory, "directory"}, {mesh, "mesh"});
-  if (every < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: every is %d; it must be at least 1", every);
-  int status = flesh_folder_make(directory);
-  if (status) return status;
   flesh_frames *frames = calloc(1, sizeof *frames);
   if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   frames->mesh = mesh;
@@ -69,12 +72,40 @@ int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every
     flesh_frames_close(&frames);
     return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   }
+  *result = frames;
+  return FLESH_OK;
+}
+
+int flesh_frames_create(const char *directory, const flesh_mesh *mesh, int every,
+                        flesh_frames **result)
+{
+  FLESH_NEED({result, "frames"});
+  *result = NULL;
+  FLESH_NEED({directory, "directory"}, {mesh, "mesh"});
+  if (every < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "frames: every is %d; it must be at least 1", every);
+  flesh_frames *frames = NULL;
+  int status = flesh_folder_make(directory);
+  if (!status) status = create(directory, mesh, every, &frames);
+  if (status) return status;
   /* The index first, so that it never lists a file that is gone. */
   status = flesh_pvd_write(path_of(frames, "frames.pvd"), 0, NULL, NULL);
   if (status) flesh_frames_close(&frames);
-  else remove_old_frames(frames);
+  else remove_frames(frames, -1);
   flesh_folder_clear(directory);
   *result = frames;
+  return status;
+}
+
+int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames)
+{
+  *frames = NULL;
+  int status = create(directory, mesh, every, frames);
+  if (status) return status;
+  flesh_folder_clear(directory);
+  status = flesh_pvd_resume(path_of(*frames, "frames.pvd"), every, last, &(*frames)->index);
+  if (status) flesh_frames_close(frames);
+  else remove_frames(*frames, last);
   return status;
 }
 

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/file.h"
 #include "effect/effect.h"
+#include "output/resume.h"
 #include "output/rows.h"
 
 struct flesh_history {
@@ -36,11 +37,9 @@ static const char *const *report_names(const flesh_system *system, int index)
   return figures->report_names ? figures->report_names : none;
 }
 
-int flesh_history_create(const char *path, const flesh_system *system, flesh_history **result)
+/* Without its file. */
+static int create(const char *path, const flesh_system *system, flesh_history **result)
 {
-  FLESH_NEED({result, "history"});
-  *result = NULL;
-  FLESH_NEED({path, "path"}, {system, "system"});
   flesh_history *history = calloc(1, sizeof *history);
   if (!history) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
   for (int e = 0; e < flesh_system_effect_count(system); e++)
@@ -53,7 +52,29 @@ int flesh_history_create(const char *path, const flesh_system *system, flesh_his
       return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
     }
   }
-  int status = flesh_rows_open(path, &history->rows);
+  *result = history;
+  return FLESH_OK;
+}
+
+int flesh_history_resume(const char *path, const flesh_system *system, long length, flesh_history **history)
+{
+  *history = NULL;
+  int status = create(path, system, history);
+  if (!status) status = flesh_rows_resume(path, length, &(*history)->rows);
+  if (status) flesh_history_close(history);
+  return status;
+}
+
+long flesh_history_length(const flesh_history *history) { return history->rows.whole; }
+
+int flesh_history_create(const char *path, const flesh_system *system, flesh_history **result)
+{
+  FLESH_NEED({result, "history"});
+  *result = NULL;
+  FLESH_NEED({path, "path"}, {system, "system"});
+  flesh_history *history = NULL;
+  int status = create(path, system, &history);
+  if (!status) status = flesh_rows_open(path, &history->rows);
   if (status) {
     flesh_history_close(&history);
     return status;

@@ -10,6 +10,7 @@
 #include "math/svd3.h"
 #include "output/node_forces.h"
 #include "output/probe_place.h"
+#include "output/resume.h"
 #include "output/rows.h"
 #include "output/tet_shape.h"
 #include "output/tet_stress.h"
@@ -113,12 +114,10 @@ static int check_probes(int count, const flesh_probe *probes)
   return FLESH_OK;
 }
 
-int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
-                        int count, const flesh_probe *probes, flesh_probes **result)
+/* Without its file. */
+static int create(const flesh_body *body, const flesh_system *system, flesh_method method, int count,
+                  const flesh_probe *probes, flesh_probes **result)
 {
-  FLESH_NEED({result, "result"});
-  *result = NULL;
-  FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
   int status = check_probes(count, probes);
   if (status) return status;
   flesh_probes *made = calloc(1, sizeof *made);
@@ -138,15 +137,37 @@ int flesh_probes_create(const char *path, const flesh_body *body, const flesh_sy
   if (!status && wanted & forces_of)
     status = flesh_node_forces_open(body, system, is_static, (wanted & FLESH_PROBE_REACTION) != 0,
                                     (wanted & FLESH_PROBE_CONTACT_FORCE) != 0, &made->forces);
-  if (!status) status = flesh_rows_open(path, &made->rows);
-  if (!status) {
-    print_header(made);
-    status = flesh_rows_flush(&made->rows);
-  }
-  if (status) flesh_probes_close(&made);
   *result = made;
   return status;
 }
+
+int flesh_probes_create(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
+                        int count, const flesh_probe *probes, flesh_probes **result)
+{
+  FLESH_NEED({result, "result"});
+  *result = NULL;
+  FLESH_NEED({path, "path"}, {body, "body"}, {system, "system"}, {probes, "probes"});
+  int status = create(body, system, method, count, probes, result);
+  if (!status) status = flesh_rows_open(path, &(*result)->rows);
+  if (!status) {
+    print_header(*result);
+    status = flesh_rows_flush(&(*result)->rows);
+  }
+  if (status) flesh_probes_close(result);
+  return status;
+}
+
+int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
+                        int count, const flesh_probe *probes, long length, flesh_probes **result)
+{
+  *result = NULL;
+  int status = create(body, system, method, count, probes, result);
+  if (!status) status = flesh_rows_resume(path, length, &(*result)->rows);
+  if (status) flesh_probes_close(result);
+  return status;
+}
+
+long flesh_probes_length(const flesh_probes *probes) { return probes->rows.whole; }
 
 int flesh_probes_close(flesh_probes **probes)
 {

@@ -37,6 +37,24 @@ int flesh_rows_open(const char *path, flesh_rows *rows)
   return status;
 }
 
+int flesh_rows_resume(const char *path, long whole, flesh_rows *rows)
+{
+  *rows = (flesh_rows){.path = strdup(path), .whole = whole};
+  if (!rows->path) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+  rows->stream = fopen(path, "r+");
+  int status = FLESH_OK, failed = !rows->stream || fseek(rows->stream, 0, SEEK_END);
+  const long size = failed ? 0 : ftell(rows->stream);
+  if (!failed && size < whole)
+    status = flesh_fail(FLESH_ERR_FILE, "%s: has %ld bytes; the run had written %ld at its checkpoint", path, size, whole);
+  else if (failed || ftruncate(fileno(rows->stream), whole) || fseek(rows->stream, whole, SEEK_SET))
+    status = flesh_fail(FLESH_ERR_FILE, "%s: cannot be gone on with: %s", path, strerror(errno));
+  if (!status) return FLESH_OK;
+  if (rows->stream) fclose(rows->stream);
+  rows->stream = NULL;
+  flesh_rows_close(rows);
+  return status;
+}
+
 int flesh_rows_close(flesh_rows *rows)
 {
   int status = FLESH_OK;

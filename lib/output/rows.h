@@ -12,6 +12,8 @@ typedef struct flesh_rows {
 
 /* A fresh file in the place of an older one. FLESH_ERR_MEMORY, FLESH_ERR_FILE; closed then. */
 int flesh_rows_open(const char *path, flesh_rows *rows);
+/* The file as it was when its whole rows were so many bytes. FLESH_ERR_FILE where it has fewer; closed then. */
+int flesh_rows_resume(const char *path, long whole, flesh_rows *rows);
 /* After each row: hands it to the system. FLESH_ERR_FILE, the part of a row that was written taken away. */
 int flesh_rows_flush(flesh_rows *rows);
 /* FLESH_ERR_FILE as above. What is not open stays so. */

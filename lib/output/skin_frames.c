@@ -8,7 +8,8 @@
 #include "flesh/observer.h"
 #include "base/file.h"
 #include "output/pc2.h"
-#include "output/vtu.h"
+#include "output/resume.h"
+#include "output/vtu_read.h"
 #include "skin/skin.h"
 
 enum { NAME_SIZE = FLESH_PVD_NAME_SIZE };
@@ -55,21 +56,9 @@ void flesh_skin_frames_remove(const char *directory)
   free(path);
 }
 
-int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
-                             const flesh_surface *surface, unsigned formats, int every,
-                             flesh_skin_frames **result)
+static int create(const char *directory, const flesh_skin *skin, const flesh_surface *surface, unsigned formats,
+                  int every, flesh_skin_frames **result)
 {
-  FLESH_NEED({result, "frames"});
-  *result = NULL;
-  FLESH_NEED({directory, "directory"}, {skin, "skin"}, {surface, "surface"});
-  if (every < 1)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: every is %d; it must be at least 1", every);
-  if (!formats || formats > (FLESH_SKIN_OBJ | FLESH_SKIN_PC2 | FLESH_SKIN_VTU))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: the formats are %u; some of obj, pc2 and vtu must "
-                                          "be chosen",
-                      formats);
-  int status = flesh_folder_make(directory);
-  if (status) return status;
   flesh_skin_frames *frames = calloc(1, sizeof *frames);
   if (!frames) return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   size_t size = 3 * sizeof(double) * (size_t)skin->identity.vertices;
@@ -86,6 +75,27 @@ int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
     flesh_skin_frames_abandon(&frames);
     return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", directory);
   }
+  *result = frames;
+  return FLESH_OK;
+}
+
+int flesh_skin_frames_create(const char *directory, const flesh_skin *skin,
+                             const flesh_surface *surface, unsigned formats, int every,
+                             flesh_skin_frames **result)
+{
+  FLESH_NEED({result, "frames"});
+  *result = NULL;
+  FLESH_NEED({directory, "directory"}, {skin, "skin"}, {surface, "surface"});
+  if (every < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: every is %d; it must be at least 1", every);
+  if (!formats || formats > (FLESH_SKIN_OBJ | FLESH_SKIN_PC2 | FLESH_SKIN_VTU))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "skin: the formats are %u; some of obj, pc2 and vtu must "
+                                          "be chosen",
+                      formats);
+  flesh_skin_frames *frames = NULL;
+  int status = flesh_folder_make(directory);
+  if (!status) status = create(directory, skin, surface, formats, every, &frames);
+  if (status) return status;
   flesh_skin_frames_remove(directory);
   if (formats & FLESH_SKIN_PC2)
     status =
@@ -165,4 +175,51 @@ int flesh_skin_frames_observe(void *data, const flesh_step_record *record)
   flesh_skin_frames *frames = data;
   if (record->step % frames->every && !record->last) return FLESH_OK;
   return flesh_skin_frames_add(frames, record->step, record->state);
+}
+
+/* Files of steps after `last`. */
+static void remove_after(flesh_skin_frames *frames, int last)
+{
+  DIR *folder = opendir(frames->directory);
+  if (!folder) return;
+  for (struct dirent *entry; (entry = readdir(folder));)
+    if (is_frame(entry->d_name) && atoi(entry->d_name + 5) > last) unlink(path_of(frames, entry->d_name));
+  closedir(folder);
+}
+
+/* The point cache up to step `last`, from the body's frames. */
+static int make_cache(flesh_skin_frames *frames, int last, const char *body_frames, const flesh_mesh *mesh)
+{
+  static const char *const names[] = {"Points"};
+  const int nodes = flesh_mesh_node_count(mesh);
+  double *x = malloc(3 * sizeof *x * (size_t)nodes);
+  char *path = malloc(strlen(body_frames) + NAME_SIZE + 1);
+  int status = x && path ? flesh_pc2_open(path_of(frames, "skin.pc2"), frames->skin->identity.vertices, &frames->cache)
+                         : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", body_frames);
+  for (int step = 0; step <= last && !status; step += frames->every) {
+    sprintf(path, "%s/frame_%06d.vtu", body_frames, step);
+    status = flesh_vtu_read(path, nodes, 1, names, &x);
+    if (status) break;
+    flesh_skin_apply(frames->skin, 3, 0, x, frames->x);
+    status = flesh_pc2_add(&frames->cache, frames->x);
+  }
+  free(x);
+  free(path);
+  return status;
+}
+
+int flesh_skin_frames_resume(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
+                             unsigned formats, int every, int last, const char *body_frames, const flesh_mesh *mesh,
+                             flesh_skin_frames **frames)
+{
+  *frames = NULL;
+  int status = create(directory, skin, surface, formats, every, frames);
+  if (status) return status;
+  flesh_folder_clear(directory);
+  remove_after(*frames, last);
+  if (formats & FLESH_SKIN_PC2) status = make_cache(*frames, last, body_frames, mesh);
+  if (!status && formats & FLESH_SKIN_VTU)
+    status = flesh_pvd_resume(path_of(*frames, "skin.pvd"), every, last, &(*frames)->index);
+  if (status) flesh_skin_frames_abandon(frames);
+  return status;
 }

@@ -144,3 +144,15 @@ int flesh_pvd_read(const char *path, flesh_pvd *pvd)
   flesh_plain_locale_end(&locale);
   return status;
 }
+
+int flesh_pvd_resume(const char *path, int every, int last, flesh_pvd *index)
+{
+  int status = flesh_pvd_read(path, index);
+  for (int k = 0; !status && k <= last / every; k++) {
+    const char *digits = k < index->count ? strrchr(index->names[k], '_') : NULL;
+    if (!digits || atoi(digits + 1) != k * every)
+      status = flesh_fail(FLESH_ERR_FILE, "%s: the frame of step %d is missing, which the run had written", path, k * every);
+  }
+  if (!status) index->count = last / every + 1;
+  return status ? status : flesh_pvd_write(path, index->count, index->times, index->files);
+}

@@ -11,5 +11,8 @@ int flesh_vtu_read(const char *path, int points, int count, const char *const *n
 
 /* Fills the zeroed *pvd. FLESH_ERR_FILE otherwise; flesh_pvd_clear frees it. */
 int flesh_pvd_read(const char *path, flesh_pvd *pvd);
+/* Takes from a .pvd of frames named <words>_<step>.vtu, one every `every` steps, those after step `last`.
+ * FLESH_ERR_FILE also where one up to there is missing. */
+int flesh_pvd_resume(const char *path, int every, int last, flesh_pvd *pvd);
 
 #endif

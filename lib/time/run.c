@@ -116,8 +116,8 @@ static int explain(watch *w, const flesh_state *state, double target, int status
   return status;
 }
 
-/* From the begin, or after *steps since then. */
-static int run_steps(watch *w, flesh_integrator *integrator, double start, flesh_state *state, int *steps)
+/* From the begin, which observers are told of where it is `fresh`, or after *steps since then. */
+static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double start, flesh_state *state, int *steps)
 {
   const flesh_run_options *options = w->options;
   int single =
@@ -125,7 +125,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, double start, flesh
   double end = options->end;
   int done = single ? *steps > 0 : state->t >= end, status = FLESH_OK;
   flesh_solve_stats stats = {0};
-  if (!*steps) status = call_observers(w, integrator, 0, done, 0, state, &stats);
+  if (fresh) status = call_observers(w, integrator, 0, done, 0, state, &stats);
   if (!status) status = ask(options);
   for (int step = *steps + 1; !status && !done; step++) {
     /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
@@ -154,13 +154,6 @@ static int run_steps(watch *w, flesh_integrator *integrator, double start, flesh
   return status;
 }
 
-int flesh_run(const flesh_system *system, flesh_integrator *integrator,
-              const flesh_run_options *options, flesh_state *state, int *steps)
-{
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
-  return flesh_run_resume(system, integrator, options, 0, state->t, state, steps);
-}
-
 /* FLESH_ERR_ARGUMENT where such steps cannot be taken. */
 static int check_steps(const flesh_run_options *options, int step, double begin, const flesh_state *state)
 {
@@ -180,10 +173,9 @@ static int check_steps(const flesh_run_options *options, int step, double begin,
   return FLESH_OK;
 }
 
-int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
-                     int step, double begin, flesh_state *state, int *steps)
+static int run(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options, int fresh,
+               int step, double begin, flesh_state *state, int *steps)
 {
-  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
   int taken = 0;
   if (!steps) steps = &taken;
   *steps = 0;
@@ -196,8 +188,22 @@ int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, c
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);
   if (!status) status = flesh_system_check(system, state->t, state->x);
-  if (!status) status = run_steps(&w, integrator, begin, state, steps);
+  if (!status) status = run_steps(&w, integrator, fresh, begin, state, steps);
   flesh_integrator_set_stop(integrator, NULL, NULL);
   watch_close(&w);
   return status;
+}
+
+int flesh_run(const flesh_system *system, flesh_integrator *integrator,
+              const flesh_run_options *options, flesh_state *state, int *steps)
+{
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  return run(system, integrator, options, 1, 0, state->t, state, steps);
+}
+
+int flesh_run_resume(const flesh_system *system, flesh_integrator *integrator, const flesh_run_options *options,
+                     int step, double begin, flesh_state *state, int *steps)
+{
+  FLESH_NEED({system, "system"}, {integrator, "integrator"}, {options, "options"}, {state, "state"});
+  return run(system, integrator, options, 0, step, begin, state, steps);
 }

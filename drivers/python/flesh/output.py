@@ -224,8 +224,9 @@ def run(integrator: Integrator, state: State, h: float, end: float,
     Args:
         observers: History, Frames, SkinFrames or functions of a StepRecord; called with the start, then with every step.
         stop: asked between and within steps, without arguments; something true ends the run with StoppedError.
-        taken, begin: the rest of a run that began at `begin` s and has taken so many steps to the state: with an
-            integrator that has loaded what that run's saved there, it has the bits of the whole run.
+        taken, begin: the rest of a run that began at `begin` s and has taken so many steps to the state, which observers
+            have been told of: with an integrator that has loaded what that run's saved there, it has the bits of the
+            whole run.
     """
     return _Run(integrator, state, h, end, list(observers), stop).go(taken, begin)
 

@@ -1,0 +1,138 @@
+/* runner_checkpoint.c: writes a run's checkpoints, and takes a run up from one. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/error.h"
+#include "base/sync.h"
+#include "output/resume.h"
+#include "shared/interrupt.h"
+#include "shared/provenance.h"
+#include "shared/running.h"
+
+int flesh_running_asked_to_end(flesh_running *r)
+{
+  const char *more = r->checkpoint.on ? "; flesh run --resume goes on from its last checkpoint" : "";
+  if (flesh_interrupt_signal())
+    return flesh_fail(FLESH_ERR_INTERRUPTED, "interrupted by %s at t = %g s%s", flesh_interrupt_name(), r->state.t, more);
+  if (r->options->max_seconds > 0 && flesh_running_seconds(CLOCK_MONOTONIC) - r->started > r->options->max_seconds)
+    return flesh_fail(FLESH_ERR_BUDGET, "the budget of %g s is spent at t = %g s%s", r->options->max_seconds, r->state.t,
+                      more);
+  return FLESH_OK;
+}
+
+/* What result.json says of the run that no other file does. New text; NULL where memory is wanting. */
+static char *notes_of(const flesh_running *r)
+{
+  json_t *notes = json_object();
+  json_object_set(notes, "inputs", r->inputs);
+  json_object_set(notes, "resumed", r->resumed);
+  char *text = json_dumps(notes, JSON_COMPACT);
+  json_decref(notes);
+  return text;
+}
+
+/* What the checkpoint counts on is on the disk before it. */
+static int sync_files(flesh_running *r)
+{
+  int status = flesh_sync(flesh_running_path(r, "history.csv"));
+  if (!status && r->checkpoint.step < 0) status = flesh_sync(flesh_running_path(r, "scene.yaml"));
+  if (!status && r->probes) status = flesh_sync(flesh_running_path(r, "probes.csv"));
+  if (!status && r->frames) status = flesh_sync_folder(flesh_running_path(r, "frames"), r->checkpoint.step);
+  if (!status && r->skin_frames) status = flesh_sync_folder(flesh_running_path(r, "skin"), r->checkpoint.step);
+  return status;
+}
+
+static flesh_checkpoint_parts parts_of(flesh_running *r, flesh_figures *figures)
+{
+  return (flesh_checkpoint_parts){r->scene, r->integrator, &r->state, figures, &r->trace};
+}
+
+static int write_checkpoint(flesh_running *r, int step)
+{
+  const double now = flesh_running_seconds(CLOCK_MONOTONIC);
+  const flesh_checkpoint_head head = {
+      .times = r->checkpoint.times, .no_frames = r->options->no_frames, .step = step, .max_seconds = r->options->max_seconds,
+      .exact = flesh_integrator_saves_all(r->integrator), .start_t = r->start_t, .wall_s = now - r->started,
+      .cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin,
+      .history = flesh_history_length(r->history), .probes = r->probes ? flesh_probes_length(r->probes) : -1};
+  const flesh_checkpoint_parts parts = parts_of(r, r->figures);
+  if (!*r->checkpoint.digest) flesh_checkpoint_digest(r->options->out, r->checkpoint.digest);
+  char *notes = notes_of(r);
+  int status = notes ? sync_files(r) : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status) status = flesh_checkpoint_write(r->options->out, &head, r->checkpoint.digest, notes, &parts);
+  free(notes);
+  r->checkpoint.step = step;
+  r->checkpoint.at = flesh_running_seconds(CLOCK_MONOTONIC); /* writing takes none of the time between two */
+  return status;
+}
+
+int flesh_running_observe_checkpoint(void *data, const flesh_step_record *record)
+{
+  flesh_running *r = data;
+  const flesh_checkpoint_times *times = &r->checkpoint.times;
+  if (record->last) return FLESH_OK; /* complete */
+  const int asked = flesh_running_asked_to_end(r);
+  int due = asked || r->checkpoint.step < 0;
+  if (times->steps) due |= record->step % times->steps == 0;
+  if (times->seconds > 0) due |= flesh_running_seconds(CLOCK_MONOTONIC) - r->checkpoint.at >= times->seconds;
+  int status = due && record->step != r->checkpoint.step ? write_checkpoint(r, record->step) : FLESH_OK;
+  return status ? status : asked;
+}
+
+/* Each file that the scene names must have a sum that one of them had. */
+static int check_inputs(const flesh_running *r)
+{
+  json_t *now = flesh_provenance_scene(r->scene, r->options->scene_path);
+  const json_t *files = json_object_get(now, "files"), *before = json_object_get(r->inputs, "files"), *file, *other;
+  int status = FLESH_OK;
+  size_t k, j;
+  json_array_foreach(files, k, file) {
+    int found = k == 0; /* scene.yaml, which the checkpoint has a sum of */
+    json_array_foreach(before, j, other)
+      found |= json_equal(json_object_get(file, "sha256"), json_object_get(other, "sha256"));
+    if (!found && !status)
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "%s: has changed since the run began, which cannot go on with it",
+                          json_string_value(json_object_get(file, "path")));
+  }
+  json_decref(now);
+  return status;
+}
+
+/* Where this part of the run begins, for result.json. */
+static int note_place(flesh_running *r, const flesh_checkpoint_head *head)
+{
+  json_t *place = json_pack("{sisfsb}", "step", head->step, "t", r->state.t, "same_bits", head->exact);
+  if (!r->resumed) r->resumed = json_array();
+  if (!place || json_array_append_new(r->resumed, place)) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  return FLESH_OK;
+}
+
+int flesh_running_restore(flesh_running *r, flesh_figures *figures, flesh_checkpoint_head *head)
+{
+  const flesh_checkpoint_parts parts = parts_of(r, figures);
+  flesh_checkpoint *from = r->options->resume;
+  json_t *notes = json_loads(from->notes, 0, NULL);
+  r->inputs = json_incref(json_object_get(notes, "inputs"));
+  r->resumed = json_incref(json_object_get(notes, "resumed"));
+  json_decref(notes);
+  *head = from->head;
+  int status = r->inputs ? check_inputs(r)
+                         : flesh_fail(FLESH_ERR_FILE, "%s: the checkpoint does not say what the run has read", r->options->out);
+  if (!status) status = flesh_checkpoint_restore(r->options->out, from, &parts);
+  if (!status) status = note_place(r, head);
+  r->start_t = head->start_t;
+  r->step = r->checkpoint.step = head->step;
+  r->cpu_before = head->cpu_s;
+  return status;
+}
+
+int flesh_running_drop_checkpoint(flesh_running *r)
+{
+  int status = sync_files(r);
+  if (!status) status = flesh_sync(flesh_running_path(r, "state.txt"));
+  if (!status) status = flesh_sync(flesh_running_path(r, "result.json"));
+  if (!status) status = flesh_sync(r->options->out);
+  if (!status) unlink(flesh_running_path(r, FLESH_CHECKPOINT_NAME));
+  return status;
+}

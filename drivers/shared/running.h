@@ -1,0 +1,69 @@
+/* running.h: a run that is being made: shared by its loop (runner.c), its files (runner_outputs.c) and its checkpoints
+ * (runner_checkpoint.c), and by nothing else. */
+#ifndef FLESH_SHARED_RUNNING_H
+#define FLESH_SHARED_RUNNING_H
+
+#include <time.h>
+
+#include "flesh/probe.h"
+#include "shared/checkpoint.h"
+#include "shared/runner_options.h"
+#include "shared/stressed_rest.h"
+
+typedef struct flesh_running {
+  const flesh_scene *scene;
+  const flesh_runner_options *options;
+  char *path; /* room for out/name */
+  flesh_history *history;
+  flesh_probes *probes; /* NULL without any */
+  flesh_frames *frames;
+  flesh_surface *surface; /* of the skin, with the next two; NULL without one */
+  flesh_skin *skin;
+  flesh_skin_frames *skin_frames;
+  flesh_integrator *integrator;
+  flesh_state state;
+  double started; /* monotonic seconds */
+  double last_progress;
+  double last_step, next_word; /* monotonic seconds: the last step's end; when a long one is spoken of */
+  int step;                    /* the last one taken */
+  double start_t;
+  flesh_rest_trace trace;
+  int progress; /* show a line */
+  int running; /* result.json says so */
+  json_t *program, *inputs, *resumed; /* resumed: where the run has gone on from */
+  flesh_figures *figures; /* borrowed */
+  double cpu_before, cpu_begin; /* s, of the run's parts before this one; of the process before its steps */
+  struct {
+    int on;             /* checkpoints are written */
+    flesh_checkpoint_times times;
+    int step;           /* of the last one; -1: none yet */
+    double at;          /* monotonic seconds: when it was written */
+    double asked;       /* when the run was first asked to end; 0: it was not */
+    char digest[FLESH_DIGEST_SIZE];
+  } checkpoint;
+} flesh_running;
+
+double flesh_running_seconds(clockid_t clock);
+/* out/name, until the next call. */
+const char *flesh_running_path(flesh_running *running, const char *name);
+/* The outcome (taken) with everything else that result.json has. */
+json_t *flesh_running_result(flesh_running *running, json_t *outcome, const flesh_figures *figures);
+
+/* What is wrong with the scene's skin is reported before anything is written. */
+int flesh_running_bind_skin(flesh_running *running);
+/* Everything that can fail for want of a writable place fails here, before any solve. */
+int flesh_running_open(flesh_running *running, flesh_figures *figures);
+/* The same where a run goes on: its files as they were at the checkpoint. */
+int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const flesh_checkpoint_head *head);
+
+/* Everything but the files is as at the checkpoint of options->resume, which is refused where a file that the scene names
+ * has changed. *head is the checkpoint's. */
+int flesh_running_restore(flesh_running *running, flesh_figures *figures, flesh_checkpoint_head *head);
+/* Writes a checkpoint where one is due; ends the run behind it where that was asked for. The last observer. */
+int flesh_running_observe_checkpoint(void *running, const flesh_step_record *record);
+/* Why the run should end: FLESH_OK, FLESH_ERR_INTERRUPTED, FLESH_ERR_BUDGET. */
+int flesh_running_asked_to_end(flesh_running *running);
+/* The run is complete, and all its files are on the disk: it needs no checkpoint any more. */
+int flesh_running_drop_checkpoint(flesh_running *running);
+
+#endif

@@ -1,0 +1,26 @@
+/* resume.h: files that a run has begun, opened again where it goes on: what stands behind that place goes, what is
+ * missing before it is refused. The counterparts of flesh/observer.h's and flesh/probe.h's functions. */
+#ifndef FLESH_OUTPUT_RESUME_H
+#define FLESH_OUTPUT_RESUME_H
+
+#include "flesh/observer.h"
+#include "flesh/probe.h"
+
+/* Bytes of the whole rows so far. */
+long flesh_history_length(const flesh_history *history);
+long flesh_probes_length(const flesh_probes *probes);
+
+/* With the first `length` bytes of what is there. FLESH_ERR_FILE where that is less. */
+int flesh_history_resume(const char *path, const flesh_system *system, long length, flesh_history **history);
+int flesh_probes_resume(const char *path, const flesh_body *body, const flesh_system *system, flesh_method method,
+                        int count, const flesh_probe *probes, long length, flesh_probes **result);
+
+/* With the frames up to step `last`. FLESH_ERR_FILE where one of these is missing. */
+int flesh_frames_resume(const char *directory, const flesh_mesh *mesh, int every, int last, flesh_frames **frames);
+/* The same of the skin. A point cache, which appears only when it is closed, is made again from the body's frames in
+ * `body_frames`. */
+int flesh_skin_frames_resume(const char *directory, const flesh_skin *skin, const flesh_surface *surface,
+                             unsigned formats, int every, int last, const char *body_frames, const flesh_mesh *mesh,
+                             flesh_skin_frames **frames);
+
+#endif
