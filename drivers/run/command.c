@@ -19,7 +19,7 @@ static const char details[] = "Writes into DIR: history.csv (a row per step), pr
                               "same of output.probes),\nframes/frames.pvd (for ParaView), state.txt (the last\n"
                               "state, to go on from with --start-state), result.json (status, "
                               "figures, provenance) and scene.yaml (every\n"
-                              "value in force; running it gives the same result). Results of an "
+                              "value in force; running it gives the same result);\nwith --checkpoint also checkpoint.bin, until the run is complete. Results of an "
                               "older run in DIR are replaced, but no\n"
                               "file that the run reads or that no run has written. One process at "
                               "a time writes into DIR.\n";

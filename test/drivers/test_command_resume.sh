@@ -2,6 +2,9 @@
 # on from its last checkpoint and leaves the bits of one that nothing has disturbed; what cannot be gone on with is
 # refused. FLESH names the program, STOP_AT what is preloaded.
 set -u
+# Nothing here needs a disk, and waiting for one is most of the time.
+[ -n "${TMPDIR-}" ] || [ ! -w /dev/shm ] || TMPDIR=/dev/shm
+export TMPDIR
 . "$(dirname -- "$0")/../shared/command.sh"
 shim=${STOP_AT:?STOP_AT must name the library that stops the program}
 
