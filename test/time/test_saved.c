@@ -114,9 +114,12 @@ static void check_motion(const char *path, int steps, int every, const char *con
                              *b = flesh_integrator_energy_balance(parted.integrator);
   CHECK(a->supplied == b->supplied && a->excess == b->excess && a->gain == b->gain && a->scale == b->scale);
   const int effects = flesh_system_effect_count(flesh_scene_system(whole.scene));
-  for (int e = 0; e < effects; e++)
-    CHECK(flesh_integrator_costs(whole.integrator)->effects[e].residuals ==
-          flesh_integrator_costs(parted.integrator)->effects[e].residuals);
+  for (int e = 0; e < effects; e++) {
+    const flesh_effect_cost *p = &flesh_integrator_costs(whole.integrator)->effects[e],
+                            *q = &flesh_integrator_costs(parted.integrator)->effects[e];
+    CHECK(p->residuals == q->residuals && p->jacobians == q->jacobians && p->potentials == q->potentials &&
+          p->energies == q->energies);
+  }
   end(&whole);
   end(&parted);
 }
