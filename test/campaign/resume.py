@@ -80,7 +80,9 @@ def flesh(folder, *words):
 
 
 def files(folder):
-    return sorted(os.path.relpath(os.path.join(top, name), folder) for top, _, names in os.walk(folder) for name in names)
+    """But for the lock of a run that was killed when all was done."""
+    return sorted(os.path.relpath(os.path.join(top, name), folder) for top, _, names in os.walk(folder) for name in names
+                  if name != ".flesh.lock")
 
 
 def counts(folder):

@@ -65,10 +65,17 @@ static void replace(motion *m)
 {
   size_t size;
   void *data = saved(m->integrator, &size);
+  const double *known = flesh_integrator_energies(m->integrator, &m->state);
+  const size_t effects = (size_t)flesh_system_effect_count(flesh_scene_system(m->scene)) * sizeof(double);
+  double energies[MOST];
+  if (known) memcpy(energies, known, effects);
   flesh_integrator_destroy(&m->integrator);
   make_integrator(m);
   CHECK_OK(flesh_integrator_load(m->integrator, data, size));
   free(data);
+  const double *loaded = flesh_integrator_energies(m->integrator, &m->state);
+  CHECK(!known == !loaded);
+  if (known && loaded) CHECK(!memcmp(energies, loaded, effects));
 }
 
 static int same(const motion *a, const motion *b)
