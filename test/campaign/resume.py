@@ -25,7 +25,7 @@ FLESH = os.path.realpath(os.environ.get("FLESH", "build/drivers/flesh"))
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "data", "scenes")
 SWING, JELLY, TWIST = "swing_coarse.yaml", "jelly_drop.yaml", "twist.yaml"
 THROWN = ("start.velocity=[0.4, 0, -2]", "time.end=0.4")
-OUTPUT = ("output.frame_interval=3", "output.probes=[{name: all, box: [[-9, -9, -9], [9, 9, 9]], "
+OUTPUT = ("output.frame_interval=3", "output.fields=[stress, reaction]", "output.probes=[{name: all, box: [[-9, -9, -9], [9, 9, 9]], "
           "quantities: [position, reaction, stress, energy]}]")
 
 # Name, scene, values; what of the figures must be above 0, so that a case is what its name says.
