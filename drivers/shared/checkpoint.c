@@ -224,6 +224,7 @@ int flesh_checkpoint_open(const char *folder, flesh_checkpoint *checkpoint)
   if (archive.wrong) return refuse_damaged(folder);
   checkpoint->parts = archive.at;
   flesh_checkpoint_digest(folder, now);
+  if (!status && !*now) return flesh_fail(FLESH_ERR_FILE, "%s/scene.yaml: cannot be read", folder);
   if (!status && strcmp(digest, now))
     return flesh_fail(FLESH_ERR_ARGUMENT, "%s/scene.yaml: is another scene than that of the checkpoint, which cannot go on "
                                           "with it", folder);

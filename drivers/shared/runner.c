@@ -274,7 +274,12 @@ static int go_on(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
 {
   const flesh_runner_options *options = r->options;
   flesh_checkpoint_head head;
-  int status = flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
+  flesh_inputs inputs = {0};
+  flesh_inputs_add_scene(&inputs, options->scene_path, r->scene);
+  int status = options->save_state ? flesh_output_prepare(options->save_state, &inputs) : FLESH_OK;
+  flesh_inputs_close(&inputs);
+  /* The scene is the folder's own, which is not written again. */
+  if (!status) status = flesh_run_output_claim(r->scene, NULL, options->save_state, options->out, claim);
   if (!status) status = create_integrator(r);
   if (!status) status = flesh_running_restore(r, figures, &head);
   if (!status) status = flesh_running_reopen(r, figures, &head);

@@ -7,6 +7,7 @@
 #include "base/sync.h"
 #include "output/resume.h"
 #include "shared/interrupt.h"
+#include "shared/json_memory.h"
 #include "shared/provenance.h"
 #include "shared/running.h"
 
@@ -96,7 +97,7 @@ static int check_inputs(const flesh_running *r)
                           json_string_value(json_object_get(file, "path")));
   }
   json_decref(now);
-  return status;
+  return flesh_json_lacks() ? flesh_fail(FLESH_ERR_MEMORY, "out of memory") : status;
 }
 
 /* Where this part of the run begins, for result.json. */

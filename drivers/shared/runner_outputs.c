@@ -62,6 +62,14 @@ static int open_probes(flesh_running *r)
                                       &r->probes);
 }
 
+/* What the scene asks frames for beside where the body is. */
+static int set_fields(flesh_running *r)
+{
+  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
+  return flesh_frames_set_fields(r->frames, flesh_scene_body(r->scene), flesh_scene_system(r->scene),
+                                 flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
+}
+
 /* result.json says that the run is under way. */
 static int write_running(flesh_running *r, flesh_figures *figures)
 {
@@ -80,13 +88,6 @@ static int write_running(flesh_running *r, flesh_figures *figures)
   r->running = 1;
   unlink(flesh_running_path(r, "state.txt"));
   return FLESH_OK;
-}
-
-static int set_fields(flesh_running *r)
-{
-  const flesh_scene_output *output = flesh_scene_outputs(r->scene);
-  return flesh_frames_set_fields(r->frames, flesh_scene_body(r->scene), flesh_scene_system(r->scene),
-                                 flesh_scene_times(r->scene)->method, output->fields, output->fields_at);
 }
 
 int flesh_running_open(flesh_running *r, flesh_figures *figures)
@@ -114,6 +115,7 @@ int flesh_running_open(flesh_running *r, flesh_figures *figures)
   if (!status && r->frames) status = open_skin(r, every);
   return status;
 }
+
 
 /* The skin as it was; what of it is outside has been said. */
 static int reopen_skin(flesh_running *r, int every, int last)

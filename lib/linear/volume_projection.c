@@ -94,8 +94,7 @@ int flesh_volume_projection_create(const flesh_block_matrix *A, const flesh_stif
   flesh_volume_projection *self = flesh_calloc(1, sizeof *self);
   *projection = self;
   int *place_of = flesh_malloc(((size_t)A->rows + 1) * sizeof *place_of);
-  int status = self && place_of ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (!status && rows->count > 0x7fffffff / (3 * rows->nodes_per_row)) status = FLESH_ERR_MEMORY;
+  int status = self && place_of && rows->count <= 0x7fffffff / (3 * rows->nodes_per_row) ? FLESH_OK : FLESH_ERR_MEMORY;
   if (!status) {
     *self = (flesh_volume_projection){.rows = rows, .threads = threads, .nodes = A->rows, .m = rows->nodes_per_row,
                                       .entries = rows->count * rows->nodes_per_row};
@@ -233,8 +232,9 @@ static void divide_nodes(void *data, int k, int begin, int end)
 
 static void rows_of_w(void *data, int k, int begin, int end)
 {
+  const pass *now = data;
   (void)k;
-  multiply_rows(((const pass *)data)->self, ((const pass *)data)->self->w, begin, end, ((const pass *)data)->self->t);
+  multiply_rows(now->self, now->self->w, begin, end, now->self->t);
 }
 
 static void project_nodes(void *data, int k, int begin, int end)

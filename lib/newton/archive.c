@@ -38,7 +38,6 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
 
 static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
 {
-  FLESH_ARCHIVE(archive, self->stage_continues);
   FLESH_ARCHIVE(archive, self->prepared_for);
   FLESH_ARCHIVE(archive, self->kept);
   FLESH_ARCHIVE(archive, self->age);
@@ -46,9 +45,6 @@ static void archive_policy(flesh_matrix_policy *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->curvature_estimate);
   FLESH_ARCHIVE(archive, self->safety_factor);
   FLESH_ARCHIVE(archive, self->predicted_error);
-  FLESH_ARCHIVE(archive, self->target);
-  FLESH_ARCHIVE(archive, self->previous_norm);
-  FLESH_ARCHIVE(archive, self->smallest_norm);
 }
 
 int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
@@ -58,10 +54,7 @@ int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
   if (archive->wrong) return FLESH_OK;
   flesh_equations_archive(&self->equations, serves_again(self), archive);
   FLESH_ARCHIVE(archive, self->stats);
-  FLESH_ARCHIVE(archive, self->follow_curvature);
   FLESH_ARCHIVE(archive, self->negative_curvature);
-  FLESH_ARCHIVE(archive, self->must_filter);
-  FLESH_ARCHIVE(archive, self->model_ratio);
   FLESH_ARCHIVE(archive, self->balance.edge_force);
   return archive_direction(&self->direction, archive);
 }

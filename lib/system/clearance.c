@@ -122,7 +122,4 @@ void flesh_clearance_archive(flesh_clearance *self, flesh_archive *archive)
     FLESH_ARCHIVE(archive, self->low);
     FLESH_ARCHIVE(archive, self->high);
   }
-  FLESH_ARCHIVE(archive, self->least_left);
-  FLESH_ARCHIVE(archive, self->moved);
-  FLESH_ARCHIVE(archive, self->moved_most);
 }

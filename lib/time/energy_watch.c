@@ -301,7 +301,6 @@ void flesh_energy_watch_archive(flesh_energy_watch *self, flesh_archive *archive
   FLESH_ARCHIVE(archive, self->t);
   FLESH_ARCHIVE(archive, self->marks);
   FLESH_ARCHIVE(archive, self->energy);
-  FLESH_ARCHIVE(archive, self->kinetic);
   FLESH_ARCHIVE(archive, self->least);
   FLESH_ARCHIVE(archive, self->lowest);
   FLESH_ARCHIVE(archive, self->rounding);

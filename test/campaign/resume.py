@@ -25,7 +25,7 @@ FLESH = os.path.realpath(os.environ.get("FLESH", "build/drivers/flesh"))
 SCENES = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "data", "scenes")
 SWING, JELLY, TWIST = "swing_coarse.yaml", "jelly_drop.yaml", "twist.yaml"
 THROWN = ("start.velocity=[0.4, 0, -2]", "time.end=0.4")
-OUTPUT = ("output.frame_interval=3", "output.probes=[{name: all, box: [[-9, -9, -9], [9, 9, 9]], "
+OUTPUT = ("output.frame_interval=3", "output.fields=[stress, reaction]", "output.probes=[{name: all, box: [[-9, -9, -9], [9, 9, 9]], "
           "quantities: [position, reaction, stress, energy]}]")
 
 # Name, scene, values; what of the figures must be above 0, so that a case is what its name says.
@@ -80,7 +80,9 @@ def flesh(folder, *words):
 
 
 def files(folder):
-    return sorted(os.path.relpath(os.path.join(top, name), folder) for top, _, names in os.walk(folder) for name in names)
+    """But for the lock of a run that was killed when all was done."""
+    return sorted(os.path.relpath(os.path.join(top, name), folder) for top, _, names in os.walk(folder) for name in names
+                  if name != ".flesh.lock")
 
 
 def counts(folder):

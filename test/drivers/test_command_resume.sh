@@ -143,6 +143,7 @@ what_cannot_go_on_is_refused() {
   refused 2 'give no SCENE' --resume out --set time.end=1 || return 1
   refused 2 'give no --out' --resume out --out other || return 1
   refused 2 'SCENE is missing' || return 1
+  refused 2 'bar.msh: is read by this command' --resume out --save-state bar.msh || return 1
   for text in 60 s 0s 1.5steps -1s 5m 3stepss; do
     refused 2 'must be a number of seconds or steps' bar.yaml "--checkpoint=$text" || return 1
   done

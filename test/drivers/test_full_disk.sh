@@ -40,6 +40,9 @@ run_with_a_skin_fills() {
   fills skin "$(steps 0 12 200) 600" "$flesh" run bar.yaml --out disk/out --quiet \
     --set output.skin.surface=skin.obj --set 'output.skin.formats=[obj, pc2, vtu]' --save-state disk/state.txt
 }
+run_with_checkpoints_fills() {
+  fills checkpoints "$(steps 0 8 400) 1000" "$flesh" run bar.yaml --out disk/out --quiet --checkpoint 1steps
+}
 meshes_fill() {
   fills convert '0 4 8 12 100' "$flesh" mesh convert bar.msh disk/bar.node &&
     fills box '0 4 8 16 200' "$flesh" mesh box --cells 9,3,3 --size 3,1,1 --out disk/box.msh &&
@@ -92,5 +95,5 @@ if [ "${1-}" = quick ]; then
   run_tests a_few_disks_fill
   exit
 fi
-run_tests run_fills run_with_a_skin_fills meshes_fill skins_fill check_fills pictures_fill material_fills drift_fills \
+run_tests run_fills run_with_a_skin_fills run_with_checkpoints_fills meshes_fill skins_fill check_fills pictures_fill material_fills drift_fills \
   accuracy_fills hardcases_fills bench_fills sweep_fills

@@ -65,10 +65,17 @@ static void replace(motion *m)
 {
   size_t size;
   void *data = saved(m->integrator, &size);
+  const double *known = flesh_integrator_energies(m->integrator, &m->state);
+  const size_t effects = (size_t)flesh_system_effect_count(flesh_scene_system(m->scene)) * sizeof(double);
+  double energies[MOST];
+  if (known) memcpy(energies, known, effects);
   flesh_integrator_destroy(&m->integrator);
   make_integrator(m);
   CHECK_OK(flesh_integrator_load(m->integrator, data, size));
   free(data);
+  const double *loaded = flesh_integrator_energies(m->integrator, &m->state);
+  CHECK(!known == !loaded);
+  if (known && loaded) CHECK(!memcmp(energies, loaded, effects));
 }
 
 static int same(const motion *a, const motion *b)
@@ -114,9 +121,12 @@ static void check_motion(const char *path, int steps, int every, const char *con
                              *b = flesh_integrator_energy_balance(parted.integrator);
   CHECK(a->supplied == b->supplied && a->excess == b->excess && a->gain == b->gain && a->scale == b->scale);
   const int effects = flesh_system_effect_count(flesh_scene_system(whole.scene));
-  for (int e = 0; e < effects; e++)
-    CHECK(flesh_integrator_costs(whole.integrator)->effects[e].residuals ==
-          flesh_integrator_costs(parted.integrator)->effects[e].residuals);
+  for (int e = 0; e < effects; e++) {
+    const flesh_effect_cost *p = &flesh_integrator_costs(whole.integrator)->effects[e],
+                            *q = &flesh_integrator_costs(parted.integrator)->effects[e];
+    CHECK(p->residuals == q->residuals && p->jacobians == q->jacobians && p->potentials == q->potentials &&
+          p->energies == q->energies);
+  }
   end(&whole);
   end(&parted);
 }
