@@ -47,7 +47,8 @@ static int count_faces(const flesh_mesh *mesh)
   return faces;
 }
 
-/* Appends the triangle of three lattice points of a face of tet `tet`; a side is an edge of the mesh where both its ends are on one. */
+/* Appends the triangle of three lattice points of a face of tet `tet`; a side is an edge of the mesh where both its ends
+ * are on one. */
 static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6], int points[3][3],
                          flesh_curved_surface *s)
 {

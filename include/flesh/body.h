@@ -77,8 +77,8 @@ typedef struct flesh_cells {
   int padded;
 } flesh_cells;
 
-/* Cells of every tet of the mesh with its 4 or 10 nodes ascending, padded where the mesh has both, for operations->cells. Freed with
- * flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Cells of every tet of the mesh with its 4 or 10 nodes ascending, padded where the mesh has both, for
+ * operations->cells. Freed with flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
 FLESH_API void flesh_cells_clear(flesh_cells *cells);
 

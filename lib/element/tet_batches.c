@@ -74,7 +74,8 @@ static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh
   if (all > 4) own = flesh_malloc((size_t)group->tets * m * sizeof *own);
   group->batches.nodes = own;
   for (int k = 0; own && m == 10 && k < group->tets; k++) flesh_tet10_nodes(mesh, tet[k], own + 10 * (size_t)k);
-  for (int k = 0; own && m < all && k < group->tets; k++) memcpy(own + m * (size_t)k, to + all * (size_t)k, m * sizeof *own);
+  for (int k = 0; own && m < all && k < group->tets; k++)
+    memcpy(own + m * (size_t)k, to + all * (size_t)k, m * sizeof *own);
   return own ? FLESH_OK : no_memory(group->tets);
 }
 
@@ -82,10 +83,11 @@ static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh
 static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int *tet)
 {
   const int lanes = self->kernels->lanes, count = self->batches.count;
-  const int each = self->batches.shapes_per_tet = self->batches.nodes_per_tet == 4 ? 1 : flesh_element_shapes(body->mesh);
+  const int each = self->batches.nodes_per_tet == 4 ? 1 : flesh_element_shapes(body->mesh);
   double *shapes = flesh_huge_pages_alloc((size_t)count * (size_t)each * 80 * (size_t)lanes);
   if (!shapes) return no_memory(self->tets);
   self->batches.shapes = shapes;
+  self->batches.shapes_per_tet = each;
   const double *X = flesh_mesh_positions(body->mesh);
   for (int b = 0; b < count; b++)
     for (int l = 0; l < lanes; l++)
@@ -173,7 +175,8 @@ static int find_element(const flesh_body *body, int count, const int *chosen, in
   return FLESH_OK;
 }
 
-/* The group of the tets `chosen` [group->tets] (NULL: all) of `size` nodes; `first`, `tets` and `first_slot` are known. */
+/* The group of the tets `chosen` [group->tets] (NULL: all) of `size` nodes; its members `first`, `tets` and `first_slot`
+ * are known. */
 static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body *body, flesh_tets_hold hold,
                       const flesh_cells *given, const int *chosen, int size)
 {
@@ -203,7 +206,7 @@ static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body
     status = found ? take_nodes(self, group, body->mesh, given, tet) : no_memory(tets);
   }
   if (!status)
-    status = flesh_tiles_create(&group->batches, flesh_mesh_node_count(body->mesh), group->order.pieces, group->piece_tile);
+    status = flesh_tiles_create(&group->batches, body->mesh->nodes, group->order.pieces, group->piece_tile);
   if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(group, body, tet) : take_shapes(group, body, tet);
   if (!status) status = take_volume_shares(self, group, body, tet, found);
   flesh_free(found);

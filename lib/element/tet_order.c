@@ -120,7 +120,8 @@ static void arrange(const place *places, const flesh_tet_order *cut, turn *turns
   order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
 }
 
-int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group, flesh_tet_order *order)
+int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group,
+                           flesh_tet_order *order)
 {
   int pieces = tets <= PIECE ? 1 : tets / PIECE < MOST_PIECES ? (tets - 1) / PIECE + 1 : MOST_PIECES;
   place *places = flesh_malloc(((size_t)tets + 1) * sizeof *places);

@@ -18,7 +18,8 @@ typedef struct flesh_tet_order {
 
 /* The tets `chosen` [tets] (NULL: all) along a space-filling curve; within a piece sorted by `group` [the mesh's tets]
  * (NULL: all the same). */
-int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group, flesh_tet_order *order);
+int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group,
+                           flesh_tet_order *order);
 void flesh_tet_order_clear(flesh_tet_order *order);
 
 #endif

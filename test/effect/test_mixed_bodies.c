@@ -1,5 +1,5 @@
-/* test_mixed_bodies.c: bodies of four-node and of ten-node tets side by side in one scene are, each for itself, what they
- * are alone: forces, energies and stiffness of every effect, statics and motion, probes, frames. */
+/* test_mixed_bodies.c: bodies of four-node and of ten-node tets side by side in one scene are, each for itself, what
+ * they are alone: forces, energies and stiffness of every effect, statics and motion, probes, frames. */
 #include "scene_files.h"
 
 #include <math.h>
@@ -8,6 +8,8 @@
 #include "flesh/effect.h"
 #include "flesh/integrator.h"
 #include "flesh/system.h"
+#include "output/tet_stress.h"
+#include "output/vtu.h"
 
 #define MATERIAL "{energy: S, young: 4e5, poisson: 0.45}"
 
@@ -22,7 +24,8 @@ static const char loads[] =
 static const char shared[] = "  - inertia: {}\n  - gravity: {}\n  - viscosity: {shear: 200, bulk: 300}\n"
                              "  - damping: {mass: 0.3, stiffness: 0.01}\n"
                              "  - damping: {mass: 0.1, stiffness: 0.02, stiffness_at: current}\n"
-                             "  - contact: {plane: {point: [0, 0, -0.02]}, thickness: 0.3, stiffness: 1e5, friction: 0.4}\n";
+                             "  - contact: {plane: {point: [0, 0, -0.02]}, thickness: 0.3, stiffness: 1e5,\n"
+                             "              friction: 0.4}\n";
 static const char solver[] = "solver: {newton_tolerance: 1e-11, linear_tolerance: 1e-4}\n";
 
 static const char *const elements[3] = {"tet10-mean", "tet4", "tet10"};
@@ -331,13 +334,75 @@ static void meshes_are_checked(void)
   flesh_scene_destroy(&scene);
 }
 
+/* A frame has cells of four and of ten points. */
+static void frames_have_both_cells(void)
+{
+  enum { TETS = 72, LINEAR = 24, POINTS = 4 * LINEAR + 10 * (TETS - LINEAR) };
+  flesh_scene *scene = open_scene(-1, "lumped", "  - inertia: {}\n", 0, "time: {end: 1}\n");
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  const flesh_vtu content = {.points = flesh_mesh_node_count(mesh),
+                             .tets = flesh_mesh_tet_count(mesh),
+                             .positions = flesh_mesh_positions(mesh),
+                             .tet_nodes = flesh_mesh_tets(mesh),
+                             .edge_nodes = flesh_mesh_tet_edges(mesh)};
+  CHECK_OK(flesh_vtu_write(file_path("mixed.vtu"), &content));
+  FILE *file = fopen(file_path("mixed.vtu"), "rb");
+  char *bytes = malloc(1 << 20);
+  const size_t size = fread(bytes, 1, 1 << 20, file);
+  fclose(file);
+  /* The appended data end with connectivity, offsets and types, each behind its length. */
+  static const char last[] = "\n  </AppendedData>\n</VTKFile>\n";
+  const char *types = bytes + size - (sizeof last - 1) - TETS, *offsets = types - 8 - 8 * TETS;
+  const char *connectivity = offsets - 8 - 4 * POINTS;
+  CHECK(!memcmp(types + TETS, last, sizeof last - 1));
+  for (int t = 0, end = 0; t < TETS; t++) {
+    const int linear = t >= 24 && t < 48, nodes = linear ? 4 : 10;
+    int64_t offset;
+    CHECK(types[t] == (linear ? 10 : 24));
+    memcpy(&offset, offsets + 8 * t, sizeof offset);
+    for (int a = 0; a < nodes; a++, end++) {
+      int32_t node;
+      memcpy(&node, connectivity + 4 * end, sizeof node);
+      CHECK(node == (a < 4 ? flesh_mesh_tets(mesh)[4 * t + a] : flesh_mesh_tet_edges(mesh)[6 * t + a - 4]));
+    }
+    CHECK(offset == end);
+  }
+  free(bytes);
+  flesh_scene_destroy(&scene);
+}
+
+/* What probes show at the points of each body's tets; the energies add up to that of the effect. */
+static void stresses_are_those_of_each_body(void)
+{
+  flesh_scene *scene = open_scene(-1, "lumped", "  - elasticity: {}\n", 0, "");
+  const flesh_body *body = flesh_scene_body(scene);
+  values all = evaluate(scene);
+  const flesh_state state = {.x = all.x, .v = all.v};
+  flesh_tet_stress stress;
+  flesh_strain_point points[4];
+  double energy = 0, rest;
+  CHECK_OK(flesh_tet_stress_open(body, &stress));
+  for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
+    const int count = flesh_tet_stress_points(&stress, &state, t, points);
+    CHECK(count == (t >= 24 && t < 48 ? 1 : 4));
+    for (int q = 0; q < count; q++) energy += points[q].volume * points[q].energy;
+  }
+  CHECK_OK(flesh_material_energy(body->materials, (const double[9]){1, 0, 0, 0, 1, 0, 0, 0, 1}, &rest));
+  printf("# %.12g of %.12g J\n", energy, all.energy[0] - 12 * rest);
+  CHECK_NEAR(energy, all.energy[0] - 12 * rest, 1e-9 * fabs(all.energy[0]));
+  flesh_tet_stress_clear(&stress);
+  free(all.x);
+  flesh_scene_destroy(&scene);
+}
+
 int main(int argc, char **argv)
 {
   if (test_folder_make(folder, sizeof folder)) return 1;
   write_bar();
   int failed = RUN_TESTS(argc, argv, TEST(meshes_are_checked), TEST(effects_are_those_of_each_body),
                          TEST(derivatives_are_consistent), TEST(equilibria_are_those_of_each_body),
-                         TEST(motions_are_those_of_each_body), TEST(momentum_is_kept_in_a_collision));
+                         TEST(motions_are_those_of_each_body), TEST(momentum_is_kept_in_a_collision),
+                         TEST(frames_have_both_cells), TEST(stresses_are_those_of_each_body));
   test_folder_remove(folder);
   return failed;
 }
