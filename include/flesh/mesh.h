@@ -77,8 +77,8 @@ FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowere
  * four of the octahedron between them, around the diagonal that leaves the least stretched (red refinement; Bey 1995).
  * The nodes stay and come first; the new ones follow by their edge's lower node, then by its higher, rising. Tet t
  * becomes 8t to 8t + 7 and they have its region. At order 2 the nodes on edges become corners, and the curved shape
- * stays what it is. Returns new. FLESH_ERR_ARGUMENT where some tets have four nodes and some ten, or there would be too many
- * nodes or tets. Further errors: FLESH_ERR_MEMORY. */
+ * stays what it is. Returns new. FLESH_ERR_ARGUMENT where some tets have four nodes and some ten, or there would be too
+ * many nodes or tets. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_refine(const flesh_mesh *mesh, flesh_mesh **refined);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from

@@ -61,7 +61,7 @@ static void volume_term(flesh_volume_term term, double J, double *U, double *slo
   *slope = logarithmic ? log(J) / J : J - 1;
 }
 
-/* psi(F) and tau, with what of a tet of ten nodes the mean of J bears of them (flesh_element). */
+/* psi(F) and tau, with what the mean of J bears of them (flesh_element). */
 static void find_stress(const flesh_tet_stress *stress, const flesh_state *state, int tet, double mean_J,
                         flesh_strain_point *p)
 {
@@ -73,7 +73,7 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
   if (!flesh_material_stress(material, p->F, P)) flesh_mat3_multiply_transposed(P, p->F, p->tau);
   p->energy -= stress->rest_energies[m];
-  if (!(share->share > 0) || !flesh_mesh_is_quadratic(stress->body->mesh, tet)) return;
+  if (!(share->share > 0)) return;
   volume_term(share->term, p->J, &U, &slope);
   volume_term(share->term, mean_J, &mean_U, &mean_slope);
   double pressure = share->share * (mean_slope - slope);

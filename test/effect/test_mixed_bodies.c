@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "flesh/effect.h"
+#include "flesh/effects.h"
 #include "flesh/integrator.h"
 #include "flesh/system.h"
 #include "output/tet_stress.h"
@@ -334,6 +335,31 @@ static void meshes_are_checked(void)
   flesh_scene_destroy(&scene);
 }
 
+/* A tet of four nodes and one of ten that meet at a corner: what both have there is added up. */
+static void groups_may_share_a_corner(void)
+{
+  static const double X[33] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, -1, 0, 0, 0, -1, 0, 0, 0, -1};
+  static const int ends[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+  double x[39];
+  int nodes[20] = {0, 4, 5, 6, -1, -1, -1, -1, -1, -1, 0, 1, 2, 3, 7, 8, 9, 10, 11, 12};
+  unsigned seed = 3;
+  flesh_mesh *mesh = NULL;
+  flesh_material material;
+  flesh_effect *effect = NULL;
+  flesh_derivative_report report;
+  memcpy(x, X, 21 * sizeof *x);
+  for (int k = 0; k < 6; k++)
+    for (int c = 0; c < 3; c++) x[21 + 3 * k + c] = (X[3 * ends[k][0] + c] + X[3 * ends[k][1] + c]) / 2;
+  CHECK_OK(flesh_mesh_create_quadratic(13, x, 2, nodes, NULL, &mesh));
+  CHECK_OK(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
+  CHECK_OK(flesh_effect_elasticity(&(flesh_body){.mesh = mesh, .materials = &material}, &effect));
+  for (int d = 0; d < 39; d++) x[d] += 0.1 * chance(&seed);
+  CHECK_OK(flesh_effect_check_derivatives(effect, mesh, 0, x, 5, &report));
+  CHECK(flesh_derivative_report_passes(&report, 1e-6));
+  flesh_effect_destroy(&effect);
+  flesh_mesh_destroy(&mesh);
+}
+
 /* A frame has cells of four and of ten points. */
 static void frames_have_both_cells(void)
 {
@@ -402,7 +428,8 @@ int main(int argc, char **argv)
   int failed = RUN_TESTS(argc, argv, TEST(meshes_are_checked), TEST(effects_are_those_of_each_body),
                          TEST(derivatives_are_consistent), TEST(equilibria_are_those_of_each_body),
                          TEST(motions_are_those_of_each_body), TEST(momentum_is_kept_in_a_collision),
-                         TEST(frames_have_both_cells), TEST(stresses_are_those_of_each_body));
+                         TEST(groups_may_share_a_corner), TEST(frames_have_both_cells),
+                         TEST(stresses_are_those_of_each_body));
   test_folder_remove(folder);
   return failed;
 }
