@@ -360,6 +360,51 @@ static void groups_may_share_a_corner(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* The mesh's tet that has the nodes of a cell: ascending, with the last one again. */
+static int tet_of(const flesh_cells *all, const int *cell)
+{
+  for (int t = 0; t < all->count; t++)
+    if (!memcmp(all->nodes + 10 * t, cell, 10 * sizeof *cell)) return t;
+  return -1;
+}
+
+/* Elasticity of every other cell, and of those between, is that of all together. */
+static void parts_add_up(void)
+{
+  flesh_scene *scene = open_scene(-1, "lumped", "  - elasticity: {}\n", 0, "");
+  values all = evaluate(scene);
+  const flesh_effect *effect = flesh_system_effect(flesh_scene_system(scene), 0);
+  const flesh_cells *cells = effect->operations->cells(effect);
+  const flesh_mesh *mesh = flesh_scene_mesh(scene);
+  flesh_cells given;
+  CHECK_OK(flesh_cells_of_tets(mesh, &given));
+  CHECK(given.padded && cells->padded && cells->count == 72);
+  double *sum = calloc((size_t)all.n, sizeof *sum);
+  for (int part = 0; part < 2; part++) {
+    int chosen[72], nodes[720], count = 0;
+    for (int k = part; k < cells->count; k += 2) {
+      const int t = tet_of(&given, cells->nodes + 10 * k);
+      CHECK(t >= 0);
+      memcpy(nodes + 10 * count, flesh_mesh_tets(mesh) + 4 * t, 4 * sizeof *nodes);
+      memcpy(nodes + 10 * count + 4, flesh_mesh_tet_edges(mesh) + 6 * t, 6 * sizeof *nodes);
+      chosen[count++] = k;
+    }
+    flesh_mesh *own = NULL;
+    flesh_effect *restricted = NULL;
+    CHECK_OK(flesh_mesh_create_quadratic(all.n / 3, flesh_mesh_positions(mesh), count, nodes, NULL, &own));
+    CHECK_OK(effect->operations->shortcuts->restrict_to_cells(effect, count, chosen, own, &restricted));
+    const flesh_point point = {.load = 1, .x = all.x, .v = all.v, .a = all.a, .x_lag = all.x, .v_lag = all.v};
+    CHECK_OK(restricted->operations->residual(restricted, &point, sum));
+    flesh_effect_destroy(&restricted);
+    flesh_mesh_destroy(&own);
+  }
+  compare("parts", all.n, sum, all.r, 1e-12);
+  free(sum);
+  free(all.x);
+  flesh_cells_clear(&given);
+  flesh_scene_destroy(&scene);
+}
+
 /* A frame has cells of four and of ten points. */
 static void frames_have_both_cells(void)
 {
@@ -428,7 +473,7 @@ int main(int argc, char **argv)
   int failed = RUN_TESTS(argc, argv, TEST(meshes_are_checked), TEST(effects_are_those_of_each_body),
                          TEST(derivatives_are_consistent), TEST(equilibria_are_those_of_each_body),
                          TEST(motions_are_those_of_each_body), TEST(momentum_is_kept_in_a_collision),
-                         TEST(groups_may_share_a_corner), TEST(frames_have_both_cells),
+                         TEST(groups_may_share_a_corner), TEST(parts_add_up), TEST(frames_have_both_cells),
                          TEST(stresses_are_those_of_each_body));
   test_folder_remove(folder);
   return failed;
