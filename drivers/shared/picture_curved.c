@@ -115,13 +115,14 @@ void flesh_curved_surface_free(flesh_curved_surface *s)
 void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices)
 {
   const int nodes = flesh_mesh_node_count(mesh);
-  int count;
-  (void)flesh_mesh_surface(mesh, &count);
-  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)(count / 4)) * sizeof *vertices);
+  const int faces = count_faces(mesh);
+  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)faces) * sizeof *vertices);
   for (int v = 0; v < nodes; v++) vertices[v] = (flesh_curved_vertex){{v}, {8}};
-  for (int f = 0; f < count / 4; f++) {
+  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
     int n[6];
-    face_nodes(mesh, f, n);
+    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+    if (parts == 1) continue;
+    face_nodes(mesh, first, n);
     for (int j = 0; j <= PARTS; j++)
       for (int k = 0; j + k <= PARTS; k++) {
         const int at[3] = {PARTS - j - k, j, k}; /* quarters: L (2 L - 1) and 4 L L' are eighths */
