@@ -10,14 +10,24 @@
 
 static const double warns_from = 0.47 - 1e-9;
 
-/* The largest Poisson's ratio of small strain among the tets; NaN: none is known. */
+/* Whether a tet of four nodes is of the material. */
+static int has_four_nodes(const flesh_body *body, int material)
+{
+  const int *edges = flesh_mesh_tet_edges(body->mesh);
+  if (!edges) return 1;
+  for (size_t e = 0; e < (size_t)flesh_mesh_tet_count(body->mesh); e++)
+    if (edges[6 * e] < 0 && (body->tet_material ? body->tet_material[e] : 0) == material) return 1;
+  return 0;
+}
+
+/* The largest Poisson's ratio of small strain among the tets of four nodes; NaN: none is known. */
 static double largest_ratio(const flesh_scene *scene)
 {
   const flesh_body *body = flesh_scene_body(scene);
   double largest = NAN;
   for (int k = 0; body->materials && k < flesh_scene_material_count(scene); k++) {
     double mu, lambda;
-    if (flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL)) continue;
+    if (!has_four_nodes(body, k) || flesh_material_small_strain(&body->materials[k], &mu, &lambda, NULL)) continue;
     largest = fmax(largest, lambda / (2 * (lambda + mu))); /* fmax takes NaN for nothing */
   }
   return largest;
@@ -120,6 +130,7 @@ static int make_trial(const flesh_scene *scene, flesh_element element, int max_l
   flesh_effect *effect = NULL;
   int status = flesh_system_create(t->body.mesh, &t->system);
   t->body.element = element;
+  t->body.material_elements = NULL;
   t->body.mass = FLESH_MASS_LUMPED;
   if (!status) status = add_effect(t, flesh_effect_elasticity(&t->body, &effect), &effect);
   if (!status) status = add_effect(t, flesh_effect_gravity(&t->body, load, &effect), &effect);
@@ -200,14 +211,16 @@ static int affordable(const flesh_scene *scene)
 void flesh_warn_of_locking(const flesh_scene *scene, FILE *stream)
 {
   const double ratio = largest_ratio(scene);
+  const int mixed = flesh_mesh_order(flesh_scene_mesh(scene)) == 2;
   double missing;
-  if (flesh_mesh_order(flesh_scene_mesh(scene)) == 2 || !(ratio >= warns_from)) return;
+  if (!(ratio >= warns_from)) return;
   fprintf(stream, "warning: four-node tets are too stiff in bending at a Poisson's ratio of %g (", ratio);
-  const int most = affordable(scene);
+  const int most = mixed ? 0 : affordable(scene);
   if (most && !flesh_locking_find(scene, most, &missing))
     fprintf(stream, "by a linear solve on this mesh, the body gives %.0f %% less under a small load across it than with "
                     "tet10-mean",
             100 * missing);
+  else if (mixed) say_table(ratio, "is made of scenes of one element", stream);
   else say_table(ratio, most ? "did not tell" : "would cost more than a fifth of the run", stream);
-  fputs("); set body.element: tet10-mean\n", stream);
+  fprintf(stream, "); set %s: tet10-mean\n", mixed ? "their body's element" : "body.element");
 }

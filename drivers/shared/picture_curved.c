@@ -5,14 +5,15 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "mesh/mesh.h"
 
 enum { PARTS = 4, POINTS = 15, TRIANGLES = PARTS * PARTS };
 
-/* The nodes of face f: its corners a, b, c and the middles of ab, bc, ca, from its four triangles in a row. */
-static void face_nodes(const flesh_mesh *mesh, int f, int n[6])
+/* The nodes of a face: its corners a, b, c and the middles of ab, bc, ca, from its four triangles in a row, the first of
+ * which is given. */
+static void face_nodes(const flesh_mesh *mesh, int first, int n[6])
 {
-  int count;
-  const int *s = flesh_mesh_surface(mesh, &count) + 12 * (size_t)f;
+  const int *s = mesh->surface + 3 * (size_t)first;
   const int nodes[6] = {s[0], s[4], s[8], s[1], s[5], s[2]};
   memcpy(n, nodes, sizeof nodes);
 }
@@ -38,11 +39,21 @@ static int vertex_at(const flesh_mesh *mesh, int f, const int n[6], const int at
   return at[from] > at[to] ? quarter(mesh, n[from], middle, n[to]) : quarter(mesh, n[to], middle, n[from]);
 }
 
-/* Appends the triangle of three lattice points; a side is an edge of the mesh where both its ends are on one. */
-static void add_triangle(const flesh_mesh *mesh, int f, const int n[6], int points[3][3], flesh_curved_surface *s)
+/* How many faces there are. */
+static int count_faces(const flesh_mesh *mesh)
+{
+  int faces = 0;
+  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) faces++;
+  return faces;
+}
+
+/* Appends the triangle of three lattice points of a face of tet `tet`; a side is an edge of the mesh where both its ends
+ * are on one. */
+static void add_triangle(const flesh_mesh *mesh, int tet, int f, const int n[6], int points[3][3],
+                         flesh_curved_surface *s)
 {
   const int t = s->triangles++;
-  s->tets[t] = flesh_mesh_surface_tets(mesh)[4 * (size_t)f];
+  s->tets[t] = tet;
   s->hidden[t] = 0;
   for (int k = 0; k < 3; k++) {
     const int *p = points[(k + 1) % 3], *q = points[(k + 2) % 3];
@@ -51,11 +62,32 @@ static void add_triangle(const flesh_mesh *mesh, int f, const int n[6], int poin
   }
 }
 
+/* Face f, whose first triangle in the mesh is `first`, in small ones. */
+static void add_face(const flesh_mesh *mesh, int first, int f, flesh_curved_surface *s)
+{
+  const int tet = mesh->surface_tets[first];
+  int n[6];
+  if (flesh_mesh_face_parts(mesh, tet) == 1) {
+    const int t = s->triangles++;
+    s->tets[t] = tet;
+    s->hidden[t] = 0;
+    memcpy(s->corners + 3 * (size_t)t, mesh->surface + 3 * (size_t)first, 3 * sizeof *s->corners);
+    return;
+  }
+  face_nodes(mesh, first, n);
+  for (int j = 0; j < PARTS; j++)
+    for (int k = 0; j + k < PARTS; k++) {
+      const int i = PARTS - j - k;
+      int up[3][3] = {{i, j, k}, {i - 1, j + 1, k}, {i - 1, j, k + 1}};
+      int down[3][3] = {{i - 1, j + 1, k}, {i - 2, j + 1, k + 1}, {i - 1, j, k + 1}};
+      add_triangle(mesh, tet, f, n, up, s);
+      if (i > 1) add_triangle(mesh, tet, f, n, down, s);
+    }
+}
+
 int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
 {
-  int count;
-  (void)flesh_mesh_surface(mesh, &count);
-  const int faces = count / 4;
+  const int faces = count_faces(mesh);
   const size_t triangles = TRIANGLES * (size_t)faces;
   *s = (flesh_curved_surface){.vertices = 3 * flesh_mesh_node_count(mesh) + 3 * faces,
                               .corners = malloc(3 * triangles * sizeof *s->corners),
@@ -65,17 +97,9 @@ int flesh_curved_surface_make(const flesh_mesh *mesh, flesh_curved_surface *s)
     flesh_curved_surface_free(s);
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture");
   }
-  for (int f = 0; f < faces; f++) {
-    int n[6];
-    face_nodes(mesh, f, n);
-    for (int j = 0; j < PARTS; j++)
-      for (int k = 0; j + k < PARTS; k++) {
-        const int i = PARTS - j - k;
-        int up[3][3] = {{i, j, k}, {i - 1, j + 1, k}, {i - 1, j, k + 1}};
-        int down[3][3] = {{i - 1, j + 1, k}, {i - 2, j + 1, k + 1}, {i - 1, j, k + 1}};
-        add_triangle(mesh, f, n, up, s);
-        if (i > 1) add_triangle(mesh, f, n, down, s);
-      }
+  for (int f = 0, first = 0; f < faces; f++) {
+    add_face(mesh, first, f, s);
+    first += flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
   }
   return FLESH_OK;
 }
@@ -91,13 +115,14 @@ void flesh_curved_surface_free(flesh_curved_surface *s)
 void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *vertices)
 {
   const int nodes = flesh_mesh_node_count(mesh);
-  int count;
-  (void)flesh_mesh_surface(mesh, &count);
-  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)(count / 4)) * sizeof *vertices);
+  const int faces = count_faces(mesh);
+  memset(vertices, 0, (3 * (size_t)nodes + 3 * (size_t)faces) * sizeof *vertices);
   for (int v = 0; v < nodes; v++) vertices[v] = (flesh_curved_vertex){{v}, {8}};
-  for (int f = 0; f < count / 4; f++) {
+  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
     int n[6];
-    face_nodes(mesh, f, n);
+    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+    if (parts == 1) continue;
+    face_nodes(mesh, first, n);
     for (int j = 0; j <= PARTS; j++)
       for (int k = 0; j + k <= PARTS; k++) {
         const int at[3] = {PARTS - j - k, j, k}; /* quarters: L (2 L - 1) and 4 L L' are eighths */
@@ -112,13 +137,14 @@ void flesh_curved_surface_vertices(const flesh_mesh *mesh, flesh_curved_vertex *
 void flesh_curved_surface_apply(const flesh_mesh *mesh, int components, const double *nodal, double *values)
 {
   const size_t m = (size_t)components, nodes = (size_t)flesh_mesh_node_count(mesh);
-  int count;
-  (void)flesh_mesh_surface(mesh, &count);
+  const int faces = count_faces(mesh);
   memcpy(values, nodal, m * nodes * sizeof *values);
-  memset(values + m * nodes, 0, m * (2 * nodes + 3 * (size_t)(count / 4)) * sizeof *values);
-  for (int f = 0; f < count / 4; f++) {
+  memset(values + m * nodes, 0, m * (2 * nodes + 3 * (size_t)faces) * sizeof *values);
+  for (int f = 0, first = 0, parts; f < faces; f++, first += parts) {
     int n[6];
-    face_nodes(mesh, f, n);
+    parts = flesh_mesh_face_parts(mesh, mesh->surface_tets[first]);
+    if (parts == 1) continue;
+    face_nodes(mesh, first, n);
     for (int j = 0; j <= PARTS; j++)
       for (int k = 0; j + k <= PARTS; k++) {
         const int at[3] = {PARTS - j - k, j, k}, v = vertex_at(mesh, f, n, at);

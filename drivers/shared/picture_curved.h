@@ -7,8 +7,8 @@
 
 #include "flesh/mesh.h"
 
-/* Sixteen triangles a face. Vertices: the mesh's nodes, then two for each node (on the halves of the edge it is the
- * middle of), then three for each face. */
+/* Sixteen triangles a face; one where a tet of four nodes is behind it. Vertices: the mesh's nodes, then two for each
+ * node (on the halves of the edge it is the middle of), then three for each face. */
 typedef struct flesh_curved_surface {
   int vertices, triangles;
   int *corners;    /* [3*triangles] */

@@ -56,13 +56,16 @@ typedef struct flesh_body {
                                       (see flesh_system_instructions); where the machine lacks them,
                                       creating these effects fails with FLESH_ERR_ARGUMENT */
   flesh_element element; /* where the mesh's order does not fit it, creating effects fails with
-                            FLESH_ERR_ARGUMENT */
-  /* As many as materials; NULL: `element` is that of all. TET10 or TET10_MEAN at order 2 for the
-   * tets of one material, AUTO: `element`. Otherwise creating effects fails as above. */
+                            FLESH_ERR_ARGUMENT. In a mesh with tets of four nodes and of ten it is
+                            that of the tets that it fits, and AUTO for the others */
+  /* As many as materials; NULL: `element` is that of all. TET4 for tets of four nodes, TET10 or
+   * TET10_MEAN for tets of ten, of one material; AUTO: `element`. Otherwise creating effects fails as
+   * above. */
   const flesh_element *material_elements;
 } flesh_body;
 
-/* Groups of nodes that an effect couples. Nodes within a cell ascend, so that every pair a <= b of
+/* Groups of nodes that an effect couples. Nodes within a cell ascend (where `padded`, cells of fewer nodes repeat their
+ * last one), so that every pair a <= b of
  * local indices is a block of the upper triangle: pairs (0,0) (0,1) ... (1,1) ..., of which a cell
  * has m = nodes_per_cell * (nodes_per_cell + 1) / 2. */
 typedef struct flesh_cells {
@@ -71,10 +74,11 @@ typedef struct flesh_cells {
   /* Pairs whose blocks the effect asks for, pair p of cell c as c*m + p; NULL: all in order. */
   int pair_count;
   const int *pairs; /* [pair_count] */
+  int padded;
 } flesh_cells;
 
-/* Cells of every tet of the mesh with its 4 or 10 nodes ascending, for operations->cells. Freed with
- * flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+/* Cells of every tet of the mesh with its 4 or 10 nodes ascending, padded where the mesh has both, for
+ * operations->cells. Freed with flesh_cells_clear. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells);
 FLESH_API void flesh_cells_clear(flesh_cells *cells);
 

@@ -5,7 +5,8 @@
  *
  * The tets of a mesh of order 1 have four nodes, those of order 2 ten: corners and one node on each
  * edge, through which the edge bends. Edges are in VTK's order: 01, 12, 02, 03, 13, 23. What reads
- * the corners alone reads the tets with straight edges.
+ * the corners alone reads the tets with straight edges. In a mesh of order 2 some tets may have four
+ * nodes, none of whose edges is one of a tet of ten: bodies of different elements side by side.
  *
  * What returns no status cannot fail. */
 #ifndef FLESH_MESH_H
@@ -33,7 +34,8 @@ typedef struct flesh_mesh_info {
   double radius_ratio_min; /* 3 * inradius / circumradius of the corners, 1 for a regular tet */
   double radius_ratio_mean;
   int worst_tet; /* index of the tet with radius_ratio_min */
-  int order;     /* 1 or 2 */
+  int order;     /* 1, or 2 where tets have ten nodes */
+  int quadratic; /* tets of ten nodes */
   int curved;    /* tets with a curved edge */
   /* Least scaled Jacobian: the smallest over the largest Jacobian of the map from the straight
    * reference tet, 1 where all edges are straight; and its tet, the first of them. */
@@ -51,8 +53,9 @@ FLESH_API int flesh_mesh_create(int nodes, const double *positions, int tets, co
                                 const int *regions, flesh_mesh **mesh);
 
 /* The same at order 2: `tet_nodes` [10*tets] are four corners and six nodes on edges each. Where
- * the last two corners are swapped, the edges go with them. FLESH_ERR_FILE also where tets of one
- * edge have different nodes on it, two edges have one node, or a corner is on an edge, and where
+ * the last two corners are swapped, the edges go with them. With six times -1 on its edges a tet has
+ * four nodes; where all have, the mesh is one of order 1. FLESH_ERR_FILE also where tets of one
+ * edge have different nodes on it or some none, two edges have one node, or a corner is on an edge, and where
  * the Jacobian of a tet's map is not positive all over it (decided by Bernstein bounds; Johnen,
  * Remacle & Geuzaine 2013). Returns new. Further errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_create_quadratic(int nodes, const double *positions, int tets,
@@ -70,11 +73,12 @@ FLESH_API int flesh_mesh_raise_order(const flesh_mesh *mesh, flesh_mesh **raised
  * errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered);
 
-/* The mesh whose tets are those of `mesh` cut into eight each: four at the corners and four of the octahedron between
- * them, around the diagonal that leaves the least stretched (red refinement; Bey 1995). The nodes stay and come first;
- * the new ones follow by their edge's lower node, then by its higher, rising. Tet t becomes 8t to 8t + 7 and they have
- * its region. At order 2 the nodes on edges become corners, and the curved shape stays what it is. Returns new.
- * FLESH_ERR_ARGUMENT where nodes or tets would be too many. Further errors: FLESH_ERR_MEMORY. */
+/* The mesh whose tets are those of `mesh`, all of four nodes or all of ten, cut into eight each: four at the corners and
+ * four of the octahedron between them, around the diagonal that leaves the least stretched (red refinement; Bey 1995).
+ * The nodes stay and come first; the new ones follow by their edge's lower node, then by its higher, rising. Tet t
+ * becomes 8t to 8t + 7 and they have its region. At order 2 the nodes on edges become corners, and the curved shape
+ * stays what it is. Returns new. FLESH_ERR_ARGUMENT where some tets have four nodes and some ten, or there would be too
+ * many nodes or tets. Further errors: FLESH_ERR_MEMORY. */
 FLESH_API int flesh_mesh_refine(const flesh_mesh *mesh, flesh_mesh **refined);
 
 /* A regular grid of cells[0] x cells[1] x cells[2] boxes, 6 Kuhn tets each, filling `size` from
@@ -114,7 +118,8 @@ FLESH_API const double *flesh_mesh_positions(const flesh_mesh *mesh);
 FLESH_API int flesh_mesh_order(const flesh_mesh *mesh);
 /* [4*tets] node indices: the corners. */
 FLESH_API const int *flesh_mesh_tets(const flesh_mesh *mesh);
-/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet; NULL at order 1. */
+/* [6*tets] nodes on the edges 01, 12, 02, 03, 13, 23 of every tet, -1 of tets of four nodes; NULL at
+ * order 1. */
 FLESH_API const int *flesh_mesh_tet_edges(const flesh_mesh *mesh);
 /* [tets] 1 where an edge's node is off its middle by more than 1e-12 of the edge and rounding. */
 FLESH_API const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh);
@@ -122,8 +127,8 @@ FLESH_API const uint8_t *flesh_mesh_tet_curved(const flesh_mesh *mesh);
 FLESH_API const int *flesh_mesh_regions(const flesh_mesh *mesh);
 /* [tets] rest volumes, m^3, all positive. */
 FLESH_API const double *flesh_mesh_tet_volumes(const flesh_mesh *mesh);
-/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. At order 2 a
- * face is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then
+/* Boundary triangles, outward normals by the right-hand rule: [3*count] node indices. A face of
+ * a tet of ten nodes is four flat triangles in a row: (a,p,r), (p,b,q), (r,q,c) at its corners a, b, c, then
  * (p,q,r), with p, q, r on the edges ab, bc, ca. */
 FLESH_API const int *flesh_mesh_surface(const flesh_mesh *mesh, int *count);
 /* The tet behind each boundary triangle [count]. */
@@ -139,7 +144,7 @@ FLESH_API double flesh_mesh_volume(const flesh_mesh *mesh, const double *x);
 
 /* J = (signed volume at x)/(rest volume) of every tet into J [tets] (may be NULL); returns the
  * smallest (NaN when one is NaN), and in *worst (may be NULL) its tet, in *inverted (may be NULL)
- * the number without J > 0. At the rest positions J is 1 to the last bit. At order 2 J = det F
+ * the number without J > 0. At the rest positions J is 1 to the last bit. With ten nodes J = det F
  * varies in a tet, and its smallest value there counts: what is given is below that by at most a
  * hundredth of the tet's largest |J|, on the same side of 0, and not positive where 400 cuts of the
  * tet leave the sign open (Bernstein bounds; Johnen, Remacle & Geuzaine 2013). */
@@ -150,12 +155,12 @@ FLESH_API double flesh_mesh_jacobians(const flesh_mesh *mesh, const double *x, d
  * rigid fit (least squares over the nodes; Kabsch 1976), over the rest shape's longest side. */
 FLESH_API double flesh_mesh_distance_from_rest(const flesh_mesh *mesh, const double *x);
 
-/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; at order 2 in
+/* Lumped mass [nodes], kg; density [tets], kg/m^3. Per node and tet rho V/4; of ten nodes in
  * proportion to the diagonal of the consistent mass, rho V/36 at corners and 4 rho V/27 on edges
  * where they are straight (Hinton, Rock & Zienkiewicz 1976). */
 FLESH_API void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass);
 
-/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), at order 2 the
+/* y = M x with the consistent mass, x and y [3*nodes]: rho V/20 (1 + delta_ij), of ten nodes the
  * exact integrals of rho N_a N_b, over curved tets too. */
 FLESH_API void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                                 const double *x, double *y);

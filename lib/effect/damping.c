@@ -26,9 +26,9 @@ static const flesh_cells *damping_cells(const flesh_effect *effect)
   return self->stiffness > 0 ? &self->tets.cells : flesh_mass_matrix_cells(&self->M);
 }
 
-static const flesh_tet_kernel *kernel_of(const damping *self)
+static flesh_kernel kernel_of(const damping *self)
 {
-  return self->rest ? self->tets.kernels->viscous : self->tets.kernels->stiffness;
+  return self->rest ? FLESH_KERNEL_VISCOUS : FLESH_KERNEL_STIFFNESS;
 }
 
 static flesh_tet_point point_of(const damping *self, const flesh_point *point, double scale)

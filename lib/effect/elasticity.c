@@ -21,8 +21,11 @@ static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *
   if (!point->softness) return &self->tets;
   const size_t first = (size_t)(point->softness - 1) * (size_t)self->tets.materials;
   *room = self->tets;
-  room->batches.materials = self->soft + first;
-  if (self->soft_shares) room->batches.volume_shares = self->soft_shares + first;
+  for (int g = 0; g < room->group_count; g++) {
+    flesh_batches *batches = &room->groups[g].batches;
+    batches->materials = self->soft + first;
+    if (batches->volume_shares) batches->volume_shares = self->soft_shares + first;
+  }
   return room;
 }
 
@@ -38,7 +41,7 @@ static int residual_kernel(const flesh_effect *effect, const flesh_point *point,
   flesh_tets room;
   const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {.x = point->x, .multipliers = point->multipliers, .penalty = point->penalty};
-  return flesh_tets_residual(tets, tets->kernels->elastic, &at, point->threads, r, sums);
+  return flesh_tets_residual(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, r, sums);
 }
 
 static int elasticity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -54,7 +57,7 @@ static int hessian_kernel(const flesh_effect *effect, const flesh_point *point, 
   const flesh_tet_point at = {
       .x = point->x, .scale = shift->x, .filter = (flesh_eigenvalue_filter)shift->filter, .anew = anew,
       .multipliers = point->multipliers, .penalty = point->penalty};
-  return flesh_tets_hessian(tets, tets->kernels->elastic, &at, point->threads, slots, values);
+  return flesh_tets_hessian(tets, FLESH_KERNEL_ELASTIC, &at, point->threads, slots, values);
 }
 
 static int elasticity_jacobian(const flesh_effect *effect, const flesh_point *point,
@@ -104,15 +107,17 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
   const flesh_tets *tets = effect->data;
   int *material = flesh_malloc(((size_t)count + 1) * sizeof *material);
   if (!material) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a part of %d elements", count);
-  for (int k = 0, batch = 0; k < count; k++) {
-    while (tets->batches.first[batch + 1] <= chosen[k]) batch++;
-    material[k] = tets->batches.material[batch];
+  for (int k = 0, batch = 0, g = 0; k < count; k++) {
+    for (; g + 1 < tets->group_count && tets->groups[g + 1].first <= chosen[k]; g++) batch = 0;
+    const flesh_tet_group *group = &tets->groups[g];
+    while (group->batches.first[batch + 1] <= chosen[k] - group->first) batch++;
+    material[k] = group->batches.material[batch];
   }
   int status = flesh_effect_elasticity(&(flesh_body){.mesh = mesh,
-                                                     .materials = tets->batches.materials,
+                                                     .materials = tets->groups[0].batches.materials,
                                                      .tet_material = material,
                                                      .instructions = tets->instructions,
-                                                     .element = tets->element,
+                                                     .element = tets->given,
                                                      .material_elements = tets->material_elements},
                                        part);
   flesh_free(material);
@@ -122,11 +127,12 @@ static int elasticity_part(const flesh_effect *effect, int count, const int *cho
 static void elasticity_stiff_rows(const flesh_effect *effect, flesh_stiff_rows *rows)
 {
   const flesh_tets *tets = effect->data;
-  const flesh_batches *batches = &tets->batches;
-  *rows = (flesh_stiff_rows){.nodes_per_row = batches->nodes_per_tet, .nodes = batches->nodes};
-  if (!tets->kernels->elastic->rows_kernel) return;
-  rows->count = tets->cells.count;
-  rows->first_main = 4;
+  const flesh_tet_group *group = flesh_tets_stiff(tets);
+  *rows = (flesh_stiff_rows){0};
+  if (!group) return;
+  const flesh_batches *batches = &group->batches;
+  *rows = (flesh_stiff_rows){
+      .count = group->tets, .nodes_per_row = batches->nodes_per_tet, .nodes = batches->nodes, .first_main = 4};
   for (int k = 0; k < tets->materials; k++) {
     const flesh_volume_share *s = &batches->volume_shares[k];
     if (!(s->moderate > 0)) continue;
@@ -141,7 +147,7 @@ static void elasticity_stiff_values(const flesh_effect *effect, const flesh_poin
   flesh_tets room;
   const flesh_tets *tets = tets_at(effect, point, &room);
   const flesh_tet_point at = {.x = point->x, .scale = shift->x, .penalty = point->penalty};
-  flesh_tets_rows(tets, tets->kernels->elastic, &at, point->threads, values);
+  flesh_tets_rows(tets, &at, point->threads, values);
 }
 
 static flesh_instructions elasticity_instructions(const flesh_effect *effect)
@@ -171,12 +177,13 @@ static int elasticity_gaps(const flesh_effect *effect, const flesh_point *point,
 {
   const flesh_tets *tets = effect->data;
   const flesh_tet_point at = {.x = point->x};
-  return flesh_tets_residual(tets, tets->kernels->gaps, &at, point->threads, gaps, NULL);
+  return flesh_tets_residual(tets, FLESH_KERNEL_GAPS, &at, point->threads, gaps, NULL);
 }
 
 static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
 {
-  const flesh_batches *batches = &((const flesh_tets *)effect->data)->batches;
+  const flesh_tets *tets = effect->data;
+  const flesh_batches *batches = &tets->groups[tets->group_count - 1].batches; /* of ten nodes */
   for (int b = 0; b < batches->count; b++)
     for (int k = batches->first[b]; k < batches->first[b + 1]; k++) {
       const flesh_volume_share *share = &batches->volume_shares[batches->material[b]];
@@ -200,8 +207,9 @@ static void soften(const flesh_material *material, double poisson, flesh_materia
 static int make_soft(const flesh_body *body, elasticity *self)
 {
   const size_t count = (size_t)self->tets.materials, all = FLESH_SOFTNESS_LEVELS * count;
-  const flesh_volume_share *shares = self->tets.batches.volume_shares;
+  const flesh_volume_share *shares = NULL; /* those of ten nodes have some */
   int status = FLESH_OK;
+  for (int g = 0; g < self->tets.group_count && !shares; g++) shares = self->tets.groups[g].batches.volume_shares;
   self->soft = flesh_malloc((all + 1) * sizeof *self->soft);
   if (shares) self->soft_shares = flesh_malloc((all + 1) * sizeof *self->soft_shares);
   if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", all);
@@ -248,5 +256,7 @@ int flesh_effect_elasticity(const flesh_body *body, flesh_effect **effect)
     elasticity_destroy(self);
     return status;
   }
-  return flesh_effect_create(self->tets.batches.tet ? &holding_operations : &elasticity_operations, self, effect);
+  const flesh_effect_operations *operations =
+      flesh_tets_hold_means(&self->tets) ? &holding_operations : &elasticity_operations;
+  return flesh_effect_create(operations, self, effect);
 }

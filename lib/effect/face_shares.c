@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
 
 static void add_flat(const double *X, const int n[3], double *shares)
 {
@@ -30,15 +31,24 @@ static const double rule[RULE][4] = {
     {.10128650732345634, .79742698535308732, .10128650732345634, .12593918054482715},
     {.10128650732345634, .10128650732345634, .79742698535308732, .12593918054482715}};
 
-/* Of a face's coordinates: those of the corners of its quarters, at its corners and then between its edges' nodes. */
-static const double quarters[4][3][3] = {{{1, 0, 0}, {.5, .5, 0}, {.5, 0, .5}},
+/* Of a face's coordinates: those of the corners of its quarters, at its corners and then between its edges' nodes, and
+ * of itself. */
+static const double quarters[FLESH_FACE_KINDS][3][3] = {{{1, 0, 0}, {.5, .5, 0}, {.5, 0, .5}},
                                          {{.5, .5, 0}, {0, 1, 0}, {0, .5, .5}},
                                          {{.5, 0, .5}, {0, .5, .5}, {0, 0, 1}},
-                                         {{.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}}};
+                                         {{.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}},
+                                         {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-/* The shape functions of corners 0 1 2 and nodes on 01 12 20, and their derivatives by the coordinates. */
-static void shapes(const double L[3], double N[6], double by_L[6][3])
+/* The shape functions of corners 0 1 2 and nodes on 01 12 20, and their derivatives by the coordinates. A flat face has
+ * those of its corners alone. */
+static void shapes(int quarter, const double L[3], double N[6], double by_L[6][3])
 {
+  if (quarter == FLESH_FACE_FLAT) {
+    memset(N, 0, 6 * sizeof *N);
+    memset(by_L, 0, 6 * sizeof *by_L);
+    for (int a = 0; a < 3; a++) N[a] = L[a], by_L[a][a] = 1;
+    return;
+  }
   for (int a = 0; a < 3; a++) {
     const int b = (a + 1) % 3, c = (a + 2) % 3;
     N[a] = L[a] * (2 * L[a] - 1);
@@ -57,7 +67,7 @@ static void add_quarter(const double *X, const int node[6], int quarter, double 
     double L[3] = {0}, N[6], by_L[6][3], along[2][3] = {{0}}, normal[3];
     for (int k = 0; k < 3; k++)
       for (int i = 0; i < 3; i++) L[i] += rule[q][k] * quarters[quarter][k][i];
-    shapes(L, N, by_L);
+    shapes(quarter, L, N, by_L);
     for (int a = 0; a < 6; a++)
       for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)
@@ -105,9 +115,16 @@ int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles,
                           "order 2 must be", n[0], n[1], n[2]);
       continue;
     }
+    if (flesh_mesh_face_parts(mesh, mesh->surface_tets[found->number]) == 1) {
+      quarters_of[k] = (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
+      continue;
+    }
     /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
-    const int *face = surface + 12 * (size_t)(found->number / 4);
-    quarters_of[k] = (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, found->number % 4};
+    int first = found->number, last = first;
+    while (first > 0 && mesh->surface_tets[first - 1] == mesh->surface_tets[first]) first--;
+    first += (last - first) / 4 * 4; /* a tet's faces follow one another */
+    const int *face = surface + 3 * (size_t)first;
+    quarters_of[k] = (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, last - first};
   }
   flesh_free(entries);
   return status;
@@ -118,8 +135,10 @@ static int add_quadratic(const flesh_mesh *mesh, int count, const int *triangles
   flesh_face_quarter *found = flesh_malloc(((size_t)count + 1) * sizeof *found);
   if (!found) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d triangles", count);
   int status = flesh_face_quarters(mesh, count, triangles, found);
-  for (int k = 0; !status && k < count; k++)
-    add_quarter(flesh_mesh_positions(mesh), found[k].node, found[k].quarter, shares);
+  for (int k = 0; !status && k < count; k++) {
+    if (found[k].quarter == FLESH_FACE_FLAT) add_flat(flesh_mesh_positions(mesh), found[k].node, shares);
+    else add_quarter(flesh_mesh_positions(mesh), found[k].node, found[k].quarter, shares);
+  }
   flesh_free(found);
   return status;
 }
@@ -137,14 +156,14 @@ static void volume_form(int quarter, double volume[FLESH_FACE_TRIPLES])
   for (int q = 0; q < RULE; q++) {
     double L[3] = {0}, N[6], by_L[6][3];
     for (int k = 0; k < 9; k++) L[k % 3] += rule[q][k / 3] * quarters[quarter][k / 3][k % 3];
-    shapes(L, N, by_L);
+    shapes(quarter, L, N, by_L);
     for (int t = 0; t < FLESH_FACE_TRIPLES; t++) {
       double D[9];
       for (int i = 0; i < 3; i++) {
         const int a = flesh_face_triple[t][i];
         D[3 * i] = N[a], D[3 * i + 1] = by_L[a][1] - by_L[a][0], D[3 * i + 2] = by_L[a][2] - by_L[a][0];
       }
-      volume[t] += rule[q][3] / 24 * flesh_mat3_determinant(D);
+      volume[t] += rule[q][3] / (quarter == FLESH_FACE_FLAT ? 6 : 24) * flesh_mat3_determinant(D);
     }
   }
 }
@@ -159,7 +178,7 @@ static void rim_form(int quarter, double rim[6][FLESH_FACE_PAIRS])
       const double *from = quarters[quarter][side], *to = quarters[quarter][(side + 1) % 3];
       double L[3], N[6], by_L[6][3], dN[6] = {0};
       for (int i = 0; i < 3; i++) L[i] = from[i] + at[g] * (to[i] - from[i]);
-      shapes(L, N, by_L);
+      shapes(quarter, L, N, by_L);
       for (int a = 0; a < 6; a++)
         for (int i = 0; i < 3; i++) dN[a] += by_L[a][i] * (to[i] - from[i]);
       for (int k = 0; k < 6; k++)

@@ -8,7 +8,11 @@
  * order 2 they must be of flesh_mesh_surface: FLESH_ERR_ARGUMENT otherwise, and for a node out of range. */
 int flesh_face_shares(const flesh_mesh *mesh, int count, const int *triangles, double *shares);
 
-/* A quarter of the face with these corners and, behind them, nodes on the edges 01 12 20. */
+/* What triangles can be: quarters 0 to 3 of a face of six nodes, or the face of a tet of four. */
+enum { FLESH_FACE_FLAT = 4, FLESH_FACE_KINDS };
+
+/* A quarter of the face with these corners and, behind them, nodes on the edges 01 12 20; FLESH_FACE_FLAT is all of the
+ * face with the first three. */
 typedef struct flesh_face_quarter {
   int node[6], quarter;
 } flesh_face_quarter;

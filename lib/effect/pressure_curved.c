@@ -317,7 +317,7 @@ static void merge_wings(pressure *self)
 }
 
 static void take_rim(pressure *self, int count, const flesh_face_quarter *quarters,
-                     const double rim[4][6][FLESH_FACE_PAIRS])
+                     const double rim[FLESH_FACE_KINDS][6][FLESH_FACE_PAIRS])
 {
   for (int q = 0; q < count; q++)
     for (int k = 0; k < 6; k++)
@@ -331,7 +331,7 @@ static void take_rim(pressure *self, int count, const flesh_face_quarter *quarte
 }
 
 static void take_wings(pressure *self, int count, const flesh_face_quarter *quarters,
-                       const double volume[4][FLESH_FACE_TRIPLES])
+                       const double volume[FLESH_FACE_KINDS][FLESH_FACE_TRIPLES])
 {
   for (int q = 0; q < count; q++)
     for (int t = 0; t < FLESH_FACE_TRIPLES; t++) {
@@ -375,14 +375,14 @@ static int take_pairs(pressure *self)
 
 static int take_faces(pressure *self, const flesh_mesh *mesh, int count, const int *triangles)
 {
-  double volume[4][FLESH_FACE_TRIPLES], rim[4][6][FLESH_FACE_PAIRS];
+  double volume[FLESH_FACE_KINDS][FLESH_FACE_TRIPLES], rim[FLESH_FACE_KINDS][6][FLESH_FACE_PAIRS];
   flesh_face_quarter *quarters = malloc((size_t)count * sizeof *quarters);
   const size_t rims = (size_t)count * 6 * FLESH_FACE_PAIRS;
   self->rim = malloc(rims * sizeof *self->rim);
   int status = quarters && self->rim ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
   if (!status) status = flesh_face_quarters(mesh, count, triangles, quarters);
   if (!status) {
-    for (int q = 0; q < 4; q++) flesh_face_forms(q, volume[q], rim[q]);
+    for (int q = 0; q < FLESH_FACE_KINDS; q++) flesh_face_forms(q, volume[q], rim[q]);
     take_rim(self, count, quarters, (const double(*)[6][FLESH_FACE_PAIRS])rim);
     const size_t most = (size_t)count * 3 * FLESH_FACE_TRIPLES + 2 * (size_t)self->rim_count;
     self->wings = malloc((most + 1) * sizeof *self->wings);

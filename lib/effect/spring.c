@@ -268,7 +268,7 @@ static void attach_surface(const flesh_mesh *mesh, const double p[3], spring *se
   }
 }
 
-/* The same for tets of ten nodes: the point goes with their quadratic map. */
+/* The same where tets have ten nodes: the point goes with their quadratic map. */
 static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *self)
 {
   flesh_locator *locator;
@@ -283,7 +283,8 @@ static int attach_quadratic(const flesh_mesh *mesh, const double p[3], spring *s
   if (place.tet >= 0) {
     self->tet = place.tet;
     self->count = flesh_mesh_tet_nodes(mesh, place.tet, self->nodes);
-    flesh_tet10_weights(place.weights, self->weights);
+    if (self->count == 4) memcpy(self->weights, place.weights, sizeof place.weights);
+    else flesh_tet10_weights(place.weights, self->weights);
   }
   flesh_locator_destroy(&locator);
   return FLESH_OK;

@@ -44,8 +44,7 @@ static int viscosity_evaluate(const flesh_effect *effect, const flesh_point *poi
 {
   const viscosity *self = effect->data;
   const flesh_tet_point at = point_of(self, point);
-  return flesh_tets_dissipate(&self->tets, self->tets.kernels->viscous, &at, point->threads, shift->v, r, phi,
-                              magnitude);
+  return flesh_tets_dissipate(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, shift->v, r, phi, magnitude);
 }
 
 static int viscosity_residual(const flesh_effect *effect, const flesh_point *point, double *r)
@@ -68,7 +67,7 @@ static int viscosity_jacobian(const flesh_effect *effect, const flesh_point *poi
   at.scale = shift->v;
   at.scale_x = shift->x;
   at.filter = (flesh_eigenvalue_filter)shift->filter;
-  return flesh_tets_hessian(&self->tets, self->tets.kernels->viscous, &at, point->threads, slots, K->values);
+  return flesh_tets_hessian(&self->tets, FLESH_KERNEL_VISCOUS, &at, point->threads, slots, K->values);
 }
 
 static flesh_instructions viscosity_instructions(const flesh_effect *effect)

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "mesh/pieces.h"
 
 static void sort(int *nodes, int count)
 {
@@ -24,12 +25,12 @@ int flesh_cells_of_tets(const flesh_mesh *mesh, flesh_cells *cells)
   int *nodes = flesh_malloc((size_t)count * (size_t)per_cell * sizeof *nodes);
   if (!nodes) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the nodes of %d tets", count);
   for (int e = 0; e < count; e++) {
-    int *tet = nodes + (size_t)per_cell * (size_t)e;
-    memcpy(tet, flesh_mesh_tets(mesh) + 4 * (size_t)e, 4 * sizeof *tet);
-    if (per_cell == 10) memcpy(tet + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)e, 6 * sizeof *tet);
-    sort(tet, per_cell);
+    int *tet = nodes + (size_t)per_cell * (size_t)e, own[10], size = flesh_mesh_tet_nodes(mesh, e, own);
+    memcpy(tet, own, (size_t)size * sizeof *tet);
+    sort(tet, size);
+    for (int a = size; a < per_cell; a++) tet[a] = tet[size - 1];
   }
-  *cells = (flesh_cells){.count = count, .nodes_per_cell = per_cell, .nodes = nodes};
+  *cells = (flesh_cells){.count = count, .nodes_per_cell = per_cell, .nodes = nodes, .padded = mesh->linear > 0};
   return FLESH_OK;
 }
 

@@ -16,22 +16,24 @@ const char *flesh_element_name(flesh_element element)
   return (unsigned)element < FLESH_ELEMENT_COUNT ? names[element] : "unknown";
 }
 
-int flesh_body_find_element(const flesh_body *body, flesh_element *element)
+int flesh_body_check_element(const flesh_body *body)
 {
   const int order = flesh_mesh_order(body->mesh);
   if ((unsigned)body->element >= FLESH_ELEMENT_COUNT)
     return flesh_fail(FLESH_ERR_ARGUMENT, "there is no element number %d", (int)body->element);
-  *element = body->element;
-  if (*element == FLESH_ELEMENT_AUTO) *element = order == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
-  if ((*element == FLESH_ELEMENT_TET4) == (order == 1)) return FLESH_OK;
+  if (body->element == FLESH_ELEMENT_AUTO || body->mesh->linear) return FLESH_OK;
+  if ((body->element == FLESH_ELEMENT_TET4) == (order == 1)) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "the element is %s, but the mesh has order %d; it must have order %d",
-                    flesh_element_name(*element), order, 3 - order);
+                    flesh_element_name(body->element), order, 3 - order);
 }
 
-flesh_element flesh_body_element_of(const flesh_body *body, flesh_element element, int material)
+flesh_element flesh_body_element_of(const flesh_body *body, int material, int size)
 {
-  const flesh_element own = body->material_elements ? body->material_elements[material] : FLESH_ELEMENT_AUTO;
-  return own == FLESH_ELEMENT_AUTO ? element : own;
+  flesh_element own = FLESH_ELEMENT_AUTO;
+  if (body->material_elements && material >= 0) own = body->material_elements[material];
+  if (own == FLESH_ELEMENT_AUTO) own = body->element;
+  if (size == 4) return FLESH_ELEMENT_TET4;
+  return own == FLESH_ELEMENT_TET10 ? own : FLESH_ELEMENT_TET10_MEAN;
 }
 
 /* Where VTK's edges 01 12 02 03 13 23 have the node between two corners. */

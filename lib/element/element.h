@@ -5,11 +5,11 @@
 #include "element/tet_kernel.h"
 #include "flesh/body.h"
 
-/* The body's element, never AUTO; FLESH_ERR_ARGUMENT where the mesh has another order. */
-int flesh_body_find_element(const flesh_body *body, flesh_element *element);
+/* FLESH_ERR_ARGUMENT where no tet of the mesh can have the body's element. */
+int flesh_body_check_element(const flesh_body *body);
 
-/* That of the tets of one of the body's materials, where `element` is what flesh_body_find_element found. */
-flesh_element flesh_body_element_of(const flesh_body *body, flesh_element element, int material);
+/* That of the tets of `size` nodes of one of the body's materials, or of none in particular (-1); never AUTO. */
+flesh_element flesh_body_element_of(const flesh_body *body, int material, int size);
 
 /* The nodes of a tet of ten: corners, ascending, then those on the edges 01 02 03 12 13 23 of these. */
 void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10]);
@@ -17,7 +17,7 @@ void flesh_tet10_nodes(const flesh_mesh *mesh, int tet, int nodes[10]);
 /* The integrals of density N_a N_b over a tet of ten nodes in this order, a <= b, kg. */
 void flesh_tet10_masses(const flesh_mesh *mesh, int tet, double density, double masses[55]);
 
-/* How many shapes the kernels need of a tet: 1, or, where tets are curved, one of each point. */
+/* How many shapes the kernels need of a tet of ten nodes: 1, or, where tets are curved, one of each point. */
 int flesh_element_shapes(const flesh_mesh *mesh);
 
 /* The gradients g_1, g_2, g_3 (rows) of the linear shape functions of corners at the positions X; returns the volume,

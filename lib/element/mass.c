@@ -183,13 +183,8 @@ static int hessian_kernel(const flesh_batches *batches, int tile, const flesh_te
   return FLESH_OK;
 }
 
-static const flesh_tet_kernel consistent = {residual_kernel, hessian_kernel, NULL};
-static const flesh_tet_kernel consistent_ten = {residual_of_ten, hessian_kernel, NULL};
-
-static const flesh_tet_kernel *kernel_of(const flesh_mass_matrix *mass)
-{
-  return mass->tets.batches.nodes_per_tet == 10 ? &consistent_ten : &consistent;
-}
+const flesh_tet_kernel flesh_mass4 = {residual_kernel, hessian_kernel, NULL};
+const flesh_tet_kernel flesh_mass10 = {residual_of_ten, hessian_kernel, NULL};
 
 void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_threads *threads, const double *x,
                              double *y, double *half_square)
@@ -197,7 +192,7 @@ void flesh_mass_matrix_apply(const flesh_mass_matrix *self, double scale, flesh_
   if (!self->lumped) {
     double sums[2];
     const flesh_tet_point at = {.v = x, .scale = scale};
-    flesh_tets_residual(&self->tets, kernel_of(self), &at, threads, y, half_square ? sums : NULL);
+    flesh_tets_residual(&self->tets, FLESH_KERNEL_MASS, &at, threads, y, half_square ? sums : NULL);
     if (half_square) *half_square = sums[0];
     return;
   }
@@ -228,7 +223,7 @@ void flesh_mass_matrix_add(const flesh_mass_matrix *self, double scale, flesh_th
     return;
   }
   const flesh_tet_point at = {.scale = scale};
-  flesh_tets_hessian(&self->tets, kernel_of(self), &at, threads, slots, K->values);
+  flesh_tets_hessian(&self->tets, FLESH_KERNEL_MASS, &at, threads, slots, K->values);
 }
 
 size_t flesh_mass_matrix_memory(const flesh_mass_matrix *self)

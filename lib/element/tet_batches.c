@@ -1,8 +1,7 @@
-/* tet_batches.c: cutting a body's tets into batches, and sharing them out to threads. */
+/* tet_batches.c: cutting a body's tets into batches. */
 #include "element/tet_batches.h"
 
 #include <math.h>
-#include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -12,158 +11,7 @@
 #include "element/element.h"
 #include "element/tet_tiles.h"
 #include "material/form.h"
-
-/* Parts whose potentials are summed one by one, however many threads there are. */
-enum { PARTS = 64 };
-
-/* One evaluation. */
-typedef struct job {
-  const flesh_tets *self;
-  const flesh_tet_kernel *kernel;
-  const flesh_tet_point *at;
-  const int *slots;
-  double *result; /* residual, or values of the matrix */
-  double sums[PARTS][2];
-  int round, first_piece;
-  _Atomic int status; /* the largest */
-} job;
-
-static void note_status(job *j, int status)
-{
-  int before = atomic_load_explicit(&j->status, memory_order_relaxed);
-  while (before < status && !atomic_compare_exchange_weak(&j->status, &before, status)) continue;
-}
-
-/* From one tile until another; r and sums as the kernel takes them. */
-static void residual_kernel(job *j, int from, int until, double *r, double *sums)
-{
-  for (int k = from; k < until; k++) note_status(j, j->kernel->residual_kernel(&j->self->batches, k, j->at, r, sums));
-}
-
-static void residual_of_piece(void *data, int task)
-{
-  job *j = data;
-  const int *tile = j->self->piece_tile + j->first_piece + task;
-  residual_kernel(j, tile[0], tile[1], j->result, NULL);
-}
-
-static void hessian_of_piece(void *data, int task)
-{
-  job *j = data;
-  const int *tile = j->self->piece_tile + j->first_piece + task;
-  for (int k = tile[0]; k < tile[1]; k++)
-    note_status(j, j->kernel->hessian_kernel(&j->self->batches, k, j->at, j->slots, j->result));
-}
-
-/* A round's pieces are dealt out in shares to the parts, from a part of its own on, so that few
- * pieces of many rounds go to many parts. */
-static int shares_of_round(const flesh_tet_order *order, int round)
-{
-  int pieces = order->round_first[round + 1] - order->round_first[round];
-  return pieces < PARTS ? pieces : PARTS;
-}
-
-static void tiles_of_share(const flesh_tets *self, int round, int share, int *from, int *until)
-{
-  int first = self->order.round_first[round], shares = shares_of_round(&self->order, round);
-  int64_t pieces = self->order.round_first[round + 1] - first;
-  *from = self->piece_tile[first + pieces * share / shares];
-  *until = self->piece_tile[first + pieces * (share + 1) / shares];
-}
-
-/* The same sums in the same order as by both_of_share, round after round. */
-static void sums_of_part(void *data, int task)
-{
-  job *j = data;
-  const flesh_tet_order *order = &j->self->order;
-  for (int c = 0, from, until; c < order->rounds; c++) {
-    int share = (task - order->round_first[c] % PARTS + PARTS) % PARTS;
-    if (share >= shares_of_round(order, c)) continue;
-    tiles_of_share(j->self, c, share, &from, &until);
-    residual_kernel(j, from, until, NULL, j->sums[task]);
-  }
-}
-
-static void both_of_share(void *data, int task)
-{
-  job *j = data;
-  double *sums = j->sums[(j->self->order.round_first[j->round] + task) % PARTS];
-  int from, until;
-  tiles_of_share(j->self, j->round, task, &from, &until);
-  residual_kernel(j, from, until, j->result, sums);
-}
-
-static int run_pieces(job *j, flesh_threads *threads, flesh_task *task)
-{
-  const flesh_tet_order *order = &j->self->order;
-  for (int c = 0; c < order->rounds && !j->status; c++) {
-    j->first_piece = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j->first_piece, task, j);
-  }
-  return j->status;
-}
-
-int flesh_tets_residual(const flesh_tets *self, const flesh_tet_kernel *kernel,
-                           const flesh_tet_point *at, flesh_threads *threads, double *r, double *sums)
-{
-  job j = {.self = self, .kernel = kernel, .at = at, .result = r};
-  if (!sums) return run_pieces(&j, threads, residual_of_piece);
-  if (!r) flesh_threads_run(threads, PARTS, sums_of_part, &j);
-  for (; r && j.round < self->order.rounds && !j.status; j.round++)
-    flesh_threads_run(threads, shares_of_round(&self->order, j.round), both_of_share, &j);
-  sums[0] = sums[1] = 0;
-  for (int p = 0; p < PARTS; p++)
-    for (int k = 0; k < 2; k++) sums[k] += j.sums[p][k];
-  return j.status;
-}
-
-int flesh_tets_dissipate(const flesh_tets *self, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
-                         flesh_threads *threads, double shift_v, double *r, double *phi,
-                         double *magnitude)
-{
-  double sums[2];
-  if (!r && shift_v == 0) return FLESH_OK;
-  int status = flesh_tets_residual(self, kernel, at, threads, r, shift_v != 0 ? sums : NULL);
-  if (status || shift_v == 0) return status;
-  *phi += sums[0] / shift_v;
-  *magnitude += sums[1] / shift_v;
-  return FLESH_OK;
-}
-
-int flesh_tets_hessian(const flesh_tets *self, const flesh_tet_kernel *kernel,
-                            const flesh_tet_point *at, flesh_threads *threads, const int *slots,
-                            double *values)
-{
-  job j = {.self = self, .kernel = kernel, .at = at, .slots = slots, .result = values};
-  return run_pieces(&j, threads, hessian_of_piece);
-}
-
-typedef struct rows_job {
-  const flesh_tets *self;
-  const flesh_tet_kernel *kernel;
-  const flesh_tet_point *at;
-  float *rows;
-  int first_piece;
-} rows_job;
-
-static void rows_of_piece(void *data, int task)
-{
-  const rows_job *j = data;
-  const int *tile = j->self->piece_tile + j->first_piece + task;
-  for (int k = tile[0]; k < tile[1]; k++)
-    j->kernel->rows_kernel(&j->self->batches, k, j->at, j->rows);
-}
-
-void flesh_tets_rows(const flesh_tets *self, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
-                     flesh_threads *threads, float *rows)
-{
-  const flesh_tet_order *order = &self->order;
-  rows_job j = {.self = self, .kernel = kernel, .at = at, .rows = rows};
-  for (int c = 0; c < order->rounds; c++) {
-    j.first_piece = order->round_first[c];
-    flesh_threads_run(threads, order->round_first[c + 1] - j.first_piece, rows_of_piece, &j);
-  }
-}
+#include "mesh/mesh.h"
 
 static const flesh_tet_kernels *kernels_for(flesh_instructions instructions, flesh_element element)
 {
@@ -190,7 +38,7 @@ static int cut_run(const int *run, int n, int lanes, int at, int *tet, int *firs
 
 /* Cuts every piece, sorted by material, into batches of one material each; counts them where `tet`
  * is NULL, else fills it with the tets' new order. Until there are tiles, piece_tile is of batches. */
-static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int *first,
+static int cut_batches(flesh_tet_group *self, const int *tet_material, int *materials, int *tet, int *first,
                        int *material)
 {
   const flesh_tet_order *order = &self->order;
@@ -199,7 +47,7 @@ static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int 
     self->piece_tile[p] = count;
     for (int k = order->piece_first[p], n; k < order->piece_first[p + 1]; k += n) {
       int own = tet_material ? tet_material[order->tet[k]] : 0;
-      if (own >= self->materials) self->materials = own + 1;
+      if (own >= *materials) *materials = own + 1;
       for (n = 1; k + n < order->piece_first[p + 1]; n++)
         if (tet_material && tet_material[order->tet[k + n]] != own) break;
       int batches =
@@ -215,36 +63,31 @@ static int cut_batches(flesh_tets *self, const int *tet_material, int *tet, int 
 
 static int no_memory(int tets) { return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d elements", tets); }
 
-/* The cells are the mesh's tets in this order. */
-static int take_nodes(flesh_tets *self, const flesh_body *body, const int *tet)
+/* The cells are the mesh's tets in this order; `given` are they in the mesh's. */
+static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh *mesh, const flesh_cells *given,
+                      const int *tet)
 {
-  flesh_cells given;
-  int status = flesh_cells_of_tets(body->mesh, &given);
-  if (status) return status;
-  const size_t m = (size_t)given.nodes_per_cell;
-  int *nodes = flesh_huge_pages_alloc((size_t)given.count * m * sizeof *nodes), *as_element = nodes;
-  for (int k = 0; nodes && k < given.count; k++)
-    memcpy(nodes + m * (size_t)k, given.nodes + m * (size_t)tet[k], m * sizeof *nodes);
-  self->cells = (flesh_cells){.count = given.count, .nodes_per_cell = given.nodes_per_cell, .nodes = nodes};
-  flesh_cells_clear(&given);
-  if (m == 10) {
-    as_element = flesh_malloc((size_t)self->cells.count * m * sizeof *nodes);
-    for (int k = 0; as_element && k < self->cells.count; k++)
-      flesh_tet10_nodes(body->mesh, tet[k], as_element + m * (size_t)k);
-  }
-  self->batches.nodes = as_element;
-  self->batches.nodes_per_tet = (int)m;
-  return nodes && as_element ? FLESH_OK : no_memory(self->cells.count);
+  const size_t all = (size_t)self->cells.nodes_per_cell, m = (size_t)group->batches.nodes_per_tet;
+  int *to = (int *)self->cells.nodes + all * (size_t)group->first, *own = to;
+  for (int k = 0; k < group->tets; k++)
+    memcpy(to + all * (size_t)k, given->nodes + all * (size_t)tet[k], all * sizeof *to);
+  if (all > 4) own = flesh_malloc((size_t)group->tets * m * sizeof *own);
+  group->batches.nodes = own;
+  for (int k = 0; own && m == 10 && k < group->tets; k++) flesh_tet10_nodes(mesh, tet[k], own + 10 * (size_t)k);
+  for (int k = 0; own && m < all && k < group->tets; k++)
+    memcpy(own + m * (size_t)k, to + all * (size_t)k, m * sizeof *own);
+  return own ? FLESH_OK : no_memory(group->tets);
 }
 
 /* Volumes are negative where the nodes wind the other way. */
-static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
+static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int *tet)
 {
   const int lanes = self->kernels->lanes, count = self->batches.count;
-  const int each = self->batches.shapes_per_tet = flesh_element_shapes(body->mesh);
+  const int each = self->batches.nodes_per_tet == 4 ? 1 : flesh_element_shapes(body->mesh);
   double *shapes = flesh_huge_pages_alloc((size_t)count * (size_t)each * 80 * (size_t)lanes);
-  if (!shapes) return no_memory(self->cells.count);
+  if (!shapes) return no_memory(self->tets);
   self->batches.shapes = shapes;
+  self->batches.shapes_per_tet = each;
   const double *X = flesh_mesh_positions(body->mesh);
   for (int b = 0; b < count; b++)
     for (int l = 0; l < lanes; l++)
@@ -262,135 +105,228 @@ static int take_shapes(flesh_tets *self, const flesh_body *body, const int *tet)
   return FLESH_OK;
 }
 
-/* What the element's kernels need beside the shapes of a body with materials. */
-static int take_volume_shares(flesh_tets *self, const flesh_body *body, const int *tet)
+/* Marks the materials of the group's tets. */
+static uint8_t *find_materials(const flesh_tets *self, const flesh_tet_group *group)
 {
-  flesh_element element;
-  int status = flesh_body_find_element(body, &element), held = 0;
+  uint8_t *found = flesh_calloc((size_t)self->materials + 1, 1);
+  for (int b = 0; found && b < group->batches.count; b++) found[group->batches.material[b]] = 1;
+  return found;
+}
+
+/* What the element's kernels need beside the shapes of a body with materials; `found` are the group's. */
+static int take_volume_shares(const flesh_tets *self, flesh_tet_group *group, const flesh_body *body, const int *tet,
+                              const uint8_t *found)
+{
+  const int size = group->batches.nodes_per_tet;
+  int status = FLESH_OK, held = 0;
   for (int k = 0; k < self->materials && body->materials && !status; k++) {
-    const flesh_element own = flesh_body_element_of(body, element, k);
-    if (body->materials[k].incompressible && own != FLESH_ELEMENT_TET10_MEAN)
+    const flesh_element own = flesh_body_element_of(body, k, size);
+    if (found[k] && body->materials[k].incompressible && own != FLESH_ELEMENT_TET10_MEAN)
       status = flesh_fail(FLESH_ERR_ARGUMENT,
                           "the material's poisson is 0.5, which the element %s cannot hold; set body.element to "
                           "tet10-mean, or poisson below 0.5",
                           flesh_element_name(own));
   }
-  if (status || self->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return status;
+  if (status || group->element != FLESH_ELEMENT_TET10_MEAN || !body->materials) return status;
   flesh_volume_share *shares = flesh_malloc((size_t)(self->materials + 1) * sizeof *shares);
-  if (!shares) return no_memory(self->cells.count);
-  self->batches.volume_shares = shares;
+  if (!shares) return no_memory(group->tets);
+  group->batches.volume_shares = shares;
   for (int k = 0; k < self->materials && !status; k++) {
     shares[k] = (flesh_volume_share){.term = FLESH_VOLUME_NONE};
-    if (flesh_body_element_of(body, element, k) == FLESH_ELEMENT_TET10_MEAN)
+    if (found[k] && flesh_body_element_of(body, k, size) == FLESH_ELEMENT_TET10_MEAN)
       status = flesh_volume_share_of(&body->materials[k], &shares[k]);
     held |= shares[k].held;
   }
   if (status || !held) return status;
-  int *numbers = flesh_malloc(((size_t)self->cells.count + 1) * sizeof *numbers);
-  if (!numbers) return no_memory(self->cells.count);
-  memcpy(numbers, tet, (size_t)self->cells.count * sizeof *numbers);
-  self->batches.tet = numbers;
+  int *numbers = flesh_malloc(((size_t)group->tets + 1) * sizeof *numbers);
+  if (!numbers) return no_memory(group->tets);
+  memcpy(numbers, tet, (size_t)group->tets * sizeof *numbers);
+  group->batches.tet = numbers;
   return FLESH_OK;
 }
 
-static int take_masses(flesh_tets *self, const flesh_body *body, const int *tet)
+static int take_masses(flesh_tet_group *self, const flesh_body *body, const int *tet)
 {
   const double *volumes = flesh_mesh_tet_volumes(body->mesh);
-  const double parts = self->batches.nodes_per_tet == 4 ? 20 : 420;
-  const size_t each = self->batches.masses_per_tet = flesh_element_shapes(body->mesh) > 1 ? 55 : 1;
-  double *masses = flesh_malloc(((size_t)self->cells.count * each + 1) * sizeof *masses);
-  if (!masses) return no_memory(self->cells.count);
+  const int ten = self->batches.nodes_per_tet == 10;
+  const size_t each = self->batches.masses_per_tet = ten && flesh_element_shapes(body->mesh) > 1 ? 55 : 1;
+  double *masses = flesh_malloc(((size_t)self->tets * each + 1) * sizeof *masses);
+  if (!masses) return no_memory(self->tets);
   self->batches.masses = masses;
-  for (int k = 0; k < self->cells.count && each > 1; k++)
+  for (int k = 0; k < self->tets && each > 1; k++)
     flesh_tet10_masses(body->mesh, tet[k], body->density[tet[k]], masses + each * (size_t)k);
   if (each > 1) return FLESH_OK;
-  for (int k = 0; k < self->cells.count; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / parts;
+  for (int k = 0; k < self->tets; k++) masses[k] = body->density[tet[k]] * volumes[tet[k]] / (ten ? 420 : 20);
   return FLESH_OK;
 }
 
 /* Tets of TET10 go with those of TET10_MEAN: the mean bears none of their volume term. */
-static int find_elements(const flesh_body *body, int tets, flesh_tets *self)
+static int find_element(const flesh_body *body, int count, const int *chosen, int size, flesh_element *element)
 {
-  self->material_elements = body->material_elements;
-  for (int e = 0; e < tets && body->material_elements; e++) {
+  *element = flesh_body_element_of(body, -1, size);
+  for (int k = 0; k < count && body->material_elements; k++) {
+    const int e = chosen ? chosen[k] : k;
     const flesh_element own = body->material_elements[body->tet_material ? body->tet_material[e] : 0];
-    if (own != FLESH_ELEMENT_AUTO && (own == FLESH_ELEMENT_TET4) != (self->element == FLESH_ELEMENT_TET4))
-      return flesh_fail(FLESH_ERR_ARGUMENT, "the element of tet %d is %s, but the mesh has order %d", e,
-                        flesh_element_name(own), flesh_mesh_order(body->mesh));
-    if (own == FLESH_ELEMENT_TET10_MEAN) self->element = own;
+    if (own != FLESH_ELEMENT_AUTO && (own == FLESH_ELEMENT_TET4) != (size == 4))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the element of tet %d is %s, but it has %d nodes", e,
+                        flesh_element_name(own), size);
+    if (own == FLESH_ELEMENT_TET10_MEAN) *element = own;
   }
   return FLESH_OK;
 }
 
-int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *self)
+/* The group of the tets `chosen` [group->tets] (NULL: all) of `size` nodes; its members `first`, `tets` and `first_slot`
+ * are known. */
+static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body *body, flesh_tets_hold hold,
+                      const flesh_cells *given, const int *chosen, int size)
 {
-  *self = (flesh_tets){0};
-  int status = flesh_instructions_find(body->instructions, &self->instructions);
+  const int tets = group->tets;
+  int status = find_element(body, tets, chosen, size, &group->element);
   if (status) return status;
-  status = flesh_body_find_element(body, &self->element);
+  group->kernels = kernels_for(self->instructions, group->element);
+  status = flesh_tet_order_create(body->mesh, tets, chosen, body->tet_material, &group->order);
   if (status) return status;
-  int tets = flesh_mesh_tet_count(body->mesh);
-  status = find_elements(body, tets, self);
-  if (status) return status;
-  self->kernels = kernels_for(self->instructions, self->element);
-  status = flesh_tet_order_create(body->mesh, body->tet_material, &self->order);
-  if (status) return status;
-  self->piece_tile = flesh_malloc(((size_t)self->order.pieces + 1) * sizeof(int));
-  if (!self->piece_tile) return no_memory(tets);
-  int count = cut_batches(self, body->tet_material, NULL, NULL, NULL);
+  group->piece_tile = flesh_malloc(((size_t)group->order.pieces + 1) * sizeof(int));
+  if (!group->piece_tile) return no_memory(tets);
+  int count = cut_batches(group, body->tet_material, &self->materials, NULL, NULL, NULL);
   int *first = flesh_malloc(((size_t)count + 1) * sizeof *first);
   int *material = flesh_malloc(((size_t)count + 1) * sizeof *material);
   int *tet = flesh_malloc(((size_t)tets + 1) * sizeof *tet);
-  self->batches = (flesh_batches){.count = count,
-                                  .lanes = self->kernels->lanes,
-                                  .first = first,
-                                  .material = material,
-                                  .materials = body->materials};
-  if (first && material && tet) {
-    cut_batches(self, body->tet_material, tet, first, material);
-    status = take_nodes(self, body, tet);
-    if (!status)
-      status =
-          flesh_tiles_create(&self->batches, flesh_mesh_node_count(body->mesh), self->order.pieces, self->piece_tile);
-    self->cells.pair_count = status ? 0 : flesh_tiles_blocks(&self->batches.tiles);
-    self->cells.pairs = self->batches.tiles.block;
-    if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(self, body, tet) : take_shapes(self, body, tet);
-    if (!status) status = take_volume_shares(self, body, tet);
-  } else {
-    status = no_memory(tets);
+  uint8_t *found = NULL;
+  group->batches = (flesh_batches){.count = count,
+                                   .lanes = group->kernels->lanes,
+                                   .nodes_per_tet = size,
+                                   .first = first,
+                                   .material = material,
+                                   .materials = body->materials};
+  status = first && material && tet ? FLESH_OK : no_memory(tets);
+  if (!status) {
+    cut_batches(group, body->tet_material, &self->materials, tet, first, material);
+    found = find_materials(self, group);
+    status = found ? take_nodes(self, group, body->mesh, given, tet) : no_memory(tets);
   }
+  if (!status)
+    status = flesh_tiles_create(&group->batches, body->mesh->nodes, group->order.pieces, group->piece_tile);
+  if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(group, body, tet) : take_shapes(group, body, tet);
+  if (!status) status = take_volume_shares(self, group, body, tet, found);
+  flesh_free(found);
   flesh_free(tet);
-  flesh_free(self->order.tet);
-  self->order.tet = NULL;
+  flesh_free(group->order.tet);
+  group->order.tet = NULL;
   return status;
+}
+
+/* The pairs of both groups, as the cells of ten nodes name them. */
+static int join_pairs(flesh_tets *self)
+{
+  int *pairs = flesh_malloc(((size_t)self->cells.pair_count + 1) * sizeof *pairs);
+  if (!pairs) return no_memory(self->cells.count);
+  self->cells.pairs = pairs;
+  for (int g = 0; g < 2; g++) {
+    const flesh_tet_group *group = &self->groups[g];
+    const int m = group->batches.nodes_per_tet, each = m * (m + 1) / 2;
+    for (int k = 0; k < flesh_tiles_blocks(&group->batches.tiles); k++) {
+      const int tet = group->batches.tiles.block[k] / each;
+      int a = 0, b = group->batches.tiles.block[k] % each;
+      for (; b >= m - a; a++) b -= m - a;
+      *pairs++ = 55 * (group->first + tet) + 10 * a - a * (a - 1) / 2 + b;
+    }
+  }
+  return FLESH_OK;
+}
+
+/* Of a mesh with both kinds of tets: those of four nodes, and behind them the others. */
+static int *sort_by_size(const flesh_mesh *mesh)
+{
+  int *sorted = flesh_malloc(((size_t)mesh->tets + 1) * sizeof *sorted), at[2] = {0, mesh->linear};
+  for (int e = 0; sorted && e < mesh->tets; e++) sorted[at[flesh_mesh_is_quadratic(mesh, e)]++] = e;
+  return sorted;
+}
+
+static int make_groups(flesh_tets *self, const flesh_body *body, flesh_tets_hold hold, const flesh_cells *given)
+{
+  const flesh_mesh *mesh = body->mesh;
+  const int mixed = mesh->linear > 0, tets = mesh->tets;
+  int *sorted = mixed ? sort_by_size(mesh) : NULL, *nodes;
+  int status = mixed && !sorted ? no_memory(tets) : FLESH_OK;
+  self->cells = (flesh_cells){.count = tets, .nodes_per_cell = given->nodes_per_cell, .padded = given->padded};
+  self->cells.nodes = nodes = flesh_huge_pages_alloc((size_t)tets * (size_t)given->nodes_per_cell * sizeof *nodes);
+  if (!nodes) status = no_memory(tets);
+  for (int g = 0; g <= mixed && !status; g++) {
+    flesh_tet_group *group = &self->groups[self->group_count++];
+    const int size = mixed ? (g ? 10 : 4) : given->nodes_per_cell;
+    group->first = g ? mesh->linear : 0;
+    group->tets = mixed && !g ? mesh->linear : tets - group->first;
+    group->first_slot = self->cells.pair_count;
+    status = make_group(self, group, body, hold, given, mixed ? sorted + group->first : NULL, size);
+    if (!status) self->cells.pair_count += flesh_tiles_blocks(&group->batches.tiles);
+    if (!g || group->element == FLESH_ELEMENT_TET10_MEAN) self->element = group->element;
+  }
+  if (!status && mixed) status = join_pairs(self);
+  else if (!status) self->cells.pairs = self->groups[0].batches.tiles.block;
+  flesh_free(sorted);
+  return status;
+}
+
+int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *self)
+{
+  *self = (flesh_tets){.given = body->element, .material_elements = body->material_elements};
+  flesh_cells given = {0};
+  int status = flesh_instructions_find(body->instructions, &self->instructions);
+  if (!status) status = flesh_body_check_element(body);
+  if (!status) status = flesh_cells_of_tets(body->mesh, &given);
+  if (status) return status;
+  status = make_groups(self, body, hold, &given);
+  flesh_cells_clear(&given);
+  return status;
+}
+
+static void clear_group(flesh_tet_group *group, const int *cells)
+{
+  if (group->batches.nodes != cells) flesh_free((void *)group->batches.nodes);
+  flesh_free((void *)group->batches.volume_shares);
+  flesh_free((void *)group->batches.tet);
+  flesh_tet_order_clear(&group->order);
+  flesh_free((void *)group->batches.first);
+  flesh_free((void *)group->batches.material);
+  flesh_free((void *)group->batches.shapes);
+  flesh_free((void *)group->batches.masses);
+  flesh_tiles_clear(&group->batches.tiles);
+  flesh_free(group->piece_tile);
 }
 
 void flesh_tets_clear(flesh_tets *self)
 {
-  if (self->batches.nodes != self->cells.nodes) flesh_free((void *)self->batches.nodes);
-  flesh_free((void *)self->batches.volume_shares);
-  flesh_free((void *)self->batches.tet);
+  if (self->group_count > 1) flesh_free((void *)self->cells.pairs);
+  for (int g = 0; g < self->group_count; g++) clear_group(&self->groups[g], self->cells.nodes);
   flesh_cells_clear(&self->cells);
-  flesh_tet_order_clear(&self->order);
-  flesh_free((void *)self->batches.first);
-  flesh_free((void *)self->batches.material);
-  flesh_free((void *)self->batches.shapes);
-  flesh_free((void *)self->batches.masses);
-  flesh_tiles_clear(&self->batches.tiles);
-  flesh_free(self->piece_tile);
   *self = (flesh_tets){0};
+}
+
+int flesh_tets_hold_means(const flesh_tets *self)
+{
+  int held = 0;
+  for (int g = 0; g < self->group_count; g++) held |= self->groups[g].batches.tet != NULL;
+  return held;
+}
+
+static size_t memory_of_group(const flesh_tets *self, const flesh_tet_group *group)
+{
+  const flesh_batches *own = &group->batches;
+  const size_t batches = (size_t)own->count, tets = (size_t)group->tets, lanes = (size_t)group->kernels->lanes;
+  const size_t m = own->nodes == self->cells.nodes ? 0 : (size_t)own->nodes_per_tet;
+  return tets * m * sizeof(int) + batches * 2 * sizeof(int) +
+         (own->volume_shares ? (size_t)self->materials * sizeof *own->volume_shares : 0) +
+         (own->tet ? tets * sizeof *own->tet : 0) + flesh_tiles_memory(own) +
+         (own->shapes ? batches * (size_t)own->shapes_per_tet * 80 * lanes : 0) +
+         (own->masses ? tets * (size_t)own->masses_per_tet * sizeof *own->masses : 0) +
+         (2 * (size_t)group->order.pieces + (size_t)group->order.rounds) * sizeof(int);
 }
 
 size_t flesh_tets_memory(const flesh_tets *self)
 {
-  if (!self->batches.tiles.node_first) return 0; /* none were made */
-  const size_t batches = (size_t)self->batches.count, tets = (size_t)self->cells.count;
-  const size_t lanes = (size_t)self->kernels->lanes;
-  const size_t lists = self->batches.nodes == self->cells.nodes ? 1 : 2, m = (size_t)self->batches.nodes_per_tet;
-  return lists * tets * m * sizeof(int) + batches * 2 * sizeof(int) +
-         (self->batches.volume_shares ? (size_t)self->materials * sizeof *self->batches.volume_shares : 0) +
-         (self->batches.tet ? tets * sizeof *self->batches.tet : 0) + flesh_tiles_memory(&self->batches) +
-         (self->batches.shapes ? batches * (size_t)self->batches.shapes_per_tet * 80 * lanes : 0) +
-         (self->batches.masses ? tets * (size_t)self->batches.masses_per_tet * sizeof *self->batches.masses : 0) +
-         (2 * (size_t)self->order.pieces + (size_t)self->order.rounds) * sizeof(int);
+  size_t bytes = (size_t)self->cells.count * (size_t)self->cells.nodes_per_cell * sizeof(int);
+  if (self->group_count > 1) bytes += (size_t)self->cells.pair_count * sizeof(int);
+  for (int g = 0; g < self->group_count; g++) bytes += memory_of_group(self, &self->groups[g]);
+  return bytes;
 }

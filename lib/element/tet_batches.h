@@ -10,15 +10,26 @@
 #include "flesh/body.h"
 #include "flesh/threads.h"
 
-typedef struct flesh_tets {
-  flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
+/* Tets with the same number of nodes. */
+typedef struct flesh_tet_group {
   flesh_batches batches;
   flesh_element element; /* never AUTO; TET10_MEAN where that of any material is */
-  const flesh_element *material_elements; /* the body's; borrowed */
   const flesh_tet_kernels *kernels;
+  flesh_tet_order order;     /* without .tet */
+  int *piece_tile;           /* [pieces+1] first tile of each piece */
+  int tets, first;           /* the first one's number among the cells */
+  int first_slot;            /* of its pairs among those that the cells list */
+} flesh_tet_group;
+
+/* Those of four nodes come before those of ten. */
+typedef struct flesh_tets {
+  flesh_cells cells; /* in the order of the batches: the same for every effect of the body */
+  int group_count;
+  flesh_tet_group groups[2];
+  flesh_element element; /* that of the first group, TET10_MEAN where that of any is */
+  flesh_element given;   /* the body's, and its materials', borrowed */
+  const flesh_element *material_elements;
   flesh_instructions instructions; /* never AUTO */
-  flesh_tet_order order;           /* without .tet */
-  int *piece_tile;                 /* [pieces+1] first tile of each piece */
   int materials;                   /* different ones that the batches name */
 } flesh_tets;
 
@@ -30,23 +41,26 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
 void flesh_tets_clear(flesh_tets *tets);
 
 /* A kernel's first order for all tets: r [3*n] += unless NULL, sums [2] = unless NULL. */
-int flesh_tets_residual(const flesh_tets *tets, const flesh_tet_kernel *kernel,
-                           const flesh_tet_point *at, flesh_threads *threads, double *r, double *sums);
+int flesh_tets_residual(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
+                        double *r, double *sums);
 
 /* Its second order: values += by the slots of the cells. */
-int flesh_tets_hessian(const flesh_tets *tets, const flesh_tet_kernel *kernel,
-                            const flesh_tet_point *at, flesh_threads *threads, const int *slots,
-                            double *values);
+int flesh_tets_hessian(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
+                       const int *slots, double *values);
 
-/* A kernel's rows of all tets, [tets][nodes_per_tet][3], in the order of the batches. */
-void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
-                     flesh_threads *threads, float *rows);
+/* The tets whose elastic matrix has stiff rows; NULL: none have. */
+const flesh_tet_group *flesh_tets_stiff(const flesh_tets *tets);
+
+/* Those rows, [tets of the group][nodes_per_tet][3], in the order of its batches. */
+void flesh_tets_rows(const flesh_tets *tets, const flesh_tet_point *at, flesh_threads *threads, float *rows);
+
+/* Whether a mean of J is held anywhere. */
+int flesh_tets_hold_means(const flesh_tets *tets);
 
 /* What an effect's `evaluate` adds for a kernel whose potential is a function of velocities: to r unless
  * NULL, and to *phi and *magnitude unless shift_v is 0. */
-int flesh_tets_dissipate(const flesh_tets *tets, const flesh_tet_kernel *kernel, const flesh_tet_point *at,
-                         flesh_threads *threads, double shift_v, double *r, double *phi,
-                         double *magnitude);
+int flesh_tets_dissipate(const flesh_tets *tets, flesh_kernel kernel, const flesh_tet_point *at, flesh_threads *threads,
+                         double shift_v, double *r, double *phi, double *magnitude);
 
 /* Bytes it holds; 0 where it is cleared or was never made. */
 size_t flesh_tets_memory(const flesh_tets *tets);

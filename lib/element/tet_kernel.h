@@ -8,6 +8,24 @@
 #include "flesh/body.h"
 #include "flesh/material.h"
 
+/* What kernels are of. */
+typedef enum flesh_kernel {
+  /* V(x) and its derivatives by x; of terms the sizes |psi| and |psi_I| I_C. The second scaled, its
+   * tets' negative eigenvalues treated as `filter` says. */
+  FLESH_KERNEL_ELASTIC,
+  /* scale v.K v/2 with K the same matrix, negative eigenvalues clamped, and its derivatives by v. */
+  FLESH_KERNEL_STIFFNESS,
+  /* scale D, D the sum of volume * (shear dev E : dev E + bulk/2 (tr E)^2 + spin W : W), E and W symmetric and skew
+   * parts of G; the forces of P = F S, and scale times their derivatives by v plus scale_x times those by x. At rest
+   * (x NULL) F = I and G = F'; else G = F^T F', with a frozen state as viscous_kernel.c says, and spin = 0. */
+  FLESH_KERNEL_VISCOUS,
+  /* r [the mesh's tets] = the mean of J less 1, 0 where it is not held; no sums. None of elements without means. */
+  FLESH_KERNEL_GAPS,
+  /* scale v.M v/2 with the consistent mass M, and its derivatives by v. */
+  FLESH_KERNEL_MASS,
+  FLESH_KERNEL_COUNT
+} flesh_kernel;
+
 /* What a tile may have of nodes and of pairs of different nodes, the last where tets have ten nodes. */
 enum { FLESH_TILE_NODES = 512, FLESH_TILE_PAIRS = 1536, FLESH_TILE_PAIRS_10 = 3072 };
 
@@ -99,18 +117,11 @@ typedef struct flesh_tet_kernel {
 
 typedef struct flesh_tet_kernels {
   int lanes;
-  /* V(x) and its derivatives by x; of terms the sizes |psi| and |psi_I| I_C. The second scaled, its
-   * tets' negative eigenvalues treated as `filter` says. */
-  const flesh_tet_kernel *elastic;
-  /* scale v.K v/2 with K the same matrix, negative eigenvalues clamped, and its derivatives by v. */
-  const flesh_tet_kernel *stiffness;
-  /* scale D, D the sum of volume * (shear dev E : dev E + bulk/2 (tr E)^2 + spin W : W), E and W symmetric and skew
-   * parts of G; the forces of P = F S, and scale times their derivatives by v plus scale_x times those by x. At rest
-   * (x NULL) F = I and G = F'; else G = F^T F', with a frozen state as viscous_kernel.c says, and spin = 0. */
-  const flesh_tet_kernel *viscous;
-  /* r [the mesh's tets] = the mean of J less 1, 0 where it is not held; no sums. NULL: no element of means. */
-  const flesh_tet_kernel *gaps;
+  const flesh_tet_kernel *of[FLESH_KERNEL_COUNT]; /* NULL: nothing to do */
 } flesh_tet_kernels;
+
+/* Of tets of four and of ten nodes (mass.c), the same of all instruction sets. */
+extern const flesh_tet_kernel flesh_mass4, flesh_mass10;
 
 /* Of every element, by its number. */
 extern const flesh_tet_kernels flesh_kernels_portable[], flesh_kernels_avx2[], flesh_kernels_avx512[];

@@ -51,7 +51,7 @@ static uint64_t spread(uint64_t n)
   return (n | n << 2) & 0x1249249249249249;
 }
 
-static void find_places(const flesh_mesh *mesh, const int *group, place *places)
+static void find_places(const flesh_mesh *mesh, int count, const int *chosen, const int *group, place *places)
 {
   const double *X = flesh_mesh_positions(mesh);
   const int *nodes = flesh_mesh_tets(mesh);
@@ -61,16 +61,17 @@ static void find_places(const flesh_mesh *mesh, const int *group, place *places)
     for (int i = 0; i < 3; i++) low[i] = fmin(low[i], X[3 * (size_t)nodes[k] + i]);
   for (int k = 0; k < 4 * tets; k++)
     for (int i = 0; i < 3; i++) extent = fmax(extent, X[3 * (size_t)nodes[k] + i] - low[i]);
-  for (int e = 0; e < tets; e++) {
+  for (int p = 0; p < count; p++) {
+    const int e = chosen ? chosen[p] : p;
     uint64_t code = 0;
     for (int i = 0; i < 3; i++) {
       double sum = 0;
       for (int a = 0; a < 4; a++) sum += X[3 * (size_t)nodes[4 * (size_t)e + a] + i] - low[i];
       code |= spread((uint64_t)(sum / 4 / extent * 0x1fffff)) << i;
     }
-    places[e] = (place){code, e, group ? group[e] : 0};
+    places[p] = (place){code, e, group ? group[e] : 0};
   }
-  flesh_sort(places, (size_t)tets, sizeof *places, by_code);
+  flesh_sort(places, (size_t)count, sizeof *places, by_code);
 }
 
 /* A colour for every piece: the first that none of its nodes has met. Colours beyond the 64 that a
@@ -119,9 +120,9 @@ static void arrange(const place *places, const flesh_tet_order *cut, turn *turns
   order->piece_first[cut->pieces] = cut->piece_first[cut->pieces];
 }
 
-int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order)
+int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group,
+                           flesh_tet_order *order)
 {
-  int tets = flesh_mesh_tet_count(mesh);
   int pieces = tets <= PIECE ? 1 : tets / PIECE < MOST_PIECES ? (tets - 1) / PIECE + 1 : MOST_PIECES;
   place *places = flesh_malloc(((size_t)tets + 1) * sizeof *places);
   flesh_tet_order cut = {.pieces = pieces,
@@ -135,7 +136,7 @@ int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_o
   };
   int ok = places && cut.piece_first && turns && order->tet && order->piece_first && order->round_first;
   if (ok) {
-    find_places(mesh, group, places);
+    find_places(mesh, tets, chosen, group, places);
     for (int p = 0; p <= pieces; p++) cut.piece_first[p] = (int)((int64_t)tets * p / pieces);
     for (int p = 0; p < pieces; p++)
       flesh_sort(places + cut.piece_first[p], (size_t)(cut.piece_first[p + 1] - cut.piece_first[p]),

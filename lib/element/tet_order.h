@@ -16,9 +16,10 @@ typedef struct flesh_tet_order {
   int *round_first; /* [rounds+1] first piece of each */
 } flesh_tet_order;
 
-/* Tets along a space-filling curve; within a piece sorted by `group` [tets] (NULL: all the same).
- */
-int flesh_tet_order_create(const flesh_mesh *mesh, const int *group, flesh_tet_order *order);
+/* The tets `chosen` [tets] (NULL: all) along a space-filling curve; within a piece sorted by `group` [the mesh's tets]
+ * (NULL: all the same). */
+int flesh_tet_order_create(const flesh_mesh *mesh, int tets, const int *chosen, const int *group,
+                           flesh_tet_order *order);
 void flesh_tet_order_clear(flesh_tet_order *order);
 
 #endif

@@ -49,7 +49,8 @@ static void move(const flesh_nearest_surface *surface, double *x)
 static int mark(const flesh_mesh *mesh, const flesh_nearest_surface *surface, uint8_t *on)
 {
   int faces = 0;
-  for (int k = 0; k + 3 < mesh->triangles; k += 4) {
+  for (int k = 0; k < mesh->triangles; k += flesh_mesh_face_parts(mesh, mesh->surface_tets[k])) {
+    if (flesh_mesh_face_parts(mesh, mesh->surface_tets[k]) == 1) continue;
     /* (a,p,r), (p,b,q), (r,q,c), (p,q,r) */
     const int *face = mesh->surface + 3 * (size_t)k;
     if (!stands_for(mesh, surface, (int[]){face[0], face[4], face[8]})) continue;
@@ -71,7 +72,7 @@ static void place(const flesh_mesh *mesh, const flesh_nearest_surface *surface, 
   }
   for (int k = 0; k < 6 * mesh->tets; k++) {
     const int i = mesh->edge_nodes[k], *ends = flesh_edge_corners[k % 6];
-    if (done[i]) continue;
+    if (i < 0 || done[i]) continue;
     for (int e = 0; e < 2; e++) {
       const size_t end = 3 * (size_t)mesh->tet_nodes[4 * (size_t)(k / 6) + (size_t)ends[e]];
       for (int c = 0; c < 3; c++) x[3 * (size_t)i + (size_t)c] += (x[end + (size_t)c] - X[end + (size_t)c]) / 2;

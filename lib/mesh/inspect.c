@@ -26,7 +26,7 @@ double flesh_mesh_radius_ratio(const flesh_mesh *mesh, int tet)
   double areas = (sqrt(flesh_vec3_dot(bc, bc)) + sqrt(flesh_vec3_dot(ca, ca)) + sqrt(flesh_vec3_dot(ab, ab)) +
                   sqrt(flesh_vec3_dot(fourth, fourth))) /
                  2;
-  double volume = mesh->edge_nodes ? flesh_tet_volume(mesh->positions, n) : mesh->volumes[tet];
+  double volume = flesh_mesh_is_quadratic(mesh, tet) ? flesh_tet_volume(mesh->positions, n) : mesh->volumes[tet];
   return 108 * volume * (volume / areas) / sqrt(flesh_vec3_dot(centre, centre));
 }
 
@@ -105,6 +105,7 @@ void flesh_mesh_inspect(const flesh_mesh *mesh, flesh_mesh_info *info)
                             .edge_min = INFINITY,
                             .radius_ratio_min = INFINITY,
                             .order = flesh_mesh_order(mesh),
+                            .quadratic = mesh->edge_nodes ? mesh->tets - mesh->linear : 0,
                             .scaled_jacobian_min = 1};
   info->regions = region_count(mesh);
   info->volume = flesh_mesh_volume(mesh, mesh->positions);

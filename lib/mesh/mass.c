@@ -63,52 +63,46 @@ void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10])
 
 /* Hinton, Rock & Zienkiewicz 1976: the diagonal, scaled to the tet's mass; row sums would be negative
  * at the corners. */
-static void lump_quadratic(const flesh_mesh *mesh, const double *density, double *mass)
+static void lump_quadratic(const flesh_mesh *mesh, const double *density, int t, double *mass)
 {
-  for (int t = 0; t < mesh->tets; t++) {
-    double M[10][10], trace = 0;
-    int n[10];
-    flesh_tet10_mass(mesh, t, M);
-    flesh_mesh_tet_nodes(mesh, t, n);
-    for (int a = 0; a < 10; a++) trace += M[a][a];
-    for (int a = 0; a < 10; a++) mass[n[a]] += density[t] * mesh->volumes[t] * (M[a][a] / trace);
-  }
+  double M[10][10], trace = 0;
+  int n[10];
+  flesh_tet10_mass(mesh, t, M);
+  flesh_mesh_tet_nodes(mesh, t, n);
+  for (int a = 0; a < 10; a++) trace += M[a][a];
+  for (int a = 0; a < 10; a++) mass[n[a]] += density[t] * mesh->volumes[t] * (M[a][a] / trace);
 }
 
 void flesh_mesh_lumped_mass(const flesh_mesh *mesh, const double *density, double *mass)
 {
   memset(mass, 0, (size_t)mesh->nodes * sizeof *mass);
-  if (mesh->edge_nodes) {
-    lump_quadratic(mesh, density, mass);
-    return;
-  }
-  for (int t = 0; t < mesh->tets; t++)
-    for (int i = 0; i < 4; i++)
+  for (int t = 0; t < mesh->tets; t++) {
+    if (flesh_mesh_is_quadratic(mesh, t)) lump_quadratic(mesh, density, t, mass);
+    for (int i = 0; i < 4 && !flesh_mesh_is_quadratic(mesh, t); i++)
       mass[mesh->tet_nodes[4 * (size_t)t + i]] += density[t] * mesh->volumes[t] / 4;
+  }
 }
 
-static void quadratic_mass_times(const flesh_mesh *mesh, const double *density, const double *x, double *y)
+static void quadratic_mass_times(const flesh_mesh *mesh, const double *density, int t, const double *x, double *y)
 {
-  for (int t = 0; t < mesh->tets; t++) {
-    double M[10][10];
-    int n[10];
-    flesh_tet10_mass(mesh, t, M);
-    flesh_mesh_tet_nodes(mesh, t, n);
-    for (int a = 0; a < 10; a++)
-      for (int b = 0; b < 10; b++)
-        for (int d = 0; d < 3; d++) y[3 * (size_t)n[a] + d] += density[t] * M[a][b] * x[3 * (size_t)n[b] + d];
-  }
+  double M[10][10];
+  int n[10];
+  flesh_tet10_mass(mesh, t, M);
+  flesh_mesh_tet_nodes(mesh, t, n);
+  for (int a = 0; a < 10; a++)
+    for (int b = 0; b < 10; b++)
+      for (int d = 0; d < 3; d++) y[3 * (size_t)n[a] + d] += density[t] * M[a][b] * x[3 * (size_t)n[b] + d];
 }
 
 void flesh_mesh_consistent_mass_times(const flesh_mesh *mesh, const double *density,
                                       const double *x, double *y)
 {
   memset(y, 0, 3 * (size_t)mesh->nodes * sizeof *y);
-  if (mesh->edge_nodes) {
-    quadratic_mass_times(mesh, density, x, y);
-    return;
-  }
   for (int t = 0; t < mesh->tets; t++) {
+    if (flesh_mesh_is_quadratic(mesh, t)) {
+      quadratic_mass_times(mesh, density, t, x, y);
+      continue;
+    }
     const int *n = mesh->tet_nodes + 4 * (size_t)t;
     double m = density[t] * mesh->volumes[t] / 20;
     for (int d = 0; d < 3; d++) {

@@ -95,7 +95,7 @@ static int settle_tets(flesh_mesh *mesh, const flesh_mesh_origin *origin)
     if (volume < 0) {
       int last = n[3];
       n[3] = n[2], n[2] = last;
-      if (mesh->edge_nodes) flesh_mesh_flip_edge_nodes(mesh->edge_nodes + 6 * (size_t)t);
+      if (flesh_mesh_is_quadratic(mesh, t)) flesh_mesh_flip_edge_nodes(mesh->edge_nodes + 6 * (size_t)t);
       volume = flesh_tet_volume(mesh->positions, n);
       mesh->flipped++;
     }
@@ -120,6 +120,16 @@ static int allocate(flesh_mesh *mesh, int order)
          mesh->curved && (order == 1 || (mesh->edge_nodes && mesh->jacobians));
 }
 
+/* Lists the pieces of a mesh that has both kinds of tets. */
+static int list_pieces(flesh_mesh *mesh)
+{
+  mesh->pieces = flesh_malloc((8 * (size_t)mesh->tets) * sizeof *mesh->pieces);
+  if (!mesh->pieces) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d tets", mesh->tets);
+  for (int t = 0; t < mesh->tets; t++)
+    for (int k = 0; k < (flesh_mesh_is_quadratic(mesh, t) ? 8 : 1); k++) mesh->pieces[mesh->piece_count++] = 8 * t + k;
+  return FLESH_OK;
+}
+
 /* Checks the copied arrays, and finds from them what else a mesh has. */
 static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 {
@@ -128,9 +138,11 @@ static int settle(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   if (!status && mesh->edge_nodes) {
     status = flesh_mesh_check_edge_nodes(mesh, origin);
     if (status) return status;
-    for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++) mesh->node_used[mesh->edge_nodes[k]] = 1;
+    for (size_t k = 0; k < 6 * (size_t)mesh->tets; k++)
+      if (mesh->edge_nodes[k] >= 0) mesh->node_used[mesh->edge_nodes[k]] = 1;
     flesh_mesh_find_curved(mesh);
     status = flesh_mesh_find_jacobians(mesh, origin);
+    if (!status && mesh->linear) status = list_pieces(mesh);
   }
   for (int n = 0; n < mesh->nodes && !status; n++) mesh->unused_nodes += !mesh->node_used[n];
   return status ? status : flesh_mesh_find_surface(mesh, origin);
@@ -141,7 +153,10 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
                      flesh_mesh **out)
 {
   const char *path = origin ? origin->path : "", *colon = origin ? ": " : "";
+  int linear = 0;
   *out = NULL;
+  for (int t = 0; edge_nodes && t < tets; t++) linear += edge_nodes[6 * (size_t)t] == -1;
+  if (linear && linear == tets) edge_nodes = NULL;
   if (nodes < 1 || tets < 1)
     return flesh_fail(FLESH_ERR_FILE,
                       "%s%sthe mesh is empty (%d nodes, %d tets); it must have at least one tet",
@@ -155,6 +170,7 @@ int flesh_mesh_build(int nodes, const double *positions, int tets, const int *te
   if (!mesh) return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh");
   mesh->nodes = nodes;
   mesh->tets = tets;
+  mesh->linear = edge_nodes ? linear : 0;
   int status = FLESH_OK;
   if (!allocate(mesh, edge_nodes ? 2 : 1))
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d nodes and %d tets", nodes,
@@ -190,6 +206,7 @@ void flesh_mesh_destroy(flesh_mesh **mesh)
   flesh_free((*mesh)->edge_nodes);
   flesh_free((*mesh)->jacobians);
   flesh_free((*mesh)->curved);
+  flesh_free((*mesh)->pieces);
   flesh_free((*mesh)->surface);
   flesh_free((*mesh)->surface_tets);
   flesh_free((*mesh)->node_used);

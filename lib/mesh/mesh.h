@@ -12,14 +12,29 @@ struct flesh_mesh {
   int *tet_nodes;     /* [4*tets], positive winding */
   int *regions;       /* [tets] */
   double *volumes;    /* [tets] */
-  int *edge_nodes;    /* [6*tets] at order 2, in VTK's order; NULL at order 1 */
+  int *edge_nodes;    /* [6*tets] at order 2, in VTK's order, -1 of tets of four nodes; NULL at order 1 */
+  int linear;         /* at order 2: how many tets have four nodes */
   double *jacobians;  /* [20*tets] at order 2: of the rest shape, in Bernstein form */
   uint8_t *curved;    /* [tets] */
   int *surface;       /* [3*triangles] */
   int *surface_tets;  /* [triangles] */
+  int *pieces;        /* of meshes of both kinds of tets: 8 * tet + place of each piece (pieces.h); else NULL */
+  int piece_count;
   uint8_t *node_used; /* [nodes] */
   int flipped, unused_nodes;
 };
+
+/* Whether the tet has ten nodes. */
+static inline int flesh_mesh_is_quadratic(const flesh_mesh *mesh, int tet)
+{
+  return mesh->edge_nodes && mesh->edge_nodes[6 * (size_t)tet] >= 0;
+}
+
+/* How many triangles in a row mesh->surface has of a face of the tet. */
+static inline int flesh_mesh_face_parts(const flesh_mesh *mesh, int tet)
+{
+  return flesh_mesh_is_quadratic(mesh, tet) ? 4 : 1;
+}
 
 /* Where the tets of a file stand in it, so that an error can say so. */
 typedef struct flesh_mesh_origin {
@@ -32,15 +47,16 @@ typedef struct flesh_mesh_origin {
 } flesh_mesh_origin;
 
 /* flesh_mesh_create whose errors name the place in `origin`'s file (NULL: indices only); order 2
- * where there are edge_nodes [6*tets]. */
+ * where there are edge_nodes [6*tets] and not all of them are -1. */
 int flesh_mesh_build(int nodes, const double *positions, int tets, const int *tet_nodes,
                      const int *edge_nodes, const int *regions, const flesh_mesh_origin *origin,
                      flesh_mesh **mesh);
 
-/* Finds mesh->surface, at order 2 of the faces' four triangles each. FLESH_ERR_FILE for a tet given twice or a face of more than two tets. */
+/* Finds mesh->surface, of ten-node tets the faces' four triangles each. FLESH_ERR_FILE for a tet given twice or a face
+ * of more than two tets. */
 int flesh_mesh_find_surface(flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
-/* Checks mesh->edge_nodes: nodes in range, one node for each edge in all its tets and one edge for
+/* Checks mesh->edge_nodes: nodes in range, one node (or none) for each edge in all its tets and one edge for
  * each such node, no corner among them. FLESH_ERR_FILE. */
 int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin *origin);
 
@@ -54,7 +70,7 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 /* Fills mesh->curved. */
 void flesh_mesh_find_curved(flesh_mesh *mesh);
 
-/* The integrals of N_a N_b over tet `tet` of order 2, m^3, nodes in VTK's order. */
+/* The integrals of N_a N_b over tet `tet` of ten nodes, m^3, nodes in VTK's order. */
 void flesh_tet10_mass(const flesh_mesh *mesh, int tet, double M[10][10]);
 
 /* Fails about tet `tet`: puts its place before the sentence. */

@@ -1,4 +1,4 @@
-/* pieces.h: a mesh as flat tets: its tets at order 1; at order 2 eight in a row for each, four at the
+/* pieces.h: a mesh as flat tets: its tets of four nodes, and for each of ten nodes eight in a row, four at the
  * corners and four around the line between the middles of the edges 02 and 13. What asks where nodes
  * stand to each other goes over pieces. */
 #ifndef FLESH_MESH_PIECES_H
@@ -10,7 +10,15 @@
 
 static inline int flesh_mesh_piece_count(const flesh_mesh *mesh)
 {
+  if (mesh->pieces) return mesh->piece_count;
   return mesh->edge_nodes ? 8 * mesh->tets : mesh->tets;
+}
+
+/* The tet that piece `p` is of. */
+static inline int flesh_mesh_piece_tet(const flesh_mesh *mesh, int p)
+{
+  if (mesh->pieces) return mesh->pieces[p] / 8;
+  return mesh->edge_nodes ? p / 8 : p;
 }
 
 /* The four nodes of piece `p`; in the rest shape with straight edges its volume is positive. */
@@ -22,18 +30,23 @@ static inline void flesh_mesh_piece(const flesh_mesh *mesh, int p, int nodes[4])
     memcpy(nodes, mesh->tet_nodes + 4 * (size_t)p, 4 * sizeof *nodes);
     return;
   }
-  const size_t t = (size_t)p / 8;
+  const int own = mesh->pieces ? mesh->pieces[p] : p;
+  const size_t t = (size_t)own / 8;
+  if (!flesh_mesh_is_quadratic(mesh, (int)t)) {
+    memcpy(nodes, mesh->tet_nodes + 4 * t, 4 * sizeof *nodes);
+    return;
+  }
   for (int i = 0; i < 4; i++) {
-    const int a = pieces[p % 8][i];
+    const int a = pieces[own % 8][i];
     nodes[i] = a < 4 ? mesh->tet_nodes[4 * t + a] : mesh->edge_nodes[6 * t + a - 4];
   }
 }
 
-/* The nodes of tet `t`, 4 or 10 by the mesh's order; returns their number. */
+/* The nodes of tet `t`; returns their number, 4 or 10. */
 static inline int flesh_mesh_tet_nodes(const flesh_mesh *mesh, int t, int nodes[10])
 {
   memcpy(nodes, mesh->tet_nodes + 4 * (size_t)t, 4 * sizeof *nodes);
-  if (!mesh->edge_nodes) return 4;
+  if (!flesh_mesh_is_quadratic(mesh, t)) return 4;
   memcpy(nodes + 4, mesh->edge_nodes + 6 * (size_t)t, 6 * sizeof *nodes);
   return 10;
 }

@@ -24,8 +24,11 @@ void flesh_mesh_flip_edge_nodes(int edge_nodes[6])
   swap(&edge_nodes[2], &edge_nodes[3]); /* 02 and 03 */
 }
 
-/* The node of edge k of tet t against what is known of the edge and of the node: an edge has one
- * node and a node one edge. node_edge [nodes]: 0 nothing yet, -1 a corner, else 1 + its edge. */
+/* The node of edge k of tet t against what is known of the edge and of the node: an edge has one node and a node one
+ * edge. edge_node [edges]: BARE where a tet of four nodes has the edge, -1 nothing yet; node_edge [nodes]: 0 nothing
+ * yet, -1 a corner, else 1 + its edge. */
+enum { BARE = -2 };
+
 static int check_edge_node(const flesh_mesh *mesh, const flesh_mesh_origin *origin, int t, int k,
                            const flesh_mesh_edges *edges, int *edge_node, int *node_edge)
 {
@@ -38,6 +41,11 @@ static int check_edge_node(const flesh_mesh *mesh, const flesh_mesh_origin *orig
     return flesh_mesh_fail_at(origin, t,
                               "tet %lld has node %lld on the edge of nodes %lld and %lld, but it is "
                               "the corner of a tet; it must be one or the other",
+                              label, node, low, high);
+  if (edge_node[e] == BARE)
+    return flesh_mesh_fail_at(origin, t,
+                              "tet %lld has node %lld on the edge of nodes %lld and %lld, but a tet of four nodes has "
+                              "that edge too; tets of four nodes and of ten must not share an edge",
                               label, node, low, high);
   if (edge_node[e] >= 0 && edge_node[e] != n)
     return flesh_mesh_fail_at(origin, t,
@@ -65,7 +73,7 @@ int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin 
   for (int t = 0; t < mesh->tets; t++)
     for (int k = 0; k < 6; k++) {
       int n = mesh->edge_nodes[6 * (size_t)t + k];
-      if (n < 0 || n >= mesh->nodes)
+      if (flesh_mesh_is_quadratic(mesh, t) ? n < 0 || n >= mesh->nodes : n != -1)
         return flesh_mesh_fail_at(origin, t, "tet %lld uses node %d; the nodes are 0 to %d",
                                   flesh_mesh_tet_label(origin, t), n, mesh->nodes - 1);
     }
@@ -78,8 +86,11 @@ int flesh_mesh_check_edge_nodes(const flesh_mesh *mesh, const flesh_mesh_origin 
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for the edges of %d tets", mesh->tets);
   for (int e = 0; e < edges.count && !status; e++) edge_node[e] = -1;
   for (size_t k = 0; k < 4 * (size_t)mesh->tets && !status; k++) node_edge[mesh->tet_nodes[k]] = -1;
+  for (int t = 0; t < mesh->tets && mesh->linear && !status; t++)
+    for (int k = 0; k < 6 && !flesh_mesh_is_quadratic(mesh, t); k++)
+      edge_node[edges.tet_edges[6 * (size_t)t + k]] = BARE;
   for (int t = 0; t < mesh->tets && !status; t++)
-    for (int k = 0; k < 6 && !status; k++)
+    for (int k = 0; k < 6 && flesh_mesh_is_quadratic(mesh, t) && !status; k++)
       status = check_edge_node(mesh, origin, t, k, &edges, edge_node, node_edge);
   flesh_free(edge_node);
   flesh_free(node_edge);
@@ -93,6 +104,8 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
   for (int t = 0; t < mesh->tets; t++) {
     const int *n = mesh->tet_nodes + 4 * (size_t)t;
     double *C = mesh->jacobians + FLESH_CUBIC * (size_t)t, volume;
+    for (int a = 0; a < FLESH_CUBIC; a++) C[a] = 6 * mesh->volumes[t];
+    if (!flesh_mesh_is_quadratic(mesh, t)) continue;
     flesh_tet10_jacobian(mesh->positions, n, mesh->edge_nodes + 6 * (size_t)t, C);
     mesh->volumes[t] = volume = flesh_cubic_integral(C);
     for (int a = 0; a < FLESH_CUBIC; a++) one[a] = 6 * fabs(volume);
@@ -112,7 +125,7 @@ int flesh_mesh_find_jacobians(flesh_mesh *mesh, const flesh_mesh_origin *origin)
 void flesh_mesh_find_curved(flesh_mesh *mesh)
 {
   for (int t = 0; t < mesh->tets; t++)
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < 6 && flesh_mesh_is_quadratic(mesh, t); k++) {
       const int *corner = flesh_edge_corners[k], *n = mesh->tet_nodes + 4 * (size_t)t;
       const double *a = mesh->positions + 3 * (size_t)n[corner[0]];
       const double *b = mesh->positions + 3 * (size_t)n[corner[1]];
@@ -211,7 +224,8 @@ int flesh_mesh_lower_order(const flesh_mesh *mesh, flesh_mesh **lowered)
     status = flesh_fail(FLESH_ERR_MEMORY, "out of memory for a mesh of %d tets", mesh->tets);
     goto done;
   }
-  for (size_t k = 0; k < 6 * tets; k++) number[mesh->edge_nodes[k]] = -1;
+  for (size_t k = 0; k < 6 * tets; k++)
+    if (mesh->edge_nodes[k] >= 0) number[mesh->edge_nodes[k]] = -1;
   for (size_t n = 0; n < nodes; n++) {
     if (number[n] < 0) continue;
     memcpy(x + 3 * (size_t)kept, mesh->positions + 3 * n, 3 * sizeof *x);

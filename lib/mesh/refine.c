@@ -91,6 +91,8 @@ static int make_draft(const flesh_mesh *mesh, draft *d)
 {
   const int order = flesh_mesh_order(mesh), most = order == 2 ? INT_MAX / 128 : INT_MAX / 32;
   *d = (draft){0};
+  if (mesh->linear)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has tets of four nodes and of ten; they must be refined apart");
   if (mesh->tets > most)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the mesh has %d tets; at most %d can be cut into eight each", mesh->tets,
                       most);

@@ -39,7 +39,7 @@ static void face_nodes(const flesh_mesh *mesh, int64_t face, int f[3])
   for (int i = 0; i < 3; i++) f[i] = n[outward[face & 3][i]];
 }
 
-/* The four triangles of a face at order 2: at its three corners, then between its edges' nodes. */
+/* The four triangles of a face of six nodes: at its three corners, then between its edges' nodes. */
 static void face_triangles(const flesh_mesh *mesh, int64_t face, int triangles[12])
 {
   const int *n = mesh->tet_nodes + (face & ~(int64_t)3), *c = outward[face & 3];
@@ -59,9 +59,8 @@ static int same_tet(const flesh_mesh *mesh, int64_t face, int64_t other)
 /* Lists the triangles of the faces that are not inner. */
 static int list_triangles(flesh_mesh *mesh, const uint8_t *inner)
 {
-  const int parts = mesh->edge_nodes ? 4 : 1;
   int64_t faces = 4 * (int64_t)mesh->tets, outer = 0;
-  for (int64_t face = 0; face < faces; face++) outer += parts * !inner[face];
+  for (int64_t face = 0; face < faces; face++) outer += flesh_mesh_face_parts(mesh, (int)(face / 4)) * !inner[face];
   mesh->surface = flesh_malloc((size_t)(3 * outer + 1) * sizeof *mesh->surface);
   mesh->surface_tets = flesh_malloc((size_t)(outer + 1) * sizeof *mesh->surface_tets);
   if (!mesh->surface || !mesh->surface_tets)
@@ -70,6 +69,7 @@ static int list_triangles(flesh_mesh *mesh, const uint8_t *inner)
   for (int64_t face = 0; face < faces; face++) {
     if (inner[face]) continue;
     int *triangles = mesh->surface + 3 * (size_t)mesh->triangles;
+    const int parts = flesh_mesh_face_parts(mesh, (int)(face / 4));
     if (parts > 1) face_triangles(mesh, face, triangles);
     else face_nodes(mesh, face, triangles);
     for (int k = 0; k < parts; k++) mesh->surface_tets[mesh->triangles++] = (int)(face / 4);

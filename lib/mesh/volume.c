@@ -23,7 +23,7 @@ static double signed_volume(const flesh_mesh *mesh, const double *x, int t)
 {
   double c[FLESH_CUBIC];
   const int *nodes = mesh->tet_nodes + 4 * (size_t)t;
-  if (!mesh->edge_nodes) return flesh_tet_volume(x, nodes);
+  if (!flesh_mesh_is_quadratic(mesh, t)) return flesh_tet_volume(x, nodes);
   flesh_tet10_jacobian(x, nodes, mesh->edge_nodes + 6 * (size_t)t, c);
   return flesh_cubic_integral(c);
 }
@@ -40,12 +40,12 @@ double flesh_mesh_volume(const flesh_mesh *mesh, const double *x)
   return sum + lost;
 }
 
-/* At order 2 the least value in the tet, to a hundredth of its largest, from below. */
+/* Of ten nodes the least value in the tet, to a hundredth of its largest, from below. */
 double flesh_mesh_tet_jacobian(const flesh_mesh *mesh, const double *x, int t)
 {
   double c[FLESH_CUBIC];
   const int *nodes = mesh->tet_nodes + 4 * (size_t)t;
-  if (!mesh->edge_nodes) return flesh_tet_volume(x, nodes) / mesh->volumes[t];
+  if (!flesh_mesh_is_quadratic(mesh, t)) return flesh_tet_volume(x, nodes) / mesh->volumes[t];
   flesh_tet10_jacobian(x, nodes, mesh->edge_nodes + 6 * (size_t)t, c);
   return flesh_cubic_least(c, mesh->jacobians + FLESH_CUBIC * (size_t)t, 0.01).low;
 }

@@ -161,6 +161,9 @@ static int write_files(const flesh_mesh *mesh, int count, const char *const *pat
 
 static int write_by_suffix(const flesh_mesh *mesh, const char *path)
 {
+  if (mesh->linear)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "%s: the mesh has tets of four nodes and of ten; a file must have the one or the other", path);
   const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
   const char *suffix = strrchr(name, '.');
   if (suffix && suffix > name) {

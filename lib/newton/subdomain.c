@@ -31,7 +31,7 @@ typedef struct subdomain {
   int *local;         /* [nodes of the whole] number in the subdomain, where not outside */
   int nodes, *global; /* [nodes] number in the whole */
   int tets, *tet;     /* [tets] which of the cells */
-  int per_cell;       /* 4 or 10 nodes */
+  int per_cell;       /* 4 or 10 nodes, of cells that have fewer the last one again */
   double *x;          /* [3*nodes] where it starts */
   flesh_mesh *mesh;
   flesh_system *system;
@@ -101,7 +101,7 @@ static void sort_corners(int corner[4])
 }
 
 /* At order 2 cells name their nodes in rising order, which does not tell what edges they are on: the mesh's own tets do.
- * Into own [10*tets]. */
+ * Into own [10*tets], of tets of four nodes with -1 on edges. */
 static int find_ten_nodes(const subdomain *self, const flesh_mesh *mesh, int *own)
 {
   known_tet *known = flesh_malloc((size_t)self->tets * sizeof *known);
@@ -113,7 +113,7 @@ static int find_ten_nodes(const subdomain *self, const flesh_mesh *mesh, int *ow
   }
   for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
     int node[10];
-    flesh_mesh_tet_nodes(mesh, e, node);
+    for (int a = flesh_mesh_tet_nodes(mesh, e, node); a < 10; a++) node[a] = node[0];
     for (int a = 0; a < 4; a++) is_corner[node[a]] = 1;
     if (!has_free_node(self, node)) continue;
     memcpy(known[count].corner, node, sizeof known[count].corner);
@@ -125,15 +125,15 @@ static int find_ten_nodes(const subdomain *self, const flesh_mesh *mesh, int *ow
     const int *cell = self->cells->nodes + 10 * (size_t)self->tet[k];
     known_tet wanted = {.tet = 0};
     for (int a = 0, found = 0; a < 10; a++)
-      if (is_corner[cell[a]]) wanted.corner[found++] = cell[a];
+      if (is_corner[cell[a]] && found < 4) wanted.corner[found++] = cell[a];
     int low = 0, high = count - 1;
     while (low < high) {
       const int middle = low + (high - low) / 2;
       if (by_corners(&known[middle], &wanted) < 0) low = middle + 1;
       else high = middle;
     }
-    flesh_mesh_tet_nodes(mesh, known[low].tet, own + 10 * (size_t)k);
-    for (int a = 0; a < 10; a++) own[10 * (size_t)k + a] = self->local[own[10 * (size_t)k + a]];
+    int *to = own + 10 * (size_t)k, size = flesh_mesh_tet_nodes(mesh, known[low].tet, to);
+    for (int a = 0; a < 10; a++) to[a] = a < size ? self->local[to[a]] : -1;
   }
   flesh_free(known), flesh_free(is_corner);
   return FLESH_OK;

@@ -60,6 +60,7 @@ int flesh_fields_check(const flesh_body *body, const flesh_system *system, unsig
   return FLESH_OK;
 }
 
+/* Of a tet, at most; a tet of four nodes beside others of ten has the same value at all of them. */
 static int point_count(const flesh_body *body)
 {
   return flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
@@ -230,6 +231,7 @@ static void clear_nodes(flesh_fields *f, size_t n)
 void flesh_fields_find(flesh_fields *f, const flesh_state *state)
 {
   const int n = flesh_mesh_node_count(f->body->mesh), tets = flesh_mesh_tet_count(f->body->mesh);
+  const int most = point_count(f->body);
   if (f->forces.system) flesh_node_forces_find(&f->forces, state);
   if (!(f->fields & of_tets)) return;
   clear_nodes(f, (size_t)n);
@@ -237,10 +239,8 @@ void flesh_fields_find(flesh_fields *f, const flesh_state *state)
     flesh_strain_point points[4];
     double samples[4][SAMPLE] = {{0}}, mean[SAMPLE];
     const int count = flesh_tet_stress_points(&f->stress, state, e, points);
-    for (int q = 0; q < count; q++) {
-      take_sample(f, &points[q], samples[q]);
-      put_sample(samples[q], f->at_points, (size_t)e * (size_t)count + (size_t)q);
-    }
+    for (int q = 0; q < count; q++) take_sample(f, &points[q], samples[q]);
+    for (int q = 0; q < most; q++) put_sample(samples[q < count ? q : 0], f->at_points, (size_t)(most * e + q));
     const double volume = take_mean(count, points, samples, mean);
     put_sample(mean, f->at_tets, (size_t)e);
     if (f->places & FLESH_AT_NODES) add_to_nodes(f, e, count, samples, mean, volume);

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "element/element.h"
+#include "mesh/mesh.h"
 #include "system/parts.h"
 
 /* The diagonal of the consistent mass. */
@@ -20,7 +21,7 @@ static void find_diagonal(const flesh_body *body, double *diagonal)
   for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) {
     int nodes[10];
     double masses[55];
-    if (flesh_mesh_order(mesh) == 1) {
+    if (!flesh_mesh_is_quadratic(mesh, e)) {
       const int *corners = flesh_mesh_tets(mesh) + 4 * (size_t)e;
       for (int a = 0; a < 4; a++) diagonal[corners[a]] += body->density[e] * flesh_mesh_tet_volumes(mesh)[e] / 10;
       continue;

@@ -9,6 +9,7 @@
 #include "element/tet10.h"
 #include "flesh/material.h"
 #include "math/mat3.h"
+#include "mesh/mesh.h"
 #include "output/tet_shape.h"
 
 static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -27,15 +28,14 @@ int flesh_tet_stress_open(const flesh_body *body, flesh_tet_stress *stress)
   *stress = (flesh_tet_stress){.body = body};
   if (!body->materials) return FLESH_OK;
   const int count = count_materials(body);
-  flesh_element element;
-  int status = flesh_body_find_element(body, &element);
+  int status = flesh_body_check_element(body);
   if (status) return status;
   stress->shares = calloc((size_t)count, sizeof *stress->shares);
   stress->rest_energies = calloc((size_t)count, sizeof *stress->rest_energies);
   if (!stress->shares || !stress->rest_energies)
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the stress of %d materials", count);
   for (int m = 0; m < count && !status; m++) {
-    if (flesh_body_element_of(body, element, m) == FLESH_ELEMENT_TET10_MEAN)
+    if (flesh_mesh_order(body->mesh) == 2 && flesh_body_element_of(body, m, 10) == FLESH_ELEMENT_TET10_MEAN)
       status = flesh_volume_share_of(&body->materials[m], &stress->shares[m]);
     if (!status && flesh_material_energy(&body->materials[m], identity, &stress->rest_energies[m]))
       stress->rest_energies[m] = 0;
@@ -88,7 +88,7 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
 /* F, J and volumes at the tet's points of quadrature; *mean_J their mean. */
 static int find_strains(const flesh_body *body, const double *x, int tet, flesh_strain_point points[4], double *mean_J)
 {
-  const int count = flesh_mesh_order(body->mesh) == 2 ? FLESH_TET10_POINTS : 1;
+  const int count = flesh_mesh_is_quadratic(body->mesh, tet) ? FLESH_TET10_POINTS : 1;
   double volume = 0, now = 0;
   for (int q = 0; q < count; q++) {
     flesh_strain_point *p = &points[q];

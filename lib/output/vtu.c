@@ -110,8 +110,15 @@ static void write_connectivity(FILE *stream, const flesh_vtu *content, int64_t c
   fwrite(&bytes, sizeof bytes, 1, stream);
   for (size_t t = 0; t < (size_t)content->tets; t++) {
     fwrite(content->tet_nodes + 4 * t, sizeof(int32_t), 4, stream);
-    fwrite(content->edge_nodes + 6 * t, sizeof(int32_t), 6, stream);
+    if (content->edge_nodes[6 * t] >= 0) fwrite(content->edge_nodes + 6 * t, sizeof(int32_t), 6, stream);
   }
+}
+
+/* How many points cell c has. */
+static int64_t cell_size(const flesh_vtu *content, int c)
+{
+  if (!content->tet_nodes) return content->starts[c + 1] - content->starts[c];
+  return content->edge_nodes && content->edge_nodes[6 * (size_t)c] >= 0 ? 10 : 4;
 }
 
 int flesh_vtu_write(const char *path, const flesh_vtu *content)
@@ -123,8 +130,8 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   FILE *stream = file.stream;
   int points = content->points, polygons = !content->tet_nodes;
   int cells = polygons ? content->polygons : content->tets;
-  const int size = content->edge_nodes ? 10 : 4;
-  int64_t corner_count = polygons ? content->starts[cells] : size * (int64_t)cells;
+  int64_t corner_count = 0;
+  for (int c = 0; c < cells; c++) corner_count += cell_size(content, c);
   uint64_t offset = 0;
   fprintf(stream,
           "<?xml version=\"1.0\"?>\n"
@@ -153,14 +160,15 @@ int flesh_vtu_write(const char *path, const flesh_vtu *content)
   write_connectivity(stream, content, corner_count);
   uint64_t bytes = sizeof(int64_t) * (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
-  for (int c = 1; c <= cells; c++) {
-    int64_t end = polygons ? content->starts[c] : size * (int64_t)c;
+  int64_t end = 0;
+  for (int c = 0; c < cells; c++) {
+    end += cell_size(content, c);
     fwrite(&end, sizeof end, 1, stream);
   }
   bytes = (uint64_t)cells;
   fwrite(&bytes, sizeof bytes, 1, stream);
-  const int type = polygons ? VTK_POLYGON : content->edge_nodes ? VTK_QUADRATIC_TETRA : VTK_TETRA;
-  for (int c = 0; c < cells; c++) putc(type, stream);
+  for (int c = 0; c < cells; c++)
+    putc(polygons ? VTK_POLYGON : cell_size(content, c) == 10 ? VTK_QUADRATIC_TETRA : VTK_TETRA, stream);
   fputs("\n  </AppendedData>\n</VTKFile>\n", stream);
   return flesh_file_commit(&file);
 }

@@ -21,7 +21,7 @@ typedef struct flesh_vtu {
   int points, tets;
   const double *positions; /* [3*points], m */
   const int *tet_nodes;    /* [4*tets] */
-  const int *edge_nodes;   /* [6*tets] of quadratic tets, or NULL */
+  const int *edge_nodes;   /* [6*tets] of quadratic tets, -1 of others, or NULL */
   /* Polygons instead of tets (tet_nodes NULL): polygon c has the points corners[starts[c]] up to
    * corners[starts[c+1]-1]. */
   int polygons;

@@ -30,8 +30,8 @@ static const flesh_node *place_of(const flesh_scene *scene, int k, size_t offset
 /* A mesh being joined of several. */
 typedef struct join {
   double *X;
-  int *tets, *edges, *regions; /* edges: [6*tet_count] at order 2 */
-  int nodes, tet_count, order;
+  int *tets, *edges, *regions; /* edges: [6*tet_count], -1 of tets of four nodes */
+  int nodes, tet_count;
 } join;
 
 static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *other)
@@ -43,13 +43,12 @@ static int append(join *j, const flesh_mesh *mesh, const flesh_scene_other *othe
   if (numbers) j->tets = numbers;
   int *regions = realloc(j->regions, ((size_t)j->tet_count + (size_t)tets) * sizeof *regions);
   if (regions) j->regions = regions;
-  if (!X || !numbers || !regions) return 1;
-  if (j->order == 2) {
-    int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
-    if (!edges) return 1;
-    j->edges = edges;
-    for (size_t k = 0; k < 6 * (size_t)tets; k++)
-      edges[6 * (size_t)j->tet_count + k] = flesh_mesh_tet_edges(mesh)[k] + j->nodes;
+  int *edges = realloc(j->edges, 6 * ((size_t)j->tet_count + (size_t)tets) * sizeof *edges);
+  if (edges) j->edges = edges;
+  if (!X || !numbers || !regions || !edges) return 1;
+  for (size_t k = 0; k < 6 * (size_t)tets; k++) {
+    const int own = flesh_mesh_order(mesh) == 2 ? flesh_mesh_tet_edges(mesh)[k] : -1;
+    edges[6 * (size_t)j->tet_count + k] = own < 0 ? -1 : own + j->nodes;
   }
   flesh_keyframe place = {0};
   for (int c = 0; other && c < 3; c++) {
@@ -73,6 +72,18 @@ static flesh_element element_of(const flesh_scene *scene, const flesh_scene_othe
   return (flesh_element)(other->element >= 0 ? other->element : scene->keys.body.element);
 }
 
+flesh_element flesh_scene_element(const flesh_scene *scene, int body)
+{
+  const flesh_scene_other *others = scene->keys.bodies.values;
+  const flesh_body_part all = {NULL, 0, flesh_mesh_tet_count(scene->mesh)}, *part = body ? &scene->parts[body] : &all;
+  const flesh_element given = body ? element_of(scene, others + body - 1) : (flesh_element)scene->keys.body.element;
+  int ten = 0;
+  if (given != FLESH_ELEMENT_AUTO) return given;
+  if (scene->part_count) part = &scene->parts[body];
+  for (int t = part->first_tet; t < part->first_tet + part->tets; t++) ten += flesh_mesh_is_quadratic(scene->mesh, t);
+  return !ten ? FLESH_ELEMENT_TET4 : ten == part->tets ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_AUTO;
+}
+
 static int append_other(flesh_scene *scene, int k, join *j)
 {
   flesh_scene_other *other = (flesh_scene_other *)scene->keys.bodies.values + k;
@@ -91,14 +102,6 @@ static int append_other(flesh_scene *scene, int k, join *j)
     flesh_mesh_destroy(&mesh);
     return flesh_node_fail_within(status, place, "%s[%d].mesh: ", list_key()->name, k);
   }
-  if (flesh_mesh_order(mesh) != j->order) {
-    flesh_mesh_destroy(&mesh);
-    return flesh_node_fail(place,
-                           "%s[%d]'s tets have %d nodes, and the first body's %d; all must have as many: an element of "
-                           "tet10 or tet10-mean, here and in body.element, puts nodes on edges, and flesh mesh convert "
-                           "--order 1 takes them away",
-                           list_key()->name, k, j->order == 1 ? 10 : 4, j->order == 1 ? 4 : 10);
-  }
   scene->parts[k + 1] = (flesh_body_part){other->name, j->tet_count, flesh_mesh_tet_count(mesh)};
   status = append(j, mesh, other) ? no_memory(scene) : FLESH_OK;
   scene->part_nodes[k + 2] = j->nodes;
@@ -110,7 +113,7 @@ int flesh_scene_join_bodies(flesh_scene *scene)
 {
   const int count = scene->keys.bodies.count;
   if (!count) return FLESH_OK;
-  join j = {.order = flesh_mesh_order(scene->mesh)};
+  join j = {0};
   flesh_mesh *joined = NULL;
   scene->parts = flesh_arena_take(&scene->arena, ((size_t)count + 1) * sizeof *scene->parts);
   scene->part_nodes = flesh_arena_take(&scene->arena, ((size_t)count + 2) * sizeof *scene->part_nodes);
@@ -143,15 +146,16 @@ int flesh_scene_assign_bodies(flesh_scene *scene, int base, double *density, int
       material = scene->material_count++;
       char *path = flesh_arena_print(&scene->arena, "%s[%d].material", list_key()->name, k);
       if (!path) return no_memory(scene);
-      int status = flesh_scene_make_material(scene, place_of(scene, k, offsetof(flesh_scene_other, material)), path,
-                                             &others[k].material, &scene->materials[material]);
+      int status = flesh_scene_make_material(place_of(scene, k, offsetof(flesh_scene_other, material)), path,
+                                             &others[k].material, flesh_scene_element(scene, k + 1),
+                                             &scene->materials[material]);
       if (status) return status;
     }
     if (material == base && base >= 0 && element_of(scene, &others[k]) != body_element) {
       material = scene->material_count++;
       scene->materials[material] = scene->materials[base];
     }
-    if (material >= 0 && material != base) scene->material_elements[material] = element_of(scene, &others[k]);
+    if (material >= 0 && material != base) scene->material_elements[material] = flesh_scene_element(scene, k + 1);
     if (material < 0 && scene->material_count)
       return flesh_node_fail(place_of(scene, k, offsetof(flesh_scene_other, material)),
                              "%s[%d].material is missing; it must be given where body.material is not, or for no "

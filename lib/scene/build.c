@@ -117,8 +117,8 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
     *base = scene->material_count++;
     char *path = flesh_key_path(&scene->arena, body->name, key->name);
     if (!path) return no_memory(scene);
-    status = flesh_scene_make_material(scene, flesh_scene_place(body_node, body->children, key->offset),
-                                       path, &scene->keys.body.material, &scene->materials[0]);
+    status = flesh_scene_make_material(flesh_scene_place(body_node, body->children, key->offset), path,
+                                       &scene->keys.body.material, flesh_scene_element(scene, 0), &scene->materials[0]);
   }
   flesh_scene_region *entries = objects->values;
   for (int e = 0; !status && e < objects->count; e++) {
@@ -130,7 +130,7 @@ static int make_materials(flesh_scene *scene, const flesh_node *body_node,
     if (!path) return no_memory(scene);
     const flesh_node *node =
         flesh_scene_place(flesh_node_item(regions, e), list->children, region_key->offset);
-    status = flesh_scene_make_material(scene, node, path, &entries[e].material,
+    status = flesh_scene_make_material(node, path, &entries[e].material, flesh_scene_element(scene, 0),
                                        &scene->materials[of_region[e]]);
   }
   return status;

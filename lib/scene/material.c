@@ -60,20 +60,17 @@ static int no_pair(const flesh_node *node, const char *path, const pair *lame, c
 }
 
 /* The material at `path` is incompressible, which only one element can be. */
-static int check_element(const flesh_scene *scene, const flesh_node *node, const char *path, const pair *young)
+static int check_element(const flesh_node *node, const char *path, const pair *young, flesh_element element)
 {
   const flesh_key *key = constant(young, 1);
-  flesh_element element = (flesh_element)scene->keys.body.element;
-  if (element == FLESH_ELEMENT_AUTO)
-    element = flesh_mesh_order(scene->mesh) == 2 ? FLESH_ELEMENT_TET10_MEAN : FLESH_ELEMENT_TET4;
-  if (element == FLESH_ELEMENT_TET10_MEAN) return FLESH_OK;
+  if (element == FLESH_ELEMENT_TET10_MEAN || element == FLESH_ELEMENT_AUTO) return FLESH_OK;
   return flesh_node_fail(flesh_scene_place(node, flesh_material_table, key->offset),
                          "%s.%s is 0.5, which the element %s cannot hold; set body.element to tet10-mean, or %s below 0.5",
                          path, key->name, flesh_element_name(element), key->name);
 }
 
-int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, const char *path,
-                              flesh_scene_material *keys, flesh_material *material)
+int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
+                              flesh_element element, flesh_material *material)
 {
   pair lame = {
       .offsets = {offsetof(flesh_scene_material, given.mu), offsetof(flesh_scene_material, given.lambda)}};
@@ -93,5 +90,5 @@ int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, 
   FLESH_FORM_CONSTANT_LIST(IN_FORCE)
 #undef IN_FORCE
   if (status) return flesh_node_fail_within(status, node, "%s: ", path);
-  return material->incompressible ? check_element(scene, node, path, &young) : FLESH_OK;
+  return material->incompressible ? check_element(node, path, &young, element) : FLESH_OK;
 }

@@ -37,9 +37,12 @@ void flesh_scene_print(const flesh_scene *scene, flesh_text *text);
 const flesh_node *flesh_scene_place(const flesh_node *above, const flesh_key *keys, size_t offset);
 
 /* Chooses the constants in force and makes the material; `node` is its mapping, `path` its key.
- * What is not used becomes absent in *keys. */
-int flesh_scene_make_material(const flesh_scene *scene, const flesh_node *node, const char *path,
-                              flesh_scene_material *keys, flesh_material *material);
+ * What is not used becomes absent in *keys. FLESH_ERR_ARGUMENT where `element` cannot have it. */
+int flesh_scene_make_material(const flesh_node *node, const char *path, flesh_scene_material *keys,
+                              flesh_element element, flesh_material *material);
+/* The element of body 0, keys.body, or of one of keys.bodies, from 1; AUTO where its tets have four nodes and ten. Needs
+ * the mesh. */
+flesh_element flesh_scene_element(const flesh_scene *scene, int body);
 /* Reads the meshes of keys.bodies and joins them to the scene's. */
 int flesh_scene_join_bodies(flesh_scene *scene);
 

@@ -171,7 +171,7 @@ static const flesh_key other_table[] = {
      .children = flesh_curved_table, .child_size = sizeof(flesh_scene_curved),
      .doc = "as body.curved, before the rotation"},
     {.name = "element", .type = FLESH_KEY_CHOICE, AT(element), .choices = elements, .default_value = "",
-     .doc = "instead of body.element; tet10 and tet10-mean stand side by side, tet4 only beside tet4"},
+     .doc = "instead of body.element"},
     {.name = "material", .type = FLESH_KEY_OBJECT, AT(material), .default_value = "",
      .children = flesh_material_table, .doc = "instead of body.material"},
     {.name = "velocity", .type = FLESH_KEY_VECTOR, AT(velocity), .unit = "m/s", .default_value = "",

@@ -77,8 +77,12 @@ void flesh_skin_set(flesh_skin *skin, const flesh_mesh *mesh, int v, int tet,
   int *nodes = skin->nodes + skin->size * (size_t)v;
   memcpy(nodes, flesh_mesh_tets(mesh) + 4 * (size_t)tet, 4 * sizeof(int));
   if (skin->size > 4) {
-    memcpy(nodes + 4, flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet, 6 * sizeof(int));
-    flesh_tet10_weights(weights, skin->shapes + 10 * (size_t)v);
+    const int *edges = flesh_mesh_tet_edges(mesh) + 6 * (size_t)tet;
+    double *shapes = skin->shapes + 10 * (size_t)v;
+    memcpy(nodes + 4, edges, 6 * sizeof(int));
+    flesh_tet10_weights(weights, shapes);
+    for (int a = 4; a < 10 && edges[0] < 0; a++) nodes[a] = nodes[0], shapes[a] = 0; /* of four nodes */
+    if (edges[0] < 0) memcpy(shapes, weights, 4 * sizeof *shapes);
   }
   memcpy(skin->weights + 4 * (size_t)v, weights, 4 * sizeof(double));
 }

@@ -154,7 +154,8 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
   for (int e = 0; e < cells->count; e++)
     for (int a = 0; a < m; a++) {
       const int *node = cells->nodes + (size_t)e * (size_t)m + a;
-      if (*node < 0 || *node >= nodes || (a > 0 && *node <= node[-1]))
+      const int *last = cells->nodes + (size_t)e * (size_t)m + m - 1, repeats = cells->padded && *node == *last;
+      if (*node < 0 || *node >= nodes || (a > 0 && (repeats ? *node < node[-1] : *node <= node[-1])))
         return flesh_fail(FLESH_ERR_ARGUMENT,
                           "effect %s: cell %d has node %d at place %d; nodes of a cell must ascend within 0 to %d",
                           effect, e, *node, a, nodes - 1);

@@ -10,7 +10,7 @@ static void check_order(const int cells[3], int fewest_pieces)
   flesh_mesh *mesh;
   flesh_tet_order order;
   CHECK_OK(flesh_mesh_box(cells, (double[]){1, 2, 3}, (double[]){0, 0, 0}, &mesh));
-  CHECK_OK(flesh_tet_order_create(mesh, NULL, &order));
+  CHECK_OK(flesh_tet_order_create(mesh, flesh_mesh_tet_count(mesh), NULL, NULL, &order));
   int tets = flesh_mesh_tet_count(mesh), nodes = flesh_mesh_node_count(mesh);
   int *owner = malloc((size_t)nodes * sizeof *owner), conflicts = 0, twice = 0;
   char *seen = calloc((size_t)tets, 1);

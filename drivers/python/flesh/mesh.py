@@ -29,7 +29,8 @@ class MeshInfo(Record):
     radius_ratio_min: float = Field("least 3 * inradius / circumradius; 1 for a regular tet")
     radius_ratio_mean: float = Field("mean of that")
     worst_tet: int = Field("the tet with radius_ratio_min")
-    order: int = Field("1 or 2")
+    order: int = Field("1, or 2 where tets have ten nodes")
+    quadratic: int = Field("tets of ten nodes")
     curved: int = Field("tets with a curved edge")
     scaled_jacobian_min: float = Field("smallest over largest Jacobian of a tet's map, 1 where all edges are straight")
     most_bent_tet: int = Field("the tet with scaled_jacobian_min")
@@ -44,13 +45,14 @@ class Jacobians(NamedTuple):
 
 
 class Mesh:
-    """A mesh of tets with four nodes (order 1) or ten (order 2); const once made.
+    """A mesh of tets with four nodes (order 1) or ten (order 2, where some may have four); const once made.
 
     Arrays that it hands out are views that cannot be written to and keep the mesh alive.
 
     Args:
         positions: [nodes, 3] rest positions, m.
-        tets: [tets, 4] or [tets, 10] node indices from 0; of ten the last six lie on the edges 01, 12, 02, 03, 13, 23.
+        tets: [tets, 4] or [tets, 10] node indices from 0; of ten the last six lie on the edges 01, 12, 02, 03, 13, 23;
+            with -1 six times there a tet has four nodes.
         regions: [tets] tags, or None for 0 everywhere.
 
     Raises:
@@ -125,7 +127,7 @@ class Mesh:
 
     @property
     def order(self) -> int:
-        """1: four nodes a tet; 2: ten."""
+        """1: four nodes a tet; 2: ten, of some at least."""
         return lib.flesh_mesh_order(self._pointer)
 
     def _view(self, address, shape, kind):
@@ -143,7 +145,7 @@ class Mesh:
 
     @property
     def tet_edges(self) -> Optional[np.ndarray]:
-        """[tets, 6] nodes on the edges 01, 12, 02, 03, 13, 23; None at order 1."""
+        """[tets, 6] nodes on the edges 01, 12, 02, 03, 13, 23, -1 of tets of four nodes; None at order 1."""
         edges = lib.flesh_mesh_tet_edges(self._pointer)
         return self._view(edges, (self.tet_count, 6), "int") if edges else None
 
@@ -169,7 +171,7 @@ class Mesh:
 
     @property
     def surface(self) -> np.ndarray:
-        """[triangles, 3] boundary triangles, outward by the right-hand rule; at order 2 four flat ones a face."""
+        """[triangles, 3] boundary triangles, outward by the right-hand rule; four flat ones a face of six nodes."""
         count = ffi.new("int *")
         corners = lib.flesh_mesh_surface(self._pointer, count)
         return self._view(corners, (count[0], 3), "int")

@@ -244,7 +244,7 @@ class Body {
     for (let i = 0; i < mesh.nodes; i++) away[i] = n[0] * x[3 * i] + n[1] * x[3 * i + 1] + n[2] * x[3 * i + 2] - d;
     for (let t = 0; t < mesh.tetCount; t++) {
       for (let k = 0; k < 4; k++) local[k] = mesh.tets[4 * t + k];
-      if (mesh.order === 1) {
+      if (mesh.order === 1 || mesh.edges[6 * t] < 0) {
         this.cut(local, away, t, out);
         continue;
       }

@@ -147,10 +147,10 @@ static void deformation(const flesh_mesh *mesh, const double *x, int t, double F
 static int tells_nothing(const flesh_mesh *mesh, int piece)
 {
   int node[4];
-  if (flesh_mesh_order(mesh) == 1) return 0;
+  if (!flesh_mesh_is_quadratic(mesh, flesh_mesh_piece_tet(mesh, piece))) return 0;
   flesh_mesh_piece(mesh, piece, node);
   return !(flesh_tet_volume(flesh_mesh_positions(mesh), node) >
-           1e-3 * flesh_mesh_tet_volumes(mesh)[piece / 8]);
+           1e-3 * flesh_mesh_tet_volumes(mesh)[flesh_mesh_piece_tet(mesh, piece)]);
 }
 
 int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x)
@@ -204,8 +204,11 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
     }
   }
   /* Inverted where no piece shows it. */
-  for (int t = 0; flesh_mesh_order(self->mesh) == 2 && t < flesh_mesh_tet_count(self->mesh); t++)
-    if (flesh_mesh_tet_jacobian(self->mesh, x, t) <= 0) memset(self->tangled + 8 * (size_t)t, 1, 8);
+  for (int p = 0; flesh_mesh_order(self->mesh) == 2 && p < pieces;) {
+    const int t = flesh_mesh_piece_tet(self->mesh, p), own = flesh_mesh_is_quadratic(self->mesh, t) ? 8 : 1;
+    if (flesh_mesh_tet_jacobian(self->mesh, x, t) <= 0) memset(self->tangled + p, 1, (size_t)own);
+    p += own;
+  }
   for (int t = 0; t < pieces; t++) count += self->tangled[t];
   *tangled = self->tangled;
   return count;

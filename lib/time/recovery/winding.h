@@ -30,7 +30,7 @@ int flesh_mesh_may_be_tangled(const flesh_mesh *mesh, const double *x);
 int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
 
 /* The tangled tets at x: inverted, collapsed or at an overwound edge. Returns their number;
- * `tangled` [pieces] is theirs: at order 2 eight flat pieces stand for each tet (mesh/pieces.h), all
+ * `tangled` [pieces] is theirs: eight flat pieces stand for each tet of ten nodes (mesh/pieces.h), all
  * of which are tangled where Bernstein bounds find J <= 0 in it. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
