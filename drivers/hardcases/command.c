@@ -279,11 +279,17 @@ static int choose(request *asked, flesh_hardcases_lists *l, choice *chosen, fles
   return status;
 }
 
+/* What the plan borrows. */
+typedef struct room {
+  flesh_hardcases_lists lists;
+  choice chosen;
+  flesh_hardcases_setting settings[SETTING_LIMIT];
+} room;
+
 /* Returns the exit code. */
-static int choose_and_batter(request *asked, flesh_hardcases_lists *l, choice *chosen,
-                             flesh_hardcases_setting *settings, flesh_hardcases_plan *plan)
+static int choose_and_batter(request *asked, room *room, flesh_hardcases_plan *plan)
 {
-  int status = choose(asked, l, chosen, settings, plan);
+  int status = choose(asked, &room->lists, &room->chosen, room->settings, plan);
   flesh_interrupt_watch();
   if (!status) status = batter(plan);
   if (status == FLESH_ERR_INTERRUPTED && flesh_interrupt_signal() == 15) {
@@ -297,16 +303,13 @@ int flesh_command_hardcases(int argc, char **argv)
 {
   request asked = {.steps = "1/60", .cases = "*"};
   int list = 0;
-  flesh_hardcases_lists *l = calloc(1, sizeof *l);
-  choice *chosen = calloc(1, sizeof *chosen);
-  flesh_hardcases_setting *settings = calloc(SETTING_LIMIT, sizeof *settings);
+  room *room = calloc(1, sizeof *room);
   flesh_overrides overrides;
   long processors = sysconf(_SC_NPROCESSORS_ONLN);
   flesh_hardcases_plan plan = {
       .out = "out/hardcases", .jobs = processors > 1 ? (int)processors : 1};
   int status = flesh_overrides_open(&overrides, argc);
-  if (!status && (!l || !chosen || !settings))
-    status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  if (!status && !room) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   if (status) return flesh_command_fail("hardcases", status);
   const flesh_option rows[] = {
       {"energies", "LIST", FLESH_OPTION_TEXT, &asked.energies,
@@ -347,12 +350,10 @@ int flesh_command_hardcases(int argc, char **argv)
   if (code == FLESH_OPTIONS_GO_ON && list) code = list_cases(plan.filters, plan.shapes);
   if (code != FLESH_OPTIONS_GO_ON) goto done;
   plan.overrides = &overrides.texts;
-  code = choose_and_batter(&asked, l, chosen, settings, &plan);
+  code = choose_and_batter(&asked, room, &plan);
 done:
   free(plan.runs);
-  free(settings);
-  free(chosen);
-  free(l);
+  free(room);
   flesh_overrides_close(&overrides);
   return code;
 }

@@ -79,35 +79,47 @@ typedef struct body {
   double step;              /* s */
 } body;
 
-/* Where a node that rests at X starts, x, and how fast, v; `edge` is the mean length of its edges, u random in [-1, 1)^3.
- */
-static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
-                       double *x, double *v)
+/* Of starts that are random: u in [-1, 1)^3, but normal for FLESH_HARDCASES_GAUSS; `edge` is the mean length of the node's
+ * edges. */
+static void disturb_node(const flesh_hardcases_case *row, const body *b, const double *X, double edge, const double u[3],
+                         double *x)
+{
+  const double amount = row->amount;
+  for (int c = 0; c < 3; c++) {
+    const double size = b->info.high[c] - b->info.low[c], noise = amount * b->length * u[c];
+    switch (row->start) {
+    case FLESH_HARDCASES_SCRAMBLE_ONE:
+      if (X[0] > 0.1) x[c] = c ? b->middle[c] + 0.5 * u[c] * size : 0.15 + 0.05 * u[c];
+      break;
+    case FLESH_HARDCASES_SCRAMBLE:
+      x[c] = b->middle[c] + 0.5 * u[c] * size;
+      break;
+    case FLESH_HARDCASES_JITTER:
+      x[c] += amount * edge * u[c];
+      break;
+    case FLESH_HARDCASES_PLANE:
+      if (c == 2) x[c] = b->middle[c] + noise;
+      break;
+    case FLESH_HARDCASES_LINE:
+      if (c > 0) x[c] = b->middle[c] + noise;
+      break;
+    case FLESH_HARDCASES_POINT:
+      x[c] = b->middle[c] + noise;
+      break;
+    case FLESH_HARDCASES_GAUSS:
+      x[c] += noise;
+      break;
+    default:
+      break;
+    }
+  }
+}
+
+/* Of the others: where a node that rests at X starts, x, and how fast, v. */
+static void start_node(const flesh_hardcases_case *row, const body *b, const double *X, double *x, double *v)
 {
   const double pi = acos(-1), amount = row->amount;
   switch (row->start) {
-  case FLESH_HARDCASES_REST:
-  case FLESH_HARDCASES_INVERT_ONE:
-    break;
-  case FLESH_HARDCASES_SCRAMBLE_ONE:
-    for (int c = 0; c < 3 && X[0] > 0.1; c++)
-      x[c] = c ? b->middle[c] + 0.5 * u[c] * (b->info.high[c] - b->info.low[c]) : 0.15 + 0.05 * u[c];
-    break;
-  case FLESH_HARDCASES_SCRAMBLE:
-    for (int c = 0; c < 3; c++) x[c] = b->middle[c] + 0.5 * u[c] * (b->info.high[c] - b->info.low[c]);
-    break;
-  case FLESH_HARDCASES_JITTER:
-    for (int c = 0; c < 3; c++) x[c] += amount * edge * u[c];
-    break;
-  case FLESH_HARDCASES_PLANE:
-    x[2] = b->middle[2] + amount * b->length * u[2];
-    break;
-  case FLESH_HARDCASES_LINE:
-    for (int c = 1; c < 3; c++) x[c] = b->middle[c] + amount * b->length * u[c];
-    break;
-  case FLESH_HARDCASES_POINT:
-    for (int c = 0; c < 3; c++) x[c] = b->middle[c] + amount * b->length * u[c];
-    break;
   case FLESH_HARDCASES_MIRROR:
     x[0] = 2 * b->middle[0] - x[0];
     break;
@@ -135,11 +147,6 @@ static void start_node(const flesh_hardcases_case *row, const body *b, const dou
   case FLESH_HARDCASES_SPEED:
     v[0] = amount;
     break;
-  case FLESH_HARDCASES_THROW: /* needs all nodes */
-    break;
-  case FLESH_HARDCASES_GAUSS: /* u has been made normal */
-    for (int c = 0; c < 3; c++) x[c] += amount * b->length * u[c];
-    break;
   case FLESH_HARDCASES_HALF_TURN:
     if (X[0] > b->middle[0]) turn(x, b->middle, pi);
     break;
@@ -149,6 +156,8 @@ static void start_node(const flesh_hardcases_case *row, const body *b, const dou
   case FLESH_HARDCASES_FLY:
     x[0] -= amount;
     v[0] = 100;
+    break;
+  default: /* at rest, or random */
     break;
   }
 }
@@ -200,7 +209,8 @@ int flesh_hardcases_make_start(const flesh_hardcases_case *row, const flesh_mesh
       make_normal(&u[0], &u[1]);
       make_normal(&u[2], &spare);
     }
-    start_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i, state->v + 3 * i);
+    disturb_node(row, &b, X + 3 * i, edge[i], u, state->x + 3 * i);
+    start_node(row, &b, X + 3 * i, state->x + 3 * i, state->v + 3 * i);
     for (int c = 0; c < 3; c++) state->x[3 * i + c] += row->noise * edge[i] * u[c];
   }
   if (!status && row->start == FLESH_HARDCASES_INVERT_ONE) invert_one(mesh, state->x);
