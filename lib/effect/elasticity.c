@@ -18,8 +18,9 @@ typedef struct elasticity {
 static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *point, flesh_tets *room)
 {
   const elasticity *self = effect->data;
-  if (!point->softness) return &self->tets;
-  const size_t first = (size_t)(point->softness - 1) * (size_t)self->tets.materials;
+  if (point->softness <= 0) return &self->tets;
+  const int level = point->softness < FLESH_SOFTNESS_LEVELS ? point->softness : FLESH_SOFTNESS_LEVELS;
+  const size_t first = (size_t)(level - 1) * (size_t)self->tets.materials;
   *room = self->tets;
   for (int g = 0; g < room->group_count; g++) {
     flesh_batches *batches = &room->groups[g].batches;
