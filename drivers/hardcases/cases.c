@@ -140,10 +140,10 @@ const flesh_hardcases_case flesh_hardcases_case_table[] = {
               "{time: 0.5, position: [0.8, 0.05, 0.05]}]}\n",
    .doc = "pulled by a point of its front through a gap of 0.6 of its height, and let go"},
   {.name = "scramble_damped", .group = "obstacles", .start = FLESH_HARDCASES_SCRAMBLE,
-   .flags = RANDOM | HARDEST, .seconds = 8,
+   .flags = RANDOM | HARDEST, .seconds = 24,
    .effects = "  - damping: {mass: 1, stiffness: 0.01, stiffness_at: current}\n"
               "  - viscosity: {shear: 300, bulk: 300}\n",
-   .doc = "scrambled, with Rayleigh damping and viscosity"},
+   .doc = "scrambled, with Rayleigh damping and viscosity, which make it creep"},
   {.name = "load_and_go", .group = "obstacles", .step = 1. / 60, .seconds = 3, .flags = PINNED,
    .effects = "  - pressure: {box: [[-1, -1, -1], [1, 1, 1]], pressure: -2e4, until: 0.5}\n"
               "  - traction: {box: [[0.199, -1, -1], [1, 1, 1]], traction: [0, 3e4, 0], until: 0.5}\n"
