@@ -20,7 +20,8 @@ static void find_end(void *data, const double *u, double *x)
 static int solve(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
 {
   const double rate = h > 0 ? 1 / h : 0;
-  flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1, .v = rate, .a = rate * rate},
+  flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1,
+                       .shift = {.x = 1, .v = rate, .a = rate * rate},
                        .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softness = softness};
   int status;
   if (softness) {
