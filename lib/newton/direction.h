@@ -38,6 +38,7 @@ typedef struct flesh_direction {
   flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
   enum { FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_IN_USE } fallback_state;
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
+  int patterns;             /* of the equations, when solvers were made */
   int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
   int same_matrix;          /* K is that of the last solve by PCG */
   int single;               /* the preconditioner's K is one that PCG may round to single precision */

@@ -44,6 +44,10 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
                       "the body has incompressible tets (poisson 0.5), whose motion is a differential-algebraic system "
                       "of index 3: IDA, CVODE and ARKODE cannot judge the error of its pressures; take a method of "
                       "fixed steps, or poisson below 0.5");
+  if (flesh_system_has_proximity(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "bodies touch each other (contact: between): the pattern of the Jacobian grows where they meet, "
+                      "which IDA, CVODE and ARKODE do not know; take a method of fixed steps");
   const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
   if (flesh_sunindex(unknowns) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
@@ -168,8 +172,8 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted && flesh_system_max_feasible_step(self->system, self->t_accepted, self->x_accepted,
-                                                  point.t, point.x) < 1
+  int status = self->accepted && flesh_system_max_feasible_step(self->system, NULL, self->t_accepted, self->x_accepted,
+                                                                  point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(NULL, n, F + n) < INFINITY)) status = FLESH_NONFINITE;

@@ -21,6 +21,9 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
 int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
                          flesh_pattern *pattern);
 void flesh_pattern_clear(flesh_pattern *pattern);
+/* `base` with all pairs of more cells. Returns new in *place [blocks of base] where its blocks are in the other one. */
+int flesh_pattern_extend(const flesh_pattern *base, int count, const flesh_cells *const *cells, flesh_pattern *pattern,
+                         int **place);
 
 /* Which of a row's columns [from..until) is `column`; -1: none. */
 int flesh_pattern_find(const int *columns, int from, int until, int column);
