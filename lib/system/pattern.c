@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "linear/bisection.h"
+#include "linear/block_matrix.h"
 
 static int compare_int(const void *a, const void *b)
 {
@@ -20,7 +21,7 @@ static int compare_int(const void *a, const void *b)
 static int lay_out(flesh_pattern *pattern)
 {
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
-  const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL, NULL};
+  const flesh_block_matrix A = flesh_pattern_matrix(pattern, NULL);
   int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
   flesh_bisection bisection = {0};
   int status = column ? flesh_bisection_create(&A, &bisection) : FLESH_ERR_MEMORY;
@@ -156,20 +157,6 @@ void flesh_pattern_clear(flesh_pattern *pattern)
   *pattern = (flesh_pattern){0};
 }
 
-int flesh_pattern_find(const int *columns, int from, int until, int column)
-{
-  int low = from, high = until - 1;
-  while (low <= high) {
-    int middle = low + (high - low) / 2;
-    if (columns[middle] == column) return middle;
-    if (columns[middle] < column)
-      low = middle + 1;
-    else
-      high = middle - 1;
-  }
-  return -1;
-}
-
 static size_t pairs_per_cell(const flesh_cells *cells)
 {
   return (size_t)cells->nodes_per_cell * ((size_t)cells->nodes_per_cell + 1) / 2;
@@ -203,6 +190,7 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
   const size_t count = flesh_pattern_pairs(cells), per_cell = pairs_per_cell(cells), m = (size_t)cells->nodes_per_cell;
+  const flesh_block_matrix A = flesh_pattern_matrix(pattern, NULL);
   *slots = flesh_huge_pages_alloc((count + 1) * sizeof **slots);
   if (!*slots)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
@@ -211,8 +199,7 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
     const int *node = cells->nodes + named / per_cell * m;
     size_t a = 0, b = named % per_cell;
     for (; b >= m - a; a++) b -= m - a;
-    (*slots)[k] =
-        flesh_pattern_find(pattern->column, pattern->row_start[node[a]], pattern->row_end[node[a]], node[a + b]);
+    (*slots)[k] = flesh_block_find(&A, node[a], node[a + b]);
   }
   return FLESH_OK;
 }

@@ -90,8 +90,8 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   flesh_free(K->values);
   flesh_layout_clear(&self->layout);
   self->layout = layout;
-  pattern = &self->layout.pattern;
-  *K = (flesh_block_matrix){pattern->rows, pattern->row_start, pattern->row_end, pattern->column, values, &self->layout};
+  *K = flesh_pattern_matrix(&self->layout.pattern, values);
+  K->layout = &self->layout;
   *grown = 1;
   return FLESH_OK;
 }

@@ -361,7 +361,7 @@ int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %d blocks",
                       pattern->row_start[pattern->rows]);
   }
-  **matrix = (flesh_block_matrix){pattern->rows, pattern->row_start, pattern->row_end, pattern->column, values, NULL};
+  **matrix = flesh_pattern_matrix(pattern, values);
   return FLESH_OK;
 }
 

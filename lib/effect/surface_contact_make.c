@@ -1,0 +1,74 @@
+/* surface_contact_make.c: makes effects of bodies that touch each other, and checks that they are apart. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/contact.h"
+#include "effect/effect.h"
+#include "effect/surface_contact.h"
+
+typedef flesh_surface_contact contact;
+
+/* How much farther than forces reach is searched, over the mean edge at rest: a search then serves for some steps, and
+ * neighbours in one surface, which never touch, are mostly not found. */
+static const double SLACK = 0.2;
+
+/* The number of each tet's part, new; NULL: there is no memory. */
+static int *list_parts(const flesh_body *body)
+{
+  int *parts = calloc((size_t)flesh_mesh_tet_count(body->mesh) + 1, sizeof *parts);
+  for (int k = 0; parts && k < body->part_count; k++)
+    for (int e = 0; e < body->parts[k].tets; e++) parts[body->parts[k].first_tet + e] = k;
+  return parts;
+}
+
+/* Which parts may meet, from their numbers. */
+static int take_pairs(contact *self, int parts, int count, const int *pairs)
+{
+  self->may_meet = calloc((size_t)parts * (size_t)parts + 1, 1);
+  if (!self->may_meet) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d bodies that touch", parts);
+  if (!pairs) memset(self->may_meet, 1, (size_t)parts * (size_t)parts);
+  for (int k = 0; k < 2 * count; k += 2) {
+    for (int end = 0; end < 2; end++)
+      if (pairs[k + end] < 0 || pairs[k + end] >= parts)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "body %d is to touch another; there are the bodies 0 to %d", pairs[k + end],
+                          parts - 1);
+    self->may_meet[pairs[k] * parts + pairs[k + 1]] = self->may_meet[pairs[k + 1] * parts + pairs[k]] = 1;
+  }
+  return FLESH_OK;
+}
+
+static int make(const flesh_body *body, const flesh_contact_options *options, int count, const int *pairs, contact *self)
+{
+  flesh_contact_options own = *options;
+  int *parts = list_parts(body), part_count = body->part_count > 0 ? body->part_count : 1;
+  if (!parts) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d tets", flesh_mesh_tet_count(body->mesh));
+  self->mesh = body->mesh;
+  int status = flesh_contact_surface_of_mesh(body->mesh, parts, &self->surface);
+  free(parts);
+  if (status) return status;
+  if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
+  if (isnan(own.thickness)) own.thickness = self->surface.mean_edge / 20;
+  status = flesh_contact_options_check(&own);
+  if (status) return status;
+  self->law = (flesh_contact_law){own.stiffness, own.thickness, FLESH_CONTACT_EDGE_THICKNESS * own.thickness};
+  self->friction = own.friction;
+  self->slip_speed = own.slip_speed;
+  self->slack = fmax(SLACK * self->surface.mean_edge, own.thickness);
+  return take_pairs(self, part_count, count, pairs);
+}
+
+int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options, int pair_count,
+                                 const int *pairs, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {options, "options"});
+  contact *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
+  int status = make(body, options, pair_count, pairs, self);
+  if (!status) return flesh_effect_create(&flesh_surface_contact_operations, self, effect);
+  flesh_surface_contact_operations.destroy(self);
+  return status;
+}
