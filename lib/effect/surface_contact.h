@@ -22,15 +22,12 @@ typedef struct flesh_surface_near {
   const flesh_surface_contact *contact; /* borrowed */
   flesh_threads *threads;               /* borrowed, may be NULL */
   flesh_near_finder *finder;
-  struct {
-    flesh_near_pairs pairs;
-    int known;
-    double *x; /* [3*nodes] of the surface's */
-  } around;                /* where no node is farther than the slack from x */
+  flesh_near_pairs around; /* serve where no node is farther than the slack from where they were found */
+  int around_known;
   flesh_near_pairs on_way; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
-  double *x_set; /* [3*nodes] */
+  double *x_set;           /* [3*nodes] of the surface's, and the next ones */
   flesh_contact_friction rubs;
   int rubs_known;
   double *x_rubs;             /* [3*nodes] */

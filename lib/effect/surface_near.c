@@ -11,6 +11,9 @@
 
 typedef flesh_surface_near near;
 
+/* Of the distance of two features a step may leave so much: the barrier takes over from there. */
+static const double KEPT = 0.1;
+
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
 {
   const size_t places = 3 * (size_t)contact->surface.node_count;
@@ -19,17 +22,17 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
-  self->around.x = calloc(3 * places + 1, sizeof *self->around.x);
-  int status = self->around.x ? FLESH_OK
-                              : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
-                                           contact->surface.node_count);
+  self->x_set = calloc(2 * places + 1, sizeof *self->x_set);
+  int status = self->x_set ? FLESH_OK
+                           : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
+                                        contact->surface.node_count);
   if (!status) {
-    self->x_set = self->around.x + places;
     self->x_rubs = self->x_set + places;
     status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
   }
   if (!status)
-    status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, &self->finder);
+    status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
+                                      &self->finder);
   if (!status) return FLESH_OK;
   flesh_surface_near_destroy(self);
   *result = NULL;
@@ -41,11 +44,11 @@ void flesh_surface_near_destroy(void *data)
   near *self = data;
   if (!self) return;
   flesh_near_finder_destroy(&self->finder);
-  flesh_near_pairs_clear(&self->around.pairs);
+  flesh_near_pairs_clear(&self->around);
   flesh_near_pairs_clear(&self->on_way);
   flesh_contact_set_clear(&self->set);
   flesh_contact_friction_clear(&self->rubs);
-  free(self->around.x); /* and the other places with it */
+  free(self->x_set); /* and the other places with it */
   free(self->cell_nodes);
   free(self->hessians);
   free(self);
@@ -75,31 +78,27 @@ static int is_at(const near *self, const double *x, const double *places)
   return 1;
 }
 
-/* Whether what has been found around a place serves at x: no node is farther from there than the slack. */
+/* Whether what has been found serves at x. */
 static int serves(const near *self, const double *x)
 {
-  const flesh_contact_surface *surface = &self->contact->surface;
-  const double most = self->contact->slack * self->contact->slack;
-  if (!self->around.known) return 0;
-  for (int k = 0; k < surface->node_count; k++) {
-    const double *at = self->around.x + 3 * (size_t)k, *now = x + 3 * (size_t)surface->nodes[k];
-    const double a = now[0] - at[0], b = now[1] - at[1], c = now[2] - at[2];
-    if (!(a * a + b * b + c * c <= most)) return 0;
-  }
-  return 1;
+  return self->around_known && flesh_near_pairs_reach(self->finder, &self->around, x) >= self->contact->law.thickness;
 }
 
 static int search_around(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
-  self->around.known = 0;
+  self->around_known = 0;
   /* Two nodes that both come nearer by the slack. */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
-                                     &self->around.pairs);
-  if (status) return status;
-  gather(self, x, self->around.x);
-  self->around.known = 1;
-  return FLESH_OK;
+                                     &self->around);
+  self->around_known = !status;
+  return status;
+}
+
+static flesh_contact_candidates candidates_of(const near *self)
+{
+  return (flesh_contact_candidates){self->around.point_count, self->around.point_faces, self->around.edge_count,
+                                    self->around.edge_pairs};
 }
 
 int flesh_surface_near_meet(near *self, const double *x)
@@ -107,7 +106,8 @@ int flesh_surface_near_meet(near *self, const double *x)
   if (self->set_known && is_at(self, x, self->x_set)) return FLESH_OK;
   self->set_known = 0;
   int status = serves(self, x) ? FLESH_OK : search_around(self, x);
-  if (!status) status = flesh_contact_set_update(&self->set, &self->around.pairs.candidates, x, self->threads);
+  const flesh_contact_candidates candidates = candidates_of(self);
+  if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
   if (status) return status;
   gather(self, x, self->x_set);
   self->set_known = 1;
@@ -203,7 +203,7 @@ static void add_candidates(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
   const flesh_contact_surface *surface = &contact->surface;
-  const flesh_contact_candidates *candidates = &self->around.pairs.candidates;
+  const flesh_contact_candidates all = candidates_of(self), *candidates = &all;
   const double soon = contact->slack;
   for (int k = 0; k < candidates->point_count; k++) {
     const int *of = candidates->point_faces + 2 * (size_t)k, *corner = surface->faces + 3 * (size_t)of[1];
@@ -225,8 +225,7 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   int status = flesh_surface_near_rub(self, point);
   if (!status) status = search_around(self, point->x);
   if (status) return status;
-  const flesh_contact_candidates *candidates = &self->around.pairs.candidates;
-  const int most = candidates->point_count + candidates->edge_count + self->rubs.count;
+  const int most = self->around.point_count + self->around.edge_count + self->rubs.count;
   if (most > self->cell_room) {
     int *grown = realloc(self->cell_nodes, 4 * (size_t)most * sizeof *grown);
     if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs that may touch", most);
@@ -246,9 +245,9 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
   const flesh_near_pairs *pairs = NULL;
   double fraction = 0; /* without memory nothing is known */
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
-  if (serves(self, x_from) && serves(self, x_to)) pairs = &self->around.pairs;
+  if (serves(self, x_from) && serves(self, x_to)) pairs = &self->around;
   else if (!flesh_near_pairs_find(self->finder, x_from, x_to, 0, self->threads, &self->on_way)) pairs = &self->on_way;
-  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, x_to, self->threads);
+  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, x_to, KEPT, self->threads);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
 }
@@ -256,9 +255,9 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 9 * (size_t)self->contact->surface.node_count * sizeof(double) +
-         flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(&self->around.pairs) +
-         flesh_near_pairs_memory(&self->on_way) + flesh_contact_set_memory(&self->set) +
+  return sizeof *self + 6 * (size_t)self->contact->surface.node_count * sizeof(double) +
+         flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(self->finder, &self->around) +
+         flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double);
 }

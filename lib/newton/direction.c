@@ -50,9 +50,9 @@ static void clear_solvers(flesh_direction *self)
   flesh_direct_destroy(&self->fallback);
 }
 
-/* K has got another pattern: nothing that was made for the one before serves any more. */
-static int remake_solvers(flesh_direction *self)
+int flesh_direction_follow_pattern(flesh_direction *self)
 {
+  if (self->patterns == self->equations->patterns) return FLESH_OK;
   clear_solvers(self);
   self->prepared = 0;
   self->fallback_state = FLESH_FALLBACK_UNUSED;
@@ -102,10 +102,7 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
 {
   self->same_matrix = 0;
   int status = flesh_equations_assemble(self->equations, u, filter);
-  if (self->patterns != self->equations->patterns) {
-    const int made = remake_solvers(self);
-    if (!status) status = made;
-  }
+  if (!status) status = flesh_direction_follow_pattern(self);
   if (status) return status;
   self->filter = filter;
   self->assembled = 1;

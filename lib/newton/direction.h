@@ -58,6 +58,8 @@ size_t flesh_direction_memory(const flesh_direction *direction);
 /* A new stage: a direct fallback is no longer in use, and stiff rows are taken out or left in as the stage asks for. */
 void flesh_direction_begin_stage(flesh_direction *direction);
 
+/* Makes solvers anew where K has got another pattern: what was factored is lost. FLESH_ERR_MEMORY. */
+int flesh_direction_follow_pattern(flesh_direction *direction);
 /* Assembles K at u [n] with the filter. */
 int flesh_direction_assemble(flesh_direction *direction, const double *u, flesh_eigenvalue_filter filter);
 /* K is another matrix than flesh_direction_assemble made. */

@@ -98,9 +98,11 @@ int flesh_equations_find_constrained(flesh_equations *self, double t)
   return 1;
 }
 
-void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
+int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
 {
   const size_t vector = (size_t)self->n * sizeof(double);
+  int grown, status = flesh_proximity_archive(&self->proximity, self->K, &grown, archive);
+  self->patterns += grown;
   flesh_archive_bytes(archive, self->constrained, (size_t)self->n);
   flesh_archive_bytes(archive, self->reached.x, vector);
   FLESH_ARCHIVE(archive, self->reached.there.known);
@@ -109,6 +111,7 @@ void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *a
   if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
   flesh_clearance_archive(&self->clearance, archive);
   if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
+  return status;
 }
 
 int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)

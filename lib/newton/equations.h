@@ -67,8 +67,8 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
 
-/* What lasts from stage to stage; `matrix`: K as well. */
-void flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
+/* What lasts from stage to stage; `matrix`: K as well. FLESH_ERR_MEMORY. */
+int flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
 
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
  * before. */

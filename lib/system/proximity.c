@@ -1,9 +1,12 @@
 /* proximity.c: the memories of effects that couple nodes near each other, and the growing pattern. */
 #include "system/proximity.h"
 
+#include <limits.h>
+
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/memory.h"
+#include "linear/block_matrix.h"
 #include "system/parts.h"
 
 int flesh_system_has_proximity(const flesh_system *system)
@@ -73,6 +76,23 @@ static int lay_out(const flesh_proximity *self, flesh_point *point, flesh_layout
   return status;
 }
 
+/* K gets the layout's pattern, with values of 0; the layout is taken. FLESH_ERR_MEMORY: K is as before. */
+static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_matrix *K)
+{
+  const size_t blocks = (size_t)layout->pattern.row_start[layout->pattern.rows];
+  double *values = flesh_huge_pages_calloc((blocks * 9 + 1) * sizeof *values);
+  if (!values) {
+    flesh_layout_clear(layout);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
+  }
+  flesh_free(K->values);
+  flesh_layout_clear(&self->layout);
+  self->layout = *layout;
+  *K = flesh_pattern_matrix(&self->layout.pattern, values);
+  K->layout = &self->layout;
+  return FLESH_OK;
+}
+
 int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh_block_matrix *K, int *grown)
 {
   flesh_point at = *point;
@@ -80,18 +100,55 @@ int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh
   *grown = 0;
   if (!self->near || covers(self, &at, K)) return FLESH_OK;
   int status = lay_out(self, &at, &layout);
-  if (status) return status;
-  const flesh_pattern *pattern = &layout.pattern;
-  double *values = flesh_huge_pages_calloc(((size_t)pattern->row_start[pattern->rows] * 9 + 1) * sizeof *values);
-  if (!values) {
-    flesh_layout_clear(&layout);
-    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %d blocks", pattern->row_start[pattern->rows]);
+  if (!status) status = take_layout(self, &layout, K);
+  *grown = !status;
+  return status;
+}
+
+/* The blocks [2*count] that K has beside the system's, rows and columns. */
+static int list_grown(const flesh_proximity *self, const flesh_block_matrix *K, int *blocks)
+{
+  const flesh_block_matrix own = flesh_pattern_matrix(&self->system->pattern, NULL);
+  int count = 0;
+  for (int i = 0; i < K->rows && K->layout; i++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++) {
+      if (flesh_block_find(&own, i, K->column[k]) >= 0) continue;
+      if (blocks) blocks[2 * count] = i, blocks[2 * count + 1] = K->column[k];
+      count++;
+    }
+  return count;
+}
+
+/* K with these blocks; a file that is not ours may name any. */
+static int grow_by(flesh_proximity *self, int count, const int *blocks, flesh_block_matrix *K, flesh_archive *archive)
+{
+  const flesh_cells cells = {.count = count, .nodes_per_cell = 2, .nodes = blocks}, *all = &cells;
+  flesh_layout layout;
+  if (flesh_pattern_check("contact", self->system->nodes, &cells)) {
+    archive->wrong = 1;
+    return FLESH_OK;
   }
-  flesh_free(K->values);
-  flesh_layout_clear(&self->layout);
-  self->layout = layout;
-  *K = flesh_pattern_matrix(&self->layout.pattern, values);
-  K->layout = &self->layout;
-  *grown = 1;
-  return FLESH_OK;
+  int status = flesh_layout_create(self->system, 1, &all, &layout);
+  return status ? status : take_layout(self, &layout, K);
+}
+
+int flesh_proximity_archive(flesh_proximity *self, flesh_block_matrix *K, int *grown, flesh_archive *archive)
+{
+  *grown = 0;
+  if (!self->near) return FLESH_OK;
+  int count = archive->mode == FLESH_ARCHIVE_LOAD ? 0 : list_grown(self, K, NULL);
+  flesh_archive_int(archive, &count, 0, INT_MAX / 18);
+  const int loads = archive->mode == FLESH_ARCHIVE_LOAD;
+  if ((!count && !(loads && K->layout)) || archive->wrong) return FLESH_OK;
+  int *blocks = flesh_malloc((2 * (size_t)count + 1) * sizeof *blocks);
+  if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d blocks of a matrix", count);
+  if (!loads) list_grown(self, K, blocks);
+  if (count) flesh_archive_bytes(archive, blocks, 2 * (size_t)count * sizeof *blocks);
+  int status = FLESH_OK;
+  if (loads && !archive->wrong) {
+    status = grow_by(self, count, blocks, K, archive);
+    *grown = !status && !archive->wrong;
+  }
+  flesh_free(blocks);
+  return status;
 }

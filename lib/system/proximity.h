@@ -5,6 +5,7 @@
 
 #include <stddef.h>
 
+#include "base/archive.h"
 #include "flesh/system.h"
 #include "system/layout.h"
 
@@ -28,6 +29,10 @@ int flesh_system_has_proximity(const flesh_system *system);
 /* K [of the system's pattern, or grown here] gets a pattern that has all pairs that the Jacobian at `point` couples,
  * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
 int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);
+
+/* The pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
+ * memory. FLESH_ERR_MEMORY. */
+int flesh_proximity_archive(flesh_proximity *proximity, flesh_block_matrix *K, int *grown, flesh_archive *archive);
 
 /* The memory of effect k; NULL: it has none, or there is no run. */
 static inline void *flesh_proximity_of(const flesh_proximity *proximity, int k)
