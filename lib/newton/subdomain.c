@@ -11,6 +11,7 @@
 #include "base/sort.h"
 #include "effect/effect.h"
 #include "mesh/pieces.h"
+#include "linear/block_matrix.h"
 #include "newton/background.h"
 
 enum {
