@@ -156,6 +156,7 @@ const flesh_effect_operations flesh_surface_contact_operations = {
     .potential = surface_contact_potential,
     .energy = surface_contact_energy,
     .destroy = surface_contact_destroy,
+    .barrier = &(const flesh_effect_barrier){.check = flesh_surface_contact_check},
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},
     .figures = &(const flesh_effect_figures){.report_names = report_names, .report = surface_contact_report,
                                              .memory = surface_contact_memory},

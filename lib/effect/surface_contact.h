@@ -9,6 +9,8 @@
 
 typedef struct flesh_surface_contact {
   const flesh_mesh *mesh; /* borrowed */
+  int part_count;
+  const flesh_body_part *parts; /* [part_count] borrowed */
   flesh_contact_surface surface;
   flesh_contact_law law;
   double friction, slip_speed; /* m/s */

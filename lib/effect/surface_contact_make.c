@@ -7,6 +7,7 @@
 #include "effect/contact.h"
 #include "effect/effect.h"
 #include "effect/surface_contact.h"
+#include "geometry/surface_intersections.h"
 
 typedef flesh_surface_contact contact;
 
@@ -45,6 +46,8 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   int *parts = list_parts(body), part_count = body->part_count > 0 ? body->part_count : 1;
   if (!parts) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d tets", flesh_mesh_tet_count(body->mesh));
   self->mesh = body->mesh;
+  self->part_count = body->part_count;
+  self->parts = body->parts;
   int status = flesh_contact_surface_of_mesh(body->mesh, parts, &self->surface);
   free(parts);
   if (status) return status;
@@ -57,6 +60,39 @@ static int make(const flesh_body *body, const flesh_contact_options *options, in
   self->slip_speed = own.slip_speed;
   self->slack = fmax(SLACK * self->surface.mean_edge, own.thickness);
   return take_pairs(self, part_count, count, pairs);
+}
+
+/* Of a part, for messages. */
+static const char *name_of(const contact *self, int part)
+{
+  return part < self->part_count && self->parts[part].name ? self->parts[part].name : "the body";
+}
+
+/* FLESH_ERR_ARGUMENT with the first place where surfaces go through each other, and how many there are. */
+static int complain(const contact *self, const flesh_surface_intersections *found)
+{
+  const flesh_surface_intersection *first = &found->items[0];
+  const int *edge = self->surface.edges + 2 * (size_t)first->edge, *face = self->surface.faces + 3 * (size_t)first->face;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "surfaces that are to touch go through each other: the edge of the nodes %d and %d of %s meets the "
+                    "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
+                    "bodies with contact between them must start apart",
+                    edge[0], edge[1], name_of(self, first->edge_body), face[0], face[1], face[2],
+                    name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
+}
+
+int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x)
+{
+  flesh_surface_near *near;
+  flesh_surface_intersections found = {0};
+  (void)t;
+  int status = flesh_surface_near_create(effect->data, NULL, &near);
+  if (status) return status;
+  status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
+  if (!status && found.count) status = complain(effect->data, &found);
+  flesh_surface_intersections_clear(&found);
+  flesh_surface_near_destroy(near);
+  return status;
 }
 
 int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options, int pair_count,
