@@ -42,6 +42,9 @@ typedef struct flesh_surface_near {
 extern const flesh_effect_operations flesh_surface_contact_operations;
 extern const flesh_effect_proximity flesh_surface_contact_proximity;
 
+/* Whether the effect keeps these parts (a body's, by number) out of each other; 0 for every other effect. */
+int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b);
+
 int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x);
 
 int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);

@@ -81,6 +81,14 @@ static int complain(const contact *self, const flesh_surface_intersections *foun
                     name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
 }
 
+int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b)
+{
+  if (effect->operations != &flesh_surface_contact_operations) return 0;
+  const contact *self = effect->data;
+  const int parts = self->part_count > 0 ? self->part_count : 1;
+  return self->may_meet[a * parts + b];
+}
+
 int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x)
 {
   flesh_surface_near *near;

@@ -49,7 +49,11 @@ every_file_that_goes_in_has_its_hash() {
 
 # One body says nothing of it.
 bodies_are_told_to_pass_through_each_other() {
-  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two &&
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=1/60 --out out/apart &&
+    has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/touch &&
+    has stdout.txt 'bodies: 2, which touch each other' || return 1
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set 'effects.contact.between=self' --set time.end=1/60 --out out/self &&
     has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
   expect 0 "$flesh" run "$scenes/bar_gravity.yaml" --set time.end=1/60 --out out/one && ! grep -q 'bodies:' stdout.txt &&
     "$flesh" schema bodies >schema.txt && has schema.txt 'bodies pass through each other'
