@@ -16,7 +16,7 @@ static void torque(const touching *m, const double *x, const double *y, double s
 
 typedef struct collision {
   double restitution, linear, angular, rise, lost; /* momenta: change over what the solves may leave; energies, J */
-  int steps, together;
+  int steps, together, refused; /* 1: ended with FLESH_ERR_ENERGY */
 } collision;
 
 /* Mean velocity along x of the second half of the nodes (the right ball) less that of the first. */
@@ -74,7 +74,10 @@ static collision collide(const char *scene, const char *method, const char *step
   while (m.state.t < end - m.h / 2) {
     memcpy(x0, m.state.x, (size_t)m.n * sizeof *x0);
     memcpy(v0, m.state.v, (size_t)m.n * sizeof *v0);
-    CHECK_OK(touching_step(&m));
+    const int status = touching_step(&m);
+    c.refused = status == FLESH_ERR_ENERGY;
+    if (c.refused) break;
+    CHECK_OK(status);
     const double energy = touching_energy(&m, NULL),
                  left = m.h * sqrt(m.n / 3.) * m.last.residual_target * m.last.solves;
     touching_momenta(&m, p, L);
@@ -91,11 +94,11 @@ static collision collide(const char *scene, const char *method, const char *step
   c.lost = start - before;
   c.steps = m.steps;
   printf("# %s, %s s: restitution %.4f, energy lost %.4f of that of the motion, highest rise in a step %.2g; %d of %d steps touch; "
-         "changes over what solves leave: momentum %.3f, torque %.3f; %.2f Newton iterations a step, %d impact steps\n",
+         "changes over what solves leave: momentum %.3f, torque %.3f; %.2f Newton iterations a step, %d impact steps%s\n",
          method, step, c.restitution, c.lost / motion, c.rise / motion, c.together, m.steps, c.linear, c.angular,
-         (double)m.newton / m.steps, m.impact_steps);
+         (double)m.newton / m.steps, m.impact_steps, c.refused ? "; ended as energy appeared" : "");
   CHECK(m.crossings == 0);
-  CHECK(c.together > 3 && !touches(&m));
+  CHECK(c.together > 3 && (c.refused || !touches(&m)));
   CHECK_BELOW(c.linear, 1);
   CHECK_BELOW(c.angular, 1);
   free(x0);
@@ -119,25 +122,27 @@ static void balls_collide(void)
   }
 }
 
-/* Restitution goes to one limit with every method: what the balls keep of their vibration is no more lost. */
+/* Restitution goes to one limit with the methods that damp fast oscillations; what the balls keep as vibration is lost to
+ * the bounce, and not to the contact. Backward Euler is on its way there. The midpoint rule and the trapezoidal one have
+ * nothing that takes the oscillations of a barrier that one step meets and the next leaves: the former stays bounded,
+ * the latter may gain energy, which the watch over it ends. */
 static void restitution_converges(void)
 {
-  const char *const methods[] = {"backward-euler", "bdf2", "midpoint", "newmark", "hht"},
+  const char *const methods[] = {"backward-euler", "bdf2", "hht", "midpoint", "newmark"},
              *const steps[] = {"1/500", "1/1000", "1/2000", "1/4000"};
   for (int aside = 0; aside < 2; aside++) {
-    double least = INFINITY, most = 0;
-    for (int k = 0; k < 5; k++) {
-      collision c[4];
-      for (int s = 0; s < 4; s++) {
-        c[s] = collide(aside ? off_centre : head_on, methods[k], steps[s], 0.05);
-        if (!k) CHECK_BELOW(c[s].rise, 1e-9 * c[s].lost);
-      }
-      if (!k) continue;
-      least = fmin(least, c[3].restitution);
-      most = fmax(most, c[3].restitution);
+    collision c[5][4];
+    for (int k = 0; k < 5; k++)
+      for (int s = 0; s < 4; s++) c[k][s] = collide(aside ? off_centre : head_on, methods[k], steps[s], 0.05);
+    for (int s = 0; s < 4; s++) {
+      CHECK_BELOW(c[0][s].rise, 1e-9 * c[0][s].lost);
+      for (int k = 0; k < 4; k++) CHECK(!c[k][s].refused);
+      if (s) CHECK(c[0][s].restitution > c[0][s - 1].restitution);
     }
-    printf("# at 1/4000 s, of second order: %.4f to %.4f\n", least, most);
-    CHECK_BELOW(most - least, 0.02);
+    CHECK_BELOW(c[0][3].restitution, c[1][3].restitution);
+    CHECK_NEAR(c[1][2].restitution, c[1][3].restitution, 0.01);
+    CHECK_NEAR(c[2][3].restitution, c[1][3].restitution, 0.02);
+    CHECK_NEAR(c[3][3].restitution, c[1][3].restitution, 0.04);
   }
 }
 
@@ -256,10 +261,53 @@ static void balls_collide_with_a_direct_solver(void)
   collide_with((const char *[]){"solver.linear_solver=klu", "time.step=1/300", NULL}, 5);
 }
 
+/* A block of 1 m on a clamped bar under gravity that leans by `slope`, friction 0.5. Where it is and how fast, along x. */
+static void slide(double slope, int steps, double *place, double *speed)
+{
+  char scene[2048];
+  const double g = 9.81, angle = atan(slope);
+  snprintf(scene, sizeof scene,
+           "body: {name: track, mesh: ../meshes/bar_8x2x2.mesh, density: 1000, material: {energy: S, constants: "
+           "matched, young: 1e7, poisson: 0.3}}\n"
+           "bodies:\n  - {name: block, mesh: ../meshes/cube_of_six_tets.mesh, translation: [0.4, 0.03, 1.03]}\n"
+           "effects:\n  - inertia: {}\n  - gravity: {acceleration: [%.17g, 0, %.17g]}\n"
+           "  - pin: {body: track, box: [[-1, -1, -1], [5, 2, 0.001]]}\n  - viscosity: {shear: 5e3, bulk: 5e3}\n"
+           "  - contact: {between: all, friction: 0.5, slip_speed: 1e-3, thickness: 0.03}\n"
+           "time: {method: backward-euler, step: 1/200, end: 2}\nsolver: {newton_tolerance: 1e-7}\n",
+           g * sin(angle), -g * cos(angle));
+  touching m;
+  CHECK_OK(touching_begin(scene, NULL, 1000, &m));
+  for (int s = 0; s < steps; s++) CHECK_OK(touching_step(&m));
+  CHECK(m.crossings == 0);
+  *place = *speed = 0;
+  for (int i = m.n / 3 - 8; i < m.n / 3; i++) {
+    *place += m.state.x[3 * i] / 8;
+    *speed += m.state.v[3 * i] / 8;
+  }
+  touching_end(&m);
+}
+
+/* Below the angle of friction it holds, but for the creep of smooth friction, slower than the slip speed; above it slides
+ * with g (sin - mu cos). */
+static void a_block_slides_from_the_angle_of_friction_on(void)
+{
+  double at[2], v[2];
+  slide(0.49, 60, &at[0], &v[0]);
+  slide(0.49, 120, &at[1], &v[1]);
+  printf("# slope 0.49: creeps with %.3g m/s\n", (at[1] - at[0]) / 0.3);
+  CHECK(v[1] > 0 && v[1] < 1e-3);
+  CHECK_BELOW(fabs(at[1] - at[0]) / 0.3, 1e-3);
+  slide(0.6, 60, &at[0], &v[0]);
+  slide(0.6, 120, &at[1], &v[1]);
+  const double angle = atan(0.6), expected = 9.81 * (sin(angle) - 0.5 * cos(angle));
+  printf("# slope 0.6: accelerates with %.5f m/s^2, expected %.5f\n", (v[1] - v[0]) / 0.3, expected);
+  CHECK_NEAR((v[1] - v[0]) / 0.3, expected, 0.01 * expected);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges), TEST(threads_and_cuts_change_no_bit),
                    TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
-                   TEST(only_what_is_named_touches), TEST(curved_balls_collide),
+                   TEST(only_what_is_named_touches), TEST(a_block_slides_from_the_angle_of_friction_on), TEST(curved_balls_collide),
                    TEST(balls_collide_with_a_direct_solver));
 }

@@ -31,14 +31,9 @@ static inline int touching_integrator(touching *m)
                                  &m->integrator);
 }
 
-/* The scene of that text, with further values up to NULL; paths are relative to data/scenes. All of one density. */
-static inline int touching_begin(const char *text, const char *const *set, double density, touching *m)
+/* Of m->scene: all else. One density for all bodies, whatever the scene says. */
+static inline int touching_start(double density, touching *m)
 {
-  int count = 0;
-  while (set && set[count]) count++;
-  *m = (touching){0};
-  int status = flesh_scene_read_text(text, "../data/scenes/touching.yaml", count, set, &m->scene);
-  if (status) return status;
   const flesh_system *system = flesh_scene_system(m->scene);
   const flesh_mesh *mesh = flesh_scene_mesh(m->scene);
   m->n = flesh_system_unknowns(system);
@@ -52,8 +47,18 @@ static inline int touching_begin(const char *text, const char *const *set, doubl
   for (int e = 0; e < flesh_mesh_tet_count(mesh); e++) densities[e] = density;
   flesh_mesh_lumped_mass(mesh, densities, m->mass);
   free(densities);
-  status = flesh_contact_surface_of_mesh(mesh, NULL, &m->surface);
+  int status = flesh_contact_surface_of_mesh(mesh, NULL, &m->surface);
   return status ? status : touching_integrator(m);
+}
+
+/* The scene of that text, with further values up to NULL; paths are relative to data/scenes. All of one density. */
+static inline int touching_begin(const char *text, const char *const *set, double density, touching *m)
+{
+  int count = 0;
+  while (set && set[count]) count++;
+  *m = (touching){0};
+  int status = flesh_scene_read_text(text, "../data/scenes/touching.yaml", count, set, &m->scene);
+  return status ? status : touching_start(density, m);
 }
 
 static inline void touching_end(touching *m)
