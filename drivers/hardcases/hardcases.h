@@ -5,6 +5,7 @@
 
 #include "flesh/body.h"
 #include "flesh/material.h"
+#include "shared/longest_step.h"
 #include "shared/options.h"
 #include "hardcases/cases.h"
 
@@ -88,9 +89,7 @@ typedef struct flesh_hardcases_figures {
   double distance, volume_error;   /* from the rest shape at the end */
   double recovered_at;             /* s, since when the distance has been small; NaN: never */
   double newton_ratio, time_ratio; /* worst step over the median one, of the hard phase */
-  /* Of the phase whose longest step is the longer one beside its median: flesh_longest_step. */
-  long longest_step, longest_iterations;
-  double longest_ratio;
+  flesh_longest_step longest; /* of the phase where it is longer beside the median */
   double wall_s, cpu_s, simulated_s;
   int rank; /* of the end shape: 0 a point, 1 a line, 2 a plane, 3 a body */
   flesh_hardcases_end end;

@@ -26,7 +26,8 @@ static const struct {
     FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio), FIGURE(DOUBLE, wall_s),
     FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s), FIGURE(INT, rank), FIGURE(DOUBLE, gradient),
     FIGURE(DOUBLE, smallest_eigenvalue), FIGURE(INT, negative_eigenvalues),
-    FIGURE(LONG, longest_step), FIGURE(LONG, longest_iterations), FIGURE(DOUBLE, longest_ratio)};
+    FIGURE(LONG, longest.step), FIGURE(DOUBLE, longest.t), FIGURE(LONG, longest.newton), FIGURE(LONG, longest.linear),
+    FIGURE(DOUBLE, longest.ratio)};
 enum { MEMBERS = sizeof members / sizeof *members };
 
 static void path_of(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, const char *name, char path[1700])

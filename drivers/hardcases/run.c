@@ -54,10 +54,7 @@ static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_
 /* The worse of the phases counts. */
 static void note_longest(flesh_hardcases_figures *f, const flesh_longest_step *longest)
 {
-  if (!(longest->ratio > f->longest_ratio) && isfinite(f->longest_ratio)) return;
-  f->longest_step = longest->step;
-  f->longest_iterations = longest->iterations;
-  f->longest_ratio = longest->ratio;
+  if (longest->ratio > f->longest.ratio || !isfinite(f->longest.ratio)) f->longest = *longest;
 }
 
 /* Runs a phase into folder/out; returns its status. */

@@ -100,7 +100,7 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
         "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
         "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,"
-        "longest_step,longest_step_iterations,longest_step_over_median,element,mesh,folder,message\n",
+        "longest_step,longest_step_newton,longest_step_linear,longest_step_over_median,element,mesh,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
@@ -134,8 +134,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     field(stream, f->cpu_s);
     field(stream, f->simulated_s);
     field(stream, f->stressed_rest);
-    fprintf(stream, ",%ld,%ld", f->longest_step, f->longest_iterations);
-    field(stream, f->longest_ratio);
+    fprintf(stream, ",%ld,%ld,%ld", f->longest.step, f->longest.newton, f->longest.linear);
+    field(stream, f->longest.ratio);
     fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
@@ -259,16 +259,14 @@ static void say_slowest(const flesh_hardcases_plan *plan, FILE *stream)
 static void say_long_steps(const flesh_hardcases_plan *plan, FILE *stream)
 {
   int count = 0;
-  for (int k = 0; k < plan->run_count; k++) count += plan->runs[k].figures.longest_ratio > FLESH_LONG_STEP;
-  SAY("\nRuns with a step that took more than %d times their median of iterations, Newton's and linear ones: %d\n",
-      FLESH_LONG_STEP, count);
+  for (int k = 0; k < plan->run_count; k++) count += plan->runs[k].figures.longest.ratio > FLESH_LONG_STEP;
+  SAY("\nRuns with a step that took more than %d times the iterations of their median step: %d\n", FLESH_LONG_STEP, count);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
-    char folder[256];
-    if (!(r->figures.longest_ratio > FLESH_LONG_STEP)) continue;
+    char folder[256], words[240];
+    if (!flesh_longest_step_tell(&r->figures.longest, sizeof words, words)) continue;
     flesh_hardcases_run_folder(r, folder);
-    SAY("  %s: step %ld took %ld iterations, %.3g times the median\n", folder, r->figures.longest_step,
-        r->figures.longest_iterations, r->figures.longest_ratio);
+    SAY("  %s: %s\n", folder, words);
   }
 }
 

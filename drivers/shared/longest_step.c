@@ -13,35 +13,33 @@ static int compare(const void *a, const void *b)
   return (p > q) - (p < q);
 }
 
-static double median_of(const flesh_run_trace *trace)
+/* Of Newton iterations, with the linear ones where `all`. NaN: there is none, or no memory. */
+static double median_of(const flesh_run_trace *trace, int all)
 {
   long *sorted = malloc(sizeof *sorted * ((size_t)trace->count + 1));
   int count = 0;
   if (!sorted) return NAN;
   for (int k = 0; k < trace->count; k++)
-    if (trace->rows[k].iterations > 0) sorted[count++] = trace->rows[k].iterations;
+    if (trace->rows[k].newton > 0) sorted[count++] = trace->rows[k].newton + (all ? trace->rows[k].linear : 0);
   qsort(sorted, (size_t)count, sizeof *sorted, compare);
   const double median = count < LEAST_STEPS ? NAN : 0.5 * (double)(sorted[(count - 1) / 2] + sorted[count / 2]);
   free(sorted);
   return median;
 }
 
-flesh_longest_step flesh_longest_step_find(const flesh_run_trace *trace, long unfinished)
+flesh_longest_step flesh_longest_step_find(const flesh_run_trace *trace, long newton, long linear)
 {
-  flesh_longest_step longest = {.t = NAN};
-  for (int k = 0; k < trace->count; k++)
-    if (trace->rows[k].iterations > longest.iterations) {
-      longest.step = trace->rows[k].step;
-      longest.t = trace->rows[k].t;
-      longest.iterations = trace->rows[k].iterations;
-    }
-  if (unfinished > longest.iterations) {
-    longest.step = trace->count ? trace->rows[trace->count - 1].step + 1 : 1;
-    longest.t = NAN;
-    longest.iterations = unfinished;
+  const double of_newton = median_of(trace, 0), of_all = median_of(trace, 1);
+  flesh_longest_step longest = {.t = NAN, .ratio = NAN};
+  for (int k = 0; k <= trace->count; k++) {
+    const int finished = k < trace->count;
+    const long n = finished ? trace->rows[k].newton : newton, l = finished ? trace->rows[k].linear : linear;
+    const double ratio = fmax((double)n / of_newton, (double)(n + l) / of_all);
+    if (n <= 0 || !(ratio > longest.ratio || (isnan(longest.ratio) && isfinite(ratio)))) continue;
+    const long before = k > 0 ? trace->rows[k - 1].step : 0;
+    longest = (flesh_longest_step){finished ? trace->rows[k].step : before + 1, finished ? trace->rows[k].t : NAN,
+                                   n, l, ratio};
   }
-  longest.median = median_of(trace);
-  longest.ratio = (double)longest.iterations / longest.median;
   return longest;
 }
 
@@ -51,7 +49,7 @@ int flesh_longest_step_tell(const flesh_longest_step *longest, size_t size, char
   if (size) *words = 0;
   if (!(longest->ratio > FLESH_LONG_STEP)) return 0;
   if (isfinite(longest->t)) snprintf(place, sizeof place, "to t = %.6g s", longest->t);
-  snprintf(words, size, "step %ld (%s) took %ld iterations, Newton's and linear ones, %.3g times the median of %g",
-           longest->step, place, longest->iterations, longest->ratio, longest->median);
+  snprintf(words, size, "step %ld (%s) took %ld Newton and %ld linear iterations, %.4g times the median step",
+           longest->step, place, longest->newton, longest->linear, longest->ratio);
   return 1;
 }

@@ -26,7 +26,7 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
                              .residual_target = NAN,
                              .wall_s = NAN,
                              .cpu_s = NAN,
-                             .longest_step = {.t = NAN, .median = NAN, .ratio = NAN},
+                             .longest_step = {.t = NAN, .ratio = NAN},
                              .effects = flesh_system_effect_count(system)};
   figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
   if (!figures->energies) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -256,8 +256,9 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
 static void set_longest(json_t *object, const flesh_longest_step *longest)
 {
   set_integer(object, "longest_step", longest->step);
-  set_integer(object, "longest_step_iterations", longest->iterations);
-  set(object, "median_step_iterations", longest->median);
+  set_integer(object, "longest_step_newton", longest->newton);
+  set_integer(object, "longest_step_linear", longest->linear);
+  set(object, "longest_step_over_median", longest->ratio);
 }
 
 /* Figures that are called as their members. */

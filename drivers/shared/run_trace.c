@@ -23,7 +23,8 @@ int flesh_run_trace_observe(void *data, const flesh_step_record *record)
       strain += record->energies[e] - record->rest_energies[e];
   trace->rows[trace->count].t = record->state->t;
   trace->rows[trace->count].step = record->step;
-  trace->rows[trace->count].iterations = record->step ? record->stats->newton + record->stats->linear : 0;
+  trace->rows[trace->count].newton = record->step ? record->stats->newton : 0;
+  trace->rows[trace->count].linear = record->step ? record->stats->linear : 0;
   trace->rows[trace->count].kinetic = kinetic;
   trace->rows[trace->count++].strain = strain;
   return FLESH_OK;

@@ -9,7 +9,7 @@ typedef struct flesh_run_trace {
   int count, room;
   struct {
     double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
-    long iterations;           /* Newton's and linear ones together */
+    long newton, linear;       /* iterations */
     long step;                 /* 0: the start */
   } *rows;
 } flesh_run_trace;

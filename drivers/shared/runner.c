@@ -190,7 +190,7 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
              "another stable shape than the one at rest)", figures->stressed_rest);
     warn(r, outcome, 1, words);
   }
-  figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton + figures->unfinished_linear);
+  figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton, figures->unfinished_linear);
   if (flesh_longest_step_tell(&figures->longest_step, sizeof words, words)) warn(r, outcome, 1, words);
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
       status == FLESH_ERR_ENERGY) {
