@@ -1,4 +1,4 @@
-/* relax.c: the way out of a tangle: to the equilibrium of softer materials, and from there to the true ones'. */
+/* relax.c: through softer materials to the true ones: out of a tangle, and from a start where a solve gets nowhere. */
 #include <string.h>
 
 #include "time/integrator.h"
@@ -67,4 +67,18 @@ int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_sol
     if (status < 0) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
+                                       const flesh_stage_end *end, flesh_solve_stats *stats)
+{
+  const double *const guesses[] = {self->guess, NULL};
+  flesh_stage soft = *stage;
+  soft.softness = 1;
+  soft.multipliers = NULL;
+  soft.penalty = 0;
+  int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
+  if (status) return status;
+  memcpy(self->guess, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->guess * (size_t)self->n);
+  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
 }
