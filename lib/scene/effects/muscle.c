@@ -86,7 +86,8 @@ const flesh_effect_row flesh_effect_row_muscle = {
            "does not depend on the speed. What a change of the activation puts in at a fixed shape is external work.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
-    .sample = "{fibres: {direction: [1, 2, 0.5]}, peak_stress: 30000, optimal_stretch: 0.9, "
-              "activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",
+    /* Beyond the joints of the curve, near which differences are less exact. */
+    .sample = "{fibres: {direction: [1, 2, 0.5]}, curve: thelen, peak_stress: 30000, optimal_stretch: 0.6, "
+              "passive: {c1: 3000, c2: 2, limit: 5}, activation: [{time: 0, value: 0.2}, {time: 1, value: 1}]}",
     .add = add,
 };
