@@ -20,3 +20,5 @@ draw jelly_drop --time 0,0.4,0.8,1.5 --colour none --width 240
 draw twist --time 0,0.05,0.1 --colour stress --width 280
 draw inflated_sphere --time 0,0.8 --colour stress --width 280
 draw limb --time 0,0.15,2 --colour none --width 300
+"$flesh" run floating.yaml --out "$work/floating" --quiet
+"$flesh" snap "$work/floating" --bare --out ../pictures/floating.png --time 0,2,3,8 --colour none --width 300 --camera 10,15

@@ -14,7 +14,8 @@
 
 /* What NULL serves for, or nobody reads:
  * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target,
- * flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_ida_jacobian r, flesh_ida_jacobian w1, flesh_ida_jacobian w2,
+ * flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude,
+ * flesh_ida_jacobian r, flesh_ida_jacobian w1, flesh_ida_jacobian w2,
  * flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
  * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times
@@ -145,6 +146,13 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_pressure, body, (NULL, 1, any, 1, any, any));
   REFUSES(flesh_effect_pressure, triangles, (any, 1, NULL, 1, any, any));
   REFUSES(flesh_effect_pressure, effect, (any, 1, any, 1, any, NULL));
+  REFUSES(flesh_effect_drag, body, (NULL, 1, any, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, triangles, (any, 1, NULL, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, velocity, (any, 1, any, 1, NULL, 1, any));
+  REFUSES(flesh_effect_drag, effect, (any, 1, any, 1, any, 1, NULL));
+  REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
+  REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
+  REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));
 }
 
 static void null_is_refused_by_runs(void)

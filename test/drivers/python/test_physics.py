@@ -140,6 +140,7 @@ def effects_of(mesh, body):
             flesh.Damping(body, 0.2, 0.01, "current"), flesh.SettlingDamping(body, 2),
             flesh.Viscosity(body, 10, 20), flesh.Force(body, [3, 4], (1, 2, 3), amplitude),
             flesh.Traction(body, top, (0, 0, 9)), flesh.Pressure(body, surface, 100),
+            flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 
