@@ -129,6 +129,24 @@ FLESH_API int flesh_effect_pressure(const flesh_body *body, int count, const int
 FLESH_API int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, const double *fibres,
                                   const flesh_fibre *fibre, const flesh_amplitude *activation, flesh_effect **effect);
 
+/* The resistance of a fluid of `density`, kg/m^3, that goes at `velocity` [3], m/s: each part of
+ * `triangles` [3*count], wound outwards, that goes against the stream with the normal speed s > 0 has
+ * the pressure coefficient density/2 s^2; the lee has none. The surface is that of the lagged state. At
+ * order 2 the triangles are some of flesh_mesh_surface, and the integrals are over the curved faces, by
+ * a rule of degree 6.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_drag(const flesh_body *body, int count, const int *triangles,
+                                double density, const double velocity[3], double coefficient,
+                                flesh_effect **effect);
+
+/* The pressure of a fluid at rest, density |acceleration| d, on the whole surface where the depth d
+ * below `level` is positive; heights are counted from the origin against `acceleration` [3], m/s^2.
+ * V = the weight of what is displaced times the mean depth of it, with exact derivatives. On flat
+ * faces all integrals are exact; on curved ones where they are wholly under water.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double density,
+                                    const double acceleration[3], flesh_effect **effect);
+
 #ifdef __cplusplus
 }
 #endif

@@ -43,6 +43,8 @@ typedef struct flesh_effect_row {
   ROW(force)                                                                                     \
   ROW(traction)                                                                                  \
   ROW(pressure)                                                                                  \
+  ROW(drag)                                                                                      \
+  ROW(buoyancy)                                                                                  \
   ROW(damping)                                                                                   \
   ROW(settling_damping)                                                                          \
   ROW(viscosity)                                                                                 \

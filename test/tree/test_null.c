@@ -151,6 +151,13 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_muscle, fibres, (any, 1, any, NULL, any, any, any));
   REFUSES(flesh_effect_muscle, fibre, (any, 1, any, any, NULL, any, any));
   REFUSES(flesh_effect_muscle, effect, (any, 1, any, any, any, any, NULL));
+  REFUSES(flesh_effect_drag, body, (NULL, 1, any, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, triangles, (any, 1, NULL, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, velocity, (any, 1, any, 1, NULL, 1, any));
+  REFUSES(flesh_effect_drag, effect, (any, 1, any, 1, any, 1, NULL));
+  REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
+  REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
+  REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));
 }
 
 static void null_is_refused_by_runs(void)

@@ -141,6 +141,7 @@ def effects_of(mesh, body):
             flesh.Viscosity(body, 10, 20), flesh.Force(body, [3, 4], (1, 2, 3), amplitude),
             flesh.Traction(body, top, (0, 0, 9)), flesh.Pressure(body, surface, 100),
             flesh.Muscle(body, (1, 0.5, 0), flesh.Fibre("thelen", 1e4, optimal_stretch=0.9), amplitude, [0, 2, 5]),
+            flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 
