@@ -68,7 +68,7 @@ double flesh_contact_nearest_of_triangle(const double *p, const int nodes[3], co
     const int next = (k + 1) % 3;
     double w[2];
     squared = flesh_contact_nearest_of_edge(p, (const int[]){nodes[k], nodes[next]}, x, w);
-    if (!(squared < best)) continue;
+    if (squared >= best) continue; /* what is no number is taken */
     best = squared;
     weights[k] = w[0], weights[next] = w[1], weights[(k + 2) % 3] = 0;
   }
@@ -105,7 +105,7 @@ static void shares_of_edges(const int nodes[4], const double *x, double share[4]
     const int *other = nodes + (a < 2 ? 2 : 0), sign = a < 2 ? 1 : -1;
     double w[2];
     const double squared = flesh_contact_nearest_of_edge(x + 3 * (size_t)nodes[a], other, x, w);
-    if (!(squared < best)) continue;
+    if (squared >= best) continue; /* what is no number is taken */
     best = squared;
     memset(share, 0, 4 * sizeof *share);
     share[a] = sign;

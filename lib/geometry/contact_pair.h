@@ -1,8 +1,8 @@
 /* contact_pair.h: the barrier between two features of surfaces that come near each other.
  *
  * A pair is a point and a point, edge or triangle, or two edges. Its potential is weight * w * B(d/w) with their
- * distance d, the thickness w and the law B of barrier.h; that of two edges is multiplied by the mollifier of Li et al. 2020,
- * "Incremental Potential Contact", equation 24,
+ * distance d, the thickness w and the law B of barrier.h; that of two edges is multiplied by the mollifier of Li et al.
+ * 2020, "Incremental Potential Contact", equation 24,
  *   m = y/e (2 - y/e) for y = |u x v|^2 < e, else 1, with the edges' vectors u, v and e = `parallel`,
  * since the nearest points of parallel edges jump from end to end.
  *
