@@ -37,8 +37,9 @@ double flesh_contact_nearest_of_edge(const double *p, const int nodes[2], const 
   return flesh_vec3_dot(d, d);
 }
 
-/* Whether the foot of the perpendicular from p is within the triangle: then its weights and distance squared. */
-static int foot_within(const double *p, const int nodes[3], const double *x, double weights[3], double *squared)
+/* The foot of the perpendicular from p in the triangle's plane: its weights and the distance squared; 0 where the
+ * triangle has no area. */
+static int find_foot(const double *p, const int nodes[3], const double *x, double weights[3], double *squared)
 {
   const double *X[3];
   double e[3], f[3], h[3], n[3], q[3];
@@ -56,23 +57,36 @@ static int foot_within(const double *p, const int nodes[3], const double *x, dou
   weights[0] = 1 - weights[1] - weights[2];
   const double height = flesh_vec3_dot(h, n);
   *squared = height / area * height;
-  return weights[0] > 0 && weights[1] > 0 && weights[2] > 0;
+  return 1;
 }
 
+/* The part of a triangle that bears its point nearest to p, by signs: an edge k, 3 + a corner, or -1 where rounding
+ * hides it. `foot`: weights of the foot in the plane; `on`: those of the nearest points of the edges. */
+static int bearing_part(const double foot[3], const double (*on)[2])
+{
+  for (int k = 0; k < 3; k++)
+    if (foot[(k + 2) % 3] <= 0 && on[k][0] > 0 && on[k][1] > 0) return k;
+  for (int k = 0; k < 3; k++)
+    if (on[k][0] == 1 && on[(k + 2) % 3][1] == 1) return 3 + k;
+  return -1;
+}
+
+/* Signs tell parts apart that distances do not: those differ by the square of what is left to an edge. */
 double flesh_contact_nearest_of_triangle(const double *p, const int nodes[3], const double *x, double weights[3])
 {
-  double best = INFINITY, squared;
-  if (foot_within(p, nodes, x, weights, &squared)) return squared;
-  weights[0] = 1, weights[1] = weights[2] = 0;
-  for (int k = 0; k < 3; k++) {
-    const int next = (k + 1) % 3;
-    double w[2];
-    squared = flesh_contact_nearest_of_edge(p, (const int[]){nodes[k], nodes[next]}, x, w);
-    if (squared >= best) continue; /* what is no number is taken */
-    best = squared;
-    weights[k] = w[0], weights[next] = w[1], weights[(k + 2) % 3] = 0;
+  double squared[4], on[3][2];
+  const int flat = find_foot(p, nodes, x, weights, &squared[3]);
+  if (flat && weights[0] > 0 && weights[1] > 0 && weights[2] > 0) return squared[3];
+  for (int k = 0; k < 3; k++)
+    squared[k] = flesh_contact_nearest_of_edge(p, (const int[]){nodes[k], nodes[(k + 1) % 3]}, x, on[k]);
+  int part = flat ? bearing_part(weights, (const double(*)[2])on) : -1;
+  for (int k = 0, best = 0; part < 0 && k < 3; k++) {
+    if (squared[k] < squared[best] || isnan(squared[k])) best = k;
+    if (k == 2) part = best;
   }
-  return best;
+  const int edge = part % 3;
+  weights[edge] = on[edge][0], weights[(edge + 1) % 3] = on[edge][1], weights[(edge + 2) % 3] = 0;
+  return squared[edge];
 }
 
 /* The nearest points within both of two edges: their weights, where they are there. */
@@ -113,19 +127,40 @@ static void shares_of_edges(const int nodes[4], const double *x, double share[4]
   }
 }
 
-/* What of the nodes is borne by: their shares. */
-static void shares_of(flesh_contact_kind kind, const int *nodes, const double *x, double share[4])
+/* The foot on the edge's line. */
+static int foot_on_line(const double *p, const int nodes[2], const double *x, double weights[2])
+{
+  double e[3], d[3];
+  subtract(x + 3 * (size_t)nodes[1], x + 3 * (size_t)nodes[0], e);
+  subtract(p, x + 3 * (size_t)nodes[0], d);
+  const double all = flesh_vec3_dot(e, e);
+  weights[1] = flesh_vec3_dot(d, e) / all;
+  weights[0] = 1 - weights[1];
+  return all > 0;
+}
+
+/* The nodes' shares, and which of them bear the nearest points. */
+static void find_shares(flesh_contact_kind kind, int within, const int *nodes, const double *x, double share[4],
+                        int bears[4])
 {
   const double *p = x + 3 * (size_t)nodes[0];
-  double w[3] = {1, 0, 0};
+  double w[3] = {1, 0, 0}, squared;
+  int all = 0;
   if (kind == FLESH_CONTACT_EDGE_EDGE) {
     shares_of_edges(nodes, x, share);
-    return;
+  } else {
+    if (kind == FLESH_CONTACT_POINT_EDGE) {
+      all = within && foot_on_line(p, nodes + 1, x, w);
+      if (!all) flesh_contact_nearest_of_edge(p, nodes + 1, x, w);
+    }
+    if (kind == FLESH_CONTACT_POINT_TRIANGLE) {
+      all = within && find_foot(p, nodes + 1, x, w, &squared);
+      if (!all) flesh_contact_nearest_of_triangle(p, nodes + 1, x, w);
+    }
+    share[0] = 1;
+    for (int k = 0; k < 3; k++) share[k + 1] = -w[k];
   }
-  if (kind == FLESH_CONTACT_POINT_EDGE) flesh_contact_nearest_of_edge(p, nodes + 1, x, w);
-  if (kind == FLESH_CONTACT_POINT_TRIANGLE) flesh_contact_nearest_of_triangle(p, nodes + 1, x, w);
-  share[0] = 1;
-  for (int k = 0; k < 3; k++) share[k + 1] = -w[k];
+  for (int k = 0; k < flesh_contact_kind_nodes(kind); k++) bears[k] = all || share[k] != 0;
 }
 
 /* Orthonormal tangents of those that the places' changes `turn` make. */
@@ -169,28 +204,30 @@ static void find_normal(const double (*places)[3], flesh_contact_closest *c)
   for (int k = 0; k < 3; k++) c->normal[k] = c->distance > 0 ? D[k] / c->distance : 0;
 }
 
-void flesh_contact_find_closest(flesh_contact_kind kind, const int *nodes, const double *x,
+void flesh_contact_find_closest(flesh_contact_kind kind, int within, const int *nodes, const double *x,
                                 flesh_contact_closest *closest)
 {
   double share[4], places[4][3];
+  int bears[4];
+  const int second = kind == FLESH_CONTACT_EDGE_EDGE ? 2 : 1; /* where the second feature's nodes begin */
   const int all = flesh_contact_kind_nodes(kind);
   *closest = (flesh_contact_closest){0};
   flesh_contact_closest *c = closest;
-  shares_of(kind, nodes, x, share);
+  find_shares(kind, within, nodes, x, share, bears);
   for (int a = 0; a < all; a++)
-    if (share[a] != 0) {
+    if (bears[a]) {
       c->corner[c->count] = a;
       c->share[c->count] = share[a];
       subtract(x + 3 * (size_t)nodes[a], x + 3 * (size_t)nodes[c->corner[0]], places[c->count]);
       c->count++;
     }
-  /* Those after the first of the same feature, less that, move along it. */
+  /* From the first node of a feature to its others. */
   for (int a = 1, first = 0, i = 0; a < c->count; a++) {
-    if ((c->share[a] > 0) != (c->share[first] > 0)) {
+    if ((c->corner[a] < second) != (c->corner[first] < second)) {
       first = a;
       continue;
     }
-    const double towards = c->share[a] > 0 ? 1 : -1;
+    const double towards = c->corner[a] < second ? 1 : -1;
     c->turn[i][first] = -towards;
     c->turn[i++][a] = towards;
   }

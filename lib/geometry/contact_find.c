@@ -110,17 +110,31 @@ static int64_t bearer_of(const flesh_contact_surface *s, int face, const double 
   return key_of(NODE, s->node_place[s->faces[3 * face + last]]);
 }
 
-/* The triangles near p, with their sides and corners. */
-static void list_faces(job *j, int part, int node, int begin, int end, entries *sides, entries *corners,
+/* Where a node is looked at from: features that tie, such as the sides of an edge that it is exactly above, are told
+ * apart from a place beside it, the same for all of them. What is nearest there is at the same distance from the node
+ * itself but for the square of this part of the distance. */
+static const double beside = 1e-7, aside[3] = {0.5377, 0.7251, -0.4309};
+
+/* The triangles near the node, with their sides and corners; p is the place from which it is looked at. */
+static void list_faces(job *j, int part, int node, int begin, int end, double p[3], entries *sides, entries *corners,
                        entries *features)
 {
   const flesh_contact_surface *s = j->set->surface;
-  const double *p = j->x + 3 * (size_t)node;
+  double least = INFINITY, weights[3];
+  int near = 0; /* their numbers are kept where their features will be */
+  memcpy(p, j->x + 3 * (size_t)node, 3 * sizeof *p);
   for (int k = begin; k < end; k++) {
-    double weights[3];
     const int face = j->candidates->point_faces[2 * k + 1], *nodes = s->faces + 3 * face;
     if (is_far(j->x, 1, &node, 3, nodes, j->set->law.thickness)) continue;
-    if (!is_felt(j, part, flesh_contact_nearest_of_triangle(p, nodes, j->x, weights))) continue;
+    const double squared = flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
+    if (!is_felt(j, part, squared)) continue;
+    least = squared < least ? squared : least;
+    features->list[near++].value = face;
+  }
+  for (int c = 0; c < 3 && near; c++) p[c] += beside * sqrt(least) * aside[c];
+  for (int k = 0; k < near; k++) {
+    const int face = features->list[k].value, *nodes = s->faces + 3 * face;
+    flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
     push(features, bearer_of(s, face, weights), 1);
     for (int c = 0; c < 3; c++) {
       push(sides, s->face_edges[3 * face + c], 1);
@@ -130,17 +144,17 @@ static void list_faces(job *j, int part, int node, int begin, int end, entries *
 }
 
 /* Takes edges off and puts nodes back, as often as the triangles that have been listed share them. */
-static void add_edges_and_nodes(job *j, int part, int node, entries *sides, entries *corners, entries *features)
+static void add_edges_and_nodes(const job *j, const double p[3], entries *sides, entries *corners, entries *features)
 {
   const flesh_contact_surface *s = j->set->surface;
-  const double *p = j->x + 3 * (size_t)node;
+  const double w = j->set->law.thickness;
   merge(sides);
   for (int k = 0; k < sides->count; k++) {
     const int edge = (int)sides->list[k].key, again = sides->list[k].value - 1, *ends = s->edges + 2 * edge;
     double weights[2];
     if (again == 0) continue;
     for (int c = 0; c < 2; c++) push(corners, s->node_place[ends[c]], again);
-    if (!is_felt(j, part, flesh_contact_nearest_of_edge(p, ends, j->x, weights))) continue;
+    if (flesh_contact_nearest_of_edge(p, ends, j->x, weights) >= w * w) continue;
     const int64_t bearer = weights[0] == 0   ? key_of(NODE, s->node_place[ends[1]])
                            : weights[1] == 0 ? key_of(NODE, s->node_place[ends[0]])
                                              : key_of(EDGE, edge);
@@ -155,7 +169,7 @@ static void add_edges_and_nodes(job *j, int part, int node, entries *sides, entr
       const double d = p[c] - j->x[3 * (size_t)s->nodes[place] + c];
       squared += d * d;
     }
-    if (is_felt(j, part, squared)) push(features, key_of(NODE, place), times);
+    if (squared < w * w) push(features, key_of(NODE, place), times);
   }
 }
 
@@ -166,13 +180,15 @@ static void pairs_of_point(job *j, int part, int begin, int end, entry *scratch)
   const int place = j->candidates->point_faces[2 * begin], node = s->nodes[place];
   entries sides = {0, scratch}, corners = {0, sides.list + SIDES * (size_t)j->most},
           features = {0, corners.list + CORNERS * (size_t)j->most};
-  list_faces(j, part, node, begin, end, &sides, &corners, &features);
-  if (features.count > 1) add_edges_and_nodes(j, part, node, &sides, &corners, &features);
+  double p[3];
+  list_faces(j, part, node, begin, end, p, &sides, &corners, &features);
+  if (features.count > 1) add_edges_and_nodes(j, p, &sides, &corners, &features);
   merge(&features);
   for (int k = 0; k < features.count; k++) {
     const int type = (int)(features.list[k].key >> 32), number = (int)(features.list[k].key & INT32_MAX);
-    flesh_contact_pair pair = {.nodes = {node, -1, -1, -1}, .owner = place, .thickness = set->law.thickness};
+    flesh_contact_pair pair = {.nodes = {node, -1, -1, -1}, .owner = place, .within = 1};
     if (features.list[k].value == 0) continue;
+    pair.thickness = set->law.thickness;
     pair.weight = features.list[k].value * (set->law.stiffness * s->node_area[place] / 2);
     pair.kind = type == NODE ? FLESH_CONTACT_POINT_POINT
                              : type == EDGE ? FLESH_CONTACT_POINT_EDGE : FLESH_CONTACT_POINT_TRIANGLE;
@@ -217,7 +233,7 @@ static void edges_of_part(job *j, int part)
     if (is_far(j->x, 2, first, 2, second, w)) continue;
     flesh_contact_pair pair = {.nodes = {first[0], first[1], second[0], second[1]}, .owner = -1, .thickness = w};
     pair.kind = FLESH_CONTACT_EDGE_EDGE;
-    flesh_contact_find_closest(pair.kind, pair.nodes, j->x, &at);
+    flesh_contact_find_closest(pair.kind, 0, pair.nodes, j->x, &at);
     if (at.distance >= w || !is_felt(j, found, at.distance * at.distance)) continue;
     pair.weight = set->law.stiffness * (s->edge_area[a] + s->edge_area[b]) / 4;
     pair.parallel = flesh_contact_parallel(set->edge_squared[a], set->edge_squared[b]);

@@ -86,7 +86,7 @@ int flesh_contact_pair_gradient(const flesh_contact_pair *pair, const double *x,
   double law, first, second, turn[12];
   *value = 0;
   if (gradient) memset(gradient, 0, 12 * sizeof *gradient);
-  flesh_contact_find_closest(pair->kind, pair->nodes, x, &at);
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
   if (!(at.distance > 0)) return FLESH_UNDEFINED;
   if (at.distance >= pair->thickness) return FLESH_OK;
   flesh_barrier_law(at.distance / pair->thickness, &law, &first, &second);
@@ -106,7 +106,7 @@ double flesh_contact_pair_force(const flesh_contact_pair *pair, const double *x,
 {
   mollifier m;
   double law, first, second;
-  flesh_contact_find_closest(pair->kind, pair->nodes, x, closest);
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, closest);
   if (!(closest->distance > 0) || closest->distance >= pair->thickness) return 0;
   flesh_barrier_law(closest->distance / pair->thickness, &law, &first, &second);
   return -pair->weight * first * (find_mollifier(pair, x, &m) ? m.value : 1);
@@ -248,7 +248,7 @@ int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const double *x, 
   mollifier m;
   double law, first, second, g[12] = {0}, turn[12];
   memset(hessian, 0, 144 * sizeof *hessian);
-  flesh_contact_find_closest(pair->kind, pair->nodes, x, &at);
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
   if (!(at.distance > 0)) return FLESH_UNDEFINED;
   if (at.distance >= pair->thickness) return FLESH_OK;
   const int mollified = find_mollifier(pair, x, &m);

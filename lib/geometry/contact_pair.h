@@ -21,6 +21,7 @@
 typedef struct flesh_contact_pair {
   int nodes[4]; /* the point, then those of the other feature; of two edges two and two; -1 behind them */
   flesh_contact_kind kind;
+  int within;       /* see flesh_contact_find_closest */
   int owner;        /* its point's place among the nodes of a flesh_contact_surface; -1: two edges */
   double weight;    /* N; negative in signed sums */
   double thickness; /* m, > 0 */

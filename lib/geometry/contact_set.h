@@ -9,8 +9,11 @@
  *
  * Two edges have k w' (A + A')/4 B(d/w') with a smaller thickness w' and no signs: the nodes bear ordinary contact, in
  * which no edges are that near, and edges that cross bear what nodes cannot, down to any distance. (A signed sum over
- * edges, as Li et al. 2023 have it, counts an edge as often as it crosses others above a flat face; over a net of edges
- * finer than the thickness it is the Euler characteristic of a graph, nodes - edges < 0, which attracts.)
+ * edges, as Li et al. 2023 have it, counts an edge as often as it crosses others above a flat face, 2 to 4 times for
+ * triangles at random; over a net of edges finer than the thickness it is the Euler characteristic of a graph,
+ * nodes - edges < 0, which attracts.)
+ *
+ * Ties, such as a node exactly above a node, are decided as from a place beside it, so that they too leave one pair.
  *
  * Pressed together, flat faces a distance d apart have the pressure k |B'(d/w)|, as a face above an obstacle has. */
 #ifndef FLESH_GEOMETRY_CONTACT_SET_H

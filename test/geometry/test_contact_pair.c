@@ -10,7 +10,7 @@ enum { KINDS = 4 };
 /* A pair of random features about `distance` apart, with feet somewhere about them. */
 static flesh_contact_pair random_pair(int kind, double distance, double x[12])
 {
-  flesh_contact_pair pair = {{0, 1, 2, 3}, (flesh_contact_kind)kind, 0, 1 + uniform() / 2, 0.2, 0};
+  flesh_contact_pair pair = {{0, 1, 2, 3}, (flesh_contact_kind)kind, 0, 0, 1 + uniform() / 2, 0.2, 0};
   double R[9], base[12];
   random_rotation(R);
   for (int k = 0; k < 12; k++) base[k] = uniform();
@@ -32,8 +32,8 @@ static flesh_contact_pair random_pair(int kind, double distance, double x[12])
 static int same_feature(const flesh_contact_pair *pair, const double *x, const double *y)
 {
   flesh_contact_closest a, b;
-  flesh_contact_find_closest(pair->kind, pair->nodes, x, &a);
-  flesh_contact_find_closest(pair->kind, pair->nodes, y, &b);
+  flesh_contact_find_closest(pair->kind, 0, pair->nodes, x, &a);
+  flesh_contact_find_closest(pair->kind, 0, pair->nodes, y, &b);
   if (a.count != b.count) return 0;
   return !memcmp(a.corner, b.corner, sizeof a.corner);
 }
@@ -82,7 +82,7 @@ static void derivatives_are_those_of_differences(void)
       flesh_contact_closest at;
       const flesh_contact_pair pair = random_pair(kind, 0.1, x);
       if (compare(&pair, x, 3e-4, &errors[0], &errors[1])) continue;
-      flesh_contact_find_closest(pair.kind, pair.nodes, x, &at);
+      flesh_contact_find_closest(pair.kind, 0, pair.nodes, x, &at);
       full += at.count == flesh_contact_kind_nodes(pair.kind);
       for (int e = 0; e < 2; e++) worst[e] = fmax(worst[e], errors[e]);
       done++;
@@ -98,7 +98,7 @@ static void derivatives_are_those_of_differences(void)
 /* Nearly parallel edges side by side. */
 static flesh_contact_pair parallel_pair(double angle, double x[12])
 {
-  flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, -1, 1.3, 0.2, 0};
+  flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1.3, 0.2, 0};
   double R[9], base[12] = {0, 0, 0.1, 1, angle, 0.1 + angle * uniform(), 0.3 * uniform(), 0, 0, 1.2, 0, 0};
   random_rotation(R);
   for (int a = 0; a < 4; a++) flesh_mat3_times(R, base + 3 * a, x + 3 * a);

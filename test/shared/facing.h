@@ -7,7 +7,7 @@
 #include "geometry/contact_set.h"
 #include "test_matrix.h"
 
-enum { FACING_NODES = 1000, FACING_FACES = 2000 };
+enum { FACING_NODES = 1100, FACING_FACES = 2000 };
 
 typedef struct facing {
   int nodes, faces, body[FACING_NODES], triangles[3 * FACING_FACES];
