@@ -262,7 +262,7 @@ static void jumps_of(int steps, double jump[2])
   const flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1, 0.2, flesh_contact_parallel(1, 1)};
   jump[0] = jump[1] = 0;
   for (int k = 0; k <= steps; k++) {
-    const double s = (double)k / steps, angle = 0.2 * (s - 0.4), tilt = 0.03 * sin(9 * s);
+    const double s = (double)k / steps, angle = 0.2 * (s - 0.4), tilt = 0.05 * (s - 0.4);
     double now[13];
     for (int end = 0; end < 2; end++) {
       const double along = end - 0.8 + 1.2 * s;
