@@ -110,37 +110,50 @@ static int64_t bearer_of(const flesh_contact_surface *s, int face, const double 
   return key_of(NODE, s->node_place[s->faces[3 * face + last]]);
 }
 
-/* Where a node is looked at from: features that tie, such as the sides of an edge that it is exactly above, are told
- * apart from a place beside it, the same for all of them. What is nearest there is at the same distance from the node
- * itself but for the square of this part of the distance. */
-static const double beside = 1e-7, aside[3] = {0.5377, 0.7251, -0.4309};
-
-/* The triangles near the node, with their sides and corners; p is the place from which it is looked at. */
-static void list_faces(job *j, int part, int node, int begin, int end, double p[3], entries *sides, entries *corners,
-                       entries *features)
+/* The triangles near p, with their sides and corners; returns the least distance squared. */
+static double list_faces(job *j, int part, int node, int begin, int end, const double p[3], entries *sides,
+                         entries *corners, entries *features)
 {
   const flesh_contact_surface *s = j->set->surface;
-  double least = INFINITY, weights[3];
-  int near = 0; /* their numbers are kept where their features will be */
-  memcpy(p, j->x + 3 * (size_t)node, 3 * sizeof *p);
+  double least = INFINITY;
+  sides->count = corners->count = features->count = 0;
   for (int k = begin; k < end; k++) {
+    double weights[3];
     const int face = j->candidates->point_faces[2 * k + 1], *nodes = s->faces + 3 * face;
     if (is_far(j->x, 1, &node, 3, nodes, j->set->law.thickness)) continue;
     const double squared = flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
     if (!is_felt(j, part, squared)) continue;
     least = squared < least ? squared : least;
-    features->list[near++].value = face;
-  }
-  for (int c = 0; c < 3 && near; c++) p[c] += beside * sqrt(least) * aside[c];
-  for (int k = 0; k < near; k++) {
-    const int face = features->list[k].value, *nodes = s->faces + 3 * face;
-    flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
     push(features, bearer_of(s, face, weights), 1);
     for (int c = 0; c < 3; c++) {
       push(sides, s->face_edges[3 * face + c], 1);
       push(corners, s->node_place[nodes[c]], -1);
     }
   }
+  return least;
+}
+
+/* Nodes are looked at from a place beside them, so far off: features that tie, such as the sides of an edge that the node
+ * is exactly above, are told apart there, the same for all of them. What is nearest there is at the same distance from
+ * the node itself but for the square of what this is of it: so far nearer than the thickness the place has to be nearer,
+ * too. */
+static const double beside = 1e-9, far_nearer = 1e-3;
+
+static void find_place(const double *x, double off, double p[3])
+{
+  static const double aside[3] = {0.5377, 0.7251, -0.4309};
+  for (int c = 0; c < 3; c++) p[c] = x[c] + off * aside[c];
+}
+
+static void look(job *j, int part, int node, int begin, int end, double p[3], entries *sides, entries *corners,
+                 entries *features)
+{
+  const double *x = j->x + 3 * (size_t)node, w = j->set->law.thickness;
+  find_place(x, beside * w, p);
+  if (!(list_faces(j, part, node, begin, end, p, sides, corners, features) < far_nearer * far_nearer * w * w)) return;
+  const double least = list_faces(j, part, node, begin, end, x, sides, corners, features);
+  find_place(x, beside / far_nearer * sqrt(least), p);
+  list_faces(j, part, node, begin, end, p, sides, corners, features);
 }
 
 /* Takes edges off and puts nodes back, as often as the triangles that have been listed share them. */
@@ -181,7 +194,7 @@ static void pairs_of_point(job *j, int part, int begin, int end, entry *scratch)
   entries sides = {0, scratch}, corners = {0, sides.list + SIDES * (size_t)j->most},
           features = {0, corners.list + CORNERS * (size_t)j->most};
   double p[3];
-  list_faces(j, part, node, begin, end, p, &sides, &corners, &features);
+  look(j, part, node, begin, end, p, &sides, &corners, &features);
   if (features.count > 1) add_edges_and_nodes(j, p, &sides, &corners, &features);
   merge(&features);
   for (int k = 0; k < features.count; k++) {
