@@ -22,6 +22,8 @@ make_mesh sphere_shell 0.013 sphere_shell.msh
 make_mesh limb 0.011 limb.msh
 make_mesh limb 0.022 limb_coarse.msh
 make_mesh ball 0.02 ball.msh
+make_mesh spindle 0.007 spindle.msh
+make_mesh tentacle 0.014 tentacle.msh
 # Hard cases are run on these.
 make_mesh dumbbell 0.022 dumbbell.msh
 make_mesh plate_with_holes 0.013 plate_with_holes.msh

@@ -20,3 +20,8 @@ draw jelly_drop --time 0,0.4,0.8,1.5 --colour none --width 240
 draw twist --time 0,0.05,0.1 --colour stress --width 280
 draw inflated_sphere --time 0,0.8 --colour stress --width 280
 draw limb --time 0,0.15,2 --colour none --width 300
+draw muscle_spindle --time 0,0.5,1.5,2.5 --colour none --width 200
+draw tentacle --time 0,0.5,0.95,1.6 --colour none --width 220
+draw limb_antagonists --time 0.3,0.9,1.6,2.4 --colour none --width 240
+"$flesh" run floating.yaml --out "$work/floating" --quiet
+"$flesh" snap "$work/floating" --bare --out ../pictures/floating.png --time 0,2,3,8 --colour none --width 300 --camera 10,15

@@ -156,6 +156,7 @@ static int make_runs(flesh_hardcases_plan *plan)
                                               .recovered_at = NAN,
                                               .newton_ratio = NAN,
                                               .time_ratio = NAN,
+                                              .longest = {.t = NAN, .ratio = NAN},
                                               .gradient = NAN,
                                               .smallest_eigenvalue = NAN}};
       }

@@ -5,6 +5,7 @@
 
 #include "flesh/body.h"
 #include "flesh/material.h"
+#include "shared/longest_step.h"
 #include "shared/options.h"
 #include "hardcases/cases.h"
 
@@ -88,6 +89,7 @@ typedef struct flesh_hardcases_figures {
   double distance, volume_error;   /* from the rest shape at the end */
   double recovered_at;             /* s, since when the distance has been small; NaN: never */
   double newton_ratio, time_ratio; /* worst step over the median one, of the hard phase */
+  flesh_longest_step longest; /* of the phase where it is longer beside the median */
   double wall_s, cpu_s, simulated_s;
   int rank; /* of the end shape: 0 a point, 1 a line, 2 a plane, 3 a body */
   flesh_hardcases_end end;
@@ -125,8 +127,8 @@ const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver);
 const char *flesh_hardcases_outcome_name(flesh_hardcases_outcome outcome);
 const char *flesh_hardcases_end_name(flesh_hardcases_end end);
 
-/* "S 0.49 default": with constants, step and element where they are not the usual ones. */
-void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[80]);
+/* "S 0.49 default": with mesh, constants, step and element where they are not the usual ones. */
+void flesh_hardcases_setting_title(const flesh_hardcases_setting *setting, char title[112]);
 
 /* "cases/scramble_2_S_0.49_default", below plan->out. */
 void flesh_hardcases_run_folder(const flesh_hardcases_run *run, char folder[256]);

@@ -25,7 +25,9 @@ static const struct {
     FIGURE(INT, inverted_end), FIGURE(DOUBLE, stressed_rest), FIGURE(DOUBLE, distance), FIGURE(DOUBLE, volume_error),
     FIGURE(DOUBLE, recovered_at), FIGURE(DOUBLE, newton_ratio), FIGURE(DOUBLE, time_ratio), FIGURE(DOUBLE, wall_s),
     FIGURE(DOUBLE, cpu_s), FIGURE(DOUBLE, simulated_s), FIGURE(INT, rank), FIGURE(DOUBLE, gradient),
-    FIGURE(DOUBLE, smallest_eigenvalue), FIGURE(INT, negative_eigenvalues)};
+    FIGURE(DOUBLE, smallest_eigenvalue), FIGURE(INT, negative_eigenvalues),
+    FIGURE(LONG, longest.step), FIGURE(DOUBLE, longest.t), FIGURE(LONG, longest.newton), FIGURE(LONG, longest.linear),
+    FIGURE(DOUBLE, longest.ratio)};
 enum { MEMBERS = sizeof members / sizeof *members };
 
 static void path_of(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, const char *name, char path[1700])

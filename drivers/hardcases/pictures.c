@@ -1,5 +1,4 @@
-/* pictures.c: the matrix (cases x settings, coloured by outcome) and the frames of the
- * battery. */
+/* pictures.c: the matrix (cases x settings, coloured by outcome), and what else is drawn of the battery. */
 #include <assert.h>
 #include <math.h>
 #include <stdio.h>
@@ -7,10 +6,9 @@
 #include <string.h>
 
 #include "base/error.h"
-#include "flesh/scene.h"
-#include "shared/picture.h"
 #include "shared/plot.h"
 #include "shared/plot_text.h"
+#include "hardcases/frames.h"
 #include "hardcases/hardcases.h"
 
 /* Distinguishable with any colour vision; from good to bad also from light to dark. */
@@ -143,7 +141,7 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
               10 / width, c, right / width, c);
   }
   for (int s = 0; s < plan->setting_count; s++) {
-    char title[80];
+    char title[112];
     flesh_hardcases_setting_title(&plan->settings[s], title);
     fputs("set label ", stream);
     flesh_plot_quote(stream, title);
@@ -168,149 +166,6 @@ static int draw_matrix(const flesh_hardcases_plan *plan)
   return status ? status : flesh_plot_draw(plan->out, "matrix");
 }
 
-enum { FRAMES = 4 };
-static const double REACH = 1.05; /* of a picture, in body lengths */
-
-/* The frames of a case: a panel each. */
-typedef struct strip {
-  flesh_mesh *mesh;
-  flesh_body body;
-  double *x[FRAMES], *J[FRAMES];
-  char titles[FRAMES][64], subtitle[64];
-} strip;
-
-/* Into a box about the origin whose side is the body's length; a free body stays in its middle.
- * What is far larger than the picture is shown smaller: returns by how much, 1 or less. */
-static double centre(const flesh_hardcases_case *row, const flesh_mesh *mesh, double *x)
-{
-  flesh_mesh_info info;
-  flesh_mesh_inspect(mesh, &info);
-  double middle[3];
-  for (int c = 0; c < 3; c++) {
-    double low = info.low[c], high = info.high[c];
-    if (!(row->flags & FLESH_HARDCASES_PINNED)) {
-      low = INFINITY, high = -INFINITY;
-      for (int i = 0; i < info.nodes; i++)
-        low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
-    }
-    middle[c] = 0.5 * (low + high);
-  }
-  double largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
-  for (int c = 0; c < 3; c++) length += pow(info.high[c] - info.low[c], 2);
-  length = sqrt(length / 1.5);
-  for (int d = 0; d < 3 * info.nodes; d++) {
-    x[d] = (x[d] - middle[d % 3]) / length;
-    largest = fmax(largest, fabs(x[d]));
-  }
-  if (!(largest > REACH)) return 1;
-  for (int d = 0; d < 3 * info.nodes; d++) x[d] *= REACH / largest;
-  return REACH / largest;
-}
-
-static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, strip *s)
-{
-  static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
-  static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
-                                            "out/state.txt"};
-  char folder[256], path[1700];
-  int status = flesh_hardcases_run_mesh(plan, run, &s->mesh);
-  if (status) return status;
-  int nodes = flesh_mesh_node_count(s->mesh);
-  double *v = malloc(sizeof *v * 3 * (size_t)nodes);
-  flesh_hardcases_run_folder(run, folder);
-  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
-  for (int k = 0; k < FRAMES && v; k++) {
-    s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
-    s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
-    flesh_state state = {.t = 0, .x = s->x[k], .v = v};
-    snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
-             words[k]);
-    snprintf(path, sizeof path, "%s/%s/release/state.txt", plan->out, folder);
-    int found = s->x[k] && s->J[k] && k == FRAMES - 1 && !flesh_state_read(path, nodes, &state);
-    snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[k]);
-    if (!found && (!s->x[k] || !s->J[k] || flesh_state_read(path, nodes, &state))) {
-      free(s->x[k]);
-      s->x[k] = NULL;
-      continue;
-    }
-    flesh_mesh_jacobians(s->mesh, s->x[k], s->J[k], NULL, NULL);
-    double shrunk = centre(run->row, s->mesh, s->x[k]);
-    size_t length = strlen(s->titles[k]);
-    if (shrunk < 1)
-      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.2g)", 1 / shrunk);
-  }
-  free(v);
-  return FLESH_OK;
-}
-
-static void free_strips(int count, strip *strips)
-{
-  for (int c = 0; c < count; c++) {
-    flesh_mesh_destroy(&strips[c].mesh);
-    for (int k = 0; k < FRAMES; k++) free(strips[c].x[k]), free(strips[c].J[k]);
-  }
-  free(strips);
-}
-
-/* The setting that the frames show: the first energy and solver at the largest Poisson's ratio up
- * to 0.49. */
-static const flesh_hardcases_setting *shown(const flesh_hardcases_plan *plan)
-{
-  const flesh_hardcases_setting *best = &plan->settings[0];
-  for (int s = 1; s < plan->setting_count; s++) {
-    const flesh_hardcases_setting *other = &plan->settings[s];
-    int same = other->energy == best->energy && other->constants == best->constants &&
-               other->solver == best->solver && other->step == best->step && other->element == best->element;
-    if (same && other->poisson <= 0.49 && other->poisson > best->poisson) best = other;
-  }
-  return best;
-}
-
-/* A picture per group: start, first step, a tenth of the time, end. */
-static int draw_frames(const flesh_hardcases_plan *plan, const char *group)
-{
-  const flesh_hardcases_setting *setting = shown(plan);
-  strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
-  flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
-  int count = 0,
-      status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-  for (int k = 0; k < plan->run_count && !status; k++) {
-    const flesh_hardcases_run *r = &plan->runs[k];
-    int first = r->setting->first_poisson && r->row->poisson > 0 &&
-                r->setting->energy == setting->energy && r->setting->solver == setting->solver &&
-                r->setting->element == setting->element;
-    if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
-    if (count == plan->case_count) break;
-    status = read_strip(plan, r, &strips[count]);
-    strips[count].body = (flesh_body){.mesh = strips[count].mesh};
-    for (int f = 0; f < FRAMES; f++)
-      panels[FRAMES * count + f] =
-          (flesh_picture_panel){.title = strips[count].titles[f],
-                                .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
-                                .body = &strips[count].body,
-                                .x = strips[count].x[f],
-                                .J = strips[count].J[f]};
-    count++;
-  }
-  if (!status && count) {
-    char path[1700];
-    flesh_picture_options options;
-    flesh_picture_options_default(&options);
-    options.columns = count > 1 ? 2 * FRAMES : FRAMES;
-    options.width = 190;
-    options.height = 130;
-    options.low = 0.5, options.high = 1.5;
-    options.edges = 1;
-    for (int d = 0; d < 3; d++) options.camera.target[d] = 0;
-    options.camera.height = 1.5;
-    snprintf(path, sizeof path, "%s/frames_%s.png", plan->out, group);
-    status = flesh_picture(path, FRAMES * count, panels, &options, NULL);
-  }
-  if (strips) free_strips(plan->case_count, strips);
-  free(panels);
-  return status;
-}
-
 int flesh_hardcases_draw(const flesh_hardcases_plan *plan)
 {
   flesh_plot_outcome outcome = {0};
@@ -318,7 +173,8 @@ int flesh_hardcases_draw(const flesh_hardcases_plan *plan)
   for (int c = 0; c < plan->case_count; c++) {
     int first = 1;
     for (int b = 0; b < c; b++) first &= strcmp(plan->cases[b]->group, plan->cases[c]->group) != 0;
-    if (first) flesh_plot_note(&outcome, draw_frames(plan, plan->cases[c]->group));
+    if (first) flesh_plot_note(&outcome, flesh_hardcases_draw_frames(plan, plan->cases[c]->group));
   }
+  for (int s = 0; s < plan->setting_count; s++) flesh_plot_note(&outcome, flesh_hardcases_draw_sheet(plan, s));
   return flesh_plot_ended(&outcome);
 }

@@ -51,6 +51,12 @@ static int read_phase(const flesh_hardcases_plan *plan, const char *path, flesh_
   return status || !count ? status : flesh_scene_write(*scene, path);
 }
 
+/* The worse of the phases counts. */
+static void note_longest(flesh_hardcases_figures *f, const flesh_longest_step *longest)
+{
+  if (longest->ratio > f->longest.ratio || !isfinite(f->longest.ratio)) f->longest = *longest;
+}
+
 /* Runs a phase into folder/out; returns its status. */
 static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene, const char *folder,
                      const char *name, flesh_hardcases_watch *watch)
@@ -73,6 +79,7 @@ static int run_phase(const flesh_hardcases_plan *plan, const flesh_scene *scene,
   f->status = outcome.has_failure ? outcome.failure.status : outcome.status;
   f->exit_code = outcome.exit_code;
   f->stressed_rest = figures.stressed_rest;
+  note_longest(f, &figures.longest_step);
   snprintf(f->message, sizeof f->message, "%.399s", outcome.message);
   f->wall_s += isfinite(figures.wall_s) ? figures.wall_s : 0;
   f->cpu_s += isfinite(figures.cpu_s) ? figures.cpu_s : 0;
@@ -226,7 +233,7 @@ static void collect(const flesh_hardcases_plan *plan, job *j)
 
 static void show_progress(const flesh_hardcases_plan *plan, int done, const flesh_hardcases_run *run)
 {
-  char title[80];
+  char title[112];
   if (!isatty(STDERR_FILENO)) return;
   flesh_hardcases_setting_title(run->setting, title);
   fprintf(stderr, "\r\033[K%d of %d  %s, %s: %s", done, plan->run_count, run->row->name, title,

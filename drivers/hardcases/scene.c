@@ -71,7 +71,7 @@ static void write_solver(FILE *stream, const flesh_hardcases_run *run)
 static void write_body(FILE *stream, const flesh_hardcases_run *run)
 {
   const flesh_hardcases_case *row = run->row;
-  char title[80];
+  char title[112];
   flesh_hardcases_setting_title(run->setting, title);
   fprintf(stream, "# %s: %s (%s)\n", row->name, row->doc, title);
   fputs("body:\n  mesh: body.mesh\n", stream);

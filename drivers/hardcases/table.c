@@ -8,6 +8,7 @@
 #include "flesh/status.h"
 #include "base/file.h"
 #include "hardcases/hardcases.h"
+#include "shared/longest_step.h"
 
 const char *flesh_hardcases_solver_name(flesh_hardcases_solver solver)
 {
@@ -54,14 +55,15 @@ const char *flesh_hardcases_end_name(flesh_hardcases_end end)
   return names[end];
 }
 
-void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[80])
+void flesh_hardcases_setting_title(const flesh_hardcases_setting *s, char title[112])
 {
-  char constants[16] = "", step[32] = "", element[24] = "";
+  char constants[16] = "", step[32] = "", element[24] = "", body[40] = "";
+  if (s->body) snprintf(body, sizeof body, "%.38s ", s->body->name);
   if (s->constants != FLESH_CONSTANTS_MATCHED)
     snprintf(constants, sizeof constants, " %s", flesh_constants_name(s->constants));
   if (fabs(s->step * 60 - 1) > 1e-9) snprintf(step, sizeof step, " h=%g", s->step);
   if (s->element != FLESH_ELEMENT_TET4) snprintf(element, sizeof element, " %s", flesh_element_name(s->element));
-  snprintf(title, 80, "%s%s %g%s%s %s", flesh_energy_name(s->energy), constants, s->poisson, step, element,
+  snprintf(title, 112, "%s%s%s %g%s%s %s", body, flesh_energy_name(s->energy), constants, s->poisson, step, element,
            flesh_hardcases_solver_name(s->solver));
 }
 
@@ -98,7 +100,7 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
         "inverted_end,distance_from_rest,volume_error,recovered_at,end_shape,end_is,gradient,"
         "smallest_eigenvalue,negative_eigenvalues,newton,linear,direct,projections,backtracks,"
         "newton_worst_over_median,time_worst_over_median,wall_s,cpu_s,simulated_s,stressed_rest_J,"
-        "element,mesh,folder,message\n",
+        "longest_step,longest_step_newton,longest_step_linear,longest_step_over_median,element,mesh,folder,message\n",
         stream);
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
@@ -132,6 +134,8 @@ int flesh_hardcases_write_csv(const flesh_hardcases_plan *plan)
     field(stream, f->cpu_s);
     field(stream, f->simulated_s);
     field(stream, f->stressed_rest);
+    fprintf(stream, ",%ld,%ld,%ld", f->longest.step, f->longest.newton, f->longest.linear);
+    field(stream, f->longest.ratio);
     fprintf(stream, ",%s,%s,%s", flesh_element_name(s->element), s->body ? s->body->name : "", folder);
     quoted(stream, f->message);
     putc('\n', stream);
@@ -169,7 +173,7 @@ static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *str
   int counts[FLESH_HARDCASES_OUTCOMES] = {0}, total = 0;
   long newton = 0, retried = 0, rises = 0;
   double seconds = 0;
-  char title[80];
+  char title[112];
   for (int k = 0; k < plan->run_count; k++) {
     const flesh_hardcases_run *r = &plan->runs[k];
     if (r->setting != &plan->settings[setting]) continue;
@@ -196,7 +200,7 @@ static void say_setting(const flesh_hardcases_plan *plan, int setting, FILE *str
 static void say_run(const flesh_hardcases_plan *plan, const flesh_hardcases_run *r, FILE *stream)
 {
   const flesh_hardcases_figures *f = &r->figures;
-  char folder[256], title[80];
+  char folder[256], title[112];
   flesh_hardcases_run_folder(r, folder);
   flesh_hardcases_setting_title(r->setting, title);
   SAY("  %s, %s", r->row->name, title);
@@ -242,13 +246,28 @@ static void say_slowest(const flesh_hardcases_plan *plan, FILE *stream)
   SAY("\nThe slowest runs (CPU)\n");
   for (int k = 0; k < count && k < 10; k++) {
     const flesh_hardcases_figures *f = &order[k]->figures;
-    char title[80];
+    char title[112];
     flesh_hardcases_setting_title(order[k]->setting, title);
     SAY("  %6.2f s  %-18s %-24s %6ld Newton %8ld linear", f->cpu_s, order[k]->row->name, title, f->newton, f->linear);
     if (isfinite(f->newton_ratio)) SAY(", worst step %.3g times the median", f->newton_ratio);
     SAY("\n");
   }
   free(order);
+}
+
+/* Steps that stand far out from the others of their run. */
+static void say_long_steps(const flesh_hardcases_plan *plan, FILE *stream)
+{
+  int count = 0;
+  for (int k = 0; k < plan->run_count; k++) count += plan->runs[k].figures.longest.ratio > FLESH_LONG_STEP;
+  SAY("\nRuns with a step that took more than %d times the iterations of their median step: %d\n", FLESH_LONG_STEP, count);
+  for (int k = 0; k < plan->run_count; k++) {
+    const flesh_hardcases_run *r = &plan->runs[k];
+    char folder[256], words[240];
+    if (!flesh_longest_step_tell(&r->figures.longest, sizeof words, words)) continue;
+    flesh_hardcases_run_folder(r, folder);
+    SAY("  %s: %s\n", folder, words);
+  }
 }
 
 int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
@@ -281,5 +300,6 @@ int flesh_hardcases_write_verdict(const flesh_hardcases_plan *plan)
     if (!is_expected(&plan->runs[k]) && is_failed(&plan->runs[k]))
       say_run(plan, &plan->runs[k], stream);
   say_slowest(plan, stream);
+  say_long_steps(plan, stream);
   return flesh_file_commit(&file);
 }

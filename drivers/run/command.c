@@ -39,8 +39,11 @@ static char *default_folder(const char *scene)
 static void report(const flesh_figures *figures, const flesh_outcome *outcome, const char *out)
 {
   char text[FLESH_TABLE_TEXT];
-  printf("%s: %d step%s to t = %g s in %.3g s", flesh_outcome_word(outcome), figures->steps,
-         figures->steps == 1 ? "" : "s", figures->t, figures->wall_s);
+  printf("%s", flesh_outcome_word(outcome));
+  if (figures->final_inverted)
+    printf(", with %d inverted tet%s at the end", figures->final_inverted, figures->final_inverted == 1 ? "" : "s");
+  printf(": %d step%s to t = %g s in %.3g s", figures->steps, figures->steps == 1 ? "" : "s", figures->t,
+         figures->wall_s);
   if (figures->steps)
     printf(", %.3g Newton per step, %.3g linear per Newton",
            (double)(figures->newton - figures->unfinished_newton) / figures->steps,
@@ -72,9 +75,6 @@ static void report(const flesh_figures *figures, const flesh_outcome *outcome, c
   if (figures->untanglings)
     printf("untangled %ld times near equilibrium, %ld nodes in all (solver.techniques: untangle)\n",
            figures->untanglings, figures->untangled_nodes);
-  if (figures->final_inverted)
-    printf("the last state has %d inverted tet%s\n",
-           figures->final_inverted, figures->final_inverted == 1 ? "" : "s");
   printf("results: %s\n", out);
 }
 

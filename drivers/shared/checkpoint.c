@@ -85,12 +85,12 @@ static void archive_state(const flesh_checkpoint_parts *parts, flesh_archive *ar
   flesh_archive_bytes(archive, state->multipliers, (size_t)state->multiplier_count * sizeof(double));
 }
 
-static int archive_trace(flesh_rest_trace *trace, flesh_archive *archive)
+static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)
 {
   int count = trace->count;
   flesh_archive_int(archive, &count, 0, 0x7ffffff);
   if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) {
-    flesh_rest_trace_clear(trace);
+    flesh_run_trace_clear(trace);
     archive->wrong = (size_t)count * sizeof *trace->rows > archive->size;
     if (archive->wrong) return FLESH_OK;
     trace->rows = malloc(((size_t)count + 1) * sizeof *trace->rows);

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "shared/result.h"
-#include "shared/stressed_rest.h"
+#include "shared/run_trace.h"
 
 #define FLESH_CHECKPOINT_NAME "checkpoint.bin"
 
@@ -36,7 +36,7 @@ typedef struct flesh_checkpoint_parts {
   flesh_integrator *integrator;
   flesh_state *state;
   flesh_figures *figures;
-  flesh_rest_trace *trace;
+  flesh_run_trace *trace;
 } flesh_checkpoint_parts;
 
 /* Written to the disk whole or not at all, as folder/checkpoint.bin. `scene_digest`: SHA-256 of the folder's scene.yaml;

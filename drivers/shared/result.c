@@ -26,6 +26,7 @@ int flesh_figures_open(flesh_figures *figures, const flesh_system *system)
                              .residual_target = NAN,
                              .wall_s = NAN,
                              .cpu_s = NAN,
+                             .longest_step = {.t = NAN, .ratio = NAN},
                              .effects = flesh_system_effect_count(system)};
   figures->energies = malloc(sizeof(double) * (size_t)(figures->effects + 1));
   if (!figures->energies) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
@@ -252,6 +253,14 @@ static json_t *energies_json(const flesh_figures *figures, const flesh_system *s
   return energies;
 }
 
+static void set_longest(json_t *object, const flesh_longest_step *longest)
+{
+  set_integer(object, "longest_step", longest->step);
+  set_integer(object, "longest_step_newton", longest->newton);
+  set_integer(object, "longest_step_linear", longest->linear);
+  set(object, "longest_step_over_median", longest->ratio);
+}
+
 /* Figures that are called as their members. */
 #define SET_COUNT(name) set_integer(object, #name, figures->name);
 #define FLESH_FIGURES_COUNTS(X)                                                                              \
@@ -282,6 +291,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set(object, "energy_gain_J", balance->begun ? balance->largest : NAN);
   set(object, "energy_gain_t", balance->gain > 0 ? balance->t_largest : NAN);
   set(object, "stressed_rest_J", figures->stressed_rest);
+  set_longest(object, &figures->longest_step);
   set_integer(object, "solves", figures->solves);
   set_integer(object, "solves_at_rounding", figures->at_rounding);
   set_integer(object, "solves_unconverged", figures->unconverged);

@@ -7,6 +7,7 @@
 #include "flesh/observer.h"
 #include "flesh/scene.h"
 #include "flesh/skin.h"
+#include "shared/longest_step.h"
 
 /* Gathered by observing; zero-initialise, then open. NaN where nothing was observed. */
 typedef struct flesh_figures {
@@ -30,6 +31,7 @@ typedef struct flesh_figures {
   double residual, residual_target; /* of the last step */
   int effects;
   double stressed_rest; /* strain energy, J, at rest in a stressed state that no load holds; 0: not so */
+  flesh_longest_step longest_step;
   double start_contact; /* energy of contacts at the start, J */
   double *energies; /* [effects] at the end, J, elasticity relative to rest */
   double wall_s, cpu_s;
@@ -49,7 +51,7 @@ typedef struct flesh_outcome {
   int has_failure;    /* a step failed: see `failure` and `advice` */
   flesh_failure failure;
   const char *advice;
-  char warning[400]; /* what is to be known although nothing failed; empty: nothing */
+  char warning[800]; /* what is to be known although nothing failed; empty: nothing */
 } flesh_outcome;
 
 /* "complete", "failed", "interrupted", "out of budget". */

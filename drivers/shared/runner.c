@@ -16,6 +16,7 @@
 #include "shared/options.h"
 #include "shared/output.h"
 #include "shared/running.h"
+#include "shared/stressed_rest.h"
 
 enum { OBSERVER_LIMIT = 16 };
 
@@ -153,7 +154,7 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
   int count = 0;
   observers[count++] = (flesh_observer){flesh_figures_observe, figures};
   observers[count++] = (flesh_observer){note_step, r};
-  observers[count++] = (flesh_observer){flesh_rest_trace_observe, &r->trace};
+  observers[count++] = (flesh_observer){flesh_run_trace_observe, &r->trace};
   if (r->history) observers[count++] = (flesh_observer){flesh_history_observe, r->history};
   if (r->probes) observers[count++] = (flesh_observer){flesh_probes_observe, r->probes};
   if (r->frames) observers[count++] = (flesh_observer){flesh_frames_observe, r->frames};
@@ -166,21 +167,31 @@ static int list_observers(flesh_running *r, flesh_figures *figures, flesh_observ
   return count;
 }
 
+/* What is to be known although nothing failed: in result.json, and where it is not told otherwise, on stderr. */
+static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, const char *words)
+{
+  const size_t length = strlen(outcome->warning);
+  snprintf(outcome->warning + length, sizeof outcome->warning - length, "%s%s", length ? "; " : "", words);
+  if (spoken && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", words);
+}
+
 /* What a user should know of the run, whether it failed or not. */
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
+  char words[240];
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
   const char *warning = flesh_integrator_warning(r->integrator);
-  if (warning) snprintf(outcome->warning, sizeof outcome->warning, "%s", warning);
+  if (warning) warn(r, outcome, status != FLESH_ERR_ENERGY, warning);
   if (!status) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);
   if (figures->stressed_rest > 0) {
-    snprintf(outcome->warning, sizeof outcome->warning,
+    snprintf(words, sizeof words,
              "the body is at rest in a stressed state: %.4g J of strain energy, and no load holds it (a tangle, or "
              "another stable shape than the one at rest)", figures->stressed_rest);
-    warning = outcome->warning;
+    warn(r, outcome, 1, words);
   }
-  if (warning && status != FLESH_ERR_ENERGY && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", warning);
+  figures->longest_step = flesh_longest_step_find(&r->trace, figures->unfinished_newton, figures->unfinished_linear);
+  if (flesh_longest_step_tell(&figures->longest_step, sizeof words, words)) warn(r, outcome, 1, words);
   if (status == FLESH_ERR_SOLVE || status == FLESH_ERR_INTEGRATOR || status == FLESH_ERR_NONFINITE ||
       status == FLESH_ERR_ENERGY) {
     const flesh_failure *failure = flesh_integrator_failure(r->integrator);
@@ -332,6 +343,6 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   free(r.state.v);
   free(r.state.multipliers);
   free(r.path);
-  flesh_rest_trace_clear(&r.trace);
+  flesh_run_trace_clear(&r.trace);
   return outcome->status;
 }

@@ -8,7 +8,7 @@
 #include "flesh/probe.h"
 #include "shared/checkpoint.h"
 #include "shared/runner_options.h"
-#include "shared/stressed_rest.h"
+#include "shared/run_trace.h"
 
 typedef struct flesh_running {
   const flesh_scene *scene;
@@ -27,7 +27,7 @@ typedef struct flesh_running {
   double last_step, next_word; /* monotonic seconds: the last step's end; when a long one is spoken of */
   int step;                    /* the last one taken */
   double start_t;
-  flesh_rest_trace trace;
+  flesh_run_trace trace;
   int progress; /* show a line */
   int running; /* result.json says so */
   json_t *program, *inputs, *resumed; /* resumed: where the run has gone on from */

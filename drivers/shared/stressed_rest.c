@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/error.h"
 #include "system/one_effect.h"
 
 /* Shares of the forces that strain the body as it is: what a node may be out of balance by, and what may act on it. */
@@ -15,33 +14,6 @@ static const double least_stored = 1e-6;
 /* Of the strain energy: kinetic energy and change of a body at rest. */
 static const double moving_share = 1e-4, changing_share = 1e-3;
 enum { LEAST_STEPS = 5 };
-
-int flesh_rest_trace_observe(void *data, const flesh_step_record *record)
-{
-  flesh_rest_trace *trace = data;
-  if (trace->count == trace->room) {
-    const int room = trace->room ? 2 * trace->room : 256;
-    void *grown = realloc(trace->rows, sizeof *trace->rows * (size_t)room);
-    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
-    trace->rows = grown;
-    trace->room = room;
-  }
-  const double kinetic = flesh_system_role_energy(record->system, FLESH_ROLE_INERTIA, record->energies);
-  double strain = 0;
-  for (int e = 0; e < flesh_system_effect_count(record->system); e++)
-    if (flesh_system_effect(record->system, e)->operations->role == FLESH_ROLE_ELASTICITY)
-      strain += record->energies[e] - record->rest_energies[e];
-  trace->rows[trace->count].t = record->state->t;
-  trace->rows[trace->count].kinetic = kinetic;
-  trace->rows[trace->count++].strain = strain;
-  return FLESH_OK;
-}
-
-void flesh_rest_trace_clear(flesh_rest_trace *trace)
-{
-  free(trace->rows);
-  *trace = (flesh_rest_trace){0};
-}
 
 /* Strain energy of a free body at rest relative to the mesh's shape, and the stiffness mu V, J; 0 where there is none.
  * */
@@ -66,7 +38,7 @@ static int find_least(const flesh_scene *scene, double *least, double *stiffness
 }
 
 /* Whether the last tenth of the motion was none. */
-static int has_rested(const flesh_rest_trace *trace, double stored)
+static int has_rested(const flesh_run_trace *trace, double stored)
 {
   const int last = trace->count - 1;
   const double begin = trace->rows[last].t - 0.1 * (trace->rows[last].t - trace->rows[0].t);
@@ -103,7 +75,7 @@ static int is_alone(const flesh_scene *scene, const flesh_state *state, double f
   return alone;
 }
 
-double flesh_stressed_rest(const flesh_scene *scene, const flesh_rest_trace *trace, const flesh_state *state)
+double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trace, const flesh_state *state)
 {
   double least, stiffness, mu;
   flesh_mesh_info info;

@@ -2,24 +2,13 @@
 #ifndef FLESH_SHARED_STRESSED_REST_H
 #define FLESH_SHARED_STRESSED_REST_H
 
-#include "flesh/observer.h"
 #include "flesh/scene.h"
-
-/* Kinetic and strain energy at every step; zero-initialise. */
-typedef struct flesh_rest_trace {
-  int count, room;
-  struct {
-    double t, kinetic, strain; /* s, J, J relative to the mesh's rest shape */
-  } *rows;
-} flesh_rest_trace;
-
-int flesh_rest_trace_observe(void *trace, const flesh_step_record *record);
-void flesh_rest_trace_clear(flesh_rest_trace *trace);
+#include "shared/run_trace.h"
 
 /* The strain energy, J above that of a free body at rest, of a state in which the body rests without being held: its
  * kinetic energy has been below 1e-4 of it and it has changed by less than a thousandth over the last tenth of the
  * motion (five steps at least; an equilibrium rests), its nodes balance, and neither loads nor obstacles nor displaced
  * constraints act on it. 0 where that is not so, and where its material has no rest. */
-double flesh_stressed_rest(const flesh_scene *scene, const flesh_rest_trace *trace, const flesh_state *state);
+double flesh_stressed_rest(const flesh_scene *scene, const flesh_run_trace *trace, const flesh_state *state);
 
 #endif

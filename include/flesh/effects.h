@@ -3,6 +3,7 @@
 #define FLESH_EFFECTS_H
 
 #include "flesh/effect.h"
+#include "flesh/fibre.h"
 #include "flesh/motion.h"
 
 #ifdef __cplusplus
@@ -116,6 +117,35 @@ FLESH_API int flesh_effect_traction(const flesh_body *body, int count, const int
 FLESH_API int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles,
                                     double pressure, const flesh_amplitude *amplitude,
                                     flesh_effect **effect);
+
+/* Muscle fibres in the tets `tets` [count], ascending (NULL: in all, count of them), along `fibres`
+ * [3*count] of any length, one direction for each tet; (0, 0, 0): the tet has none. V = sum of
+ * volume * W(|F a|), W of flesh_fibre, at four points of quadratic tets. They pull along themselves
+ * alone and resist neither compression nor shear, which is the material's part. `activation` is the
+ * active fraction, its points from 0 to 1 (NULL: 1), and scaled by the load of a point; outside of
+ * from <= t < until it is 0 and the passive part remains. Its work at a fixed shape, the change of V,
+ * is external work. Role LOAD. The eigenvalues of the Hessian in closed form: Kim, de Goes & Iben
+ * 2019. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, const double *fibres,
+                                  const flesh_fibre *fibre, const flesh_amplitude *activation, flesh_effect **effect);
+
+/* The resistance of a fluid of `density`, kg/m^3, that goes at `velocity` [3], m/s: each part of
+ * `triangles` [3*count], wound outwards, that goes against the stream with the normal speed s > 0 has
+ * the pressure coefficient density/2 s^2; the lee has none. The surface is that of the lagged state. At
+ * order 2 the triangles are some of flesh_mesh_surface, and the integrals are over the curved faces, by
+ * a rule of degree 6.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_drag(const flesh_body *body, int count, const int *triangles,
+                                double density, const double velocity[3], double coefficient,
+                                flesh_effect **effect);
+
+/* The pressure of a fluid at rest, density |acceleration| d, on the whole surface where the depth d
+ * below `level` is positive; heights are counted from the origin against `acceleration` [3], m/s^2.
+ * V = the weight of what is displaced times the mean depth of it, with exact derivatives. On flat
+ * faces all integrals are exact; on curved ones where they are wholly under water.
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double density,
+                                    const double acceleration[3], flesh_effect **effect);
 
 #ifdef __cplusplus
 }

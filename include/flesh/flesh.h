@@ -7,6 +7,7 @@
 #include "flesh/contact.h"
 #include "flesh/effect.h"
 #include "flesh/effects.h"
+#include "flesh/fibre.h"
 #include "flesh/instructions.h"
 #include "flesh/integrator.h"
 #include "flesh/linear_solver.h"

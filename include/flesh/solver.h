@@ -3,6 +3,7 @@
 #ifndef FLESH_SOLVER_H
 #define FLESH_SOLVER_H
 
+#include <stdint.h>
 #include <stdio.h>
 
 #include "flesh/effect.h"
@@ -115,6 +116,8 @@ typedef struct flesh_stage {
   const double *multipliers;
   double penalty;
   int softness; /* of the point */
+  /* [3*nodes] dofs that stay at x0, beside the constrained ones; borrowed; NULL: none. */
+  const uint8_t *held;
 } flesh_stage;
 
 /* Of one solve, or summed over a step with its halvings. */

@@ -39,8 +39,7 @@ static const double quarters[FLESH_FACE_KINDS][3][3] = {{{1, 0, 0}, {.5, .5, 0},
                                          {{.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}},
                                          {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-/* The shape functions of corners 0 1 2 and nodes on 01 12 20, and their derivatives by the coordinates. A flat face has
- * those of its corners alone. */
+/* At the face's coordinates L. */
 static void shapes(int quarter, const double L[3], double N[6], double by_L[6][3])
 {
   if (quarter == FLESH_FACE_FLAT) {
@@ -59,6 +58,13 @@ static void shapes(int quarter, const double L[3], double N[6], double by_L[6][3
     by_L[3 + a][b] = 4 * L[a];
     by_L[3 + a][c] = 0;
   }
+}
+
+void flesh_face_shapes(int quarter, const double at[3], double N[6], double by_L[6][3])
+{
+  double L[3] = {0};
+  for (int k = 0; k < 9; k++) L[k % 3] += at[k / 3] * quarters[quarter][k / 3][k % 3];
+  shapes(quarter, L, N, by_L);
 }
 
 static void add_quarter(const double *X, const int node[6], int quarter, double *shares)

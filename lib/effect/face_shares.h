@@ -20,6 +20,10 @@ typedef struct flesh_face_quarter {
 /* What triangles [3*count] of a mesh of order 2 are; fails as above. */
 int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters);
 
+/* The shape functions of corners 0 1 2 and nodes on 01 12 20 of a face, and their derivatives by the face's coordinates,
+ * at the place of its quarter that has the coordinates `at` there. A flat face has those of its corners alone. */
+void flesh_face_shapes(int quarter, const double at[3], double N[6], double by_L[6][3]);
+
 /* The places of the pairs and triples of six numbers, rising. */
 enum { FLESH_FACE_PAIRS = 15, FLESH_FACE_TRIPLES = 20 };
 extern const signed char flesh_face_pair[FLESH_FACE_PAIRS][2], flesh_face_triple[FLESH_FACE_TRIPLES][3];

@@ -33,6 +33,7 @@ typedef struct flesh_surface_near {
   flesh_contact_friction rubs;
   int rubs_known;
   double *x_rubs;             /* [3*nodes] */
+  double *moved;              /* [3*nodes of the mesh] */
   flesh_cells cells;
   int *cell_nodes, cell_room; /* of cells */
   double *hessians;

@@ -22,12 +22,13 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
-  self->x_set = calloc(2 * places + 1, sizeof *self->x_set);
+  self->x_set = calloc(2 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
   int status = self->x_set ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     self->x_rubs = self->x_set + places;
+    self->moved = self->x_rubs + places;
     status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
   }
   if (!status)
@@ -78,10 +79,27 @@ static int is_at(const near *self, const double *x, const double *places)
   return 1;
 }
 
-/* Whether what has been found serves at x. */
-static int serves(const near *self, const double *x)
+/* self->moved = x without the mean displacement of the surface from where it was, at the places `from` [3*nodes] of its
+ * own or, NULL, at x_from: distances do not depend on a motion that all share, and what is thrown needs no search. Only
+ * the surface's nodes of it are set. */
+static const double *without_mean(near *self, const double *from, const double *x_from, const double *x)
 {
-  return self->around_known && flesh_near_pairs_reach(self->finder, &self->around, x) >= self->contact->law.thickness;
+  const flesh_contact_surface *surface = &self->contact->surface;
+  double mean[3] = {0};
+  for (int k = 0; k < surface->node_count; k++) {
+    const double *at = from ? from + 3 * (size_t)k : x_from + 3 * (size_t)surface->nodes[k];
+    for (int c = 0; c < 3; c++) mean[c] += (x[3 * (size_t)surface->nodes[k] + c] - at[c]) / surface->node_count;
+  }
+  for (int k = 0; k < surface->node_count; k++)
+    for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) self->moved[d + c] = x[d + c] - mean[c];
+  return self->moved;
+}
+
+/* Whether what has been found serves at x. */
+static int serves(near *self, const double *x)
+{
+  const double *moved = self->around_known ? without_mean(self, self->around.x, NULL, x) : NULL;
+  return moved && flesh_near_pairs_reach(self->finder, &self->around, moved) >= self->contact->law.thickness;
 }
 
 static int search_around(near *self, const double *x)
@@ -245,7 +263,9 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
   const flesh_near_pairs *pairs = NULL;
   double fraction = 0; /* without memory nothing is known */
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
-  if (serves(self, x_from) && serves(self, x_to)) pairs = &self->around;
+  const int known = serves(self, x_from) && serves(self, x_to);
+  x_to = without_mean(self, NULL, x_from, x_to);
+  if (known) pairs = &self->around;
   else if (!flesh_near_pairs_find(self->finder, x_from, x_to, 0, self->threads, &self->on_way)) pairs = &self->on_way;
   if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, x_to, KEPT, self->threads);
   if (!memory) flesh_surface_near_destroy(self);
@@ -255,7 +275,8 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 6 * (size_t)self->contact->surface.node_count * sizeof(double) +
+  return sizeof *self + 3 * sizeof(double) * (2 * (size_t)self->contact->surface.node_count +
+                                              (size_t)self->contact->surface.mesh_nodes) +
          flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(self->finder, &self->around) +
          flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +

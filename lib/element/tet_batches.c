@@ -79,14 +79,23 @@ static int take_nodes(flesh_tets *self, flesh_tet_group *group, const flesh_mesh
   return own ? FLESH_OK : no_memory(group->tets);
 }
 
-/* Volumes are negative where the nodes wind the other way. */
-static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int *tet)
+/* Of a fibre's direction: g_1.a, g_2.a, g_3.a and the volume, in place of the gradients and the volume. */
+static void project_shape(const double a[3], double shape[10])
 {
-  const int lanes = self->kernels->lanes, count = self->batches.count;
+  for (int k = 0; k < 3; k++)
+    shape[k] = shape[3 * k] * a[0] + shape[3 * k + 1] * a[1] + shape[3 * k + 2] * a[2];
+  shape[3] = fabs(shape[9]);
+}
+
+/* Volumes are negative where the nodes wind the other way. With `directions` [3 * the mesh's tets] of fibres four
+ * numbers of each tet, else ten. */
+static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int *tet, const double *directions)
+{
+  const int lanes = self->kernels->lanes, count = self->batches.count, numbers = directions ? 4 : 10;
   const int each = self->batches.nodes_per_tet == 4 ? 1 : flesh_element_shapes(body->mesh);
-  double *shapes = flesh_huge_pages_alloc((size_t)count * (size_t)each * 80 * (size_t)lanes);
+  double *shapes = flesh_huge_pages_alloc((size_t)count * (size_t)(each * numbers * lanes) * sizeof *shapes);
   if (!shapes) return no_memory(self->tets);
-  self->batches.shapes = shapes;
+  *(directions ? &self->batches.fibres : &self->batches.shapes) = shapes;
   self->batches.shapes_per_tet = each;
   const double *X = flesh_mesh_positions(body->mesh);
   for (int b = 0; b < count; b++)
@@ -95,12 +104,13 @@ static int take_shapes(flesh_tet_group *self, const flesh_body *body, const int 
         const int first = self->batches.first[b], used = self->batches.first[b + 1] - first;
         const int e = first + (l < used ? l : used - 1);
         const int *node = self->batches.nodes + (size_t)self->batches.nodes_per_tet * (size_t)e;
-        double shape[10], *to = shapes + ((size_t)b * (size_t)each + (size_t)q) * 10 * (size_t)lanes;
+        double shape[10], *to = shapes + ((size_t)b * (size_t)each + (size_t)q) * (size_t)(numbers * lanes);
         if (each == 1) shape[9] = flesh_tet4_shape(X, node, shape);
         else if ((shape[9] = flesh_tet10_shape(X, node, q, shape)) * flesh_tet4_shape(X, node, (double[9]){0}) <= 0)
           return flesh_fail(FLESH_ERR_ARGUMENT, "tet %d is so curved that its J is not positive in the mesh", tet[e]);
         if (l >= used) shape[9] = 0;
-        for (int k = 0; k < 10; k++) to[k * lanes + l] = shape[k];
+        if (directions) project_shape(directions + 3 * (size_t)tet[e], shape);
+        for (int k = 0; k < numbers; k++) to[k * lanes + l] = shape[k];
       }
   return FLESH_OK;
 }
@@ -178,7 +188,7 @@ static int find_element(const flesh_body *body, int count, const int *chosen, in
 /* The group of the tets `chosen` [group->tets] (NULL: all) of `size` nodes; its members `first`, `tets` and `first_slot`
  * are known. */
 static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body *body, flesh_tets_hold hold,
-                      const flesh_cells *given, const int *chosen, int size)
+                      const flesh_cells *given, const int *chosen, int size, const double *directions)
 {
   const int tets = group->tets;
   int status = find_element(body, tets, chosen, size, &group->element);
@@ -207,8 +217,9 @@ static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body
   }
   if (!status)
     status = flesh_tiles_create(&group->batches, body->mesh->nodes, group->order.pieces, group->piece_tile);
-  if (!status) status = hold == FLESH_TETS_MASSES ? take_masses(group, body, tet) : take_shapes(group, body, tet);
-  if (!status) status = take_volume_shares(self, group, body, tet, found);
+  if (!status)
+    status = hold == FLESH_TETS_MASSES ? take_masses(group, body, tet) : take_shapes(group, body, tet, directions);
+  if (!status && hold != FLESH_TETS_FIBRES) status = take_volume_shares(self, group, body, tet, found);
   flesh_free(found);
   flesh_free(tet);
   flesh_free(group->order.tet);
@@ -216,13 +227,13 @@ static int make_group(flesh_tets *self, flesh_tet_group *group, const flesh_body
   return status;
 }
 
-/* The pairs of both groups, as the cells of ten nodes name them. */
+/* The pairs of all groups, as the cells of ten nodes name them. */
 static int join_pairs(flesh_tets *self)
 {
   int *pairs = flesh_malloc(((size_t)self->cells.pair_count + 1) * sizeof *pairs);
   if (!pairs) return no_memory(self->cells.count);
   self->cells.pairs = pairs;
-  for (int g = 0; g < 2; g++) {
+  for (int g = 0; g < self->group_count; g++) {
     const flesh_tet_group *group = &self->groups[g];
     const int m = group->batches.nodes_per_tet, each = m * (m + 1) / 2;
     for (int k = 0; k < flesh_tiles_blocks(&group->batches.tiles); k++) {
@@ -235,32 +246,42 @@ static int join_pairs(flesh_tets *self)
   return FLESH_OK;
 }
 
-/* Of a mesh with both kinds of tets: those of four nodes, and behind them the others. */
-static int *sort_by_size(const flesh_mesh *mesh)
+/* The tets (of `choice`, NULL: all) of four nodes, and behind them the others; counts [2] of both. */
+static int *sort_by_size(const flesh_mesh *mesh, const flesh_tets_choice *choice, int *counts)
 {
-  int *sorted = flesh_malloc(((size_t)mesh->tets + 1) * sizeof *sorted), at[2] = {0, mesh->linear};
-  for (int e = 0; sorted && e < mesh->tets; e++) sorted[at[flesh_mesh_is_quadratic(mesh, e)]++] = e;
+  const int tets = choice ? choice->count : mesh->tets;
+  int *sorted = flesh_malloc(((size_t)tets + 1) * sizeof *sorted), at[2] = {0};
+  counts[0] = counts[1] = 0;
+  for (int k = 0; k < tets; k++) counts[flesh_mesh_is_quadratic(mesh, choice && choice->tets ? choice->tets[k] : k)]++;
+  at[1] = counts[0];
+  for (int k = 0; sorted && k < tets; k++) {
+    const int e = choice && choice->tets ? choice->tets[k] : k;
+    sorted[at[flesh_mesh_is_quadratic(mesh, e)]++] = e;
+  }
   return sorted;
 }
 
-static int make_groups(flesh_tets *self, const flesh_body *body, flesh_tets_hold hold, const flesh_cells *given)
+static int make_groups(flesh_tets *self, const flesh_body *body, flesh_tets_hold hold, const flesh_cells *given,
+                       const flesh_tets_choice *choice)
 {
   const flesh_mesh *mesh = body->mesh;
-  const int mixed = mesh->linear > 0, tets = mesh->tets;
-  int *sorted = mixed ? sort_by_size(mesh) : NULL, *nodes;
-  int status = mixed && !sorted ? no_memory(tets) : FLESH_OK;
+  const int mixed = mesh->linear > 0, tets = choice ? choice->count : mesh->tets, sort = mixed || tets < mesh->tets;
+  int counts[2] = {mesh->edge_nodes ? 0 : tets, mesh->edge_nodes ? tets : 0}, *nodes;
+  int *sorted = sort ? sort_by_size(mesh, choice, counts) : NULL;
+  int status = sort && !sorted ? no_memory(tets) : FLESH_OK;
   self->cells = (flesh_cells){.count = tets, .nodes_per_cell = given->nodes_per_cell, .padded = given->padded};
   self->cells.nodes = nodes = flesh_huge_pages_alloc((size_t)tets * (size_t)given->nodes_per_cell * sizeof *nodes);
   if (!nodes) status = no_memory(tets);
-  for (int g = 0; g <= mixed && !status; g++) {
+  for (int g = 0; g < 2 && !status; g++) {
+    if (!counts[g]) continue;
     flesh_tet_group *group = &self->groups[self->group_count++];
-    const int size = mixed ? (g ? 10 : 4) : given->nodes_per_cell;
-    group->first = g ? mesh->linear : 0;
-    group->tets = mixed && !g ? mesh->linear : tets - group->first;
+    group->first = g ? counts[0] : 0;
+    group->tets = counts[g];
     group->first_slot = self->cells.pair_count;
-    status = make_group(self, group, body, hold, given, mixed ? sorted + group->first : NULL, size);
+    status = make_group(self, group, body, hold, given, sorted ? sorted + group->first : NULL, g ? 10 : 4,
+                        choice ? choice->directions : NULL);
     if (!status) self->cells.pair_count += flesh_tiles_blocks(&group->batches.tiles);
-    if (!g || group->element == FLESH_ELEMENT_TET10_MEAN) self->element = group->element;
+    if (self->group_count == 1 || group->element == FLESH_ELEMENT_TET10_MEAN) self->element = group->element;
   }
   if (!status && mixed) status = join_pairs(self);
   else if (!status) self->cells.pairs = self->groups[0].batches.tiles.block;
@@ -268,7 +289,7 @@ static int make_groups(flesh_tets *self, const flesh_body *body, flesh_tets_hold
   return status;
 }
 
-int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *self)
+static int create(const flesh_body *body, flesh_tets_hold hold, const flesh_tets_choice *choice, flesh_tets *self)
 {
   *self = (flesh_tets){.given = body->element, .material_elements = body->material_elements};
   flesh_cells given = {0};
@@ -276,9 +297,19 @@ int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *
   if (!status) status = flesh_body_check_element(body);
   if (!status) status = flesh_cells_of_tets(body->mesh, &given);
   if (status) return status;
-  status = make_groups(self, body, hold, &given);
+  status = make_groups(self, body, hold, &given, choice);
   flesh_cells_clear(&given);
   return status;
+}
+
+int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *self)
+{
+  return create(body, hold, NULL, self);
+}
+
+int flesh_tets_create_fibres(const flesh_body *body, const flesh_tets_choice *choice, flesh_tets *self)
+{
+  return create(body, FLESH_TETS_FIBRES, choice, self);
 }
 
 static void clear_group(flesh_tet_group *group, const int *cells)
@@ -290,6 +321,7 @@ static void clear_group(flesh_tet_group *group, const int *cells)
   flesh_free((void *)group->batches.first);
   flesh_free((void *)group->batches.material);
   flesh_free((void *)group->batches.shapes);
+  flesh_free((void *)group->batches.fibres);
   flesh_free((void *)group->batches.masses);
   flesh_tiles_clear(&group->batches.tiles);
   flesh_free(group->piece_tile);
@@ -297,7 +329,7 @@ static void clear_group(flesh_tet_group *group, const int *cells)
 
 void flesh_tets_clear(flesh_tets *self)
 {
-  if (self->group_count > 1) flesh_free((void *)self->cells.pairs);
+  if (self->cells.padded) flesh_free((void *)self->cells.pairs); /* joined from the groups' */
   for (int g = 0; g < self->group_count; g++) clear_group(&self->groups[g], self->cells.nodes);
   flesh_cells_clear(&self->cells);
   *self = (flesh_tets){0};
@@ -319,6 +351,7 @@ static size_t memory_of_group(const flesh_tets *self, const flesh_tet_group *gro
          (own->volume_shares ? (size_t)self->materials * sizeof *own->volume_shares : 0) +
          (own->tet ? tets * sizeof *own->tet : 0) + flesh_tiles_memory(own) +
          (own->shapes ? batches * (size_t)own->shapes_per_tet * 80 * lanes : 0) +
+         (own->fibres ? batches * (size_t)own->shapes_per_tet * 32 * lanes : 0) +
          (own->masses ? tets * (size_t)own->masses_per_tet * sizeof *own->masses : 0) +
          (2 * (size_t)group->order.pieces + (size_t)group->order.rounds) * sizeof(int);
 }
@@ -326,7 +359,7 @@ static size_t memory_of_group(const flesh_tets *self, const flesh_tet_group *gro
 size_t flesh_tets_memory(const flesh_tets *self)
 {
   size_t bytes = (size_t)self->cells.count * (size_t)self->cells.nodes_per_cell * sizeof(int);
-  if (self->group_count > 1) bytes += (size_t)self->cells.pair_count * sizeof(int);
+  if (self->cells.padded) bytes += (size_t)self->cells.pair_count * sizeof(int);
   for (int g = 0; g < self->group_count; g++) bytes += memory_of_group(self, &self->groups[g]);
   return bytes;
 }

@@ -33,11 +33,20 @@ typedef struct flesh_tets {
   int materials;                   /* different ones that the batches name */
 } flesh_tets;
 
-typedef enum flesh_tets_hold { FLESH_TETS_SHAPES, FLESH_TETS_MASSES } flesh_tets_hold;
+typedef enum flesh_tets_hold { FLESH_TETS_SHAPES, FLESH_TETS_MASSES, FLESH_TETS_FIBRES } flesh_tets_hold;
+
+/* Tets with fibres. */
+typedef struct flesh_tets_choice {
+  int count;                /* at least 1 */
+  const int *tets;          /* [count] ascending, of the mesh; NULL: all */
+  const double *directions; /* [3 * the mesh's tets] unit vectors at rest */
+} flesh_tets_choice;
 
 /* For body->instructions; FLESH_ERR_ARGUMENT where the machine lacks them. To be cleared also when it
  * fails. */
 int flesh_tets_create(const flesh_body *body, flesh_tets_hold hold, flesh_tets *tets);
+/* The same of chosen tets, for FLESH_KERNEL_FIBRE alone. */
+int flesh_tets_create_fibres(const flesh_body *body, const flesh_tets_choice *choice, flesh_tets *tets);
 void flesh_tets_clear(flesh_tets *tets);
 
 /* A kernel's first order for all tets: r [3*n] += unless NULL, sums [2] = unless NULL. */

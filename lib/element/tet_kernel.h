@@ -21,6 +21,9 @@ typedef enum flesh_kernel {
   FLESH_KERNEL_VISCOUS,
   /* r [the mesh's tets] = the mean of J less 1, 0 where it is not held; no sums. None of elements without means. */
   FLESH_KERNEL_GAPS,
+  /* The energy of fibres (fibre_forms.h) at `activation` and its derivatives by x, the second scaled and filtered as
+   * above; of terms the sizes |W| and |T| I. Of tets that hold fibres alone. */
+  FLESH_KERNEL_FIBRE,
   /* scale v.M v/2 with the consistent mass M, and its derivatives by v. */
   FLESH_KERNEL_MASS,
   FLESH_KERNEL_COUNT
@@ -70,8 +73,12 @@ typedef struct flesh_batches {
    * wind the other way; lanes that are not used repeat the last tet with no volume; NULL: masses. Of ten nodes: those of
    * the corners of the straight tet, or of the virtual corners (tet10_lanes.h) at the point */
   const double *shapes;
+  /* [count][shapes_per_tet][4][lanes]: g_1.a, g_2.a, g_3.a of the fibre's direction a, and the volume, 0 of lanes that
+   * are not used; NULL: no fibres */
+  const double *fibres;
   int masses_per_tet; /* 1; 55 where tets are curved */
-  /* [tets] rho V/20, of ten nodes rho V/420, kg; or [tets][55] the integrals of rho N_a N_b, a <= b; NULL: shapes */
+  /* [tets] rho V/20, of ten nodes rho V/420, kg; or [tets][55] the integrals of rho N_a N_b, a <= b; NULL: shapes or
+   * fibres */
   const double *masses;
   const int *nodes;     /* [tets][nodes_per_tet]: corners, ascending, and those on the edges 01 02 03 12 13 23 */
   const flesh_material *materials;
@@ -96,6 +103,8 @@ typedef struct flesh_tet_point {
   flesh_eigenvalue_filter filter;      /* of matrices */
   int anew;                     /* matrices are not added to what was there before */
   const flesh_viscous *viscous; /* of every material, of the viscous kernel */
+  const struct flesh_fibre_constants *fibre; /* of all tets, of the kernel of fibres */
+  double activation;            /* of them */
   const double *multipliers;    /* [the mesh's tets] Pa, of means that are held; NULL: 0 */
   double penalty;               /* times their shares; 0 counts as 1 */
 } flesh_tet_point;

@@ -23,7 +23,8 @@
 
 extern const flesh_tet_kernel FLESH_OF_ISA(flesh_elastic), FLESH_OF_ISA(flesh_stiffness),
     FLESH_OF_ISA(flesh_viscous), FLESH_OF_ISA(flesh_elastic10), FLESH_OF_ISA(flesh_elastic10_mean),
-    FLESH_OF_ISA(flesh_stiffness10), FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_gaps10_mean);
+    FLESH_OF_ISA(flesh_stiffness10), FLESH_OF_ISA(flesh_viscous10), FLESH_OF_ISA(flesh_gaps10_mean),
+    FLESH_OF_ISA(flesh_fibre4), FLESH_OF_ISA(flesh_fibre10);
 
 /* Shapes are asked for this many batches before they are needed; read once in a pass, they are not to push other data
  * out of the caches. */
@@ -64,9 +65,8 @@ INLINE void gradient_of_edges(const tets *t, flesh_real d[3][3], flesh_real F[9]
       F[3 * i + j] = d[0][i] * t->shape[j] + d[1][i] * t->shape[3 + j] + d[2][i] * t->shape[6 + j];
 }
 
-/* F = sum over nodes of x_a g_a^T, the deformation gradient of a tile's positions, its rate of velocities, and the
- * edges that it is made of. */
-INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
+/* The edges of a tile's positions. */
+INLINE void edges_of(const tets *t, const double *x, flesh_real d[3][3])
 {
   const double *place[4][FLESH_LANES];
   FLESH_UNROLL(4)
@@ -79,6 +79,13 @@ INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], fles
     flesh_load_from(place[0], place[a], edge);
     for (int i = 0; i < 3; i++) d[a - 1][i] = edge[i];
   }
+}
+
+/* F = sum over nodes of x_a g_a^T, the deformation gradient of a tile's positions, its rate of velocities, and the
+ * edges that it is made of. */
+INLINE void gradient_of(const tets *t, const double *x, flesh_real d[3][3], flesh_real F[9])
+{
+  edges_of(t, x, d);
   gradient_of_edges(t, d, F);
 }
 

@@ -8,22 +8,30 @@
 #include "geometry/contact_parts.h"
 #include "geometry/contact_set.h"
 
-/* A number that is added up for everything of one key. */
+/* A number that is added up for everything of one key, kept in the order in which keys come. */
 typedef struct entry {
-  int64_t key;
-  int value;
+  int key, value;
 } entry;
 
 typedef struct entries {
   int count;
   entry *list;
+  int *table; /* [mask+1] places in the list; -1: none */
 } entries;
 
-/* Rooms of a point's scratch, for each of its candidates: sides, corners, and what bears nearest points. */
-enum { SIDES = 3, CORNERS = 9, FEATURES = 7, ENTRIES = SIDES + CORNERS + FEATURES };
+/* A point's sides and corners of triangles near it, and what bears their nearest points. */
+enum { SIDES, CORNERS, FEATURES, LISTS };
 
-/* What a feature's key begins with. */
-enum { NODE, EDGE, FACE };
+typedef struct gathered {
+  entries of[LISTS];
+  unsigned mask; /* of the tables' places */
+} gathered;
+
+/* Room for each of a point's candidates: different keys, at most 3 + 3 + 7, and the tables, 16 of each. */
+enum { KEYS = 13, PLACES = 16 };
+
+/* What a feature's key is of. */
+enum { NODE, EDGE, FACE, TYPES };
 
 typedef struct job {
   flesh_contact_set *set;
@@ -36,27 +44,41 @@ typedef struct job {
   } found[2 * FLESH_CONTACT_PARTS];
 } job;
 
-static void push(entries *e, int64_t key, int value) { e->list[e->count++] = (entry){key, value}; }
+static int key_of(int type, int number) { return TYPES * number + type; }
 
-static int64_t key_of(int type, int number) { return ((int64_t)type << 32) | number; }
-
-/* Sorts by keys (Shell 1959, gaps of Ciura 2001) and adds up what has one key. */
-static void merge(entries *e)
+static void add(gathered *g, int list, int key, int value)
 {
-  static const int gaps[] = {701, 301, 132, 57, 23, 10, 4, 1};
-  for (size_t g = 0; g < sizeof gaps / sizeof *gaps; g++)
-    for (int i = gaps[g]; i < e->count; i++) {
-      const entry moved = e->list[i];
-      int j = i;
-      for (; j >= gaps[g] && e->list[j - gaps[g]].key > moved.key; j -= gaps[g]) e->list[j] = e->list[j - gaps[g]];
-      e->list[j] = moved;
+  entries *e = &g->of[list];
+  unsigned at = ((unsigned)key * 2654435769u >> 7) & g->mask;
+  for (; e->table[at] >= 0; at = (at + 1) & g->mask)
+    if (e->list[e->table[at]].key == key) {
+      e->list[e->table[at]].value += value;
+      return;
     }
-  int kept = 0;
-  for (int i = 0; i < e->count; i++) {
-    if (kept && e->list[kept - 1].key == e->list[i].key) e->list[kept - 1].value += e->list[i].value;
-    else e->list[kept++] = e->list[i];
+  e->table[at] = e->count;
+  e->list[e->count++] = (entry){key, value};
+}
+
+/* Empty lists for so many candidates, of `most` at most. */
+static void open_lists(int candidates, int most, void *scratch, gathered *g)
+{
+  entry *list = scratch;
+  int *table = (int *)(list + KEYS * (size_t)most);
+  for (g->mask = 8; g->mask < 8 * (unsigned)candidates; g->mask *= 2) continue;
+  for (int k = 0; k < LISTS; k++) {
+    g->of[k] = (entries){0, list, table};
+    list += (k < FEATURES ? 3 : 7) * (size_t)most;
+    table += PLACES * (size_t)most;
   }
-  e->count = kept;
+  g->mask--;
+}
+
+static void empty_lists(gathered *g)
+{
+  for (int k = 0; k < LISTS; k++) {
+    g->of[k].count = 0;
+    for (unsigned at = 0; at <= g->mask; at++) g->of[k].table[at] = -1;
+  }
 }
 
 /* Whether the boxes around two groups of nodes are at least `reach` apart; NaN is not far. */
@@ -98,7 +120,7 @@ static int is_felt(job *j, int part, double squared)
 }
 
 /* The feature of a triangle that bears its nearest point, by the weights there. */
-static int64_t bearer_of(const flesh_contact_surface *s, int face, const double weights[3])
+static int bearer_of(const flesh_contact_surface *s, int face, const double weights[3])
 {
   int borne = 0, last = 0, empty = 0;
   for (int k = 0; k < 3; k++) {
@@ -110,86 +132,97 @@ static int64_t bearer_of(const flesh_contact_surface *s, int face, const double 
   return key_of(NODE, s->node_place[s->faces[3 * face + last]]);
 }
 
-/* Where a node is looked at from: features that tie, such as the sides of an edge that it is exactly above, are told
- * apart from a place beside it, the same for all of them. What is nearest there is at the same distance from the node
- * itself but for the square of this part of the distance. */
-static const double beside = 1e-7, aside[3] = {0.5377, 0.7251, -0.4309};
-
-/* The triangles near the node, with their sides and corners; p is the place from which it is looked at. */
-static void list_faces(job *j, int part, int node, int begin, int end, double p[3], entries *sides, entries *corners,
-                       entries *features)
+/* The triangles near p, with their sides and corners; returns the least distance squared. */
+static double list_faces(job *j, int part, int node, int begin, int end, const double p[3],
+                         gathered *g)
 {
   const flesh_contact_surface *s = j->set->surface;
-  double least = INFINITY, weights[3];
-  int near = 0; /* their numbers are kept where their features will be */
-  memcpy(p, j->x + 3 * (size_t)node, 3 * sizeof *p);
+  double least = INFINITY;
+  empty_lists(g);
   for (int k = begin; k < end; k++) {
+    double weights[3];
     const int face = j->candidates->point_faces[2 * k + 1], *nodes = s->faces + 3 * face;
     if (is_far(j->x, 1, &node, 3, nodes, j->set->law.thickness)) continue;
     const double squared = flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
     if (!is_felt(j, part, squared)) continue;
     least = squared < least ? squared : least;
-    features->list[near++].value = face;
-  }
-  for (int c = 0; c < 3 && near; c++) p[c] += beside * sqrt(least) * aside[c];
-  for (int k = 0; k < near; k++) {
-    const int face = features->list[k].value, *nodes = s->faces + 3 * face;
-    flesh_contact_nearest_of_triangle(p, nodes, j->x, weights);
-    push(features, bearer_of(s, face, weights), 1);
+    add(g, FEATURES, bearer_of(s, face, weights), 1);
     for (int c = 0; c < 3; c++) {
-      push(sides, s->face_edges[3 * face + c], 1);
-      push(corners, s->node_place[nodes[c]], -1);
+      add(g, SIDES, s->face_edges[3 * face + c], 1);
+      add(g, CORNERS, s->node_place[nodes[c]], -1);
     }
   }
+  return least;
+}
+
+/* Nodes are looked at from a place beside them, so far off: features that tie, such as the sides of an edge that the
+ * node is exactly above, are told apart there, the same for all of them. What is nearest there is at the same distance
+ * from the node itself but for the square of what this is of it: of what is much nearer than the thickness, the place
+ * is nearer too. */
+static const double beside = 1e-9, far_nearer = 1e-3;
+
+static void find_place(const double *x, double off, double p[3])
+{
+  static const double aside[3] = {0.5377, 0.7251, -0.4309};
+  for (int c = 0; c < 3; c++) p[c] = x[c] + off * aside[c];
+}
+
+static void look(job *j, int part, int node, int begin, int end, double p[3], gathered *g)
+{
+  const double *x = j->x + 3 * (size_t)node, w = j->set->law.thickness;
+  find_place(x, beside * w, p);
+  if (!(list_faces(j, part, node, begin, end, p, g) < far_nearer * far_nearer * w * w)) return;
+  const double least = list_faces(j, part, node, begin, end, x, g);
+  find_place(x, beside / far_nearer * sqrt(least), p);
+  list_faces(j, part, node, begin, end, p, g);
 }
 
 /* Takes edges off and puts nodes back, as often as the triangles that have been listed share them. */
-static void add_edges_and_nodes(const job *j, const double p[3], entries *sides, entries *corners, entries *features)
+static void add_edges_and_nodes(const job *j, const double p[3], gathered *g)
 {
   const flesh_contact_surface *s = j->set->surface;
   const double w = j->set->law.thickness;
-  merge(sides);
+  const entries *sides = &g->of[SIDES], *corners = &g->of[CORNERS];
   for (int k = 0; k < sides->count; k++) {
-    const int edge = (int)sides->list[k].key, again = sides->list[k].value - 1, *ends = s->edges + 2 * edge;
+    const int edge = sides->list[k].key, again = sides->list[k].value - 1, *ends = s->edges + 2 * edge;
     double weights[2];
     if (again == 0) continue;
-    for (int c = 0; c < 2; c++) push(corners, s->node_place[ends[c]], again);
+    for (int c = 0; c < 2; c++) add(g, CORNERS, s->node_place[ends[c]], again);
     if (flesh_contact_nearest_of_edge(p, ends, j->x, weights) >= w * w) continue;
-    const int64_t bearer = weights[0] == 0   ? key_of(NODE, s->node_place[ends[1]])
-                           : weights[1] == 0 ? key_of(NODE, s->node_place[ends[0]])
-                                             : key_of(EDGE, edge);
-    push(features, bearer, -again);
+    const int bearer = weights[0] == 0   ? key_of(NODE, s->node_place[ends[1]])
+                       : weights[1] == 0 ? key_of(NODE, s->node_place[ends[0]])
+                                         : key_of(EDGE, edge);
+    add(g, FEATURES, bearer, -again);
   }
-  merge(corners);
   for (int k = 0; k < corners->count; k++) {
-    const int place = (int)corners->list[k].key, times = 1 + corners->list[k].value;
+    const int place = corners->list[k].key, times = 1 + corners->list[k].value;
     double squared = 0;
     if (times == 0) continue;
     for (int c = 0; c < 3; c++) {
       const double d = p[c] - j->x[3 * (size_t)s->nodes[place] + c];
       squared += d * d;
     }
-    if (squared < w * w) push(features, key_of(NODE, place), times);
+    if (squared < w * w) add(g, FEATURES, key_of(NODE, place), times);
   }
 }
 
-static void pairs_of_point(job *j, int part, int begin, int end, entry *scratch)
+static void pairs_of_point(job *j, int part, int begin, int end, void *scratch)
 {
   const flesh_contact_set *set = j->set;
   const flesh_contact_surface *s = set->surface;
   const int place = j->candidates->point_faces[2 * begin], node = s->nodes[place];
-  entries sides = {0, scratch}, corners = {0, sides.list + SIDES * (size_t)j->most},
-          features = {0, corners.list + CORNERS * (size_t)j->most};
+  gathered g;
   double p[3];
-  list_faces(j, part, node, begin, end, p, &sides, &corners, &features);
-  if (features.count > 1) add_edges_and_nodes(j, p, &sides, &corners, &features);
-  merge(&features);
-  for (int k = 0; k < features.count; k++) {
-    const int type = (int)(features.list[k].key >> 32), number = (int)(features.list[k].key & INT32_MAX);
+  open_lists(end - begin, j->most, scratch, &g);
+  look(j, part, node, begin, end, p, &g);
+  const entries *features = &g.of[FEATURES];
+  if (features->count > 0) add_edges_and_nodes(j, p, &g);
+  for (int k = 0; k < features->count; k++) {
+    const int type = features->list[k].key % TYPES, number = features->list[k].key / TYPES;
     flesh_contact_pair pair = {.nodes = {node, -1, -1, -1}, .owner = place, .within = 1};
-    if (features.list[k].value == 0) continue;
+    if (features->list[k].value == 0) continue;
     pair.thickness = set->law.thickness;
-    pair.weight = features.list[k].value * (set->law.stiffness * s->node_area[place] / 2);
+    pair.weight = features->list[k].value * (set->law.stiffness * s->node_area[place] / 2);
     pair.kind = type == NODE ? FLESH_CONTACT_POINT_POINT
                              : type == EDGE ? FLESH_CONTACT_POINT_EDGE : FLESH_CONTACT_POINT_TRIANGLE;
     if (type == NODE) pair.nodes[1] = s->nodes[number];
@@ -208,10 +241,16 @@ static int first_of_points(const job *j, int part)
   return k;
 }
 
+/* Bytes that a part takes. */
+static size_t scratch_of(int most)
+{
+  return (size_t)most * (KEYS * sizeof(entry) + LISTS * PLACES * sizeof(int));
+}
+
 static void points_of_part(job *j, int part)
 {
   const int *list = j->candidates->point_faces, end = first_of_points(j, part + 1);
-  entry *scratch = (entry *)j->set->scratch + (size_t)part * ENTRIES * (size_t)j->most;
+  char *scratch = (char *)j->set->scratch + (size_t)part * scratch_of(j->most);
   for (int k = first_of_points(j, part), next; k < end; k = next) {
     for (next = k + 1; next < end && list[2 * next] == list[2 * k];) next++;
     pairs_of_point(j, part, k, next, scratch);
@@ -312,7 +351,7 @@ int flesh_contact_set_update(flesh_contact_set *set, const flesh_contact_candida
   const int least = candidates->point_count / j.point_parts + j.most; /* a pair for each candidate */
   if (set->room < least) set->room = least;
   for (int again = 1; again;) {
-    const size_t scratch = (size_t)j.point_parts * ENTRIES * (size_t)j.most * sizeof(entry);
+    const size_t scratch = (size_t)j.point_parts * scratch_of(j.most);
     int status = make_room(set, (size_t)j.point_parts * (size_t)set->room + (size_t)candidates->edge_count + 1, scratch);
     if (status) return status;
     flesh_threads_run(threads, j.point_parts + j.edge_parts, find_part, &j);

@@ -152,48 +152,51 @@ static int directions_across(const flesh_contact_closest *at, double m[2][3])
   return 2;
 }
 
-/* One block of the Hessian: of nodes a and b of those that bear. */
-static void add_block(const flesh_contact_closest *at, const double *M, const double m[2][3], int crossing,
-                      double across, double norm, int a, int b, double *hessian)
+/* One block of the Hessian and its transpose: of nodes a and b of those that bear. `Z` is helmert^T M, for vectors of
+ * nodes [count*q]. */
+static void put_block(const flesh_contact_closest *at, const double *M, const double (*Z)[5], const double m[2][3],
+                      int crossing, double across, double norm, int a, int b, double *hessian)
 {
   const int rows = at->count - 1, q = rows + at->dimension;
   const double *n = at->normal, ca = at->share[a] / norm, cb = at->share[b] / norm;
-  double nn = 0, nt[2] = {0, 0}, tn[2] = {0, 0}, block[9] = {0};
-  for (int i = 0; i < rows; i++) {
-    for (int j = 0; j < rows; j++) nn += helmert[i][a] * M[q * i + j] * helmert[j][b];
+  double left[3], right[3] = {0, 0, 0}, of[2][3], nn = 0; /* the block is n left + right n + the sum of t of */
+  for (int j = 0; j < rows; j++) nn += Z[a][j] * helmert[j][b];
+  for (int d = 0; d < 3; d++) {
+    left[d] = nn * n[d];
     for (int k = 0; k < at->dimension; k++) {
-      nt[k] += helmert[i][a] * M[q * i + rows + k] * cb;
-      tn[k] += helmert[i][b] * M[q * i + rows + k] * ca;
+      left[d] += Z[a][rows + k] * cb * at->tangent[k][d];
+      right[d] += Z[b][rows + k] * ca * at->tangent[k][d];
+      of[k][d] = 0;
+      for (int l = 0; l < at->dimension; l++)
+        of[k][d] += ca * cb * M[q * (rows + k) + rows + l] * at->tangent[l][d];
     }
+    for (int k = 0; k < crossing; k++) of[at->dimension + k][d] = ca * cb * across * m[k][d];
   }
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
-      double sum = nn * n[c] * n[d];
-      for (int k = 0; k < at->dimension; k++) {
-        const double *t = at->tangent[k];
-        sum += nt[k] * n[c] * t[d] + tn[k] * t[c] * n[d];
-        for (int l = 0; l < at->dimension; l++)
-          sum += ca * cb * M[q * (rows + k) + rows + l] * t[c] * at->tangent[l][d];
-      }
-      for (int k = 0; k < crossing; k++) sum += ca * cb * across * m[k][c] * m[k][d];
-      block[3 * c + d] = sum;
+      double sum = n[c] * left[d] + right[c] * n[d];
+      for (int k = 0; k < 2; k++) sum += (k < at->dimension ? at->tangent[k] : m[k - at->dimension])[c] * of[k][d];
+      const int i = 3 * at->corner[a] + c, j = 3 * at->corner[b] + d;
+      hessian[12 * i + j] = hessian[12 * j + i] = sum;
     }
-  for (int c = 0; c < 3; c++)
-    memcpy(hessian + 12 * (3 * at->corner[a] + c) + 3 * at->corner[b], block + 3 * c, 3 * sizeof *block);
 }
 
 static void barrier_hessian(const flesh_contact_closest *at, double thickness, double weight,
                             flesh_eigenvalue_filter filter, double *hessian)
 {
-  double M[25], m[2][3], across, norm = 0;
+  double M[25], Z[4][5] = {{0}}, m[2][3], across, norm = 0;
+  const int rows = at->count - 1, q = rows + at->dimension;
   small_hessian(at, thickness, weight, M, &across);
-  filter_matrix(at->count - 1 + at->dimension, filter, M);
+  filter_matrix(q, filter, M);
   across = filtered(across, filter);
   const int crossing = directions_across(at, m);
   for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
   for (int a = 0; a < at->count; a++)
-    for (int b = 0; b < at->count; b++)
-      add_block(at, M, (const double(*)[3])m, crossing, across, sqrt(norm), a, b, hessian);
+    for (int i = 0; i < rows; i++)
+      for (int j = 0; j < q; j++) Z[a][j] += helmert[i][a] * M[q * i + j];
+  for (int a = 0; a < at->count; a++)
+    for (int b = a; b < at->count; b++)
+      put_block(at, M, (const double(*)[5])Z, (const double(*)[3])m, crossing, across, sqrt(norm), a, b, hessian);
 }
 
 /* Adds `scale` times the Hessian of y by the four places. */

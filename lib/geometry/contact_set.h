@@ -47,7 +47,7 @@ typedef struct flesh_contact_set {
   flesh_contact_law law;
   int count;                 /* pairs nearer than their thickness and with weight: all pairs of a point in a row, */
   flesh_contact_pair *pairs; /* points ascending, then those of edges */
-  double distance;           /* m, the least of theirs; INFINITY where there is none */
+  double distance;           /* m, the least of theirs, to 1e-9 of the thickness; INFINITY where there is none */
   /* Of its own: */
   double *edge_squared; /* [edge_count] rest lengths squared, m^2 */
   size_t capacity, scratch_size;

@@ -88,11 +88,12 @@ static void list_constrained(flesh_equations *self)
   memset(self->u_constrained, 0, (size_t)self->n * sizeof *self->u_constrained);
 }
 
-int flesh_equations_find_constrained(flesh_equations *self, double t)
+int flesh_equations_find_constrained(flesh_equations *self, double t, const uint8_t *held)
 {
   uint8_t *before = (uint8_t *)self->scratch;
   memcpy(before, self->constrained, (size_t)self->n);
   flesh_system_fixed(self->system, t, self->constrained);
+  for (int d = 0; d < self->n && held; d++) self->constrained[d] |= held[d];
   if (!memcmp(before, self->constrained, (size_t)self->n)) return 0;
   list_constrained(self);
   return 1;
@@ -122,7 +123,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
   /* They may have changed where x has not. */
   if (stage->multipliers || stage->softness) self->reached.there.known = 0;
-  const int changed = flesh_equations_find_constrained(self, stage->t);
+  const int changed = flesh_equations_find_constrained(self, stage->t, stage->held);
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
   flesh_system_prescribe(self->system, stage->t, self->u_constrained);

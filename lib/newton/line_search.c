@@ -54,6 +54,12 @@ void flesh_search_begin_stage(flesh_search *self)
 {
   self->shortened = self->short_filtered = 0;
   self->first_potential = NAN;
+  self->gain = 0;
+}
+
+int flesh_search_gains(flesh_search *self, const double *u)
+{
+  return self->gain > 0 && self->gain > 4 * flesh_equations_potential_round_off(self->equations, u);
 }
 
 typedef struct trial {
@@ -178,6 +184,7 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
   else if (too_short && line->length < line->first) lengthen(self, line, line->refused);
   const double length = line->length, actual = line->start - line->value;
   self->shortened = length < line->first;
+  self->gain = actual > 10 * line->round_off ? actual : 0;
   for (int d = 0; d < n && length != 1; d++) p[d] *= length;
   self->stats->potential_rises += line->value > self->first_potential + 1e-12 * line->magnitude;
   *result = (flesh_search_result){
@@ -194,6 +201,7 @@ int flesh_search_run(flesh_search *self, const double *u, const double *r, flesh
 {
   flesh_equations *equations = self->equations;
   line line = {.u = u, .r = r, .p = p, .slope = dot(self, r, p), .measured = NAN, .refused = INFINITY};
+  self->gain = 0;
   if (!(line.slope < 0)) return FLESH_NOT_POSITIVE;
   int status = flesh_equations_potential(equations, u, &line.start, &line.magnitude);
   if (status) return status;

@@ -12,6 +12,7 @@ typedef struct flesh_search {
   double *trial, *work;                /* [n] */
   /* Of the stage. */
   double first_potential; /* of its first iterate; NaN before */
+  double gain;            /* J, by which the last step has lowered the potential; 0: there was none */
   int shortened;          /* the last accepted step was not its first try */
   int short_filtered;     /* how many of the last accepted steps in a row were filtered, whole and too short */
 } flesh_search;
@@ -41,6 +42,9 @@ void flesh_search_begin_stage(flesh_search *search);
  * accepted. */
 int flesh_search_run(flesh_search *search, const double *u, const double *r, flesh_direction_kind kind,
                           int measure_model, double *p, flesh_search_result *result);
+
+/* Whether the last step of the stage, which led to u [n], has lowered the potential by more than round-off moves it. */
+int flesh_search_gains(flesh_search *search, const double *u);
 
 /* at = u + scale p [n], rounded as KINSOL rounds it once p is scaled (no fused product and sum): what is known of the
  * iterate that is accepted then holds for KINSOL's next one. */

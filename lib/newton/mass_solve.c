@@ -40,7 +40,7 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   flesh_equations *equations = &self->equations;
   const int n = equations->n;
   double *r = self->r, *correction = self->search.trial;
-  flesh_equations_find_constrained(equations, t);
+  flesh_equations_find_constrained(equations, t, NULL);
   for (int d = 0; d < n; d++) equations->a[d] = a[d] = equations->constrained[d] ? a[d] : 0;
   int status = assemble_mass(self, t, state->x, state->v);
   if (status) return status;
@@ -87,7 +87,7 @@ int flesh_newton_apply_constraint_jump(flesh_newton *self, double t, const doubl
 {
   flesh_equations *equations = &self->equations;
   const size_t bytes = (size_t)equations->n * sizeof *x;
-  flesh_equations_find_constrained(equations, t);
+  flesh_equations_find_constrained(equations, t, NULL);
   memcpy(equations->x, x, bytes);
   memcpy(equations->v, v, bytes);
   memset(equations->a, 0, bytes);

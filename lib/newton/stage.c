@@ -31,7 +31,8 @@ static int judge(flesh_newton *newton, flesh_iteration_end end, const double *u,
   stats->residual_last = norm;
   if (norm <= target) return FLESH_OK;
   /* The line search may have given up, or the iteration stopped, on a residual that cannot be made smaller. */
-  if (newton->at_round_off || norm <= 16 * flesh_equations_residual_round_off(equations, u)) {
+  if (newton->at_round_off ||
+      (norm <= 16 * flesh_equations_residual_round_off(equations, u) && !flesh_search_gains(&newton->search, u))) {
     stats->at_rounding++;
     return FLESH_OK;
   }

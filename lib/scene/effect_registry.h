@@ -8,8 +8,8 @@
  * Nothing else knows what effects there are: an effect from outside the library
  * (drivers/examples/user_effect.c, a floor) is created by flesh_effect_create and added to the
  * system beside these, and a new row needs no change elsewhere. That goes for what couples nodes
- * too, through the effect's cells: muscle fibres (drivers/examples/coupled_reflex.c has one) and
- * other forces along tets have the tets as cells; welds and springs between nodes have pairs of
+ * too, through the effect's cells: forces in tets (viscosity, muscles; drivers/examples/coupled_reflex.c
+ * has fibres of its own) have the tets as cells; welds and springs between nodes have pairs of
  * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
  * What couples nodes that come near each other, as contact of bodies does, has a
  * flesh_effect_proximity. */
@@ -42,9 +42,12 @@ typedef struct flesh_effect_row {
   ROW(force)                                                                                     \
   ROW(traction)                                                                                  \
   ROW(pressure)                                                                                  \
+  ROW(drag)                                                                                      \
+  ROW(buoyancy)                                                                                  \
   ROW(damping)                                                                                   \
   ROW(settling_damping)                                                                          \
   ROW(viscosity)                                                                                 \
+  ROW(muscle)                                                                                    \
   ROW(contact)
 
 #define FLESH_EFFECT_ROW_EXTERN(name) extern const flesh_effect_row flesh_effect_row_##name;

@@ -34,7 +34,7 @@ static const struct {
 
 static const struct {
   const char *old, *text;
-} effects_renamed[] = {{"drag", "spring"}, {"calm", "settling_damping"}, {"handle", "prescribed_motion"}};
+} effects_renamed[] = {{"calm", "settling_damping"}, {"handle", "prescribed_motion"}};
 
 static int has(const flesh_key *keys, const char *name)
 {

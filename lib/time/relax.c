@@ -1,4 +1,4 @@
-/* relax.c: the way out of a tangle: to the equilibrium of softer materials, and from there to the true ones'. */
+/* relax.c: through softer materials to the true ones: out of a tangle, and from a start where a solve gets nowhere. */
 #include <string.h>
 
 #include "time/integrator.h"
@@ -17,12 +17,13 @@ static void find_end(void *data, const double *u, double *x)
 
 /* Statics, or a long step of backward Euler from rest, of which time knows nothing. Pressures of incompressible tets
  * belong to the true materials alone. */
-static int solve(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
+static int solve(flesh_integrator *self, flesh_state *state, double h, int softness, const uint8_t *held,
+                 flesh_solve_stats *stats)
 {
   const double rate = h > 0 ? 1 / h : 0;
   flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1,
                        .shift = {.x = 1, .v = rate, .a = rate * rate},
-                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softness = softness};
+                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softness = softness, .held = held};
   int status;
   if (softness) {
     status = flesh_nonlinear_solve(self->nonlinear, &stage, NULL, 0, stats);
@@ -37,27 +38,47 @@ static int solve(flesh_integrator *self, flesh_state *state, double h, int softn
 }
 
 /* Steps until the body is still, or the last; each longer, as parts may be far softer than the body on average. */
-static int settle(flesh_integrator *self, flesh_state *state, double h, int softness, flesh_solve_stats *stats)
+static int settle(flesh_integrator *self, flesh_state *state, double h, int softness, const uint8_t *held,
+                  flesh_solve_stats *stats)
 {
   enum { STEPS = 10 };
   for (int k = 0; k < STEPS; k++, h *= 4) {
-    int status = solve(self, state, h, softness, stats);
+    int status = solve(self, state, h, softness, held, stats);
     if (status || h == 0) return status;
     if (flesh_untangler_is_still(self->recovery.untangler, flesh_nonlinear_unknowns(self->nonlinear))) return FLESH_OK;
   }
   return FLESH_OK;
 }
 
+/* In statics it is the equilibrium at hand that is wanted, without its tangle, not another one: all that is far from the
+ * tangle is held while materials are soft. One attempt is enough then: it costs less than the solve before it. */
 int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
-  const double h = self->method == FLESH_METHOD_STATIC ? 0 : flesh_untangler_long_step(untangler);
-  for (int softness = 1; softness <= FLESH_SOFTNESS_LEVELS; softness++) {
+  const int is_static = self->method == FLESH_METHOD_STATIC;
+  const double h = is_static ? 0 : flesh_untangler_long_step(untangler);
+  const uint8_t *held = is_static ? flesh_untangler_held(untangler) : NULL;
+  const int levels = held ? 1 : FLESH_SOFTNESS_LEVELS;
+  for (int softness = 1; softness <= levels; softness++) {
     flesh_untangler_begin(untangler, state);
-    int status = settle(self, state, h, softness, stats);
-    if (!status) status = settle(self, state, h, 0, stats);
+    int status = settle(self, state, h, softness, held, stats);
+    if (!status) status = settle(self, state, h, 0, NULL, stats);
     if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
     if (status < 0) return status;
   }
   return FLESH_OK;
+}
+
+int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
+                                       const flesh_stage_end *end, flesh_solve_stats *stats)
+{
+  const double *const guesses[] = {self->guess, NULL};
+  flesh_stage soft = *stage;
+  soft.softness = 1;
+  soft.multipliers = NULL;
+  soft.penalty = 0;
+  int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
+  if (status) return status;
+  memcpy(self->guess, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->guess * (size_t)self->n);
+  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
 }

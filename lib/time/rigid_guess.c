@@ -1,6 +1,7 @@
-/* rigid_guess.c: the rigid motions that the velocities continue. */
+/* rigid_guess.c: the rigid motions that the velocities continue, of parts not far larger than at rest. */
 #include "time/rigid_guess.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +12,11 @@
 #include "math/svd3.h"
 #include "mesh/pieces.h"
 #include "system/one_effect.h"
+
+/* A part this many times as large as at rest shrinks. Its potential goes with the sixth power of its size, of which a
+ * Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness hides all other forces
+ * below round-off. */
+static const double far_larger = 10;
 
 static int root_of(int *parent, int i)
 {
@@ -36,16 +42,42 @@ static int weigh(const flesh_system *system, double *mass)
   return status;
 }
 
+static void find_centre(int count, const int *nodes, const double *mass, const double *x, double centre[3])
+{
+  double total = 0;
+  centre[0] = centre[1] = centre[2] = 0;
+  for (int k = 0; k < count; k++) {
+    total += mass[nodes[k]];
+    for (int c = 0; c < 3; c++) centre[c] += mass[nodes[k]] * x[3 * nodes[k] + c];
+  }
+  for (int c = 0; c < 3; c++) centre[c] /= total;
+}
+
+/* Mean distance from the centre, m, which few nodes far away hardly change. */
+static double find_extent(int count, const int *nodes, const double *x, const double centre[3])
+{
+  double sum = 0;
+  for (int k = 0; k < count; k++) {
+    double d[3];
+    for (int c = 0; c < 3; c++) d[c] = x[3 * nodes[k] + c] - centre[c];
+    sum += sqrt(flesh_vec3_dot(d, d));
+  }
+  return sum / count;
+}
+
 int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts)
 {
   const flesh_mesh *mesh = flesh_system_mesh(system);
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   const uint8_t *used = flesh_mesh_node_used(mesh);
-  int *parent = malloc((size_t)nodes * sizeof *parent), *number = malloc((size_t)nodes * sizeof *number);
+  int *parent = malloc(((size_t)nodes + 1) * sizeof *parent), *number = malloc(((size_t)nodes + 1) * sizeof *number);
   *parts = (flesh_rigid_parts){.first = calloc((size_t)nodes + 2, sizeof(int)),
                                .nodes = malloc(((size_t)nodes + 1) * sizeof(int)),
-                               .mass = malloc(((size_t)nodes + 1) * sizeof(double))};
-  if (!parent || !number || !parts->first || !parts->nodes || !parts->mass) {
+                               .mass = malloc(((size_t)nodes + 1) * sizeof(double)),
+                               .mesh = mesh,
+                               .part = malloc(((size_t)nodes + 1) * sizeof(int)),
+                               .extent = malloc(((size_t)nodes + 1) * sizeof(double))};
+  if (!parent || !number || !parts->first || !parts->nodes || !parts->mass || !parts->part || !parts->extent) {
     free(parent);
     free(number);
     flesh_rigid_parts_clear(parts);
@@ -62,10 +94,20 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
     if (used[i]) parts->first[number[root_of(parent, i)] + 2]++;
   for (int k = 0; k < parts->count; k++) parts->first[k + 2] += parts->first[k + 1];
   for (int i = 0; i < nodes; i++)
-    if (used[i]) parts->nodes[parts->first[number[root_of(parent, i)] + 1]++] = i;
+    if (used[i]) {
+      parts->part[i] = number[root_of(parent, i)];
+      parts->nodes[parts->first[parts->part[i] + 1]++] = i;
+    }
   free(parent);
   free(number);
-  return weigh(system, parts->mass);
+  int status = weigh(system, parts->mass);
+  for (int p = 0; p < parts->count && !status; p++) {
+    const int *part = parts->nodes + parts->first[p], count = parts->first[p + 1] - parts->first[p];
+    double centre[3];
+    find_centre(count, part, parts->mass, flesh_mesh_positions(mesh), centre);
+    parts->extent[p] = find_extent(count, part, flesh_mesh_positions(mesh), centre);
+  }
+  return status;
 }
 
 void flesh_rigid_parts_clear(flesh_rigid_parts *parts)
@@ -73,6 +115,8 @@ void flesh_rigid_parts_clear(flesh_rigid_parts *parts)
   free(parts->first);
   free(parts->nodes);
   free(parts->mass);
+  free(parts->part);
+  free(parts->extent);
   *parts = (flesh_rigid_parts){0};
 }
 
@@ -123,19 +167,36 @@ static void turn_nearest(int count, const int *nodes, const double *mass, const 
   else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
 
-static void guess_part(int count, const int *nodes, const double *mass, const flesh_state *state, double h,
-                       int nearest, double *u)
+/* The factor by which a part shrinks about its centre: until the root mean square of J is 1; 1 where it is not far
+ * larger than at rest. */
+static double find_shrinkage(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3])
 {
-  double centre[3] = {0}, mean[3] = {0}, total = 0, turn[9];
-  for (int k = 0; k < count; k++) {
-    total += mass[nodes[k]];
-    for (int c = 0; c < 3; c++) {
-      centre[c] += mass[nodes[k]] * state->x[3 * nodes[k] + c];
-      mean[c] += mass[nodes[k]] * state->v[3 * nodes[k] + c];
-    }
+  const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
+  const double *X = flesh_mesh_positions(parts->mesh);
+  double squares = 0, volume = 0;
+  if (!(find_extent(count, nodes, x, centre) > far_larger * parts->extent[part])) return 1;
+  for (int t = 0; t < flesh_mesh_piece_count(parts->mesh); t++) {
+    int node[4];
+    flesh_mesh_piece(parts->mesh, t, node);
+    const double rest = parts->part[node[0]] == part ? flesh_tet_volume(X, node) : 0, now = flesh_tet_volume(x, node);
+    if (!(rest > 0)) continue; /* between the nodes of a curved tet a piece can be flat or inverted at rest */
+    squares += now * now / rest;
+    volume += rest;
   }
-  for (int c = 0; c < 3; c++) centre[c] /= total, mean[c] /= total;
+  return squares > volume ? pow(squares / volume, -1. / 6) : 1;
+}
+
+static void guess_part(const flesh_rigid_parts *parts, int part, const flesh_state *state, double h, int nearest,
+                       double *u)
+{
+  const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
+  const double *mass = parts->mass;
+  double centre[3], mean[3], turn[9];
+  find_centre(count, nodes, mass, state->x, centre);
+  find_centre(count, nodes, mass, state->v, mean);
+  const double shrinkage = find_shrinkage(parts, part, state->x, centre);
   (nearest ? turn_nearest : turn_on)(count, nodes, mass, state, centre, mean, h, turn);
+  for (int e = 0; e < 9; e++) turn[e] *= shrinkage;
   for (int k = 0; k < count; k++) {
     double d[3], to[3];
     for (int c = 0; c < 3; c++) d[c] = state->x[3 * nodes[k] + c] - centre[c];
@@ -156,7 +217,7 @@ int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, cons
     for (int k = 0; constrained && k < count; k++)
       for (int c = 0; c < 3; c++) u[3 * nodes[k] + c] = 0;
     if (constrained) continue;
-    guess_part(count, nodes, parts->mass, state, h, nearest, u);
+    guess_part(parts, p, state, h, nearest, u);
     guessed++;
   }
   return guessed;

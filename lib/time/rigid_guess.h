@@ -10,6 +10,9 @@ typedef struct flesh_rigid_parts {
   int *first; /* [count+1] of each part's nodes */
   int *nodes; /* [used nodes] */
   double *mass; /* [n] of the nodes, or ones */
+  const flesh_mesh *mesh; /* borrowed */
+  int *part; /* [nodes] whose each is, where it is used */
+  double *extent; /* [count] m, mean distance of a part's nodes from its centre of mass at rest */
 } flesh_rigid_parts;
 
 int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *parts);
@@ -17,7 +20,7 @@ void flesh_rigid_parts_clear(flesh_rigid_parts *parts);
 
 /* Displacements u [3*n] over h; 0 for parts with a dof in `fixed` [3*n] (NULL: none is). Returns how many parts are
  * free. The best fit by mass of the velocities or, `nearest`, of where they lead along straight lines, which is what
- * backward Euler goes by. */
+ * backward Euler goes by. A part that is many times as large as at rest shrinks. */
 int flesh_rigid_guess(const flesh_rigid_parts *parts, const uint8_t *fixed, const flesh_state *state, double h,
                       int nearest, double *u);
 

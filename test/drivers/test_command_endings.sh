@@ -71,6 +71,22 @@ a_stressed_rest_is_told() {
     has ring/result.json '"stressed_rest_J": 0.0' && has ring/result.json '"warning": null' || return 1
   done
 }
+# A block that hangs almost still, and whose top is turned by 10 rad within a step.
+a_long_step_is_told() {
+  "$flesh" mesh box --cells 3,3,3 --size 0.1,0.1,0.1 --out small.msh >/dev/null || return 1
+  scene jerk '  - inertia: {}
+  - gravity: {acceleration: [0, 0, -0.001]}
+  - pin: {box: [[-1, -1, -1], [2, 2, 1e-9]]}
+  - prescribed_motion: {box: [[-1, -1, 0.0999], [2, 2, 2]], from: 0.5, until: 0.52, centre: [0.05, 0.05, 0.1],
+      motion: [{time: 0.5}, {time: 0.51, rotation: [0, 10, 0], translation: [0, 0, -0.3]}]}' 'step: 1/60, end: 1'
+  jerk() { "$flesh" run jerk.yaml --set body.mesh=small.msh --set body.material.poisson=0.4999 --no-frames --out jerk "$@"; }
+  expect 0 jerk --set solver.linear_solver=klu --set solver.newton_tolerance=1e-3 || return 1
+  has stderr.txt 'warning: step 3[0-9] (to t = 0.5[0-9]* s) took [0-9]* Newton and 0 linear .* [2-9][0-9.]* times the median' &&
+    has jerk/result.json '"warning": "step 3' && has jerk/result.json '"longest_step": 3[0-9]' || return 1
+  # At the usual tolerance the other steps take more.
+  expect 0 jerk && has jerk/result.json '"warning": null' && has jerk/result.json '"longest_step": 3[0-9]' &&
+    has jerk/result.json '"longest_step_linear": [0-9][0-9][0-9][0-9]'
+}
 ring='function id(i, j, k) { return (i % n) * 9 + 3 * j + k + 1 }
 function node(i, j, k, twist) {
   t = 6.283185307179586 * i / n; u = 0.1 * (j - 1); w = 0.1 * (k - 1); q = twist * t
@@ -105,5 +121,5 @@ start: {velocity: [1, 0.5, 0.25]"
   done
 }
 
-run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told \
+run_tests energy_from_nowhere_ends_a_run a_budget_within_a_step_is_told_as_such a_stressed_rest_is_told a_long_step_is_told \
   motion_without_force_is_nothing_to_tell

@@ -148,6 +148,14 @@ bad_options_are_refused() {
     expect 3 "$flesh" hardcases --out /dev/null/here --cases single_plane && [ ! -e out/hardcases ]
 }
 
+# Nodes anywhere near nu = 1/2: from the solution of softer materials the first step needs no halving.
+chaos_is_entered_through_softer_materials() {
+  battery --shapes --meshes 3x3x3 --energies S --poisson 0.4999 --cases scramble || return 1
+  has out/hardcases.csv '^scramble,.*,\(recovered\|untangled\),FLESH_OK' &&
+    has out/cases/3x3x3_scramble_seed1_S_0.4999_default/out/result.json '"convergence_failures": 0' &&
+    has out/cases/3x3x3_scramble_seed1_S_0.4999_default/out/result.json '"solves_unconverged": 0'
+}
+
 the_old_name_tells_the_new() {
   expect 2 "$flesh" stress --list && has stderr.txt '^flesh: the command stress has been renamed; write flesh hardcases$' &&
     [ ! -s stdout.txt ]
@@ -158,4 +166,4 @@ run_tests hard_starts_recover violent_loads_recover collapsed_bodies_are_named_a
   an_early_end_is_no_recovery a_death_is_a_row a_setting_of_ones_own_is_kept_in_the_scene \
   the_table_has_the_promised_columns pictures_are_drawn without_gnuplot_the_frames_are_drawn a_spent_budget_is_a_row \
   an_interrupted_battery_keeps_what_was_done the_list_names_every_case bad_options_are_refused \
-  the_old_name_tells_the_new
+  chaos_is_entered_through_softer_materials the_old_name_tells_the_new

@@ -41,11 +41,35 @@ limb() {
   grep -v '^#' limb/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low < -0.1) }'
 }
 
+# It hangs stretched until 0.5 s, and the muscle lifts its weight by more than 5 cm. The fibres' energy is put in.
+muscle_spindle() {
+  short muscle_spindle --set time.end=1.2 --set time.step=1/40 || return 1
+  awk -F '[:,]' '/"work_put_in"/ { print; exit !($2 > 0.5) }' muscle_spindle/result.json || return 1
+  expect 0 "$flesh" run "$scenes/muscle_spindle.yaml" --out hanging --quiet --set time.end=0.5 --set time.step=1/40 ||
+    return 1
+  for run in hanging muscle_spindle; do
+    grep -v '^#' $run/state.txt | awk 'NR == 1 || $3 < low { low = $3 } END { print low }'
+  done | paste -s - | awk '{ print; exit !($2 - $1 > 0.05) }'
+}
+
+# Longer by a twentieth, then curled so that the tip points down, at nearly its volume.
+tentacle() {
+  short tentacle --set time.end=0.5 || return 1
+  grep -v '^#' tentacle/state.txt | awk '$3 > high { high = $3 } END { print high; exit !(high > 0.3) }' || return 1
+  column volume_ratio tentacle/history.csv | awk '{ exit !($1 > 0.995 && $1 < 1.005) }'
+}
+
+# Lifted by the upper muscle, it is higher than it hangs by itself.
+limb_antagonists() {
+  short limb_antagonists --set time.end=0.9 --set time.step=1/30 || return 1
+  grep -v '^#' limb_antagonists/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low > -0.1) }'
+}
+
 # Its resolved scene names the obstacle's file so that it is found from anywhere.
 a_scene_run_in_its_own_folder_repeats() {
   (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
   expect 0 "$flesh" run here/scene.yaml --out again --quiet && cmp here/state.txt again/state.txt
 }
 
-run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb \
+run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
   a_scene_run_in_its_own_folder_repeats

@@ -255,9 +255,41 @@ static void distances_are_the_least(void)
   }
 }
 
+/* Largest jumps of value and forces of an edge that turns through parallel while it slides past the ends of another. */
+static void jumps_of(int steps, double jump[2])
+{
+  double x[12] = {-0.5, 0, 0, 0.5, 0, 0}, last[13] = {0};
+  const flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1, 0.2, flesh_contact_parallel(1, 1)};
+  jump[0] = jump[1] = 0;
+  for (int k = 0; k <= steps; k++) {
+    const double s = (double)k / steps, angle = 0.2 * (s - 0.4), tilt = 0.05 * (s - 0.4);
+    double now[13];
+    for (int end = 0; end < 2; end++) {
+      const double along = end - 0.8 + 1.2 * s;
+      const double place[3] = {along * cos(angle), along * sin(angle) + 0.01, 0.05 + tilt * along};
+      memcpy(x + 6 + 3 * end, place, sizeof place);
+    }
+    CHECK_OK(flesh_contact_pair_gradient(&pair, x, now, now + 1));
+    for (int c = 0; c < 13 && k; c++) jump[c > 0] = fmax(jump[c > 0], fabs(now[c] - last[c]));
+    memcpy(last, now, sizeof last);
+  }
+}
+
+static void nothing_jumps_where_edges_turn(void)
+{
+  double coarse[2], fine[2];
+  jumps_of(20000, coarse);
+  jumps_of(80000, fine);
+  printf("# value %.3g J, force %.3g N in a step; %.3f and %.3f of it in a quarter\n", coarse[0], coarse[1],
+         fine[0] / coarse[0], fine[1] / coarse[1]);
+  CHECK_BELOW(fine[0], 0.27 * coarse[0]);
+  CHECK_BELOW(fine[1], 0.27 * coarse[1]);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(derivatives_are_those_of_differences), TEST(mollified_edges_too),
                    TEST(forces_and_moments_balance), TEST(filters_are_those_of_the_whole),
-                   TEST(a_million_pairs_give_no_nan), TEST(distances_are_the_least));
+                   TEST(a_million_pairs_give_no_nan), TEST(distances_are_the_least),
+                   TEST(nothing_jumps_where_edges_turn));
 }

@@ -1,5 +1,7 @@
-/* test_lanes.c: what lanes.h and logarithm.h and exponential.h add to the compiler's vectors, against the C library. */
+/* test_lanes.c: what lanes.h, logarithm.h, exponential.h and error_function.h add to the compiler's vectors, against the
+ * C library. */
 #define FLESH_LANES 2
+#include "math/error_function.h"
 #include "math/exponential.h"
 #include "math/logarithm.h"
 #include "test.h"
@@ -49,6 +51,17 @@ static void exponentials(void)
   CHECK_BELOW(worst_at_zero, 3);
   flesh_real exact = flesh_exp((flesh_real){0, 1});
   CHECK(exact[0] == 1 && ulps(exact[1], expl(1)) <= 1);
+}
+
+static void error_functions(void)
+{
+  double worst = 0;
+  for (int trial = 0; trial < 100000; trial++) {
+    const flesh_real x = {10 * (2 * test_uniform(&seed) - 1), number(-16, 300)}, y = flesh_erf(x);
+    for (int l = 0; l < 2; l++) worst = fmax(worst, (double)fabsl(y[l] - erfl(x[l])));
+  }
+  printf("# off by %.2g\n", worst);
+  CHECK_BELOW(worst, 1e-15);
 }
 
 static void cube_roots(void)
@@ -106,6 +119,7 @@ static void additions_of_four(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(logarithms), TEST(exponentials), TEST(cube_roots), TEST(selections),
+  return RUN_TESTS(argc, argv, TEST(logarithms), TEST(exponentials), TEST(error_functions), TEST(cube_roots),
+                   TEST(selections),
                    TEST(transposition), TEST(differences_of_four), TEST(additions_of_four));
 }

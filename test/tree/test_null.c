@@ -15,7 +15,8 @@
 /* What NULL serves for, or nobody reads:
  * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target,
  * flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude,
- * flesh_effect_surface_contact pairs, flesh_ida_jacobian r, flesh_ida_jacobian w1, flesh_ida_jacobian w2,
+ * flesh_effect_surface_contact pairs, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
+ * flesh_ida_jacobian w1, flesh_ida_jacobian w2,
  * flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
  * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times
@@ -147,6 +148,17 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_pressure, body, (NULL, 1, any, 1, any, any));
   REFUSES(flesh_effect_pressure, triangles, (any, 1, NULL, 1, any, any));
   REFUSES(flesh_effect_pressure, effect, (any, 1, any, 1, any, NULL));
+  REFUSES(flesh_effect_muscle, body, (NULL, 1, any, any, any, any, any));
+  REFUSES(flesh_effect_muscle, fibres, (any, 1, any, NULL, any, any, any));
+  REFUSES(flesh_effect_muscle, fibre, (any, 1, any, any, NULL, any, any));
+  REFUSES(flesh_effect_muscle, effect, (any, 1, any, any, any, any, NULL));
+  REFUSES(flesh_effect_drag, body, (NULL, 1, any, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, triangles, (any, 1, NULL, 1, any, 1, any));
+  REFUSES(flesh_effect_drag, velocity, (any, 1, any, 1, NULL, 1, any));
+  REFUSES(flesh_effect_drag, effect, (any, 1, any, 1, any, 1, NULL));
+  REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
+  REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
+  REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));
 }
 
 static void null_is_refused_by_runs(void)
@@ -258,6 +270,9 @@ static void null_is_refused_by_bodies(void)
   REFUSES(flesh_material_from_given, material, (1, 1, any, NULL));
   check(flesh_material_from_psi(NULL, any, any), "psi is NULL; it must be a function psi(I_C, J)");
   REFUSES(flesh_material_from_psi, material, (psi, any, NULL));
+  REFUSES(flesh_fibre_default, fibre, (1, 1, NULL));
+  REFUSES(flesh_fibre_tension, fibre, (NULL, 1, 1, any));
+  REFUSES(flesh_fibre_tension, tension, (any, 1, 1, NULL));
   REFUSES(flesh_energy_from_name, name, (NULL, any));
   REFUSES(flesh_energy_from_name, energy, (any, NULL));
   REFUSES(flesh_constants_from_name, name, (NULL, any));

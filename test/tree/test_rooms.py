@@ -15,7 +15,8 @@ ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "linear", "eleme
 
 # Whose interface a public header is.
 PUBLIC = {
-    "status": "base", "version": "base", "threads": "base", "instructions": "base", "material": "material", "mesh": "mesh",
+    "status": "base", "version": "base", "threads": "base", "instructions": "base", "fibre": "material",
+    "material": "material", "mesh": "mesh",
     "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "body": "element",
     "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",

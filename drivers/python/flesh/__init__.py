@@ -19,12 +19,13 @@ and its kinds). Calls release the interpreter's lock, and Ctrl-C ends a step in 
     KinsolProblem, IdaProblem, OdeProblem   the equations for a solver of your own
     run_scene, drift, accuracy, sweep   the program's comparisons as tables
 """
-from . import body, effects, errors, frame, integrator, material, mesh, motion, options, output, own_effect, results
-from . import scene, sundials, surface, system
+from . import body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect
+from . import results, scene, sundials, surface, system
 from ._library import ffi, lib, text
 from .body import *
 from .effects import *
 from .errors import *
+from .fibre import *
 from .frame import *
 from .integrator import *
 from .material import *
@@ -41,8 +42,8 @@ from .system import *
 
 __version__ = text(lib.flesh_version())
 __all__ = ["__version__", "set_error_handler"]
-for _module in (body, effects, errors, frame, integrator, material, mesh, motion, options, output, own_effect, results,
-                scene, sundials, surface, system):
+for _module in (body, effects, errors, fibre, frame, integrator, material, mesh, motion, options, output, own_effect,
+                results, scene, sundials, surface, system):
     __all__ += _module.__all__
 
 _handler = None

@@ -12,7 +12,7 @@ from .mesh import Mesh
 from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
-           "Traction", "Pressure", "Contact", "SurfaceContact", "DerivativeReport", "EffectCost",
+           "Traction", "Pressure", "Drag", "Buoyancy", "Contact", "SurfaceContact", "DerivativeReport", "EffectCost",
            "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
@@ -228,6 +228,26 @@ class Pressure(Effect):
         chosen = integers(triangles, (None, 3), "triangles")
         self._take(create("flesh_effect", lib.flesh_effect_pressure, body._struct, len(chosen), pointer(chosen, "int"),
                           float(pressure), _amplitude(amplitude)), body)
+
+
+class Drag(Effect):
+    """Air or water of `density`, kg/m^3, and `velocity` [3] m/s presses on those of `triangles` that go against it.
+
+    The pressure is coefficient density/2 s^2, s > 0 the normal speed of a face against the stream.
+    """
+
+    def __init__(self, body: Body, triangles, density: float, velocity=(0.0, 0.0, 0.0), coefficient: float = 1.0):
+        chosen = integers(triangles, (None, 3), "triangles")
+        self._take(create("flesh_effect", lib.flesh_effect_drag, body._struct, len(chosen), pointer(chosen, "int"),
+                          float(density), _vector(velocity, "velocity"), float(coefficient)), body)
+
+
+class Buoyancy(Effect):
+    """The pressure of a fluid of `density`, kg/m^3, below `level`, m, counted against `acceleration` [3] m/s^2."""
+
+    def __init__(self, body: Body, level: float, density: float = 1000.0, acceleration=(0.0, 0.0, -9.81)):
+        self._take(create("flesh_effect", lib.flesh_effect_buoyancy, body._struct, float(level), float(density),
+                          _vector(acceleration, "acceleration")), body)
 
 
 def _contact_options(stiffness, thickness, friction, slip_speed):

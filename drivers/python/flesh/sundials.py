@@ -101,8 +101,9 @@ class KinsolProblem(_Problem):
     def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
                   frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0,
-                  softness: int = 0) -> None:
-        """How u moves the point from x0, v0, a0 [nodes, 3], and when; see flesh.Point for the other arguments."""
+                  softness: int = 0, held=None) -> None:
+        """How u moves the point from x0, v0, a0 [nodes, 3], and when; `held` [nodes, 3] stay at x0, beside what is
+        constrained; see flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
         arrays = {"x0": x0, "v0": v0, "a0": a0, "x_lag": x_lag, "v_lag": v_lag}
         self._base = {name: None if value is None else doubles(value, shape, name).copy()
@@ -113,6 +114,9 @@ class KinsolProblem(_Problem):
             stage.t_lag = t_lag
         stage.frozen_at_solution, stage.penalty = int(frozen_at_solution), float(penalty)
         stage.softness = int(softness)
+        if held is not None:
+            self._held = np.ascontiguousarray(np.broadcast_to(held, shape), dtype=np.uint8)
+            stage.held = pointer(self._held, "uint8_t")
         if multipliers is not None:
             self._multipliers = doubles(multipliers, (self.system.multiplier_count,), "multipliers").copy()
             stage.multipliers = pointer(self._multipliers)

@@ -56,6 +56,8 @@ struct flesh_untangler {
   int vanished; /* A part is a point, in which form E has no more energy than at rest for a ratio of 0. */
   double phi;   /* J */
   uint8_t *fixed; /* [n] */
+  uint8_t *far;   /* [n] from the tangle */
+  int is_local;   /* that is more than half of the body */
 };
 
 static const unsigned elastic = FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY);
@@ -106,6 +108,7 @@ int flesh_untangler_create(const flesh_system *system, flesh_untangler **untangl
   self->multiplier_count = flesh_system_multiplier_count(system);
   double **arrays[] = {&self->v, &self->a, &self->r, &self->saved, &self->zero, &self->end.x, &self->end.v};
   int failed = !(self->fixed = calloc((size_t)self->n + 1, 1));
+  failed |= !(self->far = calloc((size_t)self->n + 1, 1));
   failed |= !(self->reserve = flesh_reserve_create(flesh_winding_room(self->mesh)));
   failed |= !(self->multipliers = calloc((size_t)self->multiplier_count + 1, sizeof(double)));
   for (int k = 0; k < VECTORS; k++) failed |= !(*arrays[k] = calloc((size_t)self->n + 1, sizeof(double)));
@@ -132,13 +135,14 @@ void flesh_untangler_destroy(flesh_untangler **untangler)
   free((*untangler)->end.v);
   free((*untangler)->multipliers);
   free((*untangler)->fixed);
+  free((*untangler)->far);
   free(*untangler);
   *untangler = NULL;
 }
 
 size_t flesh_untangler_memory(const flesh_untangler *self)
 {
-  return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 1) +
+  return sizeof *self + (size_t)self->n * (VECTORS * sizeof(double) + 2) +
          (size_t)self->multiplier_count * sizeof(double) + flesh_reserve_most(self->reserve);
 }
 
@@ -330,8 +334,11 @@ static int find(flesh_untangler *self, const flesh_state *state)
     self->attempts = 0;
     return 0;
   }
-  return self->attempts < ATTEMPT_LIMIT && !has_collapsed(self, state, count) && is_balanced(self, state) &&
-         !is_held(self, state, tangled);
+  if (self->attempts == ATTEMPT_LIMIT || has_collapsed(self, state, count) || !is_balanced(self, state) ||
+      is_held(self, state, tangled))
+    return 0;
+  self->is_local = flesh_winding_find_far(self->mesh, tangled, self->far) > self->n / 2;
+  return 1;
 }
 
 /* The same without a request for memory; with 1 the end is remembered. */
@@ -374,6 +381,8 @@ void flesh_untangler_begin(flesh_untangler *self, flesh_state *state)
     lay_out(self, part, move, state);
   }
 }
+
+const uint8_t *flesh_untangler_held(const flesh_untangler *self) { return self->is_local ? self->far : NULL; }
 
 double flesh_untangler_long_step(const flesh_untangler *self)
 {

@@ -11,6 +11,8 @@
 #ifndef FLESH_TIME_RECOVERY_UNTANGLE_H
 #define FLESH_TIME_RECOVERY_UNTANGLE_H
 
+#include <stdint.h>
+
 #include "base/archive.h"
 #include "flesh/integrator.h"
 
@@ -35,6 +37,10 @@ void flesh_untangler_begin(flesh_untangler *untangler, flesh_state *state);
 /* Whether the attempt has led to a lower potential, unless it was not `solved`; then the state is kept, which adds to
  * *stats. Else it becomes the tangle again. */
 int flesh_untangler_judge(flesh_untangler *untangler, flesh_state *state, int solved, flesh_solve_stats *stats);
+
+/* [n] What stays where it is while an equilibrium's materials are softened: all that is far from the tangle. NULL:
+ * nothing, as half of the body is near it. */
+const uint8_t *flesh_untangler_held(const flesh_untangler *untangler);
 
 /* A step of backward Euler so long, s, that inertia does no more than hold a free body; 0: without elasticity. Not to be
  * called between the two above. */

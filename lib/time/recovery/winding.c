@@ -226,3 +226,27 @@ int flesh_winding_find_crushed(flesh_winding *self, const double *x, const uint8
   *tangled = self->tangled;
   return count;
 }
+
+int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8_t *far)
+{
+  enum { AROUND = 2, NEAR = 0, FAR, REACHED };
+  const int n = 3 * flesh_mesh_node_count(mesh);
+  int count = 0;
+  memset(far, FAR, (size_t)n);
+  for (int depth = 0; depth <= AROUND; depth++) {
+    for (int t = 0; t < flesh_mesh_piece_count(mesh); t++) {
+      int node[4], reached = depth == 0 && tangled[t];
+      flesh_mesh_piece(mesh, t, node);
+      for (int a = 0; a < 4; a++) reached |= far[3 * node[a]] == NEAR;
+      for (int a = 0; a < 4 && reached; a++)
+        if (far[3 * node[a]] == FAR) far[3 * node[a]] = REACHED;
+    }
+    for (int d = 0; d < n; d += 3)
+      if (far[d] == REACHED) far[d] = NEAR;
+  }
+  for (int d = 0; d < n; d++) {
+    far[d] = far[d - d % 3];
+    count += far[d];
+  }
+  return count;
+}

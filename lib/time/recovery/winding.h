@@ -39,4 +39,8 @@ int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **
  * direction than they should be, they hold their neighbours in place. */
 int flesh_winding_find_crushed(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
+/* Finds the dofs [3*nodes] that are far from tangled tets: of nodes that neither they nor the tets two deep around them
+ * have. Returns their number. */
+int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8_t *far);
+
 #endif

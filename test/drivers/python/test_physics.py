@@ -140,6 +140,8 @@ def effects_of(mesh, body):
             flesh.Damping(body, 0.2, 0.01, "current"), flesh.SettlingDamping(body, 2),
             flesh.Viscosity(body, 10, 20), flesh.Force(body, [3, 4], (1, 2, 3), amplitude),
             flesh.Traction(body, top, (0, 0, 9)), flesh.Pressure(body, surface, 100),
+            flesh.Muscle(body, (1, 0.5, 0), flesh.Fibre("thelen", 1e4, optimal_stretch=0.9), amplitude, [0, 2, 5]),
+            flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 
@@ -155,6 +157,26 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
     assert wide.check_derivatives(mesh, bent, t=0.5).passes()
     pulls = [np.abs(flesh.System(mesh, [one]).residual(mesh.positions)).max() for one in (spring, wide)]
     assert pulls[0] == pytest.approx(50) and pulls[1] < 40  # of one node, of several
+
+
+def test_muscles_pull_as_their_fibres_say(mesh, body):
+    fibre = flesh.Fibre(peak_stress=2e4)
+    assert flesh.FIBRE_CURVES == ("blemker", "thelen") and fibre.curve == "blemker"
+    assert fibre.passive_stress == pytest.approx(1e3) and fibre.passive_limit == 0.4
+    assert fibre.tension(1).tension == pytest.approx(2e4) and fibre.tension(1, 0).tension == 0
+    h = 1e-6
+    for stretch in (0.5, 0.8, 1.3):
+        low, at, high = (fibre.tension(stretch + s, 0.7) for s in (-h, 0, h))
+        assert (high.energy - low.energy) / (2 * h) == pytest.approx(at.tension, rel=1e-6)
+        assert (high.tension - low.tension) / (2 * h) == pytest.approx(at.stiffness, rel=1e-5)
+    with pytest.raises(flesh.ArgumentError, match="activation is 2; it must be from 0 to 1"):
+        fibre.tension(1, 2)
+    stretched = mesh.positions * (1.2, 1, 1)
+    system = flesh.System(mesh, [flesh.Muscle(body, (1, 0, 0), fibre)])
+    volume = mesh.tet_volumes.sum()
+    assert system.energies(stretched)[0] == pytest.approx(volume * fibre.tension(1.2).energy)
+    with pytest.raises(flesh.ArgumentError, match=r"fibres has shape \(2, 3\)"):
+        flesh.Muscle(body, [(1, 0, 0)] * 2, fibre)
 
 
 def test_a_systems_parts_belong_together(mesh, body, bent, rng):

@@ -1,0 +1,285 @@
+/* frames.c: starts and ends of the battery's runs, drawn. */
+#include "hardcases/frames.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "flesh/scene.h"
+#include "shared/picture.h"
+
+enum { FRAMES = 4 };
+static const double REACH = 1.05; /* of a picture, in body lengths */
+
+/* The frames of a case: a panel each. */
+typedef struct strip {
+  flesh_mesh *mesh;
+  flesh_body body;
+  double *x[FRAMES], *J[FRAMES];
+  char titles[FRAMES][64], subtitle[64];
+} strip;
+
+/* Into a box about the origin whose side is the body's length; a free body stays in its middle.
+ * What is far larger than the picture is shown smaller: returns by how much, 1 or less. */
+static double centre(const flesh_hardcases_case *row, const flesh_mesh *mesh, double *x)
+{
+  flesh_mesh_info info;
+  flesh_mesh_inspect(mesh, &info);
+  double middle[3];
+  for (int c = 0; c < 3; c++) {
+    double low = info.low[c], high = info.high[c];
+    if (!(row->flags & FLESH_HARDCASES_PINNED)) {
+      low = INFINITY, high = -INFINITY;
+      for (int i = 0; i < info.nodes; i++)
+        low = fmin(low, x[3 * i + c]), high = fmax(high, x[3 * i + c]);
+    }
+    middle[c] = 0.5 * (low + high);
+  }
+  double largest = 0, length = 0; /* a block of 2 x 1 x 1 and its diagonal make 1 */
+  for (int c = 0; c < 3; c++) length += pow(info.high[c] - info.low[c], 2);
+  length = sqrt(length / 1.5);
+  for (int d = 0; d < 3 * info.nodes; d++) {
+    x[d] = (x[d] - middle[d % 3]) / length;
+    largest = fmax(largest, fabs(x[d]));
+  }
+  if (!(largest > REACH)) return 1;
+  for (int d = 0; d < 3 * info.nodes; d++) x[d] *= REACH / largest;
+  return REACH / largest;
+}
+
+static int read_strip(const flesh_hardcases_plan *plan, const flesh_hardcases_run *run, strip *s)
+{
+  static const char *const words[FRAMES] = {"start", "first step", "a tenth", "end"};
+  static const char *const files[FRAMES] = {"start.txt", "frame_first.txt", "frame_early.txt",
+                                            "out/state.txt"};
+  char folder[256], path[1700];
+  int status = flesh_hardcases_run_mesh(plan, run, &s->mesh);
+  if (status) return status;
+  int nodes = flesh_mesh_node_count(s->mesh);
+  double *v = malloc(sizeof *v * 3 * (size_t)nodes);
+  flesh_hardcases_run_folder(run, folder);
+  snprintf(s->subtitle, sizeof s->subtitle, "%s", flesh_hardcases_outcome_name(run->outcome));
+  for (int k = 0; k < FRAMES && v; k++) {
+    s->x[k] = malloc(sizeof *v * 3 * (size_t)nodes);
+    s->J[k] = malloc(sizeof *v * (size_t)flesh_mesh_tet_count(s->mesh));
+    flesh_state state = {.t = 0, .x = s->x[k], .v = v};
+    snprintf(s->titles[k], sizeof s->titles[k], "%s%s%s", k ? "" : run->row->name, k ? "" : ": ",
+             words[k]);
+    snprintf(path, sizeof path, "%s/%s/release/state.txt", plan->out, folder);
+    int found = s->x[k] && s->J[k] && k == FRAMES - 1 && !flesh_state_read(path, nodes, &state);
+    snprintf(path, sizeof path, "%s/%s/%s", plan->out, folder, files[k]);
+    if (!found && (!s->x[k] || !s->J[k] || flesh_state_read(path, nodes, &state))) {
+      free(s->x[k]);
+      s->x[k] = NULL;
+      continue;
+    }
+    flesh_mesh_jacobians(s->mesh, s->x[k], s->J[k], NULL, NULL);
+    double shrunk = centre(run->row, s->mesh, s->x[k]);
+    size_t length = strlen(s->titles[k]);
+    if (shrunk < 1)
+      snprintf(s->titles[k] + length, sizeof s->titles[k] - length, " (1:%.2g)", 1 / shrunk);
+  }
+  free(v);
+  return FLESH_OK;
+}
+
+static void free_strips(int count, strip *strips)
+{
+  for (int c = 0; c < count; c++) {
+    flesh_mesh_destroy(&strips[c].mesh);
+    for (int k = 0; k < FRAMES; k++) free(strips[c].x[k]), free(strips[c].J[k]);
+  }
+  free(strips);
+}
+
+/* The setting that the frames show: the first energy and solver at the largest Poisson's ratio up
+ * to 0.49. */
+static const flesh_hardcases_setting *shown(const flesh_hardcases_plan *plan)
+{
+  const flesh_hardcases_setting *best = &plan->settings[0];
+  for (int s = 1; s < plan->setting_count; s++) {
+    const flesh_hardcases_setting *other = &plan->settings[s];
+    int same = other->energy == best->energy && other->constants == best->constants &&
+               other->solver == best->solver && other->step == best->step && other->element == best->element;
+    if (same && other->poisson <= 0.49 && other->poisson > best->poisson) best = other;
+  }
+  return best;
+}
+
+/* Of panels of so many pixels in so many columns. */
+static flesh_picture_options options_of(int columns, int width, int height)
+{
+  flesh_picture_options options;
+  flesh_picture_options_default(&options);
+  options.columns = columns;
+  options.width = width;
+  options.height = height;
+  options.low = 0.5, options.high = 1.5;
+  options.edges = 1;
+  for (int d = 0; d < 3; d++) options.camera.target[d] = 0;
+  options.camera.height = 1.5;
+  return options;
+}
+
+int flesh_hardcases_draw_frames(const flesh_hardcases_plan *plan, const char *group)
+{
+  const flesh_hardcases_setting *setting = shown(plan);
+  strip *strips = calloc((size_t)plan->case_count, sizeof *strips);
+  flesh_picture_panel *panels = calloc((size_t)plan->case_count, FRAMES * sizeof *panels);
+  int count = 0,
+      status = strips && panels ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < plan->run_count && !status; k++) {
+    const flesh_hardcases_run *r = &plan->runs[k];
+    int first = r->setting->first_poisson && r->row->poisson > 0 &&
+                r->setting->energy == setting->energy && r->setting->solver == setting->solver &&
+                r->setting->element == setting->element;
+    if (strcmp(r->row->group, group) || r->seed > 1 || !(r->setting == setting || first)) continue;
+    if (count == plan->case_count) break;
+    status = read_strip(plan, r, &strips[count]);
+    strips[count].body = (flesh_body){.mesh = strips[count].mesh};
+    for (int f = 0; f < FRAMES; f++)
+      panels[FRAMES * count + f] =
+          (flesh_picture_panel){.title = strips[count].titles[f],
+                                .subtitle = f == FRAMES - 1 ? strips[count].subtitle : "",
+                                .body = &strips[count].body,
+                                .x = strips[count].x[f],
+                                .J = strips[count].J[f]};
+    count++;
+  }
+  if (!status && count) {
+    char path[1700];
+    const flesh_picture_options options = options_of(count > 1 ? 2 * FRAMES : FRAMES, 190, 130);
+    snprintf(path, sizeof path, "%s/frames_%s.png", plan->out, group);
+    status = flesh_picture(path, FRAMES * count, panels, &options, NULL);
+  }
+  if (strips) free_strips(plan->case_count, strips);
+  free(panels);
+  return status;
+}
+
+/* Sheets: a row per case, a column per mesh, and above them the meshes at rest. */
+enum { SHEET_WIDTH = 112, SHEET_HEIGHT = 70 };
+
+/* The settings that differ from settings[first] in their body only; returns how many. */
+static int find_columns(const flesh_hardcases_plan *plan, int first, int *columns)
+{
+  const flesh_hardcases_setting *s = &plan->settings[first];
+  int count = 0;
+  for (int k = 0; k < plan->setting_count; k++) {
+    const flesh_hardcases_setting *o = &plan->settings[k];
+    if (o->energy == s->energy && o->constants == s->constants && o->poisson == s->poisson && o->step == s->step &&
+        o->solver == s->solver && o->element == s->element)
+      columns[count++] = k;
+  }
+  return count;
+}
+
+typedef struct cell {
+  double *x, *J;
+  char title[64];
+} cell;
+
+static const flesh_hardcases_run *find_run(const flesh_hardcases_plan *plan, int c, int setting)
+{
+  for (int k = 0; k < plan->run_count; k++)
+    if (plan->runs[k].row == plan->cases[c] && plan->runs[k].setting == &plan->settings[setting]) return &plan->runs[k];
+  return NULL;
+}
+
+/* The end of a run, as it was kept; of one that is back at rest, whose state is not kept, the shape at rest. NULL run:
+ * the shape at rest. */
+static int read_cell(const flesh_hardcases_plan *plan, const flesh_hardcases_case *row, const flesh_hardcases_run *run,
+                     const flesh_mesh *mesh, cell *c)
+{
+  char folder[256], path[1700];
+  const int nodes = flesh_mesh_node_count(mesh);
+  const size_t size = sizeof(double) * 3 * (size_t)nodes;
+  double *v = malloc(size);
+  c->x = malloc(size);
+  c->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(mesh));
+  if (!v || !c->x || !c->J) {
+    free(v);
+    return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  }
+  flesh_state state = {.t = 0, .x = c->x, .v = v};
+  int found = !run || run->outcome == FLESH_HARDCASES_RECOVERED;
+  if (found) memcpy(c->x, flesh_mesh_positions(mesh), size);
+  if (run) flesh_hardcases_run_folder(run, folder);
+  for (int k = 0; k < 2 && !found; k++) {
+    snprintf(path, sizeof path, "%s/%s/%s/state.txt", plan->out, folder, k ? "out" : "release");
+    found = !flesh_state_read(path, nodes, &state);
+  }
+  free(v);
+  if (found) {
+    flesh_mesh_jacobians(mesh, c->x, c->J, NULL, NULL);
+    centre(row, mesh, c->x);
+  } else {
+    free(c->x);
+    c->x = NULL;
+  }
+  return FLESH_OK;
+}
+
+/* A column's panels, from the row of the shapes at rest on. */
+static int fill_column(const flesh_hardcases_plan *plan, int setting, int column, int columns, flesh_body *body,
+                       cell *cells, flesh_picture_panel *panels)
+{
+  int status = FLESH_OK;
+  for (int c = -1; c < plan->case_count && !status; c++) {
+    const flesh_hardcases_run *run = c < 0 ? NULL : find_run(plan, c, setting);
+    const flesh_hardcases_case *row = plan->cases[c < 0 ? 0 : c];
+    const flesh_hardcases_run any = {.row = row, .setting = &plan->settings[setting]};
+    const int place = (c + 1) * columns + column;
+    cell *cell = &cells[place];
+    flesh_mesh *mesh = NULL; /* of the case's size */
+    const char *name = plan->settings[setting].body ? plan->settings[setting].body->name : "at rest";
+    snprintf(cell->title, sizeof cell->title, "%.60s", c < 0 ? name : row->name);
+    panels[place] = (flesh_picture_panel){.title = cell->title, .subtitle = "", .body = body};
+    if (c >= 0 && (!run || run->outcome == FLESH_HARDCASES_NOT_RUN)) continue;
+    status = flesh_hardcases_run_mesh(plan, &any, &mesh);
+    if (!status) status = read_cell(plan, row, run, mesh, cell);
+    panels[place].x = cell->x;
+    panels[place].J = cell->J;
+    if (run && run->outcome != FLESH_HARDCASES_RECOVERED) panels[place].subtitle = flesh_hardcases_outcome_name(run->outcome);
+    if (c < 0) body->mesh = mesh; /* all panels of the column have its triangles */
+    else flesh_mesh_destroy(&mesh);
+  }
+  return status;
+}
+
+int flesh_hardcases_draw_sheet(const flesh_hardcases_plan *plan, int first)
+{
+  int *settings = calloc((size_t)plan->setting_count, sizeof *settings), status = FLESH_OK;
+  const int columns = settings ? find_columns(plan, first, settings) : 0, count = columns * (plan->case_count + 1);
+  if (settings && (columns < 2 || settings[0] != first)) {
+    free(settings);
+    return FLESH_OK;
+  }
+  flesh_body *bodies = calloc((size_t)columns + 1, sizeof *bodies);
+  cell *cells = calloc((size_t)count + 1, sizeof *cells);
+  flesh_picture_panel *panels = calloc((size_t)count + 1, sizeof *panels);
+  if (!settings || !bodies || !cells || !panels) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int k = 0; k < columns && !status; k++)
+    status = fill_column(plan, settings[k], k, columns, &bodies[k], cells, panels);
+  if (!status) {
+    char path[1700], title[112];
+    flesh_picture_options options = options_of(columns, SHEET_WIDTH, SHEET_HEIGHT);
+    options.edges = 0;
+    options.camera.height = 1.2;
+    flesh_hardcases_setting any = plan->settings[first];
+    any.body = NULL;
+    flesh_hardcases_setting_title(&any, title);
+    for (char *p = title; *p; p++) *p = *p == ' ' ? '_' : *p;
+    snprintf(path, sizeof path, "%s/sheet_%s.png", plan->out, title);
+    status = flesh_picture(path, count, panels, &options, NULL);
+  }
+  for (int k = 0; cells && k < count; k++) free(cells[k].x), free(cells[k].J);
+  for (int k = 0; bodies && k < columns; k++) {
+    flesh_mesh *mesh = (flesh_mesh *)bodies[k].mesh;
+    flesh_mesh_destroy(&mesh);
+  }
+  free(settings), free(bodies), free(cells), free(panels);
+  return status;
+}

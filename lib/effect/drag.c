@@ -1,0 +1,165 @@
+/* drag.c: the resistance of air or water, face by face.
+ *
+ * A part of the surface of area A and outward normal n that goes at v through a fluid that goes at w meets it with the
+ * speed s = (v - w).n. Where s > 0 the fluid presses with coefficient density/2 s^2 (Newton's law of resistance,
+ * Principia II, 34); where s <= 0, on the lee, nothing acts. A plate square to the stream has the drag coefficient
+ * `coefficient`, a sphere half of that.
+ *
+ * A and n are lagged. Then r = density coefficient/2 A s^2 n has the convex potential density coefficient/6 A s^3 /
+ * shift.v, and r.(x - x_lag)/shift.x where velocities do not move. */
+#include <math.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "effect/effect.h"
+#include "effect/face_points.h"
+#include "math/mat3.h"
+
+typedef struct drag {
+  flesh_faces faces;
+  double factor, velocity[3]; /* density coefficient/2, kg/m^3; of the fluid, m/s */
+} drag;
+
+static const flesh_cells *drag_cells(const flesh_effect *effect)
+{
+  const drag *self = effect->data;
+  return &self->faces.cells;
+}
+
+/* What a point of a face meets: force factor times area, unit normal, speed. 0: it is in the lee. */
+static int stream_at(const drag *self, const flesh_point *point, int face, const flesh_face_point *q, double normal[3],
+                     double *factor, double *speed)
+{
+  const int *node = self->faces.faces[face].node, count = flesh_face_nodes(&self->faces, face);
+  double along[2][3] = {{0}}, v[3] = {0};
+  for (int a = 0; a < count; a++)
+    for (int c = 0; c < 3; c++) {
+      const size_t d = 3 * (size_t)node[a] + (size_t)c;
+      for (int k = 0; k < 2; k++) along[k][c] += q->by[k][a] * point->x_lag[d];
+      v[c] += q->N[a] * point->v[d];
+    }
+  flesh_vec3_cross(along[0], along[1], normal);
+  const double length = sqrt(flesh_vec3_dot(normal, normal));
+  *factor = point->load * self->factor * q->weight * length;
+  *speed = 0;
+  for (int c = 0; c < 3; c++) {
+    normal[c] = length > 0 ? normal[c] / length : 0;
+    *speed += (v[c] - self->velocity[c]) * normal[c];
+  }
+  return *speed > 0;
+}
+
+static int drag_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const drag *self = effect->data;
+  const flesh_face_point *q;
+  for (int k = 0; k < self->faces.count; k++) {
+    const int *node = self->faces.faces[k].node, nodes = flesh_face_nodes(&self->faces, k);
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s;
+      if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
+      for (int a = 0; a < nodes; a++)
+        for (int c = 0; c < 3; c++) r[3 * (size_t)node[a] + (size_t)c] += factor * s * s * q->N[a] * n[c];
+    }
+  }
+  return FLESH_OK;
+}
+
+/* dr_a/dv_b = 2 factor s N_a N_b n n^T, positive semi-definite as it is. */
+static int drag_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  const drag *self = effect->data;
+  const flesh_face_point *q;
+  if (shift->v == 0) return FLESH_OK;
+  for (int k = 0; k < self->faces.count; k++) {
+    const int nodes = flesh_face_nodes(&self->faces, k);
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s, B[9];
+      if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
+      for (int a = 0; a < nodes; a++)
+        for (int b = a; b < nodes; b++) {
+          for (int i = 0; i < 9; i++) B[i] = 2 * shift->v * factor * s * q->N[a] * q->N[b] * n[i / 3] * n[i % 3];
+          flesh_face_add_block(&self->faces, k, a, b, B, K, slots);
+        }
+    }
+  }
+  return FLESH_OK;
+}
+
+static int drag_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  const drag *self = effect->data;
+  const flesh_face_point *q;
+  double value = 0, size = 0;
+  if (shift->v == 0 && shift->x == 0) return FLESH_OK;
+  for (int k = 0; k < self->faces.count; k++) {
+    const int *node = self->faces.faces[k].node, nodes = flesh_face_nodes(&self->faces, k);
+    for (int points = flesh_face_points(&self->faces, k, &q); points > 0; points--, q++) {
+      double n[3], factor, s, term = 0;
+      if (!stream_at(self, point, k, q, n, &factor, &s)) continue;
+      if (shift->v != 0) term = factor * s * s * s / 3 / shift->v;
+      for (int d = 0; shift->v == 0 && d < 3 * nodes; d++) {
+        const size_t at = 3 * (size_t)node[d / 3] + (size_t)(d % 3);
+        term += factor * s * s * q->N[d / 3] * n[d % 3] * (point->x[at] - point->x_lag[at]) / shift->x;
+      }
+      value += term;
+      size += fabs(term);
+    }
+  }
+  *phi += value;
+  *magnitude += size;
+  return FLESH_OK;
+}
+
+static size_t drag_memory(const flesh_effect *effect)
+{
+  const drag *self = effect->data;
+  return sizeof *self + flesh_faces_memory(&self->faces);
+}
+
+static void drag_destroy(void *data)
+{
+  drag *self = data;
+  if (self) flesh_faces_clear(&self->faces);
+  flesh_free(self);
+}
+
+static const flesh_effect_operations drag_operations = {
+    .name = "drag",
+    .role = FLESH_ROLE_LOAD,
+    .traits = FLESH_IS_FOLLOWER_LOAD,
+    .cells = drag_cells,
+    .residual = drag_residual,
+    .jacobian = drag_jacobian,
+    .potential = drag_potential,
+    .destroy = drag_destroy,
+    .figures = &(const flesh_effect_figures){.memory = drag_memory},
+};
+
+int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, double density,
+                      const double velocity[3], double coefficient, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {triangles, "triangles"}, {velocity, "velocity"});
+  if (!(density > 0 && density < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "density is %g kg/m^3; it must be positive", density);
+  if (!(coefficient > 0 && coefficient < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "coefficient is %g; it must be positive", coefficient);
+  if (!(fabs(velocity[0]) + fabs(velocity[1]) + fabs(velocity[2]) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "velocity is (%g, %g, %g) m/s; it must be finite", velocity[0], velocity[1],
+                      velocity[2]);
+  if (count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a drag needs a triangle that it acts on");
+  drag *self = flesh_calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag");
+  self->factor = density * coefficient / 2;
+  for (int c = 0; c < 3; c++) self->velocity[c] = velocity[c];
+  const int status = flesh_faces_create(body->mesh, count, triangles, &self->faces);
+  if (status) {
+    drag_destroy(self);
+    return status;
+  }
+  return flesh_effect_create(&drag_operations, self, effect);
+}

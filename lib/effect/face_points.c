@@ -1,0 +1,123 @@
+/* face_points.c: faces of the surface with the points of a rule of quadrature on them. */
+#include "effect/face_points.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+
+/* Barycentric coordinates and weight. Degree 2, and degree 6 (Dunavant 1985). */
+typedef struct rule_point {
+  double L[3], weight;
+} rule_point;
+
+static const rule_point flat_rule[FLESH_FLAT_POINTS] = {{{2. / 3, 1. / 6, 1. / 6}, 1. / 3},
+                                                        {{1. / 6, 2. / 3, 1. / 6}, 1. / 3},
+                                                        {{1. / 6, 1. / 6, 2. / 3}, 1. / 3}};
+
+#define WEIGHT_A .11678627572637937
+#define WEIGHT_B .05084490637020682
+#define WEIGHT_C .08285107561837358
+#define C0 .05314504984481695
+#define C1 .31035245103378440
+#define C2 .63650249912139865
+static const rule_point curved_rule[FLESH_FACE_POINTS] = {
+    {{.50142650965817914, .24928674517091042, .24928674517091042}, WEIGHT_A},
+    {{.24928674517091042, .50142650965817914, .24928674517091042}, WEIGHT_A},
+    {{.24928674517091042, .24928674517091042, .50142650965817914}, WEIGHT_A},
+    {{.87382197101699554, .06308901449150223, .06308901449150223}, WEIGHT_B},
+    {{.06308901449150223, .87382197101699554, .06308901449150223}, WEIGHT_B},
+    {{.06308901449150223, .06308901449150223, .87382197101699554}, WEIGHT_B},
+    {{C0, C1, C2}, WEIGHT_C},
+    {{C0, C2, C1}, WEIGHT_C},
+    {{C1, C0, C2}, WEIGHT_C},
+    {{C1, C2, C0}, WEIGHT_C},
+    {{C2, C0, C1}, WEIGHT_C},
+    {{C2, C1, C0}, WEIGHT_C}};
+
+static void make_points(int quarter, flesh_face_point points[FLESH_FACE_POINTS])
+{
+  const int flat = quarter == FLESH_FACE_FLAT;
+  const rule_point *rule = flat ? flat_rule : curved_rule;
+  for (int q = 0; q < (flat ? FLESH_FLAT_POINTS : FLESH_FACE_POINTS); q++) {
+    double by_L[FLESH_FACE_NODES][3];
+    flesh_face_shapes(quarter, rule[q].L, points[q].N, by_L);
+    for (int a = 0; a < FLESH_FACE_NODES; a++)
+      for (int k = 0; k < 2; k++) points[q].by[k][a] = by_L[a][k + 1] - by_L[a][0];
+    points[q].weight = rule[q].weight / (flat ? 2 : 8);
+  }
+}
+
+/* Nodes of a face ascending, the last one repeated. */
+static void make_cell(int own, int size, const int *node, int *cell, signed char *rank)
+{
+  for (int a = 0; a < own; a++) {
+    int before = 0;
+    for (int b = 0; b < own; b++) before += node[b] < node[a];
+    rank[a] = (signed char)before;
+    cell[before] = node[a];
+  }
+  for (int a = own; a < size; a++) cell[a] = cell[own - 1];
+}
+
+static int check_triangles(const flesh_mesh *mesh, int count, const int *triangles)
+{
+  const int nodes = flesh_mesh_node_count(mesh);
+  for (int k = 0; k < 3 * count; k++) {
+    const int next = triangles[k % 3 == 2 ? k - 2 : k + 1];
+    if (triangles[k] < 0 || triangles[k] >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d; the mesh has the nodes 0 to %d", k / 3,
+                        triangles[k], nodes - 1);
+    if (triangles[k] == next) return flesh_fail(FLESH_ERR_ARGUMENT, "triangle %d has node %d twice", k / 3, next);
+  }
+  return FLESH_OK;
+}
+
+int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, flesh_faces *faces)
+{
+  const int quadratic = flesh_mesh_order(mesh) == 2, size = quadratic ? FLESH_FACE_NODES : 3;
+  *faces = (flesh_faces){.count = count};
+  int status = check_triangles(mesh, count, triangles);
+  if (status) return status;
+  int *cells = flesh_malloc(((size_t)count + 1) * (size_t)size * sizeof *cells);
+  faces->cells = (flesh_cells){.count = count, .nodes_per_cell = size, .nodes = cells, .padded = quadratic};
+  faces->faces = flesh_malloc(((size_t)count + 1) * sizeof *faces->faces);
+  faces->rank = flesh_malloc(((size_t)count + 1) * FLESH_FACE_NODES);
+  if (!cells || !faces->faces || !faces->rank)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
+  if (quadratic) status = flesh_face_quarters(mesh, count, triangles, faces->faces);
+  for (int k = 0; !quadratic && k < count; k++) {
+    const int *n = triangles + 3 * (size_t)k;
+    faces->faces[k] = (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
+  }
+  for (int k = 0; !status && k < count; k++)
+    make_cell(flesh_face_nodes(faces, k), size, faces->faces[k].node, cells + (size_t)size * (size_t)k,
+              faces->rank + FLESH_FACE_NODES * (size_t)k);
+  for (int kind = 0; kind < FLESH_FACE_KINDS; kind++) make_points(kind, faces->points[kind]);
+  return status;
+}
+
+void flesh_faces_clear(flesh_faces *faces)
+{
+  flesh_free((int *)faces->cells.nodes);
+  flesh_free(faces->faces);
+  flesh_free(faces->rank);
+  *faces = (flesh_faces){0};
+}
+
+size_t flesh_faces_memory(const flesh_faces *faces)
+{
+  return (size_t)faces->count * (sizeof *faces->faces + FLESH_FACE_NODES) +
+         (size_t)faces->count * (size_t)faces->cells.nodes_per_cell * sizeof(int);
+}
+
+void flesh_face_add_block(const flesh_faces *faces, int face, int a, int b, const double B[9], flesh_block_matrix *K,
+                          const int *slots)
+{
+  const signed char *rank = faces->rank + FLESH_FACE_NODES * (size_t)face;
+  const int m = faces->cells.nodes_per_cell, turned = rank[a] > rank[b];
+  const int i = turned ? rank[b] : rank[a], j = turned ? rank[a] : rank[b];
+  const size_t pair = (size_t)face * (size_t)(m * (m + 1) / 2) + (size_t)(i * m - i * (i - 1) / 2 + j - i);
+  double *block = K->values + 9 * (size_t)slots[pair];
+  for (int k = 0; k < 9; k++) block[k] += turned ? B[k % 3 * 3 + k / 3] : B[k];
+}

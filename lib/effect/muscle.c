@@ -1,0 +1,182 @@
+/* muscle.c: fibres that pull: V(x,t) = sum over tets of volume * W(|F a|), W as fibre.h says, with an activation that
+ * changes in time.
+ *
+ * At a fixed shape the activation changes V: dV/dt is the power that the activation puts in, the volume times its rate
+ * times the active energy W(L), which a fibre could do as work if it shortened to nothing at full activation. The energy
+ * balance counts it as external work, as the effect is not passive and has an energy. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "effect/amplitude.h"
+#include "effect/effect.h"
+#include "element/tet_batches.h"
+#include "material/fibre.h"
+#include "mesh/mesh.h"
+
+typedef struct muscle {
+  flesh_tets tets;
+  flesh_fibre_constants fibre;
+  flesh_amplitude_copy activation;
+} muscle;
+
+static const flesh_cells *muscle_cells(const flesh_effect *effect)
+{
+  const muscle *self = effect->data;
+  return &self->tets.cells;
+}
+
+/* The activation is the load; what the fibres do passively is not scaled by it. */
+static flesh_tet_point point_of(const muscle *self, const flesh_point *point)
+{
+  return (flesh_tet_point){.x = point->x,
+                           .fibre = &self->fibre,
+                           .activation = point->load * flesh_amplitude_at(&self->activation, point->t)};
+}
+
+/* Where nothing pulls nothing is computed. */
+static int is_slack(const muscle *self, const flesh_tet_point *at)
+{
+  return at->activation * self->fibre.peak_stress == 0 && self->fibre.passive_stress == 0;
+}
+
+static int muscle_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *r,
+                           double *phi, double *magnitude)
+{
+  const muscle *self = effect->data;
+  const flesh_tet_point at = point_of(self, point);
+  double sums[2];
+  if (is_slack(self, &at) || (!r && shift->x == 0)) return FLESH_OK;
+  int status = flesh_tets_residual(&self->tets, FLESH_KERNEL_FIBRE, &at, point->threads, r, shift->x != 0 ? sums : NULL);
+  if (status || shift->x == 0) return status;
+  *phi += sums[0] / shift->x;
+  *magnitude += sums[1] / shift->x;
+  return FLESH_OK;
+}
+
+static int muscle_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  return muscle_evaluate(effect, point, &(flesh_shift){0}, r, NULL, NULL);
+}
+
+static int muscle_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                            double *magnitude)
+{
+  return muscle_evaluate(effect, point, shift, NULL, phi, magnitude);
+}
+
+static int muscle_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  double magnitude = 0;
+  *energy = 0;
+  return muscle_evaluate(effect, point, &(flesh_shift){.x = 1}, NULL, energy, &magnitude);
+}
+
+static int muscle_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                           flesh_block_matrix *K, const int *slots)
+{
+  const muscle *self = effect->data;
+  flesh_tet_point at = point_of(self, point);
+  if (shift->x == 0 || is_slack(self, &at)) return FLESH_OK;
+  at.scale = shift->x;
+  at.filter = (flesh_eigenvalue_filter)shift->filter;
+  return flesh_tets_hessian(&self->tets, FLESH_KERNEL_FIBRE, &at, point->threads, slots, K->values);
+}
+
+static double muscle_next_event(const flesh_effect *effect, double t)
+{
+  const muscle *self = effect->data;
+  return flesh_amplitude_next_event(&self->activation, t);
+}
+
+static flesh_instructions muscle_instructions(const flesh_effect *effect)
+{
+  return ((const muscle *)effect->data)->tets.instructions;
+}
+
+static size_t muscle_memory(const flesh_effect *effect)
+{
+  const muscle *self = effect->data;
+  return sizeof *self + flesh_tets_memory(&self->tets) +
+         (size_t)self->activation.curve.count * sizeof *self->activation.curve.keyframes;
+}
+
+static void muscle_destroy(void *data)
+{
+  muscle *self = data;
+  if (!self) return;
+  flesh_tets_clear(&self->tets);
+  flesh_amplitude_clear(&self->activation);
+  flesh_free(self);
+}
+
+static const flesh_effect_operations muscle_operations = {
+    .name = "muscle",
+    .role = FLESH_ROLE_LOAD,
+    .cells = muscle_cells,
+    .residual = muscle_residual,
+    .jacobian = muscle_jacobian,
+    .potential = muscle_potential,
+    .energy = muscle_energy,
+    .destroy = muscle_destroy,
+    .time = &(const flesh_effect_time){.next_event = muscle_next_event},
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},
+    .figures = &(const flesh_effect_figures){.memory = muscle_memory},
+};
+
+/* That the activation is one, and the tets are some of the mesh's, each once, ascending. */
+static int check(const flesh_mesh *mesh, int count, const int *tets, const flesh_amplitude *activation)
+{
+  for (int k = 0; activation && k < activation->count; k++)
+    if (!(activation->points[k].value >= 0 && activation->points[k].value <= 1))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the activation is %g at %g s; it must be from 0 to 1",
+                        activation->points[k].value, activation->points[k].t);
+  if (tets ? count < 1 : count != mesh->tets)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a muscle of %d tets; %s %d", count,
+                      tets ? "it must have at least" : "the mesh has", tets ? 1 : mesh->tets);
+  for (int k = 0; tets && k < count; k++)
+    if (tets[k] < 0 || tets[k] >= mesh->tets || (k && tets[k] <= tets[k - 1]))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "tets[%d] of a muscle is %d; tets must ascend within 0 to %d", k, tets[k],
+                        mesh->tets - 1);
+  return FLESH_OK;
+}
+
+/* Those of length 1 of all the mesh's tets, [3 * tets] new, from `fibres` [3 * count] of the chosen ones; 0 stays 0. */
+static int take_directions(const flesh_mesh *mesh, int count, const int *tets, const double *fibres, double **directions)
+{
+  double *all = *directions = flesh_calloc(3 * (size_t)mesh->tets, sizeof *all);
+  if (!all) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the fibres of %d tets", count);
+  for (int k = 0; k < count; k++) {
+    const double *a = fibres + 3 * (size_t)k, length = hypot(hypot(a[0], a[1]), a[2]);
+    if (!(length < INFINITY))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "the fibre of tet %d is (%g, %g, %g); it must be finite", tets ? tets[k] : k,
+                        a[0], a[1], a[2]);
+    for (int c = 0; c < 3 && length > 0; c++) all[3 * (size_t)(tets ? tets[k] : k) + (size_t)c] = a[c] / length;
+  }
+  return FLESH_OK;
+}
+
+int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, const double *fibres,
+                        const flesh_fibre *fibre, const flesh_amplitude *activation, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {fibres, "fibres"}, {fibre, "fibre"});
+  double *directions = NULL;
+  muscle *self = flesh_calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");
+  int status = flesh_fibre_constants_of(fibre, &self->fibre);
+  if (!status) status = check(body->mesh, count, tets, activation);
+  if (!status) status = flesh_amplitude_take(activation, &self->activation);
+  if (!status) status = take_directions(body->mesh, count, tets, fibres, &directions);
+  if (!status)
+    status = flesh_tets_create_fibres(
+        body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = directions}, &self->tets);
+  flesh_free(directions);
+  if (status) {
+    muscle_destroy(self);
+    return status;
+  }
+  return flesh_effect_create(&muscle_operations, self, effect);
+}

@@ -1,0 +1,69 @@
+/* fibre_batch.h: what kernels of fibres do with a batch of tets at a point. A fibre has the direction a at rest; with
+ * w_n the nodes' gradients along it, w_n = grad N_n . a, of which the sum is 0,
+ *
+ *   f = F a = sum of w_n x_n,   force on n: volume T w_n f,   block of m and n: volume w_m w_n (T 1 + D f f^T). */
+#ifndef FLESH_ELEMENT_FIBRE_BATCH_H
+#define FLESH_ELEMENT_FIBRE_BATCH_H
+
+#include "element/tet_lanes.h"
+#include "material/fibre_forms.h"
+
+/* Beyond, an energy could overflow. */
+#define LARGEST_SQUARE 1e200
+
+/* A batch at a point. */
+typedef struct fibres {
+  flesh_real weight[ELEMENT_NODES], volume;
+  flesh_real f[3], square;
+  flesh_fibre_real at;
+} fibres;
+
+/* w_0 to w_3 of a tet of four nodes, and the volume, at point q. */
+INLINE void load_weights(const flesh_batches *batches, int index, int q, flesh_real w[4], flesh_real *volume)
+{
+  const size_t place = (size_t)index * (size_t)batches->shapes_per_tet + (size_t)(batches->shapes_per_tet > 1 ? q : 0);
+  const flesh_real_at *own = (const flesh_real_at *)(batches->fibres + 4 * FLESH_LANES * place);
+  for (int a = 0; a < 3; a++) w[a + 1] = own[a];
+  w[0] = -(w[1] + w[2] + w[3]);
+  *volume = own[3];
+}
+
+INLINE void load_fibres(const flesh_batches *batches, int index, tets *t)
+{
+  *t = (tets){.material = batches->material[index],
+              .node = batches->tiles.nodes + (size_t)index * ELEMENT_NODES * FLESH_LANES,
+              .pair = batches->tiles.pairs + (size_t)index * ELEMENT_PAIRS * FLESH_LANES};
+}
+
+/* f by the nodes from the first one, d [1 to ELEMENT_NODES - 1], and the energy with its derivatives. */
+INLINE int find_tension(const flesh_tet_point *at, flesh_real (*d)[3], fibres *b)
+{
+  for (int i = 0; i < 3; i++) {
+    b->f[i] = flesh_all(0);
+    for (int n = 1; n < ELEMENT_NODES; n++) b->f[i] += b->weight[n] * d[n][i];
+  }
+  b->square = flesh_vec3_dot(b->f, b->f);
+  if (flesh_any((b->square < LARGEST_SQUARE) == 0)) return FLESH_NONFINITE;
+  flesh_fibre_form(at->fibre, at->activation, b->square, &b->at);
+  return FLESH_OK;
+}
+
+/* T 1 + D f f^T times volume and scale: entries 00 01 02 11 12 22. */
+INLINE void fibre_matrix(const flesh_tet_point *at, fibres *b, flesh_real H[6])
+{
+  if (at->filter) flesh_fibre_filter(at->filter, b->square, &b->at);
+  const flesh_real scale = at->scale * b->volume, D = scale * b->at.D, T = scale * b->at.T;
+  for (int i = 0, k = 0; i < 3; i++)
+    for (int j = i; j < 3; j++, k++) H[k] = i == j ? D * b->f[i] * b->f[j] + T : D * b->f[i] * b->f[j];
+}
+
+static const unsigned char entry_of_six[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+
+/* Adds the energy and its size. */
+INLINE void add_energy(const fibres *b, flesh_real *sum, flesh_real *size)
+{
+  *sum += b->volume * b->at.value;
+  *size += b->volume * (flesh_abs(b->at.value) + flesh_abs(b->at.T) * b->square);
+}
+
+#endif

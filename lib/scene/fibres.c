@@ -1,0 +1,164 @@
+/* fibres.c: which tets have muscle fibres, and along what. */
+#include "scene/fibres.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/scan.h"
+#include "math/mat3.h"
+
+#define AT(member) .offset = offsetof(flesh_fibre_field, member)
+#define ALONG(member) .offset = offsetof(flesh_fibre_field, along.member) - offsetof(flesh_fibre_field, along)
+static const flesh_key along_keys[] = {
+    {.name = "from", .type = FLESH_KEY_VECTOR, ALONG(from), .unit = "m", .doc = "one end"},
+    {.name = "to", .type = FLESH_KEY_VECTOR, ALONG(to), .unit = "m", .doc = "other end"},
+    {0}};
+const flesh_key flesh_fibre_field_keys[] = {
+    {.name = "direction", .type = FLESH_KEY_VECTOR, AT(direction), .default_value = "",
+     .doc = "the same everywhere, of any length"},
+    {.name = "file", .type = FLESH_KEY_PATH, AT(file), .default_value = "",
+     .doc = "text file with a row \"x y z\" for each tet of the mesh (of the body, where the muscle names one), in its "
+            "order: the direction at rest, of any length; 0 0 0 where there is no fibre"},
+    {.name = "along", .type = FLESH_KEY_OBJECT, AT(along), .default_value = "", .children = along_keys,
+     .doc = "circular arcs from a point to another, as in a spindle: each tet's fibre is the tangent of the circle "
+            "through both points and the tet's centre"},
+    {0}};
+#undef AT
+#undef ALONG
+
+static int has_box(const flesh_tet_selection *s) { return !isnan(s->box[0]); }
+
+/* Centre of the tet's corners at rest. */
+static void centre_of(const flesh_mesh *mesh, int tet, double centre[3])
+{
+  const double *X = flesh_mesh_positions(mesh);
+  const int *node = flesh_mesh_tets(mesh) + 4 * (size_t)tet;
+  for (int c = 0; c < 3; c++) {
+    centre[c] = 0;
+    for (int a = 0; a < 4; a++) centre[c] += X[3 * (size_t)node[a] + (size_t)c] / 4;
+  }
+}
+
+static int is_chosen(const flesh_tet_selection *s, const flesh_body_part *part, const flesh_mesh *mesh, int tet)
+{
+  double centre[3];
+  int of_region = s->regions.count == 0;
+  for (int k = 0; k < s->regions.count; k++) of_region |= flesh_mesh_regions(mesh)[tet] == s->regions.values[k];
+  if (!of_region || (part && (tet < part->first_tet || tet - part->first_tet >= part->tets))) return 0;
+  if (!has_box(s)) return 1;
+  centre_of(mesh, tet, centre);
+  for (int c = 0; c < 3; c++)
+    if (!(centre[c] >= s->box[c] && centre[c] <= s->box[3 + c])) return 0;
+  return 1;
+}
+
+static int find_part(const flesh_tet_selection *s, const flesh_body *body, const flesh_body_part **part)
+{
+  *part = NULL;
+  for (int k = 0; s->body && k < body->part_count; k++)
+    if (!strcmp(body->parts[k].name, s->body)) *part = &body->parts[k];
+  if (s->body && !*part)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "body is '%s'; the scene has no body of that name%s%s", s->body,
+                      body->part_count ? ", but " : "", body->part_count ? body->parts[0].name : "");
+  return FLESH_OK;
+}
+
+/* The chosen tets, without directions. */
+static int choose_tets(const flesh_tet_selection *s, const flesh_body_part *part, const flesh_mesh *mesh,
+                       flesh_chosen_fibres *chosen)
+{
+  const int tets = flesh_mesh_tet_count(mesh);
+  for (int c = 0; has_box(s) && c < 3; c++)
+    if (s->box[c] > s->box[3 + c])
+      return flesh_fail(FLESH_ERR_ARGUMENT, "box has low %c = %g above high %c = %g; it must be [[low], [high]]",
+                        'x' + c, s->box[c], 'x' + c, s->box[3 + c]);
+  chosen->tets = malloc(((size_t)tets + 1) * sizeof *chosen->tets);
+  if (!chosen->tets) return flesh_fail(FLESH_ERR_MEMORY, "no memory to choose among %d tets", tets);
+  for (int e = 0; e < tets; e++)
+    if (is_chosen(s, part, mesh, e)) chosen->tets[chosen->count++] = e;
+  if (!chosen->count)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "no tet of the mesh meets all of the given regions, box and body");
+  chosen->directions = calloc(3 * (size_t)chosen->count, sizeof *chosen->directions);
+  return chosen->directions ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d fibres", chosen->count);
+}
+
+/* The field of the tangents of all circles through a and b: that of a line source and a line sink in their plane. */
+static void tangent(const double a[3], const double b[3], const double x[3], double direction[3])
+{
+  double from[3], to[3];
+  for (int c = 0; c < 3; c++) from[c] = x[c] - a[c], to[c] = x[c] - b[c];
+  const double near_a = flesh_vec3_dot(from, from), near_b = flesh_vec3_dot(to, to);
+  for (int c = 0; c < 3; c++) direction[c] = from[c] * near_b - to[c] * near_a;
+  const double length = sqrt(flesh_vec3_dot(direction, direction));
+  for (int c = 0; c < 3; c++) direction[c] = length > 0 ? direction[c] / length : b[c] - a[c];
+}
+
+/* The rows of the tets from `first` on, `count` of them, of which the chosen ones are kept. */
+static int read_rows(flesh_scanner *s, int first, int count, flesh_chosen_fibres *chosen)
+{
+  int kept = 0;
+  for (int e = 0; e < count; e++) {
+    double row[3];
+    if (!flesh_scan_next(s))
+      return flesh_scan_fail(s, "the file has %d rows; a fibre's direction is needed for each of the %d tets", e, count);
+    s->index = e;
+    for (int c = 0; c < 3; c++) {
+      int status = flesh_scan_real(s, &row[c]);
+      if (status) return status;
+    }
+    int status = flesh_scan_row_end(s);
+    if (status) return status;
+    if (kept < chosen->count && chosen->tets[kept] == first + e)
+      memcpy(chosen->directions + 3 * (size_t)kept++, row, sizeof row);
+  }
+  if (flesh_scan_next(s)) return flesh_scan_fail(s, "the file has more rows than the %d tets that it is about", count);
+  return FLESH_OK;
+}
+
+static int read_file(const char *path, const flesh_body_part *part, const flesh_mesh *mesh, flesh_chosen_fibres *chosen)
+{
+  flesh_scanner scanner;
+  int status = flesh_scan_open(&scanner, path);
+  scanner.item = "tet";
+  scanner.form = "x y z";
+  if (!status)
+    status = read_rows(&scanner, part ? part->first_tet : 0, part ? part->tets : flesh_mesh_tet_count(mesh), chosen);
+  flesh_scan_close(&scanner);
+  return status;
+}
+
+int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_field *field, const flesh_body *body,
+                        flesh_chosen_fibres *chosen)
+{
+  const flesh_mesh *mesh = body->mesh;
+  const flesh_body_part *part;
+  const int direction = !isnan(field->direction[0]), along = !isnan(field->along.from[0]), file = field->file != NULL;
+  *chosen = (flesh_chosen_fibres){0};
+  if (direction + along + file != 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%d kinds of fibres are given; one of direction, file or along is needed",
+                      direction + along + file);
+  const double *a = field->along.from, *b = field->along.to, *d = field->direction;
+  if (direction && d[0] == 0 && d[1] == 0 && d[2] == 0)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fibres.direction is [0, 0, 0]; it must point somewhere");
+  if (along && a[0] == b[0] && a[1] == b[1] && a[2] == b[2])
+    return flesh_fail(FLESH_ERR_ARGUMENT, "fibres.along.from and .to are the same point; they must be two");
+  int status = find_part(selection, body, &part);
+  if (!status) status = choose_tets(selection, part, mesh, chosen);
+  if (!status && file) return read_file(field->file, part, mesh, chosen);
+  for (int k = 0; !status && k < chosen->count; k++) {
+    double centre[3], *to = chosen->directions + 3 * (size_t)k;
+    centre_of(mesh, chosen->tets[k], centre);
+    if (along) tangent(a, b, centre, to);
+    else memcpy(to, d, 3 * sizeof *to);
+  }
+  return status;
+}
+
+void flesh_fibres_free(flesh_chosen_fibres *chosen)
+{
+  free(chosen->tets);
+  free(chosen->directions);
+  *chosen = (flesh_chosen_fibres){0};
+}

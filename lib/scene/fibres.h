@@ -1,0 +1,50 @@
+/* fibres.h: the tets of a muscle and the directions of their fibres, as a scene names them. */
+#ifndef FLESH_SCENE_FIBRES_H
+#define FLESH_SCENE_FIBRES_H
+
+#include "base/key.h"
+#include "flesh/body.h"
+
+/* Which tets: all, or those that meet every given condition. */
+typedef struct flesh_tet_selection {
+  flesh_integers regions;
+  double box[6]; /* NaN: none */
+  char *body;    /* NULL: any */
+} flesh_tet_selection;
+
+/* One of three. */
+typedef struct flesh_fibre_field {
+  double direction[3]; /* NaN: not given */
+  char *file;          /* NULL: not given */
+  struct {
+    double from[3], to[3]; /* NaN: not given */
+  } along;
+} flesh_fibre_field;
+
+extern const flesh_key flesh_fibre_field_keys[];
+
+/* clang-format off */
+/* Of a struct that has a flesh_tet_selection as `member`. */
+#define FLESH_TET_SELECTION_KEYS(parameters, member)                                                      \
+  {.name = "regions", .type = FLESH_KEY_INTEGERS, .offset = offsetof(parameters, member.regions),         \
+   .default_value = "", .doc = "only tets with these region tags"},                                       \
+  {.name = "box", .type = FLESH_KEY_BOX, .offset = offsetof(parameters, member.box), .unit = "m",         \
+   .default_value = "", .doc = "only tets whose centre at rest lies in [[low], [high]], bounds included"}, \
+  {.name = "body", .type = FLESH_KEY_TEXT, .offset = offsetof(parameters, member.body),                   \
+   .default_value = "", .doc = "only tets of the body of this name"}
+/* clang-format on */
+
+/* Tets, ascending, and of each the direction of its fibre, of any length, 0 where it has none. Free both. */
+typedef struct flesh_chosen_fibres {
+  int count;
+  int *tets;          /* [count] */
+  double *directions; /* [3*count] */
+} flesh_chosen_fibres;
+
+/* FLESH_ERR_ARGUMENT where no tet is chosen, not one field is given, or the file's rows are not those of the tets;
+ * FLESH_ERR_FILE with the file's line, FLESH_ERR_MEMORY. To be freed also when it fails. */
+int flesh_fibres_choose(const flesh_tet_selection *selection, const flesh_fibre_field *field, const flesh_body *body,
+                        flesh_chosen_fibres *chosen);
+void flesh_fibres_free(flesh_chosen_fibres *chosen);
+
+#endif
