@@ -65,6 +65,11 @@ limb_antagonists() {
   grep -v '^#' limb_antagonists/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low > -0.1) }'
 }
 
+fist() { short fist --set time.end=0.05; }
+fold() { short fold --set time.end=0.1; }
+funnel() { short funnel --set time.end=0.02; }
+soft_and_stiff() { short soft_and_stiff --set time.end=0.03; }
+
 # Its resolved scene names the obstacle's file so that it is found from anywhere.
 a_scene_run_in_its_own_folder_repeats() {
   (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
