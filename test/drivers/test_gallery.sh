@@ -77,4 +77,4 @@ a_scene_run_in_its_own_folder_repeats() {
 }
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
-  a_scene_run_in_its_own_folder_repeats
+  fist fold funnel soft_and_stiff a_scene_run_in_its_own_folder_repeats
