@@ -1,0 +1,214 @@
+/* orient.c: signs of determinants by sums that are not rounded (Shewchuk 1997).
+ *
+ * A number is held as a sum of doubles that do not overlap, the largest last, whose sign is that of the last. The build
+ * compiles this file without fused products and without reordering of sums, as both would spoil the error terms. */
+#include "geometry/orient.h"
+
+#include <float.h>
+#include <math.h>
+
+#if FLT_EVAL_METHOD != 0
+#error "orient.c needs double sums that are rounded to double: on x86 with 32 bits, -msse2 -mfpmath=sse"
+#endif
+#ifdef __FAST_MATH__
+#error "orient.c must be compiled without -ffast-math"
+#endif
+
+/* Terms of a 3 x 3 determinant of differences: 3 products of a minor (2 x 2 products of 2 x 2 terms with 2 each) and a
+ * difference, every product two terms. */
+enum { TERMS = 192 };
+
+typedef struct sum {
+  int count;
+  double terms[TERMS];
+} sum;
+
+/* value + error = a + b (Knuth, The Art of Computer Programming 2, section 4.2.2). */
+static double two_sum(double a, double b, double *error)
+{
+  const double value = a + b, of_b = value - a, of_a = value - of_b;
+  *error = (a - of_a) + (b - of_b);
+  return value;
+}
+
+/* The upper half of the digits (Veltkamp 1968). */
+static double upper_half(double a)
+{
+  const double c = 134217729.0 * a; /* 2^27 + 1 */
+  return c - (c - a);
+}
+
+/* value + error = a b (Dekker 1971). */
+static double two_product(double a, double b, double *error)
+{
+  const double value = a * b, ah = upper_half(a), al = a - ah, bh = upper_half(b), bl = b - bh;
+  *error = al * bl - (((value - ah * bh) - al * bh) - ah * bl);
+  return value;
+}
+
+static void add(sum *s, double b)
+{
+  int kept = 0;
+  for (int k = 0; k < s->count; k++) {
+    double error;
+    b = two_sum(b, s->terms[k], &error);
+    if (error != 0) s->terms[kept++] = error;
+  }
+  if (b != 0) s->terms[kept++] = b;
+  s->count = kept;
+}
+
+static sum difference(double a, double b)
+{
+  sum s = {.count = 0};
+  double error, value = two_sum(a, -b, &error);
+  add(&s, error);
+  add(&s, value);
+  return s;
+}
+
+/* to += sign a b. */
+static void add_product(sum *to, double sign, const sum *a, const sum *b)
+{
+  for (int i = 0; i < a->count; i++)
+    for (int j = 0; j < b->count; j++) {
+      double error, value = two_product(sign * a->terms[i], b->terms[j], &error);
+      add(to, error);
+      add(to, value);
+    }
+}
+
+static int sign_of(const sum *s)
+{
+  if (s->count == 0) return 0;
+  return s->terms[s->count - 1] > 0 ? 1 : -1;
+}
+
+/* Points as they are or, where products might overflow or vanish, all multiplied by one power of two. 0: not finite. */
+static int scale(int count, const double *const points[], double scaled[][3])
+{
+  double largest = 0, sound = 0;
+  int exponent = 0;
+  for (int k = 0; k < count; k++)
+    for (int c = 0; c < 3; c++) {
+      const double p = points[k][c];
+      largest = fabs(p) > largest ? fabs(p) : largest;
+      sound += 0 * p;
+      scaled[k][c] = p;
+    }
+  if (sound != 0 || largest > DBL_MAX) return 0; /* also NaN, which differs from 0 */
+  if (largest >= 1 && largest < 0x1p60) return 1;
+  frexp(largest, &exponent);
+  for (int k = 0; k < count; k++)
+    for (int c = 0; c < 3; c++) scaled[k][c] = ldexp(points[k][c], -exponent);
+  return 1;
+}
+
+static int exact_orient3d(const double *const points[4])
+{
+  double p[4][3];
+  if (!scale(4, points, p)) return 0;
+  sum d[3][3], det = {.count = 0};
+  for (int k = 0; k < 3; k++)
+    for (int c = 0; c < 3; c++) d[k][c] = difference(p[k + 1][c], p[0][c]);
+  for (int c = 0; c < 3; c++) {
+    const int u = (c + 1) % 3, v = (c + 2) % 3;
+    sum minor = {.count = 0};
+    add_product(&minor, 1, &d[0][u], &d[1][v]);
+    add_product(&minor, -1, &d[0][v], &d[1][u]);
+    add_product(&det, 1, &minor, &d[2][c]);
+  }
+  return sign_of(&det);
+}
+
+/* The computed determinant is off by less than 8 units of rounding of the sum of its products' magnitudes (Shewchuk
+ * 1997, section 4.3); products that vanish are told from 0 by the exact sum. */
+int flesh_orient3d(const double a[3], const double b[3], const double c[3], const double d[3])
+{
+  double det = 0, size = 0;
+  for (int k = 0; k < 3; k++) {
+    const int u = (k + 1) % 3, v = (k + 2) % 3;
+    const double first = (b[u] - a[u]) * (c[v] - a[v]), second = (b[v] - a[v]) * (c[u] - a[u]), e = d[k] - a[k];
+    det += (first - second) * e;
+    size += (fabs(first) + fabs(second)) * fabs(e);
+  }
+  const double bound = 8 * DBL_EPSILON * size + 1e-290;
+  if (det > bound && det <= DBL_MAX) return 1;
+  if (det < -bound && det >= -DBL_MAX) return -1;
+  return exact_orient3d((const double *const[]){a, b, c, d});
+}
+
+static int exact_orient2d(int u, int v, const double *const points[3])
+{
+  double p[3][3];
+  if (!scale(3, points, p)) return 0;
+  const sum bu = difference(p[1][u], p[0][u]), bv = difference(p[1][v], p[0][v]);
+  const sum cu = difference(p[2][u], p[0][u]), cv = difference(p[2][v], p[0][v]);
+  sum det = {.count = 0};
+  add_product(&det, 1, &bu, &cv);
+  add_product(&det, -1, &bv, &cu);
+  return sign_of(&det);
+}
+
+int flesh_orient2d(int axis, const double a[3], const double b[3], const double c[3])
+{
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const double first = (b[u] - a[u]) * (c[v] - a[v]), second = (b[v] - a[v]) * (c[u] - a[u]);
+  const double det = first - second, bound = 4 * DBL_EPSILON * (fabs(first) + fabs(second)) + 1e-290;
+  if (det > bound && det <= DBL_MAX) return 1;
+  if (det < -bound && det >= -DBL_MAX) return -1;
+  return exact_orient2d(u, v, (const double *const[]){a, b, c});
+}
+
+static int intervals_meet(double a, double b, double c, double d)
+{
+  return (a < b ? a : b) <= (c > d ? c : d) && (c < d ? c : d) <= (a > b ? a : b);
+}
+
+/* Of the shadows along one axis. */
+static int shadows_meet(int axis, const double p[3], const double q[3], const double a[3], const double b[3])
+{
+  const int of_a = flesh_orient2d(axis, p, q, a), of_b = flesh_orient2d(axis, p, q, b);
+  const int of_p = flesh_orient2d(axis, a, b, p), of_q = flesh_orient2d(axis, a, b, q);
+  if (of_a * of_b > 0 || of_p * of_q > 0) return 0;
+  if (of_a || of_b || of_p || of_q) return 1;
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3; /* on one line */
+  return intervals_meet(p[u], q[u], a[u], b[u]) && intervals_meet(p[v], q[v], a[v], b[v]);
+}
+
+/* Segments in one plane meet where their shadows do along an axis that does not lie in the plane, of which there is one;
+ * along others their shadows meet too. So they meet where all three shadows do. */
+int flesh_segment_meets_segment(const double p[3], const double q[3], const double a[3], const double b[3])
+{
+  if (flesh_orient3d(p, q, a, b)) return 0;
+  for (int axis = 0; axis < 3; axis++)
+    if (!shadows_meet(axis, p, q, a, b)) return 0;
+  return 1;
+}
+
+static int agree(int first, int second, int third)
+{
+  return (first >= 0 && second >= 0 && third >= 0) || (first <= 0 && second <= 0 && third <= 0);
+}
+
+/* Whether p, which lies in the plane of the triangle, lies in it; by shadows as above. */
+static int is_inside(const double p[3], const double a[3], const double b[3], const double c[3])
+{
+  for (int axis = 0; axis < 3; axis++)
+    if (!agree(flesh_orient2d(axis, a, b, p), flesh_orient2d(axis, b, c, p), flesh_orient2d(axis, c, a, p))) return 0;
+  return 1;
+}
+
+int flesh_segment_meets_triangle(const double p[3], const double q[3], const double a[3], const double b[3],
+                                 const double c[3])
+{
+  const int of_p = flesh_orient3d(a, b, c, p), of_q = flesh_orient3d(a, b, c, q);
+  if (of_p * of_q > 0) return 0;
+  if (of_p || of_q)
+    return agree(flesh_orient3d(p, q, a, b), flesh_orient3d(p, q, b, c), flesh_orient3d(p, q, c, a));
+  if (flesh_segment_meets_segment(p, q, a, b) || flesh_segment_meets_segment(p, q, b, c) ||
+      flesh_segment_meets_segment(p, q, c, a))
+    return 1;
+  const int has_area = flesh_orient2d(0, a, b, c) || flesh_orient2d(1, a, b, c) || flesh_orient2d(2, a, b, c);
+  return has_area && is_inside(p, a, b, c);
+}
