@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "math/mat3.h"
@@ -150,6 +151,26 @@ double flesh_hull_distance(int first, int second, const double *const x[4], doub
   const plane p = separate(&m, m.y);
   memcpy(unit, p.unit, sizeof p.unit);
   return p.gap > 0 ? p.gap : 0;
+}
+
+int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
+                           double distance)
+{
+  motion m = {.first = first, .all = first + second};
+  double size = 0;
+  for (int k = 0; k < m.all; k++)
+    for (int c = 0; c < 3; c++) {
+      const size_t at = 3 * (size_t)nodes[k] + (size_t)c, from = 3 * (size_t)nodes[0] + (size_t)c;
+      m.y[k][c] = x0[at] - x0[from];
+      m.e[k][c] = x1 ? x1[at] - x1[from] : 0;
+      size = fmax(size, fmax(fabs(m.y[k][c]), fabs(m.e[k][c])));
+    }
+  const double needed = distance + 16 * DBL_EPSILON * size;
+  const plane p = separate(&m, m.y); /* m.e has the places at x1, and no velocities */
+  if (!(p.gap > needed && p.gap <= DBL_MAX)) return 0;
+  if (!x1 || gap_along(&m, m.e, p.unit) > needed) return 1;
+  const plane q = separate(&m, m.e);
+  return q.gap > needed && q.gap <= DBL_MAX && gap_along(&m, m.y, q.unit) > needed;
 }
 
 /* 0: not finite. */

@@ -186,7 +186,7 @@ typedef struct tally {
 } tally;
 
 /* That it is not late and, in the tally, whether it is early. */
-static void check_trial(const trial *p, tally *count, const char *what)
+static inline void check_trial(const trial *p, tally *count, const char *what)
 {
   const double t = advance(p);
   CHECK(t >= 0 && t <= 1); /* NaN fails */
@@ -210,12 +210,12 @@ static void check_trial(const trial *p, tally *count, const char *what)
 }
 
 static unsigned long long state = 1;
-static double between(double a, double b) { return a + (b - a) * test_uniform(&state); }
-static double power(double a, double b) { return pow(10, between(a, b)); }
+static inline double between(double a, double b) { return a + (b - a) * test_uniform(&state); }
+static inline double power(double a, double b) { return pow(10, between(a, b)); }
 
 static const int kinds[4][2] = {{1, 3}, {2, 2}, {1, 2}, {1, 1}};
 
-static trial random_trial(int kind, double size, double speed)
+static inline trial random_trial(int kind, double size, double speed)
 {
   trial p = {.first = kinds[kind][0], .second = kinds[kind][1]};
   for (int k = 0; k < 4; k++)
