@@ -105,7 +105,10 @@ void flesh_near_finder_walk(flesh_near_finder *self, flesh_threads *threads,
 {
   const int wanted = 1 + self->tree->leaf_count / WALK_PART;
   const walk w = {self, wanted < FLESH_NEAR_PARTS ? wanted : FLESH_NEAR_PARTS, visit, data};
-  for (int k = 0; k < FLESH_NEAR_PARTS; k++) self->parts[k].count[0] = self->parts[k].count[1] = self->parts[k].failed = 0;
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
+    flesh_near_part *part = &self->parts[k];
+    part->count[0] = part->count[1] = part->failed = 0;
+  }
   flesh_threads_run(threads, w.parts, walk_part, (void *)&w);
 }
 
@@ -153,9 +156,9 @@ void flesh_near_finder_gather(flesh_near_finder *self, int kind, int firsts, int
     const int begin = i ? row[i - 1] : 0;
     for (int k = begin + 1; k < row[i]; k++) {
       const int second = pairs[2 * (size_t)k + 1];
-      int at = k;
-      for (; at > begin && pairs[2 * (size_t)at - 1] > second; at--) pairs[2 * (size_t)at + 1] = pairs[2 * (size_t)at - 1];
-      pairs[2 * (size_t)at + 1] = second;
+      int *at = pairs + 2 * (size_t)k + 1;
+      for (; at > pairs + 2 * (size_t)begin + 1 && at[-2] > second; at -= 2) at[0] = at[-2];
+      *at = second;
     }
   }
 }

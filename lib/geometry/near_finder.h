@@ -6,7 +6,7 @@
 #define FLESH_GEOMETRY_NEAR_FINDER_H
 
 #include "geometry/box_tree.h"
-#include "geometry/near_pairs.h"
+#include "geometry/contact_surface.h"
 
 enum { FLESH_NEAR_PARTS = 64 };
 
@@ -26,7 +26,8 @@ typedef struct flesh_near_rows {
   int *start, *second;
 } flesh_near_rows;
 
-struct flesh_near_finder {
+/* Made by flesh_near_finder_create (near_pairs.h). */
+typedef struct flesh_near_finder {
   const flesh_contact_surface *surface;
   unsigned char *may_meet; /* [body_count*body_count] */
   int *edge_body, *face_body;
@@ -37,8 +38,8 @@ struct flesh_near_finder {
   flesh_near_rows excluded[2]; /* faces of points, edges of edges */
   int *row;                    /* [max(node_count, edge_count) + 1] for sorting */
   flesh_near_part parts[FLESH_NEAR_PARTS];
-  int regrouped;
-};
+  int regrouped; /* times */
+} flesh_near_finder;
 
 /* Fits all boxes, those of the tree too, and groups it anew where it is worn. FLESH_UNDEFINED: not finite. */
 int flesh_near_finder_fit(flesh_near_finder *finder, const double *x0, const double *x1, double inflation,

@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 #include "flesh/threads.h"
-#include "geometry/contact_surface.h"
+#include "geometry/near_finder.h"
 
 /* Pairs without a common node, whose bodies may meet; ascending by the first, then by the second. */
 typedef struct flesh_near_pairs {
@@ -20,10 +20,8 @@ typedef struct flesh_near_pairs {
   int point_room, edge_room;
 } flesh_near_pairs;
 
-/* Finds near pairs of one surface, again and again, in memory that it keeps. One caller at a time. */
-typedef struct flesh_near_finder flesh_near_finder;
-
-/* For the surface (borrowed) at rest at X [3*mesh_nodes]. may_meet [body_count*body_count]: whether two bodies, and a
+/* Finds near pairs of one surface, again and again, in memory that it keeps, for one caller at a time. For the surface (borrowed) at
+ * rest at X [3*mesh_nodes]. may_meet [body_count*body_count]: whether two bodies, and a
  * body with itself, may meet, the same for (a, b) and (b, a); NULL: all may. Edges and faces between nodes of several
  * bodies count as of the highest. Pairs of one body that are nearer than rest_distance [m] at rest are left out for
  * good, which may be more than an edge's length; these pairs take memory, about as many for each node as there are
@@ -50,8 +48,8 @@ int flesh_near_pairs_find(flesh_near_finder *finder, const double *x0, const dou
 void flesh_near_pairs_clear(flesh_near_pairs *pairs);
 size_t flesh_near_pairs_memory(const flesh_near_finder *finder, const flesh_near_pairs *pairs);
 
-/* The distance within which pairs that were found at rest still miss nothing at x, by that rule: negative where the search
- * has to be made again, as also where a place is not finite. Pairs found in motion: that of their search only for
+/* The distance within which pairs that were found at rest still miss nothing at x, by that rule: negative where the
+ * search has to be made again, as also where a place is not finite. Pairs found in motion: that of their search only for
  * x = x0 and x = x1 and what lies between; this gives -INFINITY. */
 double flesh_near_pairs_reach(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x);
 

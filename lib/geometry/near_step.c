@@ -2,7 +2,7 @@
 #include <stddef.h>
 
 #include "geometry/continuous_collision.h"
-#include "geometry/near_finder.h"
+#include "geometry/near_pairs.h"
 
 enum { PARTS = 64, PART = 256 }; /* parts at most; pairs of one, at least */
 
@@ -23,7 +23,8 @@ static void step_part(void *data, int part)
   const size_t begin = all * (size_t)part / (size_t)s->parts, end = all * ((size_t)part + 1) / (size_t)s->parts;
   double least = 1;
   for (size_t k = begin; k < end; k++) {
-    const int is_point = k < points, *pair = is_point ? s->pairs->point_faces + 2 * k : s->pairs->edge_pairs + 2 * (k - points);
+    const int is_point = k < points;
+    const int *pair = is_point ? s->pairs->point_faces + 2 * k : s->pairs->edge_pairs + 2 * (k - points);
     const int *q = is_point ? surface->faces + 3 * (size_t)pair[1] : surface->edges + 2 * (size_t)pair[1];
     const int *p = is_point ? surface->nodes + pair[0] : surface->edges + 2 * (size_t)pair[0];
     const int first = is_point ? 1 : 2;

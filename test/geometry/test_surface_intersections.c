@@ -78,7 +78,7 @@ static void a_sheet_folded_through_itself(void)
     const double u = s.X[3 * i];
     x[3 * i] = u < 0.61 ? u : 1.21 - u; /* folded at 0.605 */
     x[3 * i + 1] = s.X[3 * i + 1] + (u < 0.61 ? 0 : 0.013);
-    x[3 * i + 2] = u < 0.61 ? 0 : (u < 0.76 ? 0.2 : 0.2 - (u - 0.75) * 1.37); /* up, and down through z = 0 at u = 0.896 */
+    x[3 * i + 2] = u < 0.61 ? 0 : (u < 0.76 ? 0.2 : 0.2 - (u - 0.75) * 1.37); /* through 0 at u = 0.896 */
   }
   CHECK_OK(flesh_surface_intersections_find(finder, x, NULL, &found));
   const int count = check_all(&s, x, NULL, &found);
