@@ -21,12 +21,14 @@ typedef struct motion {
   double rounding, rounding_speed; /* a gap may be off by their sum, the second times t */
 } motion;
 
-/* A unit vector and how far the hulls are apart along it, at least. */
+/* A unit vector and how far the hulls are apart along it, at least; at other places, too, where these are not NULL. No
+ * better one is looked for once the gap is more than enough. */
 typedef struct plane {
-  double unit[3], gap;
+  double unit[3], gap, enough;
+  const double (*others)[3];
 } plane;
 
-static double gap_along(const motion *m, double y[4][3], const double unit[3])
+static double gap_along(const motion *m, const double y[4][3], const double unit[3])
 {
   double least = INFINITY, most = -INFINITY, h;
   for (int k = 0; k < m->first; k++) {
@@ -41,13 +43,17 @@ static double gap_along(const motion *m, double y[4][3], const double unit[3])
 }
 
 /* Takes the direction where it separates better. */
-static void try_direction(const motion *m, double y[4][3], const double direction[3], plane *best)
+static void try_direction(const motion *m, const double y[4][3], const double direction[3], plane *best)
 {
   const double square = flesh_vec3_dot(direction, direction);
   if (!(square > 0) || square > DBL_MAX) return;
   const double inverse = 1 / sqrt(square);
   const double unit[3] = {inverse * direction[0], inverse * direction[1], inverse * direction[2]};
-  const double gap = gap_along(m, y, unit);
+  double gap = gap_along(m, y, unit);
+  if (best->others) {
+    const double other = gap_along(m, best->others, unit);
+    gap = other < gap ? other : gap;
+  }
   if (!(gap > best->gap)) return;
   memcpy(best->unit, unit, sizeof unit);
   best->gap = gap;
@@ -66,7 +72,7 @@ static void from_segment(const double A[3], const double B[3], const double p[3]
     for (int c = 0; c < 3; c++) direction[c] = d[c] - along / length * e[c];
 }
 
-static void try_segment(const motion *m, double y[4][3], int a, int b, int p, double sign, plane *best)
+static void try_segment(const motion *m, const double y[4][3], int a, int b, int p, double sign, plane *best)
 {
   double direction[3];
   from_segment(y[a], y[b], y[p], direction);
@@ -75,7 +81,7 @@ static void try_segment(const motion *m, double y[4][3], int a, int b, int p, do
 }
 
 /* Both senses of a normal of edges e and f. Returns the square of e x f over those of e and f. */
-static double try_normal(const motion *m, double y[4][3], const double e[3], const double f[3], const double from[3],
+static double try_normal(const motion *m, const double y[4][3], const double e[3], const double f[3], const double from[3],
                          plane *best)
 {
   double n[3];
@@ -108,29 +114,28 @@ static int lines_meet_inside(const double e[3], const double f[3], const double 
 /* Edges whose normal is this near to rounding (the square of the sine of their angle) are tried by their ends, too. */
 static const double nearly_parallel = 1e-8;
 
-static void separate_triangle(const motion *m, double y[4][3], plane *best)
+static void separate_triangle(const motion *m, const double y[4][3], plane *best)
 {
   double e[3], f[3], d[3];
   for (int c = 0; c < 3; c++) e[c] = y[2][c] - y[1][c], f[c] = y[3][c] - y[1][c], d[c] = y[0][c] - y[1][c];
   if (try_normal(m, y, e, f, d, best) > nearly_parallel && foot_is_inside(e, f, d)) return;
-  for (int k = 1; k < 4; k++) try_segment(m, y, k, k % 3 + 1, 0, 1, best);
+  for (int k = 1; k < 4 && !(best->gap > best->enough); k++) try_segment(m, y, k, k % 3 + 1, 0, 1, best);
 }
 
-static void separate_edges(const motion *m, double y[4][3], plane *best)
+static void separate_edges(const motion *m, const double y[4][3], plane *best)
 {
   double e[3], f[3], d[3];
   for (int c = 0; c < 3; c++) e[c] = y[1][c] - y[0][c], f[c] = y[3][c] - y[2][c], d[c] = y[0][c] - y[2][c];
   if (try_normal(m, y, e, f, d, best) > nearly_parallel && lines_meet_inside(e, f, d)) return;
-  for (int k = 0; k < 2; k++) {
-    try_segment(m, y, 2, 3, k, 1, best);
-    try_segment(m, y, 0, 1, 2 + k, -1, best);
-  }
+  for (int k = 0; k < 4 && !(best->gap > best->enough); k++)
+    if (k < 2) try_segment(m, y, 2, 3, k, 1, best);
+    else try_segment(m, y, 0, 1, k, -1, best);
 }
 
 /* The plane across the shortest connection, or the best of those across connections that may be the shortest. */
-static plane separate(const motion *m, double y[4][3])
+static plane separate(const motion *m, const double y[4][3], const double (*others)[3], double enough)
 {
-  plane best = {.gap = -INFINITY};
+  plane best = {.gap = -INFINITY, .enough = enough, .others = others};
   if (m->first == 2) separate_edges(m, y, &best);
   else if (m->all == 4) separate_triangle(m, y, &best);
   else if (m->all == 3) try_segment(m, y, 1, 2, 0, 1, &best);
@@ -148,7 +153,7 @@ double flesh_hull_distance(int first, int second, const double *const x[4], doub
   motion m = {.first = first, .all = first + second};
   for (int k = 0; k < m.all; k++)
     for (int c = 0; c < 3; c++) m.y[k][c] = x[k][c] - x[0][c];
-  const plane p = separate(&m, m.y);
+  const plane p = separate(&m, (const double(*)[3])m.y, NULL, INFINITY);
   memcpy(unit, p.unit, sizeof p.unit);
   return p.gap > 0 ? p.gap : 0;
 }
@@ -163,14 +168,12 @@ int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const doub
       const size_t at = 3 * (size_t)nodes[k] + (size_t)c, from = 3 * (size_t)nodes[0] + (size_t)c;
       m.y[k][c] = x0[at] - x0[from];
       m.e[k][c] = x1 ? x1[at] - x1[from] : 0;
-      size = fmax(size, fmax(fabs(m.y[k][c]), fabs(m.e[k][c])));
+      size += fabs(m.y[k][c]) + fabs(m.e[k][c]);
     }
   const double needed = distance + 16 * DBL_EPSILON * size;
-  const plane p = separate(&m, m.y); /* m.e has the places at x1, and no velocities */
-  if (!(p.gap > needed && p.gap <= DBL_MAX)) return 0;
-  if (!x1 || gap_along(&m, m.e, p.unit) > needed) return 1;
-  const plane q = separate(&m, m.e);
-  return q.gap > needed && q.gap <= DBL_MAX && gap_along(&m, m.y, q.unit) > needed;
+  const double(*y)[3] = (const double(*)[3])m.y, (*end)[3] = (const double(*)[3])m.e; /* no velocities here */
+  if (!(needed <= DBL_MAX)) return 0;
+  return separate(&m, y, x1 ? end : NULL, needed).gap > needed || (x1 && separate(&m, end, y, needed).gap > needed);
 }
 
 /* 0: not finite. */
@@ -182,14 +185,15 @@ static int begin(motion *m, const double *const x0[4], const double *const x1[4]
       const double from = x0[k][c], to = x1[k][c];
       m->y[k][c] = from - x0[0][c];
       m->e[k][c] = (to - x1[0][c]) - m->y[k][c];
-      size = fmax(size, fabs(m->y[k][c]));
-      speed = fmax(speed, fabs(m->e[k][c]));
-      place = fmax(place, fmax(fabs(from), fabs(to)));
-      if (!(fabs(m->y[k][c]) + fabs(m->e[k][c]) <= 1e70)) return 0;
+      size += fabs(m->y[k][c]);
+      speed += fabs(m->e[k][c]);
+      place = fabs(from) > place ? fabs(from) : place;
+      place = fabs(to) > place ? fabs(to) : place;
     }
+  if (!(size + speed <= 1e70)) return 0;
   /* Of differences, products and sums of three; and where a place is rounded when it is stored. */
-  m->rounding = 16 * DBL_EPSILON * size + 10 * DBL_EPSILON * place;
-  m->rounding_speed = 16 * DBL_EPSILON * speed;
+  m->rounding = 8 * DBL_EPSILON * size + 10 * DBL_EPSILON * place;
+  m->rounding_speed = 8 * DBL_EPSILON * speed;
   return 1;
 }
 
@@ -282,7 +286,7 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
   memcpy(y, m.y, sizeof y);
   for (int step = 0; step < FLESH_ADVANCE_STEPS; step++) {
     const double rounding = m.rounding + t * m.rounding_speed;
-    const plane p = separate(&m, y);
+    const plane p = separate(&m, (const double(*)[3])y, NULL, INFINITY);
     const double gap = p.gap - rounding;
     if (step == 0) {
       start = gap;

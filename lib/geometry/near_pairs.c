@@ -55,6 +55,18 @@ typedef struct search {
   int within_bodies; /* only pairs of one body */
 } search;
 
+/* Whether the box around a node's way, and half of the distance, does not meet a face's box. */
+static int point_is_outside(const search *s, int node, const flesh_near_box *box)
+{
+  const double *from = s->x0 + 3 * (size_t)node, *to = s->x1 ? s->x1 + 3 * (size_t)node : from;
+  for (int c = 0; c < 3; c++) {
+    const double low = from[c] < to[c] ? from[c] : to[c], high = from[c] < to[c] ? to[c] : from[c];
+    const double far = s->finder->fit_inflation + 4 * DBL_EPSILON * (fabs(low) + fabs(high));
+    if (low - far > box->high[c] || high + far < box->low[c]) return 1;
+  }
+  return 0;
+}
+
 static void try_point(const search *s, flesh_near_part *part, int node, int f)
 {
   const flesh_near_finder *self = s->finder;
@@ -63,9 +75,7 @@ static void try_point(const search *s, flesh_near_part *part, int node, int f)
   const int body = surface->node_body[place], other = self->face_body[f];
   if (node == corner[0] || node == corner[1] || node == corner[2] || !flesh_near_may_meet(self, body, other)) return;
   if (s->within_bodies && body != other) return;
-  flesh_near_box box;
-  flesh_box_around(1, &node, s->x0, s->x1, self->fit_inflation, box.low, box.high);
-  if (!flesh_near_boxes_meet(&box, &self->face_boxes[f])) return;
+  if (point_is_outside(s, node, &self->face_boxes[f])) return;
   if (body == other && flesh_near_finder_excludes(self, POINT_FACE, place, f)) return;
   const int nodes[4] = {node, corner[0], corner[1], corner[2]};
   if (!flesh_hulls_stay_apart(1, 3, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, POINT_FACE, place, f);

@@ -14,14 +14,9 @@
 #error "orient.c must be compiled without -ffast-math"
 #endif
 
-/* Terms of a 3 x 3 determinant of differences: 3 products of a minor (2 x 2 products of 2 x 2 terms with 2 each) and a
- * difference, every product two terms. */
-enum { TERMS = 192 };
-
-typedef struct sum {
-  int count;
-  double terms[TERMS];
-} sum;
+/* Most terms of a difference; of a 2 x 2 determinant of differences, whose products are two terms each; and of a 3 x 3
+ * one, a sum of three products of those. */
+enum { DIFFERENCE = 2, MINOR = 16, TERMS = 192 };
 
 /* value + error = a + b (Knuth, The Art of Computer Programming 2, section 4.2.2). */
 static double two_sum(double a, double b, double *error)
@@ -46,42 +41,56 @@ static double two_product(double a, double b, double *error)
   return value;
 }
 
-static void add(sum *s, double b)
+/* Adds b to a sum of `count` terms; returns how many it has then. */
+static int add(int count, double *terms, double b)
 {
   int kept = 0;
-  for (int k = 0; k < s->count; k++) {
+  for (int k = 0; k < count; k++) {
     double error;
-    b = two_sum(b, s->terms[k], &error);
-    if (error != 0) s->terms[kept++] = error;
+    b = two_sum(b, terms[k], &error);
+    if (error != 0) terms[kept++] = error;
   }
-  if (b != 0) s->terms[kept++] = b;
-  s->count = kept;
+  if (b != 0) terms[kept++] = b;
+  return kept;
 }
 
-static sum difference(double a, double b)
+typedef struct difference {
+  int count;
+  double terms[DIFFERENCE];
+} difference;
+
+static difference subtract(double a, double b)
 {
-  sum s = {.count = 0};
+  difference d;
   double error, value = two_sum(a, -b, &error);
-  add(&s, error);
-  add(&s, value);
-  return s;
+  d.count = add(0, d.terms, error);
+  d.count = add(d.count, d.terms, value);
+  return d;
 }
 
-/* to += sign a b. */
-static void add_product(sum *to, double sign, const sum *a, const sum *b)
+/* to += sign a b. Returns the new count. */
+static int add_product(int count, double *to, double sign, int a_count, const double *a, const difference *b)
 {
-  for (int i = 0; i < a->count; i++)
+  for (int i = 0; i < a_count; i++)
     for (int j = 0; j < b->count; j++) {
-      double error, value = two_product(sign * a->terms[i], b->terms[j], &error);
-      add(to, error);
-      add(to, value);
+      double error, value = two_product(sign * a[i], b->terms[j], &error);
+      count = add(count, to, error);
+      count = add(count, to, value);
     }
+  return count;
 }
 
-static int sign_of(const sum *s)
+/* a d - b c. Returns the count. */
+static int cross(const difference *a, const difference *b, const difference *c, const difference *d, double *to)
 {
-  if (s->count == 0) return 0;
-  return s->terms[s->count - 1] > 0 ? 1 : -1;
+  const int count = add_product(0, to, 1, a->count, a->terms, d);
+  return add_product(count, to, -1, b->count, b->terms, c);
+}
+
+static int sign_of(int count, const double *terms)
+{
+  if (count == 0) return 0;
+  return terms[count - 1] > 0 ? 1 : -1;
 }
 
 /* Points as they are or, where products might overflow or vanish, all multiplied by one power of two. 0: not finite. */
@@ -108,17 +117,18 @@ static int exact_orient3d(const double *const points[4])
 {
   double p[4][3];
   if (!scale(4, points, p)) return 0;
-  sum d[3][3], det = {.count = 0};
+  difference d[3][3];
+  double minor[MINOR], det[TERMS];
+  int count = 0;
   for (int k = 0; k < 3; k++)
-    for (int c = 0; c < 3; c++) d[k][c] = difference(p[k + 1][c], p[0][c]);
+    for (int c = 0; c < 3; c++) d[k][c] = subtract(p[k + 1][c], p[0][c]);
   for (int c = 0; c < 3; c++) {
     const int u = (c + 1) % 3, v = (c + 2) % 3;
-    sum minor = {.count = 0};
-    add_product(&minor, 1, &d[0][u], &d[1][v]);
-    add_product(&minor, -1, &d[0][v], &d[1][u]);
-    add_product(&det, 1, &minor, &d[2][c]);
+    if (d[2][c].count == 0) continue;
+    const int minors = cross(&d[0][u], &d[0][v], &d[1][u], &d[1][v], minor);
+    count = add_product(count, det, 1, minors, minor, &d[2][c]);
   }
-  return sign_of(&det);
+  return sign_of(count, det);
 }
 
 /* The computed determinant is off by less than 8 units of rounding of the sum of its products' magnitudes (Shewchuk
@@ -127,6 +137,7 @@ int flesh_orient3d(const double a[3], const double b[3], const double c[3], cons
 {
   double det = 0, size = 0;
   for (int k = 0; k < 3; k++) {
+    if (a[k] == b[k] && a[k] == c[k] && a[k] == d[k]) return 0; /* as are many, in a plane across an axis */
     const int u = (k + 1) % 3, v = (k + 2) % 3;
     const double first = (b[u] - a[u]) * (c[v] - a[v]), second = (b[v] - a[v]) * (c[u] - a[u]), e = d[k] - a[k];
     det += (first - second) * e;
@@ -142,12 +153,10 @@ static int exact_orient2d(int u, int v, const double *const points[3])
 {
   double p[3][3];
   if (!scale(3, points, p)) return 0;
-  const sum bu = difference(p[1][u], p[0][u]), bv = difference(p[1][v], p[0][v]);
-  const sum cu = difference(p[2][u], p[0][u]), cv = difference(p[2][v], p[0][v]);
-  sum det = {.count = 0};
-  add_product(&det, 1, &bu, &cv);
-  add_product(&det, -1, &bv, &cu);
-  return sign_of(&det);
+  const difference bu = subtract(p[1][u], p[0][u]), bv = subtract(p[1][v], p[0][v]);
+  const difference cu = subtract(p[2][u], p[0][u]), cv = subtract(p[2][v], p[0][v]);
+  double det[MINOR];
+  return sign_of(cross(&bu, &bv, &cu, &cv, det), det);
 }
 
 int flesh_orient2d(int axis, const double a[3], const double b[3], const double c[3])
@@ -180,10 +189,9 @@ static int shadows_meet(int axis, const double p[3], const double q[3], const do
  * along others their shadows meet too. So they meet where all three shadows do. */
 int flesh_segment_meets_segment(const double p[3], const double q[3], const double a[3], const double b[3])
 {
-  if (flesh_orient3d(p, q, a, b)) return 0;
   for (int axis = 0; axis < 3; axis++)
     if (!shadows_meet(axis, p, q, a, b)) return 0;
-  return 1;
+  return flesh_orient3d(p, q, a, b) == 0;
 }
 
 static int agree(int first, int second, int third)
