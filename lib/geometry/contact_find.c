@@ -101,11 +101,19 @@ static int is_far(const double *x, int count, const int *nodes, int others, cons
   return 0;
 }
 
-static void emit(job *j, int part, int room, size_t offset, const flesh_contact_pair *pair)
+/* Where the pairs of a part are put; those of edges come after those of points. */
+static size_t place_of_part(const job *j, int part)
+{
+  const size_t points = (size_t)(part < j->point_parts ? part : j->point_parts), edges = (size_t)part - points;
+  return points * (size_t)j->set->room[0] + edges * (size_t)j->set->room[1];
+}
+
+/* Pairs beyond the room are only counted. */
+static void emit(job *j, int part, const flesh_contact_pair *pair)
 {
   const int at = j->found[part].wanted++;
-  if (at >= room) return;
-  j->set->pairs[offset + (size_t)at] = *pair;
+  if (at >= j->set->room[part >= j->point_parts]) return;
+  j->set->pairs[place_of_part(j, part) + (size_t)at] = *pair;
   j->found[part].count = at + 1;
 }
 
@@ -228,7 +236,7 @@ static void pairs_of_point(job *j, int part, int begin, int end, void *scratch)
     if (type == NODE) pair.nodes[1] = s->nodes[number];
     else memcpy(pair.nodes + 1, type == EDGE ? s->edges + 2 * number : s->faces + 3 * number,
                 (size_t)(type + 1) * sizeof *pair.nodes);
-    emit(j, part, set->room, (size_t)part * (size_t)set->room, &pair);
+    emit(j, part, &pair);
   }
 }
 
@@ -262,10 +270,9 @@ static void edges_of_part(job *j, int part)
   const flesh_contact_set *set = j->set;
   const flesh_contact_surface *s = set->surface;
   const int count = j->candidates->edge_count, end = flesh_contact_part(count, j->edge_parts, part + 1),
-            begin = flesh_contact_part(count, j->edge_parts, part), found = j->point_parts + part;
-  const size_t offset = (size_t)j->point_parts * (size_t)set->room + (size_t)begin;
+            found = j->point_parts + part;
   const double w = set->law.edge_thickness;
-  for (int k = begin; k < end; k++) {
+  for (int k = flesh_contact_part(count, j->edge_parts, part); k < end; k++) {
     const int a = j->candidates->edge_pairs[2 * k], b = j->candidates->edge_pairs[2 * k + 1];
     const int *first = s->edges + 2 * a, *second = s->edges + 2 * b;
     flesh_contact_closest at;
@@ -276,7 +283,7 @@ static void edges_of_part(job *j, int part)
     if (at.distance >= w || !is_felt(j, found, at.distance * at.distance)) continue;
     pair.weight = set->law.stiffness * (s->edge_area[a] + s->edge_area[b]) / 4;
     pair.parallel = flesh_contact_parallel(set->edge_squared[a], set->edge_squared[b]);
-    emit(j, found, end - begin, offset, &pair);
+    emit(j, found, &pair);
   }
 }
 
@@ -294,13 +301,9 @@ static int make_room(flesh_contact_set *set, size_t capacity, size_t scratch)
 {
   if (capacity > set->capacity) {
     flesh_free(set->pairs);
-    flesh_free(set->values);
-    flesh_free(set->gradients);
     set->capacity = 0;
     set->pairs = flesh_malloc(capacity * sizeof *set->pairs);
-    set->values = flesh_malloc(capacity * sizeof *set->values);
-    set->gradients = flesh_malloc(12 * capacity * sizeof *set->gradients);
-    if (set->pairs && set->values && set->gradients) set->capacity = capacity;
+    if (set->pairs) set->capacity = capacity;
   }
   if (scratch > set->scratch_size) {
     flesh_free(set->scratch);
@@ -312,20 +315,39 @@ static int make_room(flesh_contact_set *set, size_t capacity, size_t scratch)
   return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %zu pairs", capacity);
 }
 
-/* Brings the pairs of all parts together. */
-static void gather(job *j)
+/* Brings the pairs of all parts together, and makes room for their values. */
+static int gather(job *j)
 {
   flesh_contact_set *set = j->set;
   for (int part = 0; part < j->point_parts + j->edge_parts; part++) {
-    const int edges = part - j->point_parts;
-    size_t from = (size_t)part * (size_t)set->room;
-    if (edges >= 0)
-      from = (size_t)j->point_parts * (size_t)set->room +
-             (size_t)flesh_contact_part(j->candidates->edge_count, j->edge_parts, edges);
-    memmove(set->pairs + set->count, set->pairs + from, (size_t)j->found[part].count * sizeof *set->pairs);
+    const size_t own = (size_t)j->found[part].count * sizeof *set->pairs;
+    memmove(set->pairs + set->count, set->pairs + place_of_part(j, part), own);
     set->count += j->found[part].count;
     set->distance = fmin(set->distance, sqrt(j->found[part].squared));
   }
+  if (set->count <= set->value_room) return FLESH_OK;
+  const int room = set->count + set->count / 2;
+  flesh_free(set->values);
+  flesh_free(set->gradients);
+  set->value_room = 0;
+  set->values = flesh_malloc((size_t)room * sizeof *set->values);
+  set->gradients = flesh_malloc(12 * (size_t)room * sizeof *set->gradients);
+  if (set->values && set->gradients) set->value_room = room;
+  else set->count = 0;
+  return set->value_room ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d pairs", room);
+}
+
+/* Whether all parts had room for their pairs; else there is to be more. */
+static int had_room(const job *j)
+{
+  int *room = j->set->room, enough = 1;
+  for (int part = 0; part < j->point_parts + j->edge_parts; part++) {
+    const int edges = part >= j->point_parts, wanted = j->found[part].wanted;
+    if (wanted <= room[edges]) continue;
+    room[edges] = wanted + wanted / 4;
+    enough = 0;
+  }
+  return enough;
 }
 
 /* The most candidates of a point. */
@@ -348,19 +370,15 @@ int flesh_contact_set_update(flesh_contact_set *set, const flesh_contact_candida
   j.edge_parts = flesh_contact_parts(candidates->edge_count, 64);
   set->count = 0;
   set->distance = INFINITY;
-  const int least = candidates->point_count / j.point_parts + j.most; /* a pair for each candidate */
-  if (set->room < least) set->room = least;
-  for (int again = 1; again;) {
+  if (!set->room[0]) set->room[0] = set->room[1] = 16;
+  for (int enough = 0; !enough;) {
     const size_t scratch = (size_t)j.point_parts * scratch_of(j.most);
-    int status = make_room(set, (size_t)j.point_parts * (size_t)set->room + (size_t)candidates->edge_count + 1, scratch);
+    const int status = make_room(set, place_of_part(&j, j.point_parts + j.edge_parts), scratch);
     if (status) return status;
     flesh_threads_run(threads, j.point_parts + j.edge_parts, find_part, &j);
-    again = 0;
-    for (int part = 0; part < j.point_parts + j.edge_parts; part++) {
+    for (int part = 0; part < j.point_parts + j.edge_parts; part++)
       if (j.found[part].undefined) return FLESH_UNDEFINED;
-      if (part < j.point_parts && j.found[part].wanted > set->room) set->room = j.found[part].wanted, again = 1;
-    }
+    enough = had_room(&j);
   }
-  gather(&j);
-  return FLESH_OK;
+  return gather(&j);
 }

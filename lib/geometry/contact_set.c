@@ -37,7 +37,7 @@ size_t flesh_contact_set_memory(const flesh_contact_set *set)
 {
   const size_t edges = set->surface ? (size_t)set->surface->edge_count : 0;
   return sizeof *set + edges * sizeof *set->edge_squared + set->scratch_size +
-         set->capacity * (sizeof *set->pairs + 13 * sizeof(double));
+         set->capacity * sizeof *set->pairs + (size_t)set->value_room * 13 * sizeof(double);
 }
 
 typedef struct job {

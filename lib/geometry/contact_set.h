@@ -51,8 +51,9 @@ typedef struct flesh_contact_set {
   /* Of its own: */
   double *edge_squared; /* [edge_count] rest lengths squared, m^2 */
   size_t capacity, scratch_size;
-  double *values, *gradients; /* [capacity], [12*capacity] */
-  int room;                   /* pairs of a part of the points */
+  int value_room;             /* at least count */
+  double *values, *gradients; /* [value_room], [12*value_room] */
+  int room[2];                /* pairs of a part of the points, and of the edges */
   void *scratch;
 } flesh_contact_set;
 

@@ -283,6 +283,7 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
   motion m = {.first = first, .all = first + second};
   if (!begin(&m, x0, x1)) return 0;
   double y[4][3], t = 0, start = 0, floor = 0;
+  int near = 0;
   memcpy(y, m.y, sizeof y);
   for (int step = 0; step < FLESH_ADVANCE_STEPS; step++) {
     const double rounding = m.rounding + t * m.rounding_speed;
@@ -295,9 +296,10 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
     double further = time_to(&m, y, &p, rounding, floor);
     if (step >= STRAIGHT_STEPS && t + further < 1) further = fmax(further, time_to_turned(&m, y, t, floor, further));
     if (t + further >= 1) return 1;
-    if (!(further > 0)) return t;
+    const int was_near = near;
+    near = gap - floor <= near_enough * start;
+    if (!(further > 0) || (near && was_near)) return t; /* what is near once may be passing */
     t += further;
-    if (gap - floor <= near_enough * start) return t;
     for (int k = 0; k < m.all; k++)
       for (int c = 0; c < 3; c++) y[k][c] = m.y[k][c] + t * m.e[k][c];
   }

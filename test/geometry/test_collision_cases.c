@@ -112,7 +112,7 @@ static void random_motions(void)
     const trial p = random_trial(k % 4, 1, power(-2, 3));
     check_trial(&p, &count, "random");
   }
-  CHECK(count.stopped > 100 && count.touching > 30 && count.early <= 5 && count.unsettled == 0);
+  CHECK(count.stopped > 100 && count.touching > 30 && count.early == 0 && count.unsettled == 0);
 }
 
 int main(int argc, char **argv)

@@ -46,7 +46,7 @@ static void flat_faces_do_not_depend_on_triangles(void)
 }
 
 /* Over a part of a flat face that ends in a line, candidates being its triangles only, there is the barrier of that
- * part: within it, over its rim, and beside it. */
+ * part: within it, over its rim, and beside it, also where the gap is as small as what is left to the rim. */
 static void parts_of_faces_end_in_their_rims(void)
 {
   const double w = 0.4;
@@ -77,6 +77,14 @@ static void parts_of_faces_end_in_their_rims(void)
     const double weight = law.stiffness * f.surface.node_area[f.surface.node_place[tip]] / 2;
     CHECK_NEAR(energy, weight * w * value, 1e-11 * weight * w * value);
     CHECK(set.count == (d < w));
+  }
+  for (int side = -1; side <= 1; side++) {
+    double value, first;
+    const double place[3] = {0.5 + side * 3e-10 * w, 0.41, 1e-10 * w}, out = fmax(place[0] - 0.5, 0);
+    memcpy(f.x + 3 * tip, place, sizeof place);
+    law_of(hypot(out, place[2]) / w, &value, &first);
+    const double expected = law.stiffness * f.surface.node_area[f.surface.node_place[tip]] / 2 * w * value;
+    CHECK_NEAR(facing_energy(&f, &set, f.x, NULL), expected, 1e-4 * expected);
   }
   flesh_contact_set_clear(&set);
   facing_clear(&f);

@@ -291,6 +291,57 @@ static void worn_trees_are_grouped_anew(void)
   free(x);
 }
 
+/* Counts what is asked of malloc; a sanitizer has its own, which is left alone. */
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#endif
+
+#if defined(__GLIBC__) && !defined(SANITIZED)
+static long requests;
+extern void *__libc_malloc(size_t), *__libc_realloc(void *, size_t);
+void *malloc(size_t size)
+{
+  requests++;
+  return __libc_malloc(size);
+}
+void *realloc(void *memory, size_t size)
+{
+  requests++;
+  return __libc_realloc(memory, size);
+}
+#else
+static long requests = 1;
+#endif
+
+/* Once there were as many pairs as there will be, no search asks for memory, nor where the tree is grouped anew. */
+static void searching_again_allocates_nothing(void)
+{
+  soup s = soup_at_random(400, 0.1, &state);
+  flesh_near_finder *finder;
+  flesh_near_pairs pairs = {0};
+  double *x = malloc(3 * (size_t)s.nodes * sizeof *x);
+  for (int d = 0; d < 3 * s.nodes; d++) x[d] = s.X[d] + (d / 36 % 2 ? 50 : 0);
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0.01, NULL, &finder));
+  const long before = requests;
+  CHECK_OK(flesh_near_pairs_find(finder, s.X, x, 0.05, NULL, &pairs));
+  const long after = requests;
+  CHECK(before > 0 && (after > before || before == 1)); /* the count counts */
+  CHECK_OK(flesh_near_pairs_find(finder, s.X, x, 0.05, NULL, &pairs));
+  CHECK_OK(flesh_near_pairs_find(finder, s.X, NULL, 0.04, NULL, &pairs));
+  CHECK_OK(flesh_near_pairs_find(finder, x, NULL, 0.04, NULL, &pairs));
+  CHECK(flesh_near_pairs_feasible_step(finder, &pairs, x, s.X, 0.1, NULL) > 0);
+  CHECK(requests == after && flesh_near_finder_regrouped(finder) == 1);
+  flesh_near_pairs_clear(&pairs);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+  free(x);
+}
+
 static void bad_input_is_refused(void)
 {
   soup s = soup_of_sheets(1, 2, 0);
@@ -307,5 +358,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(finds_what_brute_force_finds), TEST(neighbours_at_rest_are_left_out),
                    TEST(same_for_any_number_of_threads), TEST(old_results_reach), TEST(sheets_stop_before_they_touch),
-                   TEST(worn_trees_are_grouped_anew), TEST(bad_input_is_refused));
+                   TEST(worn_trees_are_grouped_anew), TEST(searching_again_allocates_nothing),
+                   TEST(bad_input_is_refused));
 }
