@@ -1,7 +1,7 @@
-/* test_hertz_bodies.c: two caps of one radius on blocks of 1 m are pressed together with Hertz's force. Each is pressed in
- * as by a plane, which is the contact of a sphere with a flat block, whose finite height raises the force as Dimitriadis
- * et al. say. A quarter of both is solved for, its edges fine where they touch: the radius of contact has three to eight.
- * Forces are 20, 8 and 4.4 % above the theory; by the second power of the spacing their limit is 1.5 % above it, by the
+/* test_hertz_bodies.c: two caps of one radius on blocks of 1 m are pressed together with Hertz's force. Each is pressed
+ * in as by a plane, which is the contact of a sphere with a flat block, whose finite height raises the force as Dimitriadis
+ * et al. say. A quarter of both is solved for, its edges fine where they touch: the radius of contact has three to
+ * eight. Forces are 20, 8 and 4.4 % above the theory; by the second power of the spacing their limit is 1.5 % above it, by the
  * first 3 % below. */
 #include "press.h"
 
@@ -84,7 +84,8 @@ static double press_quarters(int cells, int layers, double depth)
   flesh_contact_options options;
   const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0, 0, -2 * (depth + HIGH)}}};
   const flesh_motion motion = {.count = 2, .keyframes = keys};
-  CHECK_OK(test_body_create(make_pair(cells, layers), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0, &b));
+  CHECK_OK(test_body_create(make_pair(cells, layers), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 0,
+                            &b));
   CHECK_OK(test_body_hold(&b, 0, 0, FLESH_AXIS_X, NULL, -INFINITY, INFINITY));
   CHECK_OK(test_body_hold(&b, 1, 0, FLESH_AXIS_Y, NULL, -INFINITY, INFINITY));
   CHECK_OK(test_body_hold(&b, 2, -1 - HIGH, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
