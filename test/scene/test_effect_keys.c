@@ -45,6 +45,7 @@ static void add_value(char *text, const flesh_key *key, int place, int item)
   case FLESH_KEY_BOX: snprintf(number, sizeof number, "[[0.4, -1, -1], [2, 2, 2]]"); break;
   case FLESH_KEY_SET: snprintf(number, sizeof number, "[%s]", key->choices[0]); break;
   case FLESH_KEY_INTEGERS: snprintf(number, sizeof number, "[0]"); break;
+  case FLESH_KEY_TREE: snprintf(number, sizeof number, "self"); break; /* contact's `between` */
   case FLESH_KEY_PATH: add_text(text, "\"%s\"", surface); return;
   case FLESH_KEY_OBJECT: add_mapping(text, key->children, item); return;
   case FLESH_KEY_OBJECTS:

@@ -22,6 +22,7 @@ LEFT_OUT = {
     "flesh_effect_operations.destroy": "Python's own counting of references frees what an effect holds",
     "flesh_effect_shortcuts.*": "the same for less time, which an effect written in Python does not have",
     "flesh_effect_operations.constraints": "one effect of a system may have them, and incompressible elasticity does",
+    "flesh_effect_operations.proximity": "a memory that belongs to a run; SurfaceContact is what has one",
     "flesh_effect_figures.memory": "an effect does not know the memory of Python's objects",
 }
 # Objects that only SUNDIALS in C takes: SciPy takes the same as csc_matrix and by preconditioner_solve.
