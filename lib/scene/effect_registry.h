@@ -45,6 +45,7 @@ typedef struct flesh_effect_row {
   ROW(pressure)                                                                                  \
   ROW(drag)                                                                                      \
   ROW(buoyancy)                                                                                  \
+  ROW(weld)                                                                                      \
   ROW(damping)                                                                                   \
   ROW(settling_damping)                                                                          \
   ROW(viscosity)                                                                                 \
