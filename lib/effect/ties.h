@@ -1,8 +1,9 @@
 /* ties.h: linear combinations of nodes that springs hold at zero: what welds and joints are made of.
  *
- * A tie with the weights c_a, of sum 0, and the stiffness k has V = k/2 |sum of c_a x_a|^2. As the weights sum to 0, the sum
- * of all ties is V = 1/2 sum of s_ij |x_i - x_j|^2 over pairs of nodes, s_ij = -sum of k c_i c_j: pairs push and pull along
- * their lines, which keeps momentum and angular momentum to rounding. Single s_ij may be negative, V is not. */
+ * A tie with the weights c_a, of sum 0, and the stiffness k has V = k/2 |sum of c_a x_a|^2. As the weights sum to 0,
+ * the sum of all ties is V = 1/2 sum of s_ij |x_i - x_j|^2 over pairs of nodes, s_ij = -sum of k c_i c_j: pairs push
+ * and pull along their lines, which keeps momentum and angular momentum to rounding. Single s_ij may be negative, V is
+ * not. */
 #ifndef FLESH_EFFECT_TIES_H
 #define FLESH_EFFECT_TIES_H
 

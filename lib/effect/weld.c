@@ -1,13 +1,13 @@
 /* weld.c: two surfaces that are one: ties between non-matching meshes, segment by segment.
  *
  * V = k/2 times the integral over one surface at rest of |x_A(X) - x_B(X)|^2, x_A interpolated on that surface and x_B
- * continued from the tet of the other surface that lies there: both follow affine motions exactly, so that V is 0 in all of
- * these, also where the surfaces overlap or gape at rest, and does not change by rotation.
+ * continued from the tet of the other surface that lies there: both follow affine motions exactly, so that V is 0 in
+ * all of these, also where the surfaces overlap or gape at rest, and does not change by rotation.
  *
- * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment), on
- * each of which shape functions of both are polynomials that the rule of quadrature has exactly. So a traction that is the
- * same all over the surface loads the nodes on either side consistently: constant stress passes from mesh to mesh without
- * error, for a constant jump of traction/k. */
+ * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment),
+ * on each of which shape functions of both are polynomials that the rule of quadrature has exactly. So a traction that
+ * is the same all over the surface loads the nodes on either side consistently: constant stress passes from mesh to
+ * mesh without error, for a constant jump of traction/k. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
