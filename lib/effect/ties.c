@@ -76,19 +76,19 @@ size_t flesh_ties_memory(const flesh_ties *ties)
   return (size_t)ties->room * sizeof *ties->pairs + (size_t)ties->count * 2 * sizeof(int);
 }
 
-void flesh_ties_residual(const flesh_ties *ties, double factor, const double *x, double *r)
+static void add_residual(const flesh_ties *ties, const double *x, double *r)
 {
   for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
     const size_t i = 3 * (size_t)p->node[0], j = 3 * (size_t)p->node[1];
     for (size_t c = 0; c < 3; c++) {
-      const double f = factor * p->stiffness * (x[i + c] - x[j + c]);
+      const double f = p->stiffness * (x[i + c] - x[j + c]);
       r[i + c] += f;
       r[j + c] -= f;
     }
   }
 }
 
-void flesh_ties_jacobian(const flesh_ties *ties, double factor, flesh_block_matrix *K, const int *slots)
+static void add_jacobian(const flesh_ties *ties, double factor, flesh_block_matrix *K, const int *slots)
 {
   for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++, slots += 3)
     for (int block = 0; block < 3; block++)
@@ -96,7 +96,7 @@ void flesh_ties_jacobian(const flesh_ties *ties, double factor, flesh_block_matr
         K->values[9 * (size_t)slots[block] + 4 * (size_t)c] += (block == 1 ? -factor : factor) * p->stiffness;
 }
 
-double flesh_ties_energy(const flesh_ties *ties, const double *x, double *size)
+static double energy_of(const flesh_ties *ties, const double *x, double *size)
 {
   double value = 0;
   for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
@@ -107,4 +107,45 @@ double flesh_ties_energy(const flesh_ties *ties, const double *x, double *size)
     *size += fabs(p->stiffness) / 2 * square;
   }
   return value;
+}
+
+const flesh_cells *flesh_tied_cells(const flesh_effect *effect)
+{
+  const flesh_ties *ties = effect->data;
+  return &ties->cells;
+}
+
+int flesh_tied_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const flesh_ties *ties = effect->data;
+  add_residual(ties, point->x, r);
+  return FLESH_OK;
+}
+
+int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  const flesh_ties *ties = effect->data;
+  (void)point;
+  if (shift->x != 0) add_jacobian(ties, shift->x, K, slots);
+  return FLESH_OK;
+}
+
+int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  const flesh_ties *ties = effect->data;
+  double size = 0;
+  if (shift->x == 0) return FLESH_OK;
+  *phi += energy_of(ties, point->x, &size) / shift->x;
+  *magnitude += size / shift->x;
+  return FLESH_OK;
+}
+
+int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  const flesh_ties *ties = effect->data;
+  double size = 0;
+  *energy = energy_of(ties, point->x, &size);
+  return FLESH_OK;
 }

@@ -29,9 +29,13 @@ int flesh_ties_finish(flesh_ties *ties);
 void flesh_ties_clear(flesh_ties *ties);
 size_t flesh_ties_memory(const flesh_ties *ties);
 
-/* V's derivatives, times `factor`, and V itself, with the sum of sizes of its terms. */
-void flesh_ties_residual(const flesh_ties *ties, double factor, const double *x, double *r);
-void flesh_ties_jacobian(const flesh_ties *ties, double factor, flesh_block_matrix *K, const int *slots);
-double flesh_ties_energy(const flesh_ties *ties, const double *x, double *size);
+/* The operations of an effect whose data begin with its ties. */
+const flesh_cells *flesh_tied_cells(const flesh_effect *effect);
+int flesh_tied_residual(const flesh_effect *effect, const flesh_point *point, double *r);
+int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                        flesh_block_matrix *K, const int *slots);
+int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                         double *magnitude);
+int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, double *energy);
 
 #endif

@@ -29,50 +29,9 @@ static const double place_tolerance = 1e-12;
 enum { PLACE_ITERATIONS = 60, TIE_NODES = FLESH_FACE_NODES + 10 };
 
 typedef struct weld {
-  flesh_ties ties;
+  flesh_ties ties; /* first: flesh_tied_ */
   double area, stiffness; /* m^2, Pa/m */
 } weld;
-
-static const flesh_cells *weld_cells(const flesh_effect *effect)
-{
-  const weld *self = effect->data;
-  return &self->ties.cells;
-}
-
-static int weld_residual(const flesh_effect *effect, const flesh_point *point, double *r)
-{
-  const weld *self = effect->data;
-  flesh_ties_residual(&self->ties, 1, point->x, r);
-  return FLESH_OK;
-}
-
-static int weld_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
-                         flesh_block_matrix *K, const int *slots)
-{
-  const weld *self = effect->data;
-  (void)point;
-  if (shift->x != 0) flesh_ties_jacobian(&self->ties, shift->x, K, slots);
-  return FLESH_OK;
-}
-
-static int weld_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
-                          double *magnitude)
-{
-  const weld *self = effect->data;
-  double size = 0;
-  if (shift->x == 0) return FLESH_OK;
-  *phi += flesh_ties_energy(&self->ties, point->x, &size) / shift->x;
-  *magnitude += size / shift->x;
-  return FLESH_OK;
-}
-
-static int weld_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
-{
-  const weld *self = effect->data;
-  double size = 0;
-  *energy = flesh_ties_energy(&self->ties, point->x, &size);
-  return FLESH_OK;
-}
 
 static size_t weld_memory(const flesh_effect *effect)
 {
@@ -90,11 +49,11 @@ static void weld_destroy(void *data)
 static const flesh_effect_operations weld_operations = {
     .name = "weld",
     .traits = FLESH_IS_PASSIVE,
-    .cells = weld_cells,
-    .residual = weld_residual,
-    .jacobian = weld_jacobian,
-    .potential = weld_potential,
-    .energy = weld_energy,
+    .cells = flesh_tied_cells,
+    .residual = flesh_tied_residual,
+    .jacobian = flesh_tied_jacobian,
+    .potential = flesh_tied_potential,
+    .energy = flesh_tied_energy,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
 };

@@ -46,6 +46,7 @@ typedef struct flesh_effect_row {
   ROW(drag)                                                                                      \
   ROW(buoyancy)                                                                                  \
   ROW(weld)                                                                                      \
+  ROW(joint)                                                                                     \
   ROW(damping)                                                                                   \
   ROW(settling_damping)                                                                          \
   ROW(viscosity)                                                                                 \
