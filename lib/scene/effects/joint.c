@@ -53,7 +53,7 @@ const flesh_effect_row flesh_effect_row_joint = {
            "momentum are kept.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
-    .sample = "{first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 2]]}, "
+    .sample = "{first: {box: [[-1, -1, -1], [2, 2, 2]]}, second: {sphere: {centre: [1, 1, 1], radius: 1.2}}, "
               "point: [0.5, 0.4, 1], stiffness: 2000}",
     .add = add,
 };
