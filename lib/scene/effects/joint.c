@@ -47,6 +47,11 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   return flesh_effect_row_add(system, status, &effect);
 }
 
+static int bearers(const void *values, const flesh_body *body, int *count, int **nodes)
+{
+  return flesh_selection_nodes(&((const parameters *)values)->first.selection, body, count, nodes);
+}
+
 const flesh_effect_row flesh_effect_row_joint = {
     .name = "joint",
     .doc = "Two groups of nodes that turn about a point (ball) or an axis (hinge). Momentum and angular "
@@ -56,4 +61,5 @@ const flesh_effect_row flesh_effect_row_joint = {
     .sample = "{first: {box: [[-1, -1, -1], [2, 2, 2]]}, second: {sphere: {centre: [1, 1, 1], radius: 1.2}}, "
               "point: [0.5, 0.4, 1], stiffness: 2000}",
     .add = add,
+    .bearers = bearers,
 };

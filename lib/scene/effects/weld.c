@@ -45,6 +45,11 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   return flesh_effect_row_add(system, status, &effect);
 }
 
+static int bearers(const void *values, const flesh_body *body, int *count, int **nodes)
+{
+  return flesh_selection_nodes(&((const parameters *)values)->first.selection, body, count, nodes);
+}
+
 const flesh_effect_row flesh_effect_row_weld = {
     .name = "weld",
     .doc = "Ties two surfaces that lie on each other, of meshes that need not match. Momentum, angular momentum and "
@@ -53,4 +58,5 @@ const flesh_effect_row flesh_effect_row_weld = {
     .parameters_size = sizeof(parameters),
     .sample = "{first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2}",
     .add = add,
+    .bearers = bearers,
 };
