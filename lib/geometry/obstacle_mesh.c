@@ -11,28 +11,18 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "geometry/box_tree.h"
 #include "math/mat3.h"
 #include "math/nearest.h"
 
-enum { LEAF = 4, DEPTH = 64 };
-
-typedef struct box {
-  double low[3], high[3];
-} box;
-
-typedef struct branch {
-  box bounds;
-  int first, count; /* of a leaf: its triangles; else count is 0 and the branches first, first+1 */
-} branch;
-
 struct flesh_obstacle_tree {
-  int nodes, triangles, branches;
+  int nodes, triangles;
   double *positions;    /* [3*nodes] */
   int *corners;         /* [3*triangles], in the tree's order */
   double *edge_weight;  /* [3*triangles] of the edge from corner k to k+1; 0: kept by another */
   double *vertex_weight; /* [3*triangles] likewise */
   double *planes;        /* [4*triangles] unit normal, and its product with the plane's points */
-  branch *tree;
+  flesh_box_tree *tree;  /* boxes only; places are triangles */
 };
 
 static const double *corner_of(const flesh_obstacle_tree *self, int triangle, int k)
@@ -102,67 +92,19 @@ static int copy_triangles(flesh_obstacle_tree *self, int nodes, int triangles, c
                          : flesh_fail(FLESH_ERR_ARGUMENT, "the obstacle has no triangle with area");
 }
 
-typedef struct ranked {
-  double key;
-  int corners[3];
-} ranked;
-
-static int compare_keys(const void *a, const void *b)
-{
-  double p = ((const ranked *)a)->key, q = ((const ranked *)b)->key;
-  return (p > q) - (p < q);
-}
-
-static box bounds_of(const flesh_obstacle_tree *self, int first, int count)
-{
-  box bounds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-  for (int k = 3 * first; k < 3 * (first + count); k++)
-    for (int c = 0; c < 3; c++) {
-      double p = self->positions[3 * (size_t)self->corners[k] + c];
-      bounds.low[c] = fmin(bounds.low[c], p);
-      bounds.high[c] = fmax(bounds.high[c], p);
-    }
-  return bounds;
-}
-
-/* Sorts the triangles of a branch along its longest side and parts them in the middle. */
-static void part(flesh_obstacle_tree *self, int index, int first, int count, ranked *room)
-{
-  branch *b = &self->tree[index];
-  *b = (branch){bounds_of(self, first, count), first, count};
-  if (count <= LEAF) return;
-  int longest = 0;
-  for (int c = 1; c < 3; c++)
-    if (b->bounds.high[c] - b->bounds.low[c] > b->bounds.high[longest] - b->bounds.low[longest])
-      longest = c;
-  for (int t = 0; t < count; t++) {
-    memcpy(room[t].corners, self->corners + 3 * (size_t)(first + t), sizeof room[t].corners);
-    room[t].key = 0;
-    for (int k = 0; k < 3; k++) room[t].key += corner_of(self, first + t, k)[longest];
-  }
-  qsort(room, (size_t)count, sizeof *room, compare_keys);
-  for (int t = 0; t < count; t++)
-    memcpy(self->corners + 3 * (size_t)(first + t), room[t].corners, sizeof room[t].corners);
-  int children = self->branches;
-  self->branches += 2;
-  b->first = children;
-  b->count = 0;
-  part(self, children, first, count / 2, room);
-  part(self, children + 1, first + count / 2, count - count / 2, room);
-}
-
+/* Boxes around the triangles, which are put into the tree's order. */
 static int grow_tree(flesh_obstacle_tree *self)
 {
-  ranked *room = malloc((size_t)self->triangles * sizeof *room);
-  self->tree = malloc(2 * (size_t)self->triangles * sizeof *self->tree);
-  if (room && self->tree) {
-    self->branches = 1;
-    part(self, 0, 0, self->triangles, room);
-  }
-  free(room);
-  return room && self->tree
-             ? FLESH_OK
-             : flesh_fail(FLESH_ERR_MEMORY, "no memory for a tree of %d triangles", self->triangles);
+  int *given = self->corners;
+  int status = flesh_box_tree_create(self->triangles, 3, given, NULL, self->positions, &self->tree);
+  if (status) return status;
+  self->corners = malloc(3 * (size_t)self->triangles * sizeof *self->corners);
+  for (int t = 0; t < self->triangles && self->corners; t++)
+    memcpy(self->corners + 3 * (size_t)t, given + 3 * (size_t)self->tree->order[t], 3 * sizeof *given);
+  free(given);
+  flesh_box_tree_keep_boxes(self->tree);
+  return self->corners ? FLESH_OK
+                       : flesh_fail(FLESH_ERR_MEMORY, "no memory for an obstacle of %d triangles", self->triangles);
 }
 
 static int make_planes(flesh_obstacle_tree *self)
@@ -263,7 +205,7 @@ void flesh_obstacle_tree_destroy(flesh_obstacle_tree **tree)
   free((*tree)->edge_weight);
   free((*tree)->vertex_weight);
   free((*tree)->planes);
-  free((*tree)->tree);
+  flesh_box_tree_destroy(&(*tree)->tree);
   free(*tree);
   *tree = NULL;
 }
@@ -277,7 +219,7 @@ void flesh_obstacle_tree_surface(const flesh_obstacle_tree *self, int *nodes,
   *corners = self->corners;
 }
 
-static int is_far(const box *bounds, const double y[3], double w)
+static int is_far(const flesh_box_branch *bounds, const double y[3], double w)
 {
   double square = 0;
   for (int c = 0; c < 3; c++) {
@@ -289,41 +231,41 @@ static int is_far(const box *bounds, const double y[3], double w)
 
 int flesh_obstacle_tree_is_far(const flesh_obstacle_tree *self, const double low[3], const double high[3], double w)
 {
-  int stack[DEPTH], height = 0;
+  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
   for (stack[height++] = 0; height > 0;) {
-    const branch *b = &self->tree[stack[--height]];
+    const flesh_box_branch *b = &self->tree->branches[stack[--height]];
     double square = 0;
     for (int c = 0; c < 3; c++) {
-      const double d = flesh_max(b->bounds.low[c] - high[c], low[c] - b->bounds.high[c]);
+      const double d = flesh_max(b->low[c] - high[c], low[c] - b->high[c]);
       square += d > 0 ? d * d : 0 * d; /* NaN is not far */
     }
     if (square > w * w) continue;
-    if (b->count) return 0;
-    stack[height++] = b->first + 1;
-    stack[height++] = b->first;
+    if (!b->children) return 0;
+    stack[height++] = b->children + 1;
+    stack[height++] = b->children;
   }
   return 1;
 }
 
 double flesh_obstacle_tree_clearance(const flesh_obstacle_tree *self, const double low[3], const double high[3])
 {
-  int stack[DEPTH], height = 0;
+  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
   double least = INFINITY;
   for (stack[height++] = 0; height > 0;) {
-    const branch *b = &self->tree[stack[--height]];
+    const flesh_box_branch *b = &self->tree->branches[stack[--height]];
     double square = 0;
     for (int c = 0; c < 3; c++) {
-      const double d = flesh_max(b->bounds.low[c] - high[c], low[c] - b->bounds.high[c]);
+      const double d = flesh_max(b->low[c] - high[c], low[c] - b->high[c]);
       square += d > 0 ? d * d : 0 * d;
     }
     if (isnan(square)) return NAN;
     if (square >= least) continue;
-    if (b->count) {
+    if (!b->children) {
       least = square;
       continue;
     }
-    stack[height++] = b->first + 1;
-    stack[height++] = b->first;
+    stack[height++] = b->children + 1;
+    stack[height++] = b->children;
   }
   return sqrt(least);
 }
@@ -376,19 +318,21 @@ static void add_triangle(const flesh_obstacle_tree *self, int t, const double y[
 void flesh_obstacle_tree_barrier(const flesh_obstacle_tree *self, const double y[3], double w,
                                  flesh_barrier *barrier)
 {
-  int stack[DEPTH], height = 0;
+  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
   for (stack[height++] = 0; height > 0;) {
-    const branch *b = &self->tree[stack[--height]];
-    if (is_far(&b->bounds, y, w)) continue;
-    for (int t = b->first; t < b->first + b->count; t++) add_triangle(self, t, y, w, barrier);
-    if (b->count) continue;
-    stack[height++] = b->first + 1;
-    stack[height++] = b->first;
+    const flesh_box_branch *b = &self->tree->branches[stack[--height]];
+    if (is_far(b, y, w)) continue;
+    if (!b->children) {
+      for (int t = b->begin; t < b->end; t++) add_triangle(self, t, y, w, barrier);
+      continue;
+    }
+    stack[height++] = b->children + 1;
+    stack[height++] = b->children;
   }
 }
 
 /* Whether the first `fraction` of the step meets the box; `inverse` is 1 over each component of the step. */
-static int meets(const box *bounds, const double y0[3], const double inverse[3], double fraction)
+static int meets(const flesh_box_branch *bounds, const double y0[3], const double inverse[3], double fraction)
 {
   double enter = 0, leave = fraction;
   for (int c = 0; c < 3; c++) {
@@ -425,18 +369,18 @@ double flesh_obstacle_tree_max_feasible_step(const flesh_obstacle_tree *self, co
 {
   double fraction = 1, e[3] = {y1[0] - y0[0], y1[1] - y0[1], y1[2] - y0[2]};
   const double inverse[3] = {1 / e[0], 1 / e[1], 1 / e[2]};
-  int stack[DEPTH], height = 0;
+  int stack[FLESH_BOX_TREE_DEPTH], height = 0;
   if (e[0] == 0 && e[1] == 0 && e[2] == 0) return 1;
   for (stack[height++] = 0; height > 0;) {
-    const branch *b = &self->tree[stack[--height]];
-    if (!meets(&b->bounds, y0, inverse, fraction)) continue;
-    for (int t = b->first; t < b->first + b->count; t++) {
+    const flesh_box_branch *b = &self->tree->branches[stack[--height]];
+    if (!meets(b, y0, inverse, fraction)) continue;
+    for (int t = b->begin; t < b->end && !b->children; t++) {
       const double *const X[3] = {corner_of(self, t, 0), corner_of(self, t, 1), corner_of(self, t, 2)};
       fraction = fmin(fraction, fraction_to_triangle(X, y0, e));
     }
-    if (b->count) continue;
-    stack[height++] = b->first + 1;
-    stack[height++] = b->first;
+    if (!b->children) continue;
+    stack[height++] = b->children + 1;
+    stack[height++] = b->children;
   }
   return fraction;
 }
@@ -445,6 +389,5 @@ size_t flesh_obstacle_tree_memory(const flesh_obstacle_tree *self)
 {
   return sizeof *self + 3 * (size_t)self->nodes * sizeof *self->positions +
          3 * (size_t)self->triangles * (sizeof *self->corners + sizeof *self->edge_weight + sizeof *self->vertex_weight) +
-         4 * (size_t)self->triangles * sizeof *self->planes +
-         2 * (size_t)self->triangles * sizeof *self->tree;
+         4 * (size_t)self->triangles * sizeof *self->planes + flesh_box_tree_memory(self->tree);
 }

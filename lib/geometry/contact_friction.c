@@ -1,0 +1,143 @@
+/* contact_friction.c: Coulomb friction between pairs of features, with normal forces and geometry of a lagged state. */
+#include "geometry/contact_friction.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "math/mat3.h"
+
+void flesh_contact_friction_clear(flesh_contact_friction *friction)
+{
+  flesh_free(friction->rubs);
+  *friction = (flesh_contact_friction){.coefficient = friction->coefficient, .slip_speed = friction->slip_speed};
+}
+
+static int make_room(flesh_contact_friction *friction, int pairs)
+{
+  if (pairs <= friction->capacity) return FLESH_OK;
+  const int capacity = pairs + pairs / 2;
+  flesh_free(friction->rubs);
+  friction->rubs = flesh_malloc((size_t)capacity * sizeof *friction->rubs);
+  friction->capacity = friction->rubs ? capacity : 0;
+  if (friction->rubs) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for the friction of %d pairs", pairs);
+}
+
+/* The second direction across, where there is one tangent or none; the first too, where there is none. */
+static void find_directions(const flesh_contact_closest *at, double t[2][3])
+{
+  memcpy(t, at->tangent, sizeof at->tangent);
+  if (at->dimension == 0) flesh_vec3_perpendicular(at->normal, t[0]);
+  if (at->dimension < 2) flesh_vec3_cross(at->normal, t[0], t[1]);
+}
+
+static void find_slip(const flesh_contact_pair *pair, const flesh_contact_closest *at, flesh_contact_rub *rub)
+{
+  double t[2][3];
+  rub->count = at->count;
+  find_directions(at, t);
+  for (int a = 0; a < at->count; a++) {
+    rub->nodes[a] = pair->nodes[at->corner[a]];
+    for (int i = 0; i < 2; i++)
+      for (int c = 0; c < 3; c++) {
+        rub->slip[i][3 * a + c] = at->share[a] * t[i][c];
+        if (i < at->dimension) rub->slip[i][3 * a + c] += at->distance * at->turn[i][a] * at->normal[c];
+      }
+  }
+}
+
+int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x)
+{
+  friction->count = 0;
+  int status = make_room(friction, set->count);
+  if (status) return status;
+  for (int k = 0, next; k < set->count; k = next) {
+    const int owner = set->pairs[k].owner, first = friction->count;
+    double sum = 0, positive = 0;
+    for (next = k; next < set->count && (next == k || (owner >= 0 && set->pairs[next].owner == owner)); next++) {
+      flesh_contact_closest at;
+      const double force = flesh_contact_pair_force(set->pairs + next, x, &at);
+      sum += force;
+      if (!(force > 0)) continue;
+      positive += force;
+      flesh_contact_rub *rub = friction->rubs + friction->count++;
+      rub->force = force;
+      find_slip(set->pairs + next, &at, rub);
+    }
+    const double part = sum > 0 ? friction->coefficient * (sum / positive) : 0;
+    for (int i = first; i < friction->count; i++) friction->rubs[i].force *= part;
+    if (part == 0) friction->count = first;
+  }
+  return FLESH_OK;
+}
+
+/* The integral of f(y) = min(1, 2 y/e - (y/e)^2), and f(y)/y. */
+static double slip_potential(double y, double e) { return y < e ? y * y / e * (1 - y / (3 * e)) : y - e / 3; }
+
+static double slip_ratio(double y, double e) { return y < e ? (2 - y / e) / e : 1 / y; }
+
+/* How a field [3*n] slips. */
+static void slip_of(const flesh_contact_rub *rub, const double *field, double u[2])
+{
+  u[0] = u[1] = 0;
+  for (int a = 0; a < rub->count; a++)
+    for (int c = 0; c < 3; c++)
+      for (int i = 0; i < 2; i++) u[i] += rub->slip[i][3 * a + c] * field[3 * (size_t)rub->nodes[a] + c];
+}
+
+static double potential_of(const flesh_contact_rub *rub, const double *x, const double *x_lag, const double u[2],
+                           double speed, double e, double shift_x, double shift_v)
+{
+  if (shift_v != 0) return rub->force * slip_potential(speed, e) / shift_v;
+  if (shift_x == 0) return 0;
+  double from[2], to[2];
+  slip_of(rub, x_lag, from);
+  slip_of(rub, x, to);
+  return rub->force * slip_ratio(speed, e) * (u[0] * (to[0] - from[0]) + u[1] * (to[1] - from[1])) / shift_x;
+}
+
+void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const double *x, const double *x_lag,
+                                     const double *v, double shift_x, double shift_v, double *phi, double *size,
+                                     double *r)
+{
+  const double e = friction->slip_speed;
+  for (int k = 0; k < friction->count; k++) {
+    const flesh_contact_rub *rub = friction->rubs + k;
+    double u[2];
+    slip_of(rub, v, u);
+    const double speed = hypot(u[0], u[1]), ratio = rub->force * slip_ratio(speed, e);
+    if (phi || size) {
+      const double share = potential_of(rub, x, x_lag, u, speed, e, shift_x, shift_v);
+      if (phi) *phi += share;
+      if (size) *size += fabs(share);
+    }
+    for (int a = 0; r && a < rub->count; a++)
+      for (int c = 0; c < 3; c++)
+        r[3 * (size_t)rub->nodes[a] + c] +=
+            ratio * (u[0] * rub->slip[0][3 * a + c] + u[1] * rub->slip[1][3 * a + c]);
+  }
+}
+
+void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
+                                     double *hessians)
+{
+  const double e = friction->slip_speed;
+  for (int k = 0; k < friction->count; k++) {
+    const flesh_contact_rub *rub = friction->rubs + k;
+    double u[2], B[2][2], *H = hessians + 144 * (size_t)k;
+    slip_of(rub, v, u);
+    /* f/y across the direction of u and f' along it, both >= 0: f' - f/y is -y/e^2 below the slip speed. */
+    const double speed = hypot(u[0], u[1]), ratio = slip_ratio(speed, e),
+                 along = speed < e ? -speed / (e * e) : -ratio, one = speed > 0 ? 1 / speed : 0;
+    for (int i = 0; i < 2; i++)
+      for (int j = 0; j < 2; j++)
+        B[i][j] = scale * rub->force * (ratio * (i == j) + along * (u[i] * one) * (u[j] * one));
+    memset(H, 0, 144 * sizeof *H);
+    for (int p = 0; p < 3 * rub->count; p++)
+      for (int q = 0; q < 3 * rub->count; q++)
+        for (int i = 0; i < 2; i++)
+          H[12 * p + q] += rub->slip[i][p] * (B[i][0] * rub->slip[0][q] + B[i][1] * rub->slip[1][q]);
+  }
+}

@@ -1,0 +1,46 @@
+/* contact_friction.h: Coulomb friction between pairs of features, with normal forces and geometry of a lagged state.
+ *
+ * A pair with the normal force N has r = mu N f(|u|) u/|u| with the velocity u [2] at which its features slip,
+ * f(y) = 2 y/e - (y/e)^2 below the slip speed e and 1 above, as contact.h has it: it is a potential in v as long as the
+ * lagged state stays.
+ *
+ * u_i = sum of c_a t_i . v_a + d alpha_ia n . v_a over the nodes, with shares c, tangents t, turns alpha, normal n and
+ * distance d of the nearest points (contact_closest.h). The second term takes off the velocity that a rotation of the
+ * features gives to the gap, so that rotations of everything slip nowhere and forces have no moment at the lagged
+ * places. About an edge or a node that bears the nearest point the surface's rotation is not known, and the term is left
+ * out. */
+#ifndef FLESH_GEOMETRY_CONTACT_FRICTION_H
+#define FLESH_GEOMETRY_CONTACT_FRICTION_H
+
+#include "geometry/contact_set.h"
+
+typedef struct flesh_contact_rub {
+  int count, nodes[4];  /* 2 to 4 nodes */
+  double force;         /* mu N, N */
+  double slip[2][12];   /* [2][3*count] u_i is the sum of slip[i] * v of the nodes */
+} flesh_contact_rub;
+
+typedef struct flesh_contact_friction {
+  double coefficient, slip_speed; /* mu; m/s, > 0 */
+  int count, capacity;
+  flesh_contact_rub *rubs; /* [count] */
+} flesh_contact_friction;
+
+void flesh_contact_friction_clear(flesh_contact_friction *friction);
+
+/* What rubs where `set` has been updated at the lagged places x [3*n]. Signed sums have no negative friction: of the
+ * pairs of a point those with positive weights rub, with forces that add up to the sum of all. FLESH_ERR_MEMORY. */
+int flesh_contact_friction_update(flesh_contact_friction *friction, const flesh_contact_set *set, const double *x);
+
+/* Adds to what is not NULL the residual r [3*n] at velocities v [3*n], and its potential for changes of an unknown that
+ * moves x by shift_x and v by shift_v times itself, with the sum of its terms' sizes (effect.h; where shift_v is 0 the
+ * force does not change, and x moves from x_lag). */
+void flesh_contact_friction_evaluate(const flesh_contact_friction *friction, const double *x, const double *x_lag,
+                                     const double *v, double shift_x, double shift_v, double *phi, double *size,
+                                     double *r);
+
+/* scale times d r / d v [144*count] of every rub, in the order of its nodes, 0 behind them; positive semi-definite. */
+void flesh_contact_friction_hessians(const flesh_contact_friction *friction, const double *v, double scale,
+                                     double *hessians);
+
+#endif

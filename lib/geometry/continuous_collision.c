@@ -1,0 +1,307 @@
+/* continuous_collision.c: additive advancement by separating planes. */
+#include "geometry/continuous_collision.h"
+
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "math/mat3.h"
+
+/* Of the distance at the start: how near to what is kept an advancement ends. */
+static const double near_enough = 0.02;
+
+/* After so many steps by planes that keep their direction, planes that turn are tried, too. */
+enum { STRAIGHT_STEPS = 3, HALVINGS = 40 };
+
+/* Two hulls seen from their first point: corner k is at y[k] + t e[k]. */
+typedef struct motion {
+  int first, all;
+  double y[4][3], e[4][3];
+  double rounding, rounding_speed; /* a gap may be off by their sum, the second times t */
+} motion;
+
+/* A unit vector and how far the hulls are apart along it, at least; at other places, too, where these are not NULL. No
+ * better one is looked for once the gap is more than enough. */
+typedef struct plane {
+  double unit[3], gap, enough;
+  const double (*others)[3];
+} plane;
+
+static double gap_along(const motion *m, const double y[4][3], const double unit[3])
+{
+  double least = INFINITY, most = -INFINITY, h;
+  for (int k = 0; k < m->first; k++) {
+    h = flesh_vec3_dot(unit, y[k]);
+    least = h < least ? h : least;
+  }
+  for (int k = m->first; k < m->all; k++) {
+    h = flesh_vec3_dot(unit, y[k]);
+    most = h > most ? h : most;
+  }
+  return least - most;
+}
+
+/* Takes the direction where it separates better. */
+static void try_direction(const motion *m, const double y[4][3], const double direction[3], plane *best)
+{
+  const double square = flesh_vec3_dot(direction, direction);
+  if (!(square > 0) || square > DBL_MAX) return;
+  const double inverse = 1 / sqrt(square);
+  const double unit[3] = {inverse * direction[0], inverse * direction[1], inverse * direction[2]};
+  double gap = gap_along(m, y, unit);
+  if (best->others) {
+    const double other = gap_along(m, best->others, unit);
+    gap = other < gap ? other : gap;
+  }
+  if (!(gap > best->gap)) return;
+  memcpy(best->unit, unit, sizeof unit);
+  best->gap = gap;
+}
+
+/* From the point of the segment AB that is nearest to p to p. */
+static void from_segment(const double A[3], const double B[3], const double p[3], double direction[3])
+{
+  double e[3], d[3];
+  for (int c = 0; c < 3; c++) e[c] = B[c] - A[c], d[c] = p[c] - A[c];
+  const double along = flesh_vec3_dot(d, e), length = flesh_vec3_dot(e, e);
+  if (!(along > 0)) memcpy(direction, d, sizeof d);
+  else if (along >= length)
+    for (int c = 0; c < 3; c++) direction[c] = p[c] - B[c];
+  else
+    for (int c = 0; c < 3; c++) direction[c] = d[c] - along / length * e[c];
+}
+
+static void try_segment(const motion *m, const double y[4][3], int a, int b, int p, double sign, plane *best)
+{
+  double direction[3];
+  from_segment(y[a], y[b], y[p], direction);
+  for (int c = 0; c < 3; c++) direction[c] *= sign;
+  try_direction(m, y, direction, best);
+}
+
+/* Both senses of a normal of edges e and f. Returns the square of e x f over those of e and f. */
+static double try_normal(const motion *m, const double y[4][3], const double e[3], const double f[3],
+                         const double from[3], plane *best)
+{
+  double n[3];
+  flesh_vec3_cross(e, f, n);
+  const double side = flesh_vec3_dot(n, from);
+  for (int c = 0; c < 3; c++) n[c] = side < 0 ? -n[c] : n[c];
+  try_direction(m, y, n, best);
+  return flesh_vec3_dot(n, n) / (flesh_vec3_dot(e, e) * flesh_vec3_dot(f, f));
+}
+
+/* Whether the foot of the perpendicular from d (seen from a corner) lies well within the triangle with the sides e, f at
+ * that corner, so that no edge is nearer. */
+static int foot_is_inside(const double e[3], const double f[3], const double d[3])
+{
+  const double ee = flesh_vec3_dot(e, e), ef = flesh_vec3_dot(e, f), ff = flesh_vec3_dot(f, f);
+  const double de = flesh_vec3_dot(d, e), df = flesh_vec3_dot(d, f), determinant = ee * ff - ef * ef;
+  const double s = ff * de - ef * df, t = ee * df - ef * de;
+  return s >= 0 && t >= 0 && s + t <= determinant;
+}
+
+/* Whether the shortest connection of the lines p + s e and q + t f, d = p - q, lies within both segments. */
+static int lines_meet_inside(const double e[3], const double f[3], const double d[3])
+{
+  const double ee = flesh_vec3_dot(e, e), ef = flesh_vec3_dot(e, f), ff = flesh_vec3_dot(f, f);
+  const double de = flesh_vec3_dot(d, e), df = flesh_vec3_dot(d, f), determinant = ee * ff - ef * ef;
+  const double s = ef * df - ff * de, t = ee * df - ef * de;
+  return s >= 0 && t >= 0 && s <= determinant && t <= determinant;
+}
+
+/* Edges whose normal is this near to rounding (the square of the sine of their angle) are tried by their ends, too. */
+static const double nearly_parallel = 1e-8;
+
+static void separate_triangle(const motion *m, const double y[4][3], plane *best)
+{
+  double e[3], f[3], d[3];
+  for (int c = 0; c < 3; c++) e[c] = y[2][c] - y[1][c], f[c] = y[3][c] - y[1][c], d[c] = y[0][c] - y[1][c];
+  if (try_normal(m, y, e, f, d, best) > nearly_parallel && foot_is_inside(e, f, d)) return;
+  for (int k = 1; k < 4 && !(best->gap > best->enough); k++) try_segment(m, y, k, k % 3 + 1, 0, 1, best);
+}
+
+static void separate_edges(const motion *m, const double y[4][3], plane *best)
+{
+  double e[3], f[3], d[3];
+  for (int c = 0; c < 3; c++) e[c] = y[1][c] - y[0][c], f[c] = y[3][c] - y[2][c], d[c] = y[0][c] - y[2][c];
+  if (try_normal(m, y, e, f, d, best) > nearly_parallel && lines_meet_inside(e, f, d)) return;
+  for (int k = 0; k < 4 && !(best->gap > best->enough); k++)
+    if (k < 2) try_segment(m, y, 2, 3, k, 1, best);
+    else try_segment(m, y, 0, 1, k, -1, best);
+}
+
+/* The plane across the shortest connection, or the best of those across connections that may be the shortest. */
+static plane separate(const motion *m, const double y[4][3], const double (*others)[3], double enough)
+{
+  plane best = {.gap = -INFINITY, .enough = enough, .others = others};
+  if (m->first == 2) separate_edges(m, y, &best);
+  else if (m->all == 4) separate_triangle(m, y, &best);
+  else if (m->all == 3) try_segment(m, y, 1, 2, 0, 1, &best);
+  else {
+    double d[3];
+    for (int c = 0; c < 3; c++) d[c] = y[0][c] - y[1][c];
+    try_direction(m, y, d, &best);
+  }
+  if (best.gap == -INFINITY) best.gap = 0;
+  return best;
+}
+
+double flesh_hull_distance(int first, int second, const double *const x[4], double unit[3])
+{
+  motion m = {.first = first, .all = first + second};
+  for (int k = 0; k < m.all; k++)
+    for (int c = 0; c < 3; c++) m.y[k][c] = x[k][c] - x[0][c];
+  const plane p = separate(&m, (const double(*)[3])m.y, NULL, INFINITY);
+  memcpy(unit, p.unit, sizeof p.unit);
+  return p.gap > 0 ? p.gap : 0;
+}
+
+int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
+                           double distance)
+{
+  motion m = {.first = first, .all = first + second};
+  double size = 0;
+  for (int k = 0; k < m.all; k++)
+    for (int c = 0; c < 3; c++) {
+      const size_t at = 3 * (size_t)nodes[k] + (size_t)c, from = 3 * (size_t)nodes[0] + (size_t)c;
+      m.y[k][c] = x0[at] - x0[from];
+      m.e[k][c] = x1 ? x1[at] - x1[from] : 0;
+      size += fabs(m.y[k][c]) + fabs(m.e[k][c]);
+    }
+  const double needed = distance + 16 * DBL_EPSILON * size;
+  const double(*y)[3] = (const double(*)[3])m.y, (*end)[3] = (const double(*)[3])m.e; /* no velocities here */
+  if (!(needed <= DBL_MAX)) return 0;
+  return separate(&m, y, x1 ? end : NULL, needed).gap > needed || (x1 && separate(&m, end, y, needed).gap > needed);
+}
+
+/* 0: not finite. */
+static int begin(motion *m, const double *const x0[4], const double *const x1[4])
+{
+  double size = 0, speed = 0, place = 0;
+  for (int k = 0; k < m->all; k++)
+    for (int c = 0; c < 3; c++) {
+      const double from = x0[k][c], to = x1[k][c];
+      m->y[k][c] = from - x0[0][c];
+      m->e[k][c] = (to - x1[0][c]) - m->y[k][c];
+      size += fabs(m->y[k][c]);
+      speed += fabs(m->e[k][c]);
+      place = fabs(from) > place ? fabs(from) : place;
+      place = fabs(to) > place ? fabs(to) : place;
+    }
+  if (!(size + speed <= 1e70)) return 0;
+  /* Of differences, products and sums of three; and where a place is rounded when it is stored. */
+  m->rounding = 8 * DBL_EPSILON * size + 10 * DBL_EPSILON * place;
+  m->rounding_speed = 8 * DBL_EPSILON * speed;
+  return 1;
+}
+
+/* How long the gap along p stays at least `floor`, while the corners move on from y. */
+static double time_to(const motion *m, double y[4][3], const plane *p, double rounding, double floor)
+{
+  double h[4], v[4], least = INFINITY;
+  for (int k = 0; k < m->all; k++) h[k] = flesh_vec3_dot(p->unit, y[k]), v[k] = flesh_vec3_dot(p->unit, m->e[k]);
+  for (int i = 0; i < m->first; i++)
+    for (int j = m->first; j < m->all; j++) {
+      const double gap = h[i] - h[j] - rounding - floor, speed = v[j] - v[i] + m->rounding_speed;
+      if (speed > 0 && gap < least * speed) least = gap / speed;
+    }
+  return least;
+}
+
+/* The vectors whose triple product vanishes when all four corners lie in one plane: e, f, d of separate_*. */
+static void triple(const motion *m, double y[4][3], double efd[3][3])
+{
+  const int edges = m->first == 2, from = edges ? 0 : 1, other = edges ? 2 : 1;
+  for (int c = 0; c < 3; c++) {
+    efd[0][c] = y[from + 1][c] - y[from][c];
+    efd[1][c] = y[3][c] - y[other][c];
+    efd[2][c] = y[0][c] - y[other][c];
+  }
+}
+
+static double norm(const double a[3]) { return sqrt(flesh_vec3_dot(a, a)); }
+
+/* e x f, a square in time, and e x f . d, a cube, from the corners at y on. */
+typedef struct turning {
+  double n[3][3], h[4]; /* coefficients */
+  double still[3], moving[3]; /* lengths of e, f, d, and of their changes */
+} turning;
+
+static turning turn(const motion *m, double y[4][3])
+{
+  turning t;
+  double at[3][3], by[3][3], u[3], v[3], velocities[4][3];
+  memcpy(velocities, m->e, sizeof velocities);
+  triple(m, y, at);
+  triple(m, velocities, by);
+  flesh_vec3_cross(at[0], at[1], t.n[0]);
+  flesh_vec3_cross(at[0], by[1], u);
+  flesh_vec3_cross(by[0], at[1], v);
+  flesh_vec3_cross(by[0], by[1], t.n[2]);
+  for (int c = 0; c < 3; c++) t.n[1][c] = u[c] + v[c];
+  const double sign = flesh_vec3_dot(t.n[0], at[2]) < 0 ? -1 : 1;
+  for (int k = 0; k < 4; k++)
+    t.h[k] = sign * ((k < 3 ? flesh_vec3_dot(t.n[k], at[2]) : 0) + (k > 0 ? flesh_vec3_dot(t.n[k - 1], by[2]) : 0));
+  for (int k = 0; k < 3; k++) t.still[k] = norm(at[k]), t.moving[k] = norm(by[k]);
+  return t;
+}
+
+/* Whether for a time s the plane that turns with the triangle, or with both edges, keeps them apart by `gap`: what
+ * holds for the Bernstein coefficients of a polynomial holds for the polynomial. */
+static int turning_plane_separates(const turning *t, double s, double gap)
+{
+  const double a[4] = {t->h[0], t->h[1] * s, t->h[2] * s * s, t->h[3] * s * s * s};
+  const double b[4] = {a[0], a[0] + a[1] / 3, a[0] + (2 * a[1] + a[2]) / 3, a[0] + a[1] + a[2] + a[3]};
+  double half[3], whole[3], size = 1;
+  for (int c = 0; c < 3; c++) {
+    half[c] = t->n[0][c] + t->n[1][c] * s / 2;
+    whole[c] = t->n[0][c] + (t->n[1][c] + t->n[2][c] * s) * s;
+    size *= t->still[c] + t->moving[c] * s;
+  }
+  const double length = fmax(norm(t->n[0]), fmax(norm(half), norm(whole)));
+  const double needed = gap * length * (1 + 1e-12) + 64 * DBL_EPSILON * size;
+  return b[0] > needed && b[1] > needed && b[2] > needed && b[3] > needed;
+}
+
+/* The same as time_to, by a plane that turns: to half of that time at least; 0 where it does not separate. */
+static double time_to_turned(const motion *m, double y[4][3], double t, double floor, double least)
+{
+  if (m->all < 4 || !(floor > 0)) return 0;
+  const turning turned = turn(m, y);
+  const double gap = floor + m->rounding + m->rounding_speed;
+  double s = 1 - t;
+  for (int halved = 0; halved < HALVINGS && s > least; halved++, s /= 2)
+    if (turning_plane_separates(&turned, s, gap)) return s;
+  return 0;
+}
+
+double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],
+                               double keep)
+{
+  motion m = {.first = first, .all = first + second};
+  if (!begin(&m, x0, x1)) return 0;
+  double y[4][3], t = 0, start = 0, floor = 0;
+  int near = 0;
+  memcpy(y, m.y, sizeof y);
+  for (int step = 0; step < FLESH_ADVANCE_STEPS; step++) {
+    const double rounding = m.rounding + t * m.rounding_speed;
+    const plane p = separate(&m, (const double(*)[3])y, NULL, INFINITY);
+    const double gap = p.gap - rounding;
+    if (step == 0) {
+      start = gap;
+      floor = gap > 0 ? keep * gap : gap; /* what touches may only part */
+    }
+    double further = time_to(&m, y, &p, rounding, floor);
+    if (step >= STRAIGHT_STEPS && t + further < 1) further = fmax(further, time_to_turned(&m, y, t, floor, further));
+    if (t + further >= 1) return 1;
+    const int was_near = near;
+    near = gap - floor <= near_enough * start;
+    if (!(further > 0) || (near && was_near)) return t; /* what is near once may be passing */
+    t += further;
+    for (int k = 0; k < m.all; k++)
+      for (int c = 0; c < 3; c++) y[k][c] = m.y[k][c] + t * m.e[k][c];
+  }
+  return t;
+}

@@ -1,0 +1,307 @@
+/* near_pairs.c: searches for near pairs, and how far they may move. */
+#include "geometry/near_pairs.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "geometry/continuous_collision.h"
+#include "geometry/near_finder.h"
+
+enum { POINT_FACE = 0, EDGE_EDGE = 1 };
+
+static int no_memory(const flesh_contact_surface *s)
+{
+  return flesh_fail(FLESH_ERR_MEMORY, "no memory for near pairs of %d faces", s->face_count);
+}
+
+/* Bodies of edges and faces, and the face that keeps each node and edge: the first of its body, else the first. */
+static int keep_primitives(flesh_near_finder *self)
+{
+  const flesh_contact_surface *s = self->surface;
+  int *keeper = malloc(((size_t)s->node_count + (size_t)s->edge_count) * sizeof *keeper);
+  if (!keeper) return no_memory(s);
+  for (int k = 0; k < s->node_count + s->edge_count; k++) keeper[k] = -1;
+  for (int k = 0; k < 2 * s->edge_count; k++) {
+    const int body = s->node_body[s->node_place[s->edges[k]]];
+    if (k % 2 == 0 || body > self->edge_body[k / 2]) self->edge_body[k / 2] = body;
+  }
+  for (int k = 0; k < 3 * s->face_count; k++) {
+    const int body = s->node_body[s->node_place[s->faces[k]]];
+    if (k % 3 == 0 || body > self->face_body[k / 3]) self->face_body[k / 3] = body;
+  }
+  for (int k = 0; k < 3 * s->face_count; k++) {
+    const int node = s->node_place[s->faces[k]], edge = s->face_edges[k], body = self->face_body[k / 3];
+    int *const of[2] = {&keeper[node], &keeper[s->node_count + edge]};
+    const int bodies[2] = {s->node_body[node], self->edge_body[edge]};
+    for (int j = 0; j < 2; j++)
+      if (*of[j] < 0 || (body == bodies[j] && self->face_body[*of[j] / 3] != body)) *of[j] = k;
+  }
+  for (int i = 0; i < s->node_count; i++) self->kept[keeper[i] / 3] |= (unsigned char)(1 << keeper[i] % 3);
+  for (int e = 0; e < s->edge_count; e++) {
+    const int k = keeper[s->node_count + e];
+    self->kept[k / 3] |= (unsigned char)(8 << k % 3);
+  }
+  free(keeper);
+  return FLESH_OK;
+}
+
+typedef struct search {
+  const flesh_near_finder *finder;
+  const double *x0, *x1;
+  double distance;
+  int within_bodies; /* only pairs of one body */
+} search;
+
+/* Whether the box around a node's way, and half of the distance, does not meet a face's box. */
+static int point_is_outside(const search *s, int node, const flesh_near_box *box)
+{
+  const double *from = s->x0 + 3 * (size_t)node, *to = s->x1 ? s->x1 + 3 * (size_t)node : from;
+  for (int c = 0; c < 3; c++) {
+    const double low = from[c] < to[c] ? from[c] : to[c], high = from[c] < to[c] ? to[c] : from[c];
+    const double far = s->finder->fit_inflation + 4 * DBL_EPSILON * (fabs(low) + fabs(high));
+    if (low - far > box->high[c] || high + far < box->low[c]) return 1;
+  }
+  return 0;
+}
+
+static void try_point(const search *s, flesh_near_part *part, int node, int f)
+{
+  const flesh_near_finder *self = s->finder;
+  const flesh_contact_surface *surface = self->surface;
+  const int *corner = surface->faces + 3 * (size_t)f, place = surface->node_place[node];
+  const int body = surface->node_body[place], other = self->face_body[f];
+  if (node == corner[0] || node == corner[1] || node == corner[2] || !flesh_near_may_meet(self, body, other)) return;
+  if (s->within_bodies && body != other) return;
+  if (point_is_outside(s, node, &self->face_boxes[f])) return;
+  if (body == other && flesh_near_finder_excludes(self, POINT_FACE, place, f)) return;
+  const int nodes[4] = {node, corner[0], corner[1], corner[2]};
+  if (!flesh_hulls_stay_apart(1, 3, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, POINT_FACE, place, f);
+}
+
+static void try_edges(const search *s, flesh_near_part *part, int first, int second)
+{
+  const flesh_near_finder *self = s->finder;
+  const int a = first < second ? first : second, b = first < second ? second : first;
+  const int *p = self->surface->edges + 2 * (size_t)a, *q = self->surface->edges + 2 * (size_t)b;
+  const int body = self->edge_body[a], other = self->edge_body[b];
+  if (p[0] == q[0] || p[0] == q[1] || p[1] == q[0] || p[1] == q[1] || !flesh_near_may_meet(self, body, other)) return;
+  if (s->within_bodies && body != other) return;
+  if (!flesh_near_boxes_meet(&self->edge_boxes[a], &self->edge_boxes[b])) return;
+  if (body == other && flesh_near_finder_excludes(self, EDGE_EDGE, a, b)) return;
+  const int nodes[4] = {p[0], p[1], q[0], q[1]};
+  if (!flesh_hulls_stay_apart(2, 2, nodes, s->x0, s->x1, s->distance)) flesh_near_part_add(part, EDGE_EDGE, a, b);
+}
+
+static void visit_faces(void *data, flesh_near_part *part, int f, int g)
+{
+  const search *s = data;
+  const flesh_near_finder *self = s->finder;
+  const int *faces = self->surface->faces, *edges = self->surface->face_edges;
+  const unsigned of_f = self->kept[f], of_g = self->kept[g];
+  for (int k = 0; k < 3; k++) {
+    if (of_f >> k & 1) try_point(s, part, faces[3 * (size_t)f + (size_t)k], g);
+    if (of_g >> k & 1) try_point(s, part, faces[3 * (size_t)g + (size_t)k], f);
+  }
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3 && of_f >> (3 + i) & 1; j++)
+      if (of_g >> (3 + j) & 1) try_edges(s, part, edges[3 * (size_t)f + (size_t)i], edges[3 * (size_t)g + (size_t)j]);
+}
+
+/* Room for `count` pairs, half as much again where it has to grow. */
+static int make_room(int count, int **pairs, int *room)
+{
+  if (count <= *room) return FLESH_OK;
+  const int wanted = count < 1 << 28 ? count / 2 * 3 + 64 : count;
+  int *more = realloc(*pairs, 2 * (size_t)wanted * sizeof *more);
+  if (!more) return FLESH_ERR_MEMORY;
+  *pairs = more;
+  *room = wanted;
+  return FLESH_OK;
+}
+
+static int search_pairs(flesh_near_finder *self, search *s, flesh_threads *threads, flesh_near_pairs *pairs)
+{
+  const flesh_contact_surface *surface = self->surface;
+  pairs->point_count = pairs->edge_count = 0;
+  pairs->distance = -INFINITY;
+  int status = flesh_near_finder_fit(self, s->x0, s->x1, s->distance / 2, threads);
+  if (status) return status;
+  flesh_near_finder_walk(self, threads, visit_faces, s);
+  const int points = flesh_near_finder_count(self, POINT_FACE), edges = flesh_near_finder_count(self, EDGE_EDGE);
+  if (!pairs->x) pairs->x = malloc((3 * (size_t)surface->node_count + 1) * sizeof *pairs->x);
+  if (points < 0 || edges < 0 || !pairs->x || make_room(points, &pairs->point_faces, &pairs->point_room) ||
+      make_room(edges, &pairs->edge_pairs, &pairs->edge_room))
+    return no_memory(surface);
+  flesh_near_finder_gather(self, POINT_FACE, surface->node_count, pairs->point_faces);
+  flesh_near_finder_gather(self, EDGE_EDGE, surface->edge_count, pairs->edge_pairs);
+  for (int k = 0; k < surface->node_count; k++)
+    memcpy(pairs->x + 3 * (size_t)k, s->x0 + 3 * (size_t)surface->nodes[k], 3 * sizeof *pairs->x);
+  pairs->point_count = points;
+  pairs->edge_count = edges;
+  pairs->distance = s->distance;
+  pairs->moving = s->x1 != NULL;
+  return FLESH_OK;
+}
+
+int flesh_near_pairs_find(flesh_near_finder *self, const double *x0, const double *x1, double distance,
+                          flesh_threads *threads, flesh_near_pairs *pairs)
+{
+  return search_pairs(self, &(search){self, x0, x1, distance, 0}, threads, pairs);
+}
+
+/* Keeps the pairs [2*count] that are nearer than `distance` at X, as rows. */
+static int keep_rows(const flesh_near_finder *self, int kind, int firsts, int count, const int *pairs, const double *X,
+                     double distance, flesh_near_rows *rows)
+{
+  const flesh_contact_surface *s = self->surface;
+  rows->start = calloc((size_t)firsts + 1, sizeof *rows->start);
+  rows->second = malloc(((size_t)count + 1) * sizeof *rows->second);
+  if (!rows->start || !rows->second) return no_memory(s);
+  int kept = 0;
+  for (int k = 0, i = 0; i < firsts; i++) {
+    for (; k < count && pairs[2 * (size_t)k] == i; k++) {
+      const int second = pairs[2 * (size_t)k + 1], *p = s->edges + 2 * (size_t)i;
+      const int *q = kind == POINT_FACE ? s->faces + 3 * (size_t)second : s->edges + 2 * (size_t)second;
+      const double *x[4] = {X + 3 * (size_t)(kind == POINT_FACE ? s->nodes[i] : p[0])};
+      for (int j = 1; j < 4; j++)
+        x[j] = X + 3 * (size_t)(kind == POINT_FACE ? q[j - 1] : j == 1 ? p[1] : q[j - 2]);
+      double unit[3];
+      if (flesh_hull_distance(kind == POINT_FACE ? 1 : 2, kind == POINT_FACE ? 3 : 2, x, unit) < distance)
+        rows->second[kept++] = second;
+    }
+    rows->start[i + 1] = kept;
+  }
+  int *less = realloc(rows->second, ((size_t)kept + 1) * sizeof *less);
+  if (less) rows->second = less;
+  return FLESH_OK;
+}
+
+/* Finds the pairs to leave out. */
+static int exclude(flesh_near_finder *self, const double *X, double distance, flesh_threads *threads)
+{
+  const flesh_contact_surface *s = self->surface;
+  flesh_near_pairs pairs = {0};
+  flesh_near_rows rows[2] = {{0}};
+  int status = search_pairs(self, &(search){self, X, NULL, distance, 1}, threads, &pairs);
+  if (!status)
+    status = keep_rows(self, POINT_FACE, s->node_count, pairs.point_count, pairs.point_faces, X, distance, &rows[0]);
+  if (!status)
+    status = keep_rows(self, EDGE_EDGE, s->edge_count, pairs.edge_count, pairs.edge_pairs, X, distance, &rows[1]);
+  memcpy(self->excluded, rows, sizeof rows);
+  flesh_near_pairs_clear(&pairs);
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) { /* there were more pairs than there will be */
+    free(self->parts[k].found[0]);
+    free(self->parts[k].found[1]);
+    self->parts[k] = (flesh_near_part){0};
+  }
+  return status;
+}
+
+static int make(const double *X, const unsigned char *may_meet, double rest_distance, flesh_threads *threads,
+                flesh_near_finder *self)
+{
+  const flesh_contact_surface *s = self->surface;
+  const size_t faces = (size_t)s->face_count, edges = (size_t)s->edge_count, bodies = (size_t)s->body_count;
+  const size_t rows = (size_t)(s->node_count > s->edge_count ? s->node_count : s->edge_count) + 1;
+  self->may_meet = malloc(bodies * bodies);
+  self->edge_body = malloc(edges * sizeof *self->edge_body);
+  self->face_body = malloc(faces * sizeof *self->face_body);
+  self->kept = calloc(faces, 1);
+  self->face_boxes = malloc(faces * sizeof *self->face_boxes);
+  self->edge_boxes = malloc(edges * sizeof *self->edge_boxes);
+  self->row = malloc(rows * sizeof *self->row);
+  if (!self->may_meet || !self->edge_body || !self->face_body || !self->kept || !self->face_boxes ||
+      !self->edge_boxes || !self->row)
+    return no_memory(s);
+  for (size_t k = 0; k < bodies * bodies; k++) self->may_meet[k] = may_meet ? may_meet[k] : 1;
+  int status = keep_primitives(self);
+  if (!status) status = flesh_box_tree_create(s->face_count, 3, s->faces, self->face_body, X, &self->tree);
+  if (!status && rest_distance > 0) status = exclude(self, X, rest_distance, threads);
+  return status;
+}
+
+int flesh_near_finder_create(const flesh_contact_surface *surface, const double *X, const unsigned char *may_meet,
+                             double rest_distance, flesh_threads *threads, flesh_near_finder **finder)
+{
+  *finder = NULL;
+  if (surface->face_count < 1) return flesh_fail(FLESH_ERR_ARGUMENT, "a surface without faces has no near pairs");
+  if (!(rest_distance >= 0 && rest_distance <= DBL_MAX))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the distance at rest is %g m; it must be 0 or more", rest_distance);
+  for (int k = 0; k < 3 * surface->node_count; k++)
+    if (!(fabs(X[3 * (size_t)surface->nodes[k / 3] + (size_t)k % 3]) <= DBL_MAX))
+      return flesh_fail(FLESH_ERR_ARGUMENT, "node %d is not finite", surface->nodes[k / 3]);
+  flesh_near_finder *self = calloc(1, sizeof *self);
+  if (!self) return no_memory(surface);
+  self->surface = surface;
+  int status = make(X, may_meet, rest_distance, threads, self);
+  if (status) flesh_near_finder_destroy(&self);
+  *finder = self;
+  return status;
+}
+
+void flesh_near_finder_destroy(flesh_near_finder **finder)
+{
+  if (!finder || !*finder) return;
+  flesh_near_finder *self = *finder;
+  void *const owned[] = {self->may_meet, self->edge_body, self->face_body, self->kept, self->face_boxes,
+                         self->edge_boxes, self->row, self->excluded[0].start, self->excluded[0].second,
+                         self->excluded[1].start, self->excluded[1].second};
+  for (size_t k = 0; k < sizeof owned / sizeof *owned; k++) free(owned[k]);
+  for (int k = 0; k < FLESH_NEAR_PARTS; k++) {
+    free(self->parts[k].found[0]);
+    free(self->parts[k].found[1]);
+  }
+  flesh_box_tree_destroy(&self->tree);
+  free(self);
+  *finder = NULL;
+}
+
+size_t flesh_near_finder_memory(const flesh_near_finder *self)
+{
+  const flesh_contact_surface *s = self->surface;
+  const size_t faces = (size_t)s->face_count, edges = (size_t)s->edge_count, nodes = (size_t)s->node_count;
+  size_t bytes = sizeof *self + (size_t)s->body_count * (size_t)s->body_count + flesh_box_tree_memory(self->tree) +
+                 (faces + edges) * (sizeof *self->face_boxes + sizeof(int)) + faces +
+                 ((nodes > edges ? nodes : edges) + 1) * sizeof *self->row;
+  for (int kind = 0; kind < 2; kind++) {
+    const size_t firsts = kind == POINT_FACE ? nodes : edges;
+    if (self->excluded[kind].start) bytes += (firsts + 2 + (size_t)self->excluded[kind].start[firsts]) * sizeof(int);
+    for (int k = 0; k < FLESH_NEAR_PARTS; k++) bytes += 2 * (size_t)self->parts[k].room[kind] * sizeof(int);
+  }
+  return bytes;
+}
+
+int flesh_near_finder_regrouped(const flesh_near_finder *self) { return self->regrouped; }
+
+void flesh_near_pairs_clear(flesh_near_pairs *pairs)
+{
+  free(pairs->point_faces);
+  free(pairs->edge_pairs);
+  free(pairs->x);
+  *pairs = (flesh_near_pairs){0};
+}
+
+size_t flesh_near_pairs_memory(const flesh_near_finder *finder, const flesh_near_pairs *pairs)
+{
+  return 2 * ((size_t)pairs->point_room + (size_t)pairs->edge_room) * sizeof(int) +
+         (pairs->x ? (3 * (size_t)finder->surface->node_count + 1) * sizeof *pairs->x : 0);
+}
+
+double flesh_near_pairs_reach(const flesh_near_finder *finder, const flesh_near_pairs *pairs, const double *x)
+{
+  const flesh_contact_surface *s = finder->surface;
+  double farthest = 0, sound = 0; /* squared; NaN once a place is not finite */
+  if (pairs->moving || !pairs->x) return -INFINITY;
+  for (int k = 0; k < s->node_count; k++) {
+    const double *from = pairs->x + 3 * (size_t)k, *to = x + 3 * (size_t)s->nodes[k];
+    double square = 0;
+    for (int c = 0; c < 3; c++) square += (to[c] - from[c]) * (to[c] - from[c]);
+    farthest = square > farthest ? square : farthest;
+    sound += 0 * square;
+  }
+  const double reach = pairs->distance - 2 * (1 + 4 * DBL_EPSILON) * sqrt(farthest);
+  return sound == 0 ? reach : -INFINITY;
+}

@@ -1,0 +1,150 @@
+/* test_surface_intersections.c: surfaces that go through each other are found, with the right faces and places, as brute
+ * force in whole numbers finds them. */
+#include "geometry/surface_intersections.h"
+#include "soups.h"
+#include "wide.h"
+
+static unsigned long long state = 3;
+
+static int share_a_node(const flesh_contact_surface *f, int edge, int face)
+{
+  for (int k = 0; k < 6; k++)
+    if (f->edges[2 * edge + k / 3] == f->faces[3 * face + k % 3]) return 1;
+  return 0;
+}
+
+/* Compares with all edges and faces of bodies that may meet; returns how many meet. Wide numbers where boxes meet. */
+static int check_all(const soup *s, const double *x, const unsigned char *may_meet,
+                     const flesh_surface_intersections *found)
+{
+  const flesh_contact_surface *f = &s->surface;
+  int k = 0;
+  for (int e = 0; e < f->edge_count; e++)
+    for (int t = 0; t < f->face_count; t++) {
+      const int listed = k < found->count && found->items[k].edge == e && found->items[k].face == t;
+      k += listed;
+      const double *p[5];
+      for (int j = 0; j < 5; j++) p[j] = x + 3 * (j < 2 ? f->edges[2 * e + j] : f->faces[3 * t + j - 2]);
+      const int a = f->node_body[f->node_place[f->edges[2 * e]]], b = f->node_body[f->node_place[f->faces[3 * t]]];
+      int apart = share_a_node(f, e, t) || (may_meet && !may_meet[a * f->body_count + b]);
+      for (int c = 0; c < 3 && !apart; c++)
+        apart = fmax(p[0][c], p[1][c]) < fmin(p[2][c], fmin(p[3][c], p[4][c])) ||
+                fmin(p[0][c], p[1][c]) > fmax(p[2][c], fmax(p[3][c], p[4][c]));
+      const int meet = apart ? 0 : wide_segment_meets_triangle(p[0], p[1], p[2], p[3], p[4]);
+      CHECK(meet < 0 || meet == listed); /* < 0: a triangle without area */
+    }
+  CHECK(k == found->count);
+  return k;
+}
+
+static void random_soups(void)
+{
+  const unsigned char some[9] = {0, 1, 0, 1, 1, 0, 0, 0, 1};
+  for (int round = 0; round < 4; round++) {
+    soup s = soup_at_random(150, 0.3, &state);
+    if (round % 2) /* on a grid, where edges touch faces and lie in them */
+      for (int d = 0; d < 3 * s.nodes; d++) s.X[d] = 0.1 * floor(10 * s.X[d]);
+    const unsigned char *may_meet = round < 2 ? NULL : some;
+    int expected = -1;
+    for (int count = 1; count <= 5; count += 2) {
+      flesh_threads *threads;
+      flesh_near_finder *finder;
+      flesh_surface_intersections found = {0};
+      CHECK_OK(flesh_threads_create(count, &threads));
+      CHECK_OK(flesh_near_finder_create(&s.surface, s.X, may_meet, 0, threads, &finder));
+      CHECK_OK(flesh_surface_intersections_find(finder, s.X, threads, &found));
+      if (expected < 0) expected = check_all(&s, s.X, may_meet, &found);
+      CHECK(found.count == expected);
+      flesh_surface_intersections_clear(&found);
+      flesh_near_finder_destroy(&finder);
+      flesh_threads_destroy(&threads);
+    }
+    printf("# %d edges meet faces\n", expected);
+    CHECK(expected > 50);
+    soup_clear(&s);
+  }
+}
+
+/* The far part of a sheet is folded back through the near part along the line x = 0.3. */
+static void a_sheet_folded_through_itself(void)
+{
+  enum { N = 20 };
+  soup s = soup_of_sheets(1, N, 0);
+  double *x = malloc(3 * (size_t)s.nodes * sizeof *x);
+  flesh_near_finder *finder;
+  flesh_surface_intersections found = {0};
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0.08, NULL, &finder));
+  for (int i = 0; i < s.nodes; i++) {
+    const double u = s.X[3 * i];
+    x[3 * i] = u < 0.61 ? u : 1.21 - u; /* folded at 0.605 */
+    x[3 * i + 1] = s.X[3 * i + 1] + (u < 0.61 ? 0 : 0.013);
+    x[3 * i + 2] = u < 0.61 ? 0 : (u < 0.76 ? 0.2 : 0.2 - (u - 0.75) * 1.37); /* through 0 at u = 0.896 */
+  }
+  CHECK_OK(flesh_surface_intersections_find(finder, x, NULL, &found));
+  const int count = check_all(&s, x, NULL, &found);
+  printf("# %d intersections\n", count);
+  CHECK(count >= 2 * N && count < 8 * N);
+  for (int k = 0; k < count; k++) {
+    const flesh_surface_intersection *i = &found.items[k];
+    CHECK_NEAR(i->place[2], 0, 1e-12);
+    CHECK_NEAR(i->place[0], 1.21 - (0.75 + 0.2 / 1.37), 1e-9);
+    CHECK(i->edge_body == 0 && i->face_body == 0 && !i->near_at_rest && i->edge_faces[0] >= 0);
+  }
+  CHECK_OK(flesh_surface_intersections_find(finder, s.X, NULL, &found));
+  CHECK(found.count == 0);
+  flesh_surface_intersections_clear(&found);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+  free(x);
+}
+
+/* One corner pulled through its neighbours: pairs that contact leaves out for their distance at rest. */
+static void neighbours_at_rest_are_found_too(void)
+{
+  soup s = soup_of_sheets(1, 8, 0);
+  flesh_near_finder *finder;
+  flesh_surface_intersections found = {0};
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0.3, NULL, &finder));
+  s.X[2] = 0.1; /* the corner node, over to the third cell and a little down at its tip */
+  s.X[0] = s.X[1] = 0.33;
+  s.X[2] = -0.01;
+  s.X[3 * 1 + 2] = s.X[3 * 9 + 2] = s.X[3 * 10 + 2] = 0.05;
+  CHECK_OK(flesh_surface_intersections_find(finder, s.X, NULL, &found));
+  CHECK(check_all(&s, s.X, NULL, &found) > 0);
+  for (int k = 0; k < found.count; k++) CHECK(found.items[k].near_at_rest);
+  s.X[0] = NAN;
+  CHECK(flesh_surface_intersections_find(finder, s.X, NULL, &found) == FLESH_UNDEFINED && found.count == 0);
+  flesh_surface_intersections_clear(&found);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+}
+
+/* A second sheet across the first: all of its edges' crossings, of these two bodies. */
+static void two_bodies_across(void)
+{
+  soup s = soup_of_sheets(2, 10, 0.5);
+  flesh_near_finder *finder;
+  flesh_surface_intersections found = {0};
+  CHECK_OK(flesh_near_finder_create(&s.surface, s.X, NULL, 0, NULL, &finder));
+  for (int i = s.nodes / 2; i < s.nodes; i++) { /* turned upright at y = 0.52, from z = -0.46 to 0.54 */
+    s.X[3 * i + 2] = s.X[3 * i + 1] - 0.46;
+    s.X[3 * i + 1] = 0.52;
+    s.X[3 * i] += 0.003;
+  }
+  CHECK_OK(flesh_surface_intersections_find(finder, s.X, NULL, &found));
+  CHECK(check_all(&s, s.X, NULL, &found) > 20);
+  for (int k = 0; k < found.count; k++) {
+    CHECK(found.items[k].edge_body != found.items[k].face_body);
+    CHECK_NEAR(found.items[k].place[1], 0.52, 1e-12);
+    CHECK_NEAR(found.items[k].place[2], 0, 1e-12);
+  }
+  flesh_surface_intersections_clear(&found);
+  flesh_near_finder_destroy(&finder);
+  soup_clear(&s);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(random_soups), TEST(a_sheet_folded_through_itself),
+                   TEST(neighbours_at_rest_are_found_too), TEST(two_bodies_across));
+}
