@@ -20,6 +20,8 @@ make_mesh finger 0.0039 finger_coarse.msh
 make_mesh finger 0.0022 finger_fine.msh
 make_mesh sphere_shell 0.013 sphere_shell.msh
 make_mesh limb 0.011 limb.msh
+make_mesh limb 0.022 limb_coarse.msh
+make_mesh ball 0.02 ball.msh
 make_mesh spindle 0.007 spindle.msh
 make_mesh tentacle 0.014 tentacle.msh
 # Hard cases are run on these.
@@ -35,3 +37,5 @@ make_mesh tree 0.01 tree.msh
 "$flesh" mesh box --cells 16,4,4 --size 4,1,1 --out bar_16x4x4.mesh
 "$flesh" mesh box --cells 6,6,6 --size 0.1,0.1,0.1 --origin 0.04,-0.05,0.05 --out jelly_cube.mesh
 "$flesh" mesh box --cells 1,1,1 --size 1,1,1 --out cube_of_six_tets.mesh
+"$flesh" mesh box --cells 3,3,3 --size 0.1,0.1,0.1 --out cube_3x3x3.mesh
+"$flesh" mesh box --cells 40,4,1 --size 1,0.1,0.02 --out strip.mesh

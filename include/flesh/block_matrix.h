@@ -16,6 +16,9 @@ typedef struct flesh_block_matrix {
   const int *row_end;   /* [rows] */
   const int *column;    /* [row_start[rows]] */
   double *values;       /* [9 * row_start[rows]], each block row-major */
+  /* Where the effects' pairs are in a pattern that has grown by nodes that came near each other; NULL: where the system
+   * has them. */
+  const struct flesh_layout *layout;
 } flesh_block_matrix;
 
 /* Terms b b^T of a matrix, one of each row b, that are much stiffer than the rest of it: a preconditioner may project

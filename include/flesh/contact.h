@@ -41,6 +41,24 @@ FLESH_API void flesh_contact_options_default(flesh_contact_options *options);
 FLESH_API int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *options,
                                    flesh_obstacle **obstacle, flesh_effect **effect);
 
+/* Keeps surfaces of the body out of each other: those of its parts (flesh_body.parts; a body without parts is one)
+ * that `pairs` [2*pair_count] names by their numbers, twice the same for a part that touches itself; NULL: all of
+ * them, themselves included. Ten-node faces count as four flat triangles. Borrows `body`'s arrays.
+ *
+ * V = sum over the surfaces' nodes of A/2 k w B(d/w) with their distance d to what they may touch and B and A as
+ * above, half as both surfaces have nodes; sums over triangles, less edges, plus nodes, so that it does not depend
+ * on how a face is cut (Li et al. 2023). Edges that come as near each other as w/4 have a barrier, too. Parts of
+ * one surface that are nearer than w at rest do not touch. Friction as above, with the slip of one surface on the
+ * other.
+ *
+ * No step of a solve passes one surface through another: every step ends before they meet (additive continuous
+ * collision detection, Li et al. 2021). So they must be apart at the start: flesh_system_check says where they are
+ * not. The Jacobian's pattern grows where surfaces come near each other: for methods of fixed steps and statics,
+ * whose matrix grows with it. Nothing is untangled (FLESH_TECHNIQUE_UNTANGLE) where there is this effect. Errors:
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options,
+                                           int pair_count, const int *pairs, flesh_effect **effect);
+
 /* The obstacle of a contact effect, borrowed; NULL for every other effect. */
 FLESH_API const flesh_obstacle *flesh_effect_obstacle(const flesh_effect *effect);
 

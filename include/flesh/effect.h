@@ -43,6 +43,7 @@
  *   barrier        the line search and first iterates, which keep the body out of obstacles
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
  *   figures        histories and reports of memory
+ *   proximity      the same as `barrier`, and assembly, whose matrix has a pattern that grows
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
@@ -84,8 +85,9 @@ typedef struct flesh_costs {
   flesh_effect_cost *effects; /* of the system's effects, in their order */
 } flesh_costs;
 
-/* How far a run's body is from obstacles. */
+/* How far a run's body is from obstacles; what its effects know of nodes near each other. */
 struct flesh_clearance;
+struct flesh_proximity;
 
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
@@ -121,6 +123,10 @@ typedef struct flesh_point {
   /* Which effects are too far from the body to act, so that flesh_system_ functions do not evaluate
    * them (borrowed); NULL: all are evaluated. */
   const struct flesh_clearance *clearance;
+  /* What the run's effects know of nodes near each other (borrowed); NULL: each finds it out at every call. */
+  const struct flesh_proximity *proximity;
+  /* That of the effect at hand (flesh_effect_proximity), which the flesh_system_ functions set; NULL: as above. */
+  void *near;
 } flesh_point;
 
 /* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
@@ -259,6 +265,24 @@ typedef struct flesh_effect_constraints {
   void (*stiffness)(const flesh_effect *effect, double *stiffness);
 } flesh_effect_constraints;
 
+/* For effects that couple nodes which come near each other: contact of surfaces. Which nodes these are changes as the
+ * body moves, and the pattern of the Jacobian with it. An effect is const, so what it finds out about nearness
+ * belongs to a run: a memory that all its operations get as point->near, which one thread uses at a time and which may
+ * grow there. It only saves searching: results do not depend on it, and where it is NULL each operation searches. */
+typedef struct flesh_effect_proximity {
+  /* An empty memory. Returns new. Errors: FLESH_ERR_MEMORY. */
+  int (*create)(const flesh_effect *effect, flesh_threads *threads, void **near);
+  void (*destroy)(void *near); /* NULL-safe */
+  /* Whether K's pattern has all pairs that the Jacobian at `point` couples. */
+  int (*covers)(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K);
+  /* Cells of all of these and of some that may come soon, beside those of `cells`; borrowed until the next call with
+   * this memory. Errors: FLESH_ERR_MEMORY. */
+  int (*coupled)(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells);
+  /* As flesh_effect_barrier.max_feasible_step; `near` may be NULL. */
+  double (*max_feasible_step)(const flesh_effect *effect, void *near, const double *x_from, const double *x_to);
+  size_t (*memory)(const void *near); /* bytes */
+} flesh_effect_proximity;
+
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {
   /* Bytes of `data` and what it owns. NULL: not given. */
@@ -282,7 +306,7 @@ typedef struct flesh_effect_operations {
   int (*residual)(const flesh_effect *effect, const flesh_point *point, double *r);
   /* `slots`: pair k of the cells' has the block K->values + 9*slots[k], which is pair p of cell c
    * for k = c*m + p where the cells ask for all; the diagonal block of node i is at
-   * 9*row_start[i]. */
+   * 9*row_start[i]. Blocks of what `proximity` couples are found by their row and column. */
   int (*jacobian)(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
                   flesh_block_matrix *K, const int *slots);
   /* Adds to *phi, and to *magnitude the sum of the absolute values of the terms (what rounding is
@@ -297,6 +321,7 @@ typedef struct flesh_effect_operations {
   const flesh_effect_shortcuts *shortcuts;
   const flesh_effect_figures *figures;
   const flesh_effect_constraints *constraints;
+  const flesh_effect_proximity *proximity;
 } flesh_effect_operations;
 
 struct flesh_effect {

@@ -17,6 +17,11 @@ typedef struct flesh_contact {
 extern const flesh_effect_operations flesh_contact_operations;
 extern const flesh_effect_barrier flesh_contact_barrier;
 
+/* Three times the body's largest shear modulus mu, Pa; 0 without elasticity. */
+double flesh_contact_body_stiffness(const flesh_body *body);
+/* FLESH_ERR_ARGUMENT with the first option that makes no sense; NaN makes none. */
+int flesh_contact_options_check(const flesh_contact_options *options);
+
 /* So many nodes have a box, within a part. */
 enum { FLESH_CONTACT_NODES_OF_BOX = 64 };
 

@@ -92,7 +92,7 @@ static int collect_nodes(const flesh_mesh *mesh, flesh_contact *self, double *ed
 }
 
 /* Three times the largest shear modulus, which is Young's modulus of what keeps its volume. */
-static double body_stiffness(const flesh_body *body)
+double flesh_contact_body_stiffness(const flesh_body *body)
 {
   int count = body->materials ? 1 : 0;
   double largest = 0;
@@ -103,7 +103,7 @@ static double body_stiffness(const flesh_body *body)
   return 3 * largest;
 }
 
-static int check_options(const flesh_contact_options *o)
+int flesh_contact_options_check(const flesh_contact_options *o)
 {
   if (!(o->stiffness > 0 && o->stiffness < INFINITY))
     return flesh_fail(FLESH_ERR_ARGUMENT,
@@ -141,9 +141,9 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
   *obstacle = NULL;
   status = collect_nodes(body->mesh, self, &edge, &share);
   if (!status) {
-    if (isnan(own.stiffness)) own.stiffness = body_stiffness(body);
+    if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
     if (isnan(own.thickness)) own.thickness = edge / 20;
-    status = check_options(&own);
+    status = flesh_contact_options_check(&own);
   }
   if (!status)
     status = flesh_contact_core_create(body->mesh, self->obstacle, own.stiffness * share,

@@ -95,6 +95,18 @@ void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matr
     for (size_t k = 0; k < count; k++) A->values[k] = c * A->values[k] + (B ? B->values[k] : 0);
 }
 
+int flesh_block_find(const flesh_block_matrix *A, int row, int column)
+{
+  int low = A->row_start[row], high = A->row_end[row] - 1;
+  while (low <= high) {
+    const int middle = low + (high - low) / 2;
+    if (A->column[middle] == column) return middle;
+    if (A->column[middle] < column) low = middle + 1;
+    else high = middle - 1;
+  }
+  return -1;
+}
+
 int flesh_block_is_diagonal(const flesh_block_matrix *A)
 {
   for (int i = 0; i < A->rows; i++)

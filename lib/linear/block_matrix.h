@@ -23,6 +23,9 @@ void flesh_block_fix_rows(flesh_block_matrix *A, const uint8_t *fixed, double di
 /* A = c A + B, both of one pattern; B NULL: A = c A. Nothing of A is read where c is 0. */
 void flesh_block_combine(double c, flesh_block_matrix *A, const flesh_block_matrix *B);
 
+/* Which block A has in this row and column, row <= column: its place in values / 9; -1: none. Only the pattern is read. */
+int flesh_block_find(const flesh_block_matrix *A, int row, int column);
+
 /* Whether no node's row knows of another node. */
 int flesh_block_is_diagonal(const flesh_block_matrix *A);
 

@@ -52,7 +52,9 @@ int flesh_newton_archive(flesh_newton *self, flesh_archive *archive)
   archive_policy(&self->policy, archive);
   flesh_archive_int(archive, &self->direction.assembled, 0, 1);
   if (archive->wrong) return FLESH_OK;
-  flesh_equations_archive(&self->equations, serves_again(self), archive);
+  int status = flesh_equations_archive(&self->equations, serves_again(self), archive);
+  if (!status) status = flesh_direction_follow_pattern(&self->direction);
+  if (status || archive->wrong) return status;
   FLESH_ARCHIVE(archive, self->stats);
   FLESH_ARCHIVE(archive, self->negative_curvature);
   FLESH_ARCHIVE(archive, self->balance.edge_force);

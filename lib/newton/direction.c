@@ -20,37 +20,61 @@ static int take_rows(flesh_direction *self)
   }
   double *room = self->equations->scratch;
   self->inertia = flesh_system_inertia_modulus(system, room, room + self->equations->n);
-  return self->linear->preconditioner_project(self->preconditioner, self->equations->K, &self->rows,
-                                              flesh_mesh_positions(flesh_system_mesh(system)),
-                                              flesh_preconditioner_takes_polynomials(&self->rows));
+  return FLESH_OK;
+}
+
+/* What solves with matrices of K's pattern. */
+static int make_solvers(flesh_direction *self)
+{
+  const flesh_block_matrix *K = self->equations->K;
+  const double *X = flesh_mesh_positions(flesh_system_mesh(self->equations->system));
+  self->patterns = self->equations->patterns;
+  if (self->options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_direct_create(self->options->linear_solver, K, &self->direct);
+  int status = self->linear->preconditioner_create(self->options->preconditioner, K, X, self->equations->threads,
+                                                   &self->preconditioner);
+  if (!status) status = self->linear->pcg_space_create(K, 1, self->equations->threads, &self->pcg);
+  if (!status && self->rows.count)
+    status = self->linear->preconditioner_project(self->preconditioner, K, &self->rows, X,
+                                                  flesh_preconditioner_takes_polynomials(&self->rows));
+  return status;
+}
+
+static void clear_solvers(flesh_direction *self)
+{
+  if (self->linear) {
+    self->linear->preconditioner_destroy(&self->preconditioner);
+    self->linear->pcg_space_destroy(&self->pcg);
+  }
+  flesh_direct_destroy(&self->direct);
+  flesh_direct_destroy(&self->fallback);
+}
+
+int flesh_direction_follow_pattern(flesh_direction *self)
+{
+  if (self->patterns == self->equations->patterns) return FLESH_OK;
+  clear_solvers(self);
+  self->prepared = 0;
+  self->fallback_state = FLESH_FALLBACK_UNUSED;
+  self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
+  return make_solvers(self);
 }
 
 int flesh_direction_init(flesh_equations *equations, const flesh_solver_options *options, flesh_solve_stats *stats,
                          flesh_direction *self)
 {
-  const flesh_system *system = equations->system;
   *self = (flesh_direction){.equations = equations, .options = options, .stats = stats,
-                            .linear = flesh_linear_for(flesh_system_instructions(system))};
-  if (options->linear_solver != FLESH_LINEAR_PCG)
-    return flesh_direct_create(options->linear_solver, equations->K, &self->direct);
-  int status = self->linear->preconditioner_create(options->preconditioner, equations->K,
-                                                   flesh_mesh_positions(flesh_system_mesh(system)), equations->threads,
-                                                   &self->preconditioner);
-  if (!status) status = self->linear->pcg_space_create(equations->K, 1, equations->threads, &self->pcg);
-  if (!status) status = take_rows(self);
+                            .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
+  int status = options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
+  if (!status) status = make_solvers(self);
   if (status) flesh_direction_clear(self);
   return status;
 }
 
 void flesh_direction_clear(flesh_direction *self)
 {
-  if (self->linear) {
-    self->linear->preconditioner_destroy(&self->preconditioner);
-    self->linear->pcg_space_destroy(&self->pcg);
-  }
+  clear_solvers(self);
   flesh_system_stiff_rows_clear(&self->rows);
-  flesh_direct_destroy(&self->direct);
-  flesh_direct_destroy(&self->fallback);
   memset(self, 0, sizeof *self);
 }
 
@@ -78,6 +102,7 @@ int flesh_direction_assemble(flesh_direction *self, const double *u, flesh_eigen
 {
   self->same_matrix = 0;
   int status = flesh_equations_assemble(self->equations, u, filter);
+  if (!status) status = flesh_direction_follow_pattern(self);
   if (status) return status;
   self->filter = filter;
   self->assembled = 1;

@@ -38,6 +38,7 @@ typedef struct flesh_direction {
   flesh_direct *fallback;   /* of linear solves that PCG cannot end; NULL: none was needed, or it costs too much */
   enum { FLESH_FALLBACK_TOO_EXPENSIVE = -1, FLESH_FALLBACK_UNUSED, FLESH_FALLBACK_IN_USE } fallback_state;
   flesh_eigenvalue_filter filter;   /* of K as last assembled */
+  int patterns;             /* of the equations, when solvers were made */
   int assembled, prepared;  /* K has been, in some stage; what was factored is one of its K */
   int same_matrix;          /* K is that of the last solve by PCG */
   int single;               /* the preconditioner's K is one that PCG may round to single precision */
@@ -57,6 +58,8 @@ size_t flesh_direction_memory(const flesh_direction *direction);
 /* A new stage: a direct fallback is no longer in use, and stiff rows are taken out or left in as the stage asks for. */
 void flesh_direction_begin_stage(flesh_direction *direction);
 
+/* Makes solvers anew where K has got another pattern: what was factored is lost. FLESH_ERR_MEMORY. */
+int flesh_direction_follow_pattern(flesh_direction *direction);
 /* Assembles K at u [n] with the filter. */
 int flesh_direction_assemble(flesh_direction *direction, const double *u, flesh_eigenvalue_filter filter);
 /* K is another matrix than flesh_direction_assemble made. */

@@ -51,6 +51,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
   int status = failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->n)
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
+  if (!status) status = flesh_proximity_create(system, threads, &self->proximity);
   if (!status) self->constraint_stiffness = typical_stiffness(self);
   else flesh_equations_clear(self);
   return status;
@@ -64,6 +65,7 @@ void flesh_equations_clear(flesh_equations *self)
   flesh_free(self->frozen);
   flesh_free(self->scratch); /* and all other vectors with it */
   flesh_clearance_clear(&self->clearance);
+  flesh_proximity_clear(&self->proximity);
   flesh_block_matrix_destroy(&self->K);
   memset(self, 0, sizeof *self);
 }
@@ -71,7 +73,8 @@ void flesh_equations_clear(flesh_equations *self)
 size_t flesh_equations_memory(const flesh_equations *self)
 {
   return (size_t)self->n * ((self->frozen ? 16 : 14) * sizeof(double) + sizeof(int) + 1) +
-         flesh_clearance_memory(&self->clearance) + (size_t)self->n / 3 * sizeof(int) +
+         flesh_clearance_memory(&self->clearance) + flesh_proximity_memory(&self->proximity) +
+         (size_t)self->n / 3 * sizeof(int) +
          (size_t)self->K->row_start[self->K->rows] * 9 * sizeof(double);
 }
 
@@ -96,9 +99,11 @@ int flesh_equations_find_constrained(flesh_equations *self, double t, const uint
   return 1;
 }
 
-void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
+int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)
 {
   const size_t vector = (size_t)self->n * sizeof(double);
+  int grown, status = flesh_proximity_archive(&self->proximity, self->K, &grown, archive);
+  self->patterns += grown;
   flesh_archive_bytes(archive, self->constrained, (size_t)self->n);
   flesh_archive_bytes(archive, self->reached.x, vector);
   FLESH_ARCHIVE(archive, self->reached.there.known);
@@ -107,6 +112,7 @@ void flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *a
   if (matrix) flesh_archive_bytes(archive, self->K->values, 9 * (size_t)self->K->row_start[self->K->rows] * sizeof(double));
   flesh_clearance_archive(&self->clearance, archive);
   if (archive->mode == FLESH_ARCHIVE_LOAD && !archive->wrong) list_constrained(self);
+  return status;
 }
 
 int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
@@ -187,7 +193,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
     self->clearance.moved_most = fmax(self->clearance.moved_most, self->clearance.moved);
   }
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
-                       .clearance = looks ? &self->clearance : NULL,
+                       .clearance = looks ? &self->clearance : NULL, .proximity = &self->proximity,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
                        .multipliers = s->multipliers, .penalty = s->penalty, .softness = s->softness,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
@@ -209,6 +215,7 @@ int flesh_equations_freeze(flesh_equations *self, const double *u)
 int flesh_equations_is_clear(const flesh_equations *self, const double *u)
 {
   if (!flesh_system_limits_step(self->system)) return 1;
+  if (self->proximity.near) return 0; /* nodes are always near some others */
   return self->clearance.free && self->clearance.least_left > 0 && displacement_to(self, u) < self->clearance.least_left;
 }
 
@@ -217,7 +224,14 @@ int flesh_equations_can_reach(flesh_equations *self, const double *u)
   const flesh_stage *s = &self->stage;
   if (flesh_equations_is_clear(self, u)) return 1;
   flesh_equations_point(self, u);
-  return flesh_system_max_feasible_step(self->system, s->t_lag, s->x_lag, s->t, self->x) == 1;
+  return flesh_system_max_feasible_step(self->system, &self->proximity, s->t_lag, s->x_lag, s->t, self->x) == 1;
+}
+
+/* The free dofs of u become those of x. */
+static void take_free(const flesh_equations *self, const double *x, double *u)
+{
+  for (int d = 0; d < self->n; d++)
+    if (!self->constrained[d]) u[d] = (x[d] - self->stage.x0[d]) / self->stage.shift.x;
 }
 
 int flesh_equations_push_out(flesh_equations *self, double *u)
@@ -225,9 +239,11 @@ int flesh_equations_push_out(flesh_equations *self, double *u)
   const flesh_stage *s = &self->stage;
   if (flesh_equations_can_reach(self, u)) return FLESH_OK;
   flesh_system_push_out(self->system, s->t_lag, s->x_lag, s->t, self->x);
-  for (int d = 0; d < self->n; d++)
-    if (!self->constrained[d]) u[d] = (self->x[d] - s->x0[d]) / s->shift.x;
-  return flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
+  take_free(self, self->x, u);
+  if (flesh_equations_can_reach(self, u)) return FLESH_OK;
+  /* Nothing is pushed out of other bodies: it stays where it was. */
+  if (self->proximity.near) take_free(self, s->x_lag, u);
+  return self->proximity.near && flesh_equations_can_reach(self, u) ? FLESH_OK : FLESH_UNDEFINED;
 }
 
 double flesh_equations_max_feasible_step(flesh_equations *self, const double *from, const double *to)
@@ -236,7 +252,8 @@ double flesh_equations_max_feasible_step(flesh_equations *self, const double *fr
   flesh_equations_point(self, from);
   memcpy(self->scratch, self->x, (size_t)self->n * sizeof *self->x);
   flesh_equations_point(self, to);
-  return flesh_system_max_feasible_step(self->system, self->stage.t, self->scratch, self->stage.t, self->x);
+  return flesh_system_max_feasible_step(self->system, &self->proximity, self->stage.t, self->scratch, self->stage.t,
+                                        self->x);
 }
 
 static int same(const flesh_equations *self, const double *u, const double *other)
@@ -365,7 +382,12 @@ int flesh_equations_assemble(flesh_equations *self, const double *u, flesh_eigen
   shift.filter = filter;
   self->stats->assemblies++;
   self->stats->projections += filter != FLESH_FILTER_NONE;
-  int status = flesh_system_jacobian(self->system, &point, &shift, self->K);
+  int grown, status = flesh_proximity_cover(&self->proximity, &point, self->K, &grown);
+  if (grown) {
+    self->patterns++;
+    self->constrained_row_count = flesh_block_rows_to_fix(self->K, self->constrained, self->constrained_rows);
+  }
+  if (!status) status = flesh_system_jacobian(self->system, &point, &shift, self->K);
   if (!status) flesh_equations_constrain_matrix(self);
   return status;
 }
@@ -378,7 +400,7 @@ int flesh_equations_assemble_mass(flesh_equations *self, double t, const double 
   self->residual.known = self->potential.known = 0;
   self->stats->assemblies++;
   const flesh_point point = {.t = t, .load = 1, .x = self->x, .v = self->v, .a = self->a,
-                             .threads = self->threads, .costs = self->costs};
+                             .proximity = &self->proximity, .threads = self->threads, .costs = self->costs};
   return flesh_system_jacobian(self->system, &point, &(flesh_shift){.a = 1}, self->K);
 }
 

@@ -10,6 +10,7 @@
 #include "flesh/solver.h"
 #include "system/clearance.h"
 #include "system/position_potential.h"
+#include "system/proximity.h"
 
 typedef struct flesh_equations {
   const flesh_system *system; /* borrowed */
@@ -51,6 +52,8 @@ typedef struct flesh_equations {
     double *x; /* [n] */
   } reached;
   flesh_clearance clearance;
+  flesh_proximity proximity;
+  int patterns; /* how often K has got another pattern */
   double constrained_displacement; /* the largest |u_constrained| */
   double *zeros; /* [n] the lagged velocities where the stage has none */
 } flesh_equations;
@@ -64,8 +67,8 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
 void flesh_equations_clear(flesh_equations *equations);
 size_t flesh_equations_memory(const flesh_equations *equations);
 
-/* What lasts from stage to stage; `matrix`: K as well. */
-void flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
+/* What lasts from stage to stage; `matrix`: K as well. FLESH_ERR_MEMORY. */
+int flesh_equations_archive(flesh_equations *equations, int matrix, flesh_archive *archive);
 
 /* Takes the stage, whose arrays are borrowed, and forgets what was cached. Whether other dofs are constrained than
  * before. */
@@ -89,7 +92,8 @@ int flesh_equations_potential(flesh_equations *equations, const double *u, doubl
 /* The same; where neither potential nor residual at u is known, both become so in one pass. */
 int flesh_equations_evaluate(flesh_equations *equations, const double *u, double *phi, double *magnitude);
 int flesh_equations_knows_residual(const flesh_equations *equations, const double *u);
-/* K at u with the constraints applied; negative eigenvalues of elements as `filter` says. */
+/* K at u with the constraints applied; negative eigenvalues of elements as `filter` says. Where nodes have come near
+ * each other K may get another pattern: `patterns` counts that. */
 int flesh_equations_assemble(flesh_equations *equations, const double *u, flesh_eigenvalue_filter filter);
 /* M at x and v, without constraints, into K; the caches are lost. */
 int flesh_equations_assemble_mass(flesh_equations *equations, double t, const double *x, const double *v);

@@ -11,8 +11,8 @@
 #include "base/sort.h"
 #include "effect/effect.h"
 #include "mesh/pieces.h"
+#include "linear/block_matrix.h"
 #include "newton/background.h"
-#include "system/pattern.h"
 
 enum {
   RINGS = 2,       /* of neighbours around the nodes that carry the residual; of tets of ten nodes half as many */
@@ -257,11 +257,6 @@ static void place(subdomain *self, const double *u)
     }
 }
 
-static int find_block(const flesh_block_matrix *K, int row, int column)
-{
-  return flesh_pattern_find(K->column, K->row_start[row], K->row_end[row], column);
-}
-
 /* The whole's residual at u and its K, less the elements': K with the same filter and at the same place. */
 static int fill_background(subdomain *self, const double *u, const double *r, flesh_block_matrix *K, double *work)
 {
@@ -279,7 +274,7 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   for (int k = 0, i, j; k < others->nodes + others->pairs && !status; k++) {
     flesh_background_ends(others, k, &i, &j);
     if (self->state[self->global[i]] == CONSTRAINED) continue;
-    const int from = find_block(whole->K, self->global[i], self->global[j]), own = find_block(K, i, j);
+    const int from = flesh_block_find(whole->K, self->global[i], self->global[j]), own = flesh_block_find(K, i, j);
     for (int c = 0; c < 9; c++)
       others->K[9 * (size_t)k + c] = whole->K->values[9 * (size_t)from + c] - K->values[9 * (size_t)own + c];
   }

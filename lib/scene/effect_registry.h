@@ -11,9 +11,8 @@
  * too, through the effect's cells: forces in tets (viscosity, muscles; drivers/examples/coupled_reflex.c
  * has fibres of its own) have the tets as cells; welds and springs between nodes have pairs of
  * nodes; loads on surfaces have edges (pressure.c). Cells are fixed when the system is finished.
- * Contact of the body with itself, whose pairs come and go, gives every pair that may meet as a
- * cell, or writes only diagonal blocks that bound its Hessian from above: residual and potential
- * stay exact and the line search holds, but Newton's method then converges linearly. */
+ * What couples nodes that come near each other, as contact of bodies does, has a
+ * flesh_effect_proximity. */
 #ifndef FLESH_SCENE_EFFECT_REGISTRY_H
 #define FLESH_SCENE_EFFECT_REGISTRY_H
 

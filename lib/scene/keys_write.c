@@ -26,7 +26,7 @@ static int value_absent(const flesh_key *key, const void *value)
   case FLESH_KEY_PATH:
     return !*(char *const *)value;
   case FLESH_KEY_TREE:
-    return 1; /* never written */
+    return !*(const flesh_node *const *)value;
   case FLESH_KEY_SET:
     return !*(const unsigned *)value && !key->may_be_empty;
   case FLESH_KEY_INTEGERS:
@@ -114,6 +114,25 @@ static void write_set(const char *const *choices, unsigned set, flesh_text *text
   flesh_text_print(text, "]");
 }
 
+/* On one line. */
+static void write_tree(const flesh_node *node, flesh_text *text)
+{
+  const char *before = "";
+  if (node->kind == FLESH_NODE_SCALAR) {
+    if (flesh_node_is_null(node)) flesh_text_print(text, "null");
+    else flesh_text_quote(text, node->text);
+    return;
+  }
+  flesh_text_print(text, node->kind == FLESH_NODE_LIST ? "[" : "{");
+  for (const flesh_node *child = node->first; child; child = child->next, before = ", ") {
+    flesh_text_print(text, "%s", before);
+    if (child->key) flesh_text_quote(text, child->key);
+    if (child->key) flesh_text_print(text, ": ");
+    write_tree(child, text);
+  }
+  flesh_text_print(text, node->kind == FLESH_NODE_LIST ? "]" : "}");
+}
+
 static void write_value(const flesh_key *key, const void *value, int indent, flesh_text *text)
 {
   switch (key->type) {
@@ -163,6 +182,7 @@ static void write_value(const flesh_key *key, const void *value, int indent, fle
     key->list->write(value, indent, text);
     break;
   case FLESH_KEY_TREE:
+    write_tree(*(const flesh_node *const *)value, text);
     break;
   }
 }

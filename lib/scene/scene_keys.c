@@ -289,7 +289,7 @@ const flesh_key flesh_scene_table[] = {
      .child_size = sizeof(flesh_scene_other),
      .doc = "more bodies beside it, each with a mesh, a place and, if given, a density, a material "
             "and a velocity of its own; what acts on the body acts on them as well, unless it is "
-            "for a selection. Contact is with obstacles only: bodies pass through each other, and each through itself"},
+            "for a selection. Without an effect contact between them bodies pass through each other, and each through itself"},
     {.name = "effects",
      .type = FLESH_KEY_EFFECTS,
      .list = &flesh_effect_key_list,

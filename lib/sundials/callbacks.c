@@ -74,6 +74,9 @@ int flesh_kinsol_jacobian(N_Vector u, N_Vector r, SUNMatrix J, void *data, N_Vec
   const double *at = flesh_vector_data(u, problem->newton.equations.n);
   if (!at) return FLESH_ERR_ARGUMENT;
   const int sparse = SUNMatGetID(J) == SUNMATRIX_SPARSE;
+  if (sparse && problem->newton.equations.proximity.near)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "bodies touch each other, so that the Jacobian's pattern grows: it needs the "
+                                          "problem's own matrix of flesh_sunmatrix_create, not a SUNSparseMatrix");
   if (!sparse && !flesh_problem_owns_matrix(problem, J))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the matrix is neither a SUNSparseMatrix nor this problem's own of "
                                           "flesh_sunmatrix_create");

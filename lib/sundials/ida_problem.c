@@ -31,12 +31,9 @@ static int find_coupling(flesh_ida_problem *self)
   return !flesh_block_is_diagonal(self->D);
 }
 
-int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
-                             flesh_ida_problem **problem)
+/* FLESH_ERR_ARGUMENT with what such a system cannot have. */
+static int check_system(const flesh_system *system)
 {
-  FLESH_NEED({problem, "problem"});
-  *problem = NULL;
-  FLESH_NEED({system, "system"}, {options, "options"});
   if (!flesh_system_has_role(system, FLESH_ROLE_INERTIA))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system has no inertia; IDA needs an equation of motion");
   if (flesh_system_multiplier_count(system))
@@ -44,11 +41,26 @@ int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_opti
                       "the body has incompressible tets (poisson 0.5), whose motion is a differential-algebraic system "
                       "of index 3: IDA, CVODE and ARKODE cannot judge the error of its pressures; take a method of "
                       "fixed steps, or poisson below 0.5");
+  if (flesh_system_has_proximity(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "bodies touch each other (contact: between): the pattern of the Jacobian grows where they meet, "
+                      "which IDA, CVODE and ARKODE do not know; take a method of fixed steps");
+  return FLESH_OK;
+}
+
+int flesh_ida_problem_create(const flesh_system *system, const flesh_solver_options *options,
+                             flesh_ida_problem **problem)
+{
+  FLESH_NEED({problem, "problem"});
+  *problem = NULL;
+  FLESH_NEED({system, "system"}, {options, "options"});
+  int status = check_system(system);
+  if (status) return status;
   const int64_t unknowns = 2 * (int64_t)flesh_system_unknowns(system);
   if (flesh_sunindex(unknowns) < 0)
     return flesh_fail(FLESH_ERR_ARGUMENT, "%lld unknowns are too many for the %d-bit indices of this SUNDIALS",
                       (long long)unknowns, FLESH_SUNDIALS_INDEX_SIZE);
-  int status = flesh_sundials_check();
+  status = flesh_sundials_check();
   if (status) return status;
   flesh_ida_problem *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for an IDA problem");
@@ -168,8 +180,8 @@ int flesh_ida_evaluate(flesh_ida_problem *self, double t, const double *y, const
   const int n = self->n;
   const flesh_point point = flesh_ida_point(self, t, y, yp);
   self->stats.residuals++;
-  int status = self->accepted && flesh_system_max_feasible_step(self->system, self->t_accepted, self->x_accepted,
-                                                  point.t, point.x) < 1
+  int status = self->accepted && flesh_system_max_feasible_step(self->system, NULL, self->t_accepted, self->x_accepted,
+                                                                  point.t, point.x) < 1
                    ? FLESH_UNDEFINED
                    : flesh_system_residual(self->system, &point, F + n);
   if (!status && !(flesh_norm(NULL, n, F + n) < INFINITY)) status = FLESH_NONFINITE;

@@ -153,6 +153,11 @@ void flesh_nonlinear_set_costs(flesh_nonlinear *self, flesh_costs *costs)
 
 flesh_threads *flesh_nonlinear_threads(const flesh_nonlinear *self) { return self->problem->newton.threads; }
 
+const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *self)
+{
+  return &self->problem->newton.equations.proximity;
+}
+
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *self) { return self->kinsol; }
 
 size_t flesh_nonlinear_memory(const flesh_nonlinear *self)
@@ -334,7 +339,7 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
   stats->potentials++;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
-                             .multipliers = equations->stage.multipliers,
+                             .multipliers = equations->stage.multipliers, .proximity = &equations->proximity,
                              .threads = equations->threads, .costs = equations->costs};
   int status = flesh_system_energies(equations->system, &point, energies);
   for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];

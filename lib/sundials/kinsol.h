@@ -6,6 +6,7 @@
 #include "flesh/kinsol.h"
 #include "flesh/state.h"
 #include "system/position_potential.h"
+#include "system/proximity.h"
 
 typedef struct flesh_nonlinear flesh_nonlinear;
 
@@ -62,6 +63,8 @@ int flesh_nonlinear_worst_node(const flesh_nonlinear *nonlinear);
 void flesh_nonlinear_set_costs(flesh_nonlinear *nonlinear, flesh_costs *costs);
 /* Newton's iteration of the solve under way. */
 void flesh_nonlinear_progress(const flesh_nonlinear *nonlinear, flesh_progress *progress);
+/* What the run's effects know of nodes near each other. */
+const flesh_proximity *flesh_nonlinear_proximity(const flesh_nonlinear *nonlinear);
 /* KINSOL's memory. */
 void *flesh_nonlinear_kinsol(const flesh_nonlinear *nonlinear);
 /* Those of its solves. */

@@ -277,7 +277,7 @@ static int check_open(check *c, const flesh_mesh *mesh)
   if (!status && cells) status = flesh_pattern_slots(&c->pattern, cells, &c->slots);
   if (status) return status;
   double *values = flesh_calloc(9 * (size_t)c->pattern.row_start[nodes] + 1, sizeof *values);
-  c->K = (flesh_block_matrix){nodes, c->pattern.row_start, c->pattern.row_end, c->pattern.column, values};
+  c->K = flesh_pattern_matrix(&c->pattern, values);
   double **vectors[] = {&c->v,  &c->a,  &c->x_lag, &c->v_lag, &c->w, &c->x_frozen, &c->v_frozen,
                         &c->xs, &c->vs, &c->as,    &c->du,    &c->r, &c->dr,       &c->Kdu};
   for (size_t k = 0; k < sizeof vectors / sizeof vectors[0]; k++)

@@ -3,11 +3,12 @@
 #ifndef FLESH_SYSTEM_FEASIBLE_STEP_H
 #define FLESH_SYSTEM_FEASIBLE_STEP_H
 
-#include "flesh/system.h"
+#include "system/proximity.h"
 
-/* The feasible fraction of the straight step of all nodes from x_from [3*n] at t_from to x_to at t_to; 1: all of it. */
-double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from, double t_to,
-                                      const double *x_to);
+/* The feasible fraction of the straight step of all nodes from x_from [3*n] at t_from to x_to at t_to; 1: all of it.
+ * `proximity`: the run's; NULL: there is no run. */
+double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
+                                      const double *x_from, double t_to, const double *x_to);
 /* Moves the nodes of x_to that cannot get there from x_from to where they can. */
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from, double t_to, double *x_to);
 /* Whether a step from x_from to x_to must have tunnelled through an obstacle. */

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "linear/bisection.h"
+#include "linear/block_matrix.h"
 
 static int compare_int(const void *a, const void *b)
 {
@@ -20,7 +21,7 @@ static int compare_int(const void *a, const void *b)
 static int lay_out(flesh_pattern *pattern)
 {
   const size_t rows = (size_t)pattern->rows, blocks = (size_t)pattern->row_start[rows];
-  const flesh_block_matrix A = {pattern->rows, pattern->row_start, pattern->row_end, pattern->column, NULL};
+  const flesh_block_matrix A = flesh_pattern_matrix(pattern, NULL);
   int *column = flesh_malloc((blocks + 1) * sizeof *column), count = 0;
   flesh_bisection bisection = {0};
   int status = column ? flesh_bisection_create(&A, &bisection) : FLESH_ERR_MEMORY;
@@ -40,11 +41,12 @@ static int lay_out(flesh_pattern *pattern)
   return FLESH_OK;
 }
 
-/* Every pair once per cell that has it, bucketed by row: where each row's entries begin into start [rows+2], and the
- * entries, new. FLESH_ERR_MEMORY. */
-static int list_entries(int rows, int count, const flesh_cells *const *cells, size_t *start, int **entries)
+/* The blocks of `base` (NULL: the diagonal ones), and every pair once per cell that has it, bucketed by row: where each
+ * row's entries begin into start [rows+2], and the entries, new. FLESH_ERR_MEMORY. */
+static int list_entries(const flesh_pattern *base, int rows, int count, const flesh_cells *const *cells, size_t *start,
+                        int **entries)
 {
-  for (int i = 0; i < rows; i++) start[i + 1] = 1;
+  for (int i = 0; i < rows; i++) start[i + 1] = base ? (size_t)(base->row_end[i] - base->row_start[i]) : 1;
   for (int k = 0; k < count; k++) {
     const int m = cells[k]->nodes_per_cell;
     for (int e = 0; e < cells[k]->count; e++)
@@ -55,7 +57,11 @@ static int list_entries(int rows, int count, const flesh_cells *const *cells, si
   size_t *fill = flesh_malloc(((size_t)rows + 1) * sizeof *fill);
   if (list && fill) {
     memcpy(fill, start, (size_t)rows * sizeof *fill);
-    for (int i = 0; i < rows; i++) list[fill[i]++] = i;
+    for (int i = 0; i < rows; i++) {
+      const size_t known = base ? (size_t)(base->row_end[i] - base->row_start[i]) : 1;
+      memcpy(list + fill[i], base ? base->column + base->row_start[i] : &i, known * sizeof *list);
+      fill[i] += known;
+    }
     for (int k = 0; k < count; k++) {
       const int m = cells[k]->nodes_per_cell;
       for (int e = 0; e < cells[k]->count; e++) {
@@ -98,14 +104,16 @@ static int thin_rows(flesh_pattern *pattern, const size_t *start, int *entries)
   return total <= INT_MAX / 9 ? FLESH_OK : FLESH_ERR_ARGUMENT;
 }
 
-int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells, flesh_pattern *pattern)
+/* Of flesh_pattern_create, and of flesh_pattern_extend where there is a `base`. */
+static int create(const flesh_pattern *base, int rows, int count, const flesh_cells *const *cells,
+                  flesh_pattern *pattern)
 {
   *pattern = (flesh_pattern){.rows = rows};
   size_t *start = flesh_calloc((size_t)rows + 2, sizeof *start);
   pattern->row_start = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_start);
   pattern->row_end = flesh_malloc(((size_t)rows + 1) * sizeof *pattern->row_end);
   int status = start && pattern->row_start && pattern->row_end ? FLESH_OK : FLESH_ERR_MEMORY;
-  if (!status) status = list_entries(rows, count, cells, start, &pattern->column);
+  if (!status) status = list_entries(base, rows, count, cells, start, &pattern->column);
   if (!status) status = thin_rows(pattern, start, pattern->column);
   if (!status) status = lay_out(pattern);
   flesh_free(start);
@@ -116,26 +124,37 @@ int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells, f
              : flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
 }
 
+int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells, flesh_pattern *pattern)
+{
+  return create(NULL, rows, count, cells, pattern);
+}
+
+int flesh_pattern_extend(const flesh_pattern *base, int count, const flesh_cells *const *cells, flesh_pattern *pattern,
+                         int **place)
+{
+  const int rows = base->rows;
+  int *places = *place = flesh_malloc(((size_t)base->row_start[rows] + 1) * sizeof **place);
+  int status = places ? create(base, rows, count, cells, pattern)
+                      : flesh_fail(FLESH_ERR_MEMORY, "no memory for the pattern of %d nodes", rows);
+  if (status) {
+    flesh_free(places);
+    *place = NULL;
+    return status;
+  }
+  for (int i = 0; i < rows; i++)
+    for (int k = base->row_start[i], to = pattern->row_start[i]; k < base->row_end[i]; k++, to++) {
+      while (pattern->column[to] != base->column[k]) to++;
+      places[k] = to;
+    }
+  return FLESH_OK;
+}
+
 void flesh_pattern_clear(flesh_pattern *pattern)
 {
   flesh_free(pattern->row_start);
   flesh_free(pattern->row_end);
   flesh_free(pattern->column);
   *pattern = (flesh_pattern){0};
-}
-
-int flesh_pattern_find(const int *columns, int from, int until, int column)
-{
-  int low = from, high = until - 1;
-  while (low <= high) {
-    int middle = low + (high - low) / 2;
-    if (columns[middle] == column) return middle;
-    if (columns[middle] < column)
-      low = middle + 1;
-    else
-      high = middle - 1;
-  }
-  return -1;
 }
 
 static size_t pairs_per_cell(const flesh_cells *cells)
@@ -171,6 +190,7 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
 int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, int **slots)
 {
   const size_t count = flesh_pattern_pairs(cells), per_cell = pairs_per_cell(cells), m = (size_t)cells->nodes_per_cell;
+  const flesh_block_matrix A = flesh_pattern_matrix(pattern, NULL);
   *slots = flesh_huge_pages_alloc((count + 1) * sizeof **slots);
   if (!*slots)
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the slots of %d cells", cells->count);
@@ -179,8 +199,7 @@ int flesh_pattern_slots(const flesh_pattern *pattern, const flesh_cells *cells, 
     const int *node = cells->nodes + named / per_cell * m;
     size_t a = 0, b = named % per_cell;
     for (; b >= m - a; a++) b -= m - a;
-    (*slots)[k] =
-        flesh_pattern_find(pattern->column, pattern->row_start[node[a]], pattern->row_end[node[a]], node[a + b]);
+    (*slots)[k] = flesh_block_find(&A, node[a], node[a + b]);
   }
   return FLESH_OK;
 }

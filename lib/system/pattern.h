@@ -21,9 +21,16 @@ int flesh_pattern_check(const char *effect, int nodes, const flesh_cells *cells)
 int flesh_pattern_create(int rows, int count, const flesh_cells *const *cells,
                          flesh_pattern *pattern);
 void flesh_pattern_clear(flesh_pattern *pattern);
+/* `base` with all pairs of more cells. Returns new in *place [blocks of base] where its blocks are in the other one. */
+int flesh_pattern_extend(const flesh_pattern *base, int count, const flesh_cells *const *cells, flesh_pattern *pattern,
+                         int **place);
 
-/* Which of a row's columns [from..until) is `column`; -1: none. */
-int flesh_pattern_find(const int *columns, int from, int until, int column);
+/* A matrix of the pattern with these values. */
+static inline flesh_block_matrix flesh_pattern_matrix(const flesh_pattern *pattern, double *values)
+{
+  return (flesh_block_matrix){.rows = pattern->rows, .row_start = pattern->row_start, .row_end = pattern->row_end,
+                              .column = pattern->column, .values = values};
+}
 
 /* How many pairs the cells ask for. */
 size_t flesh_pattern_pairs(const flesh_cells *cells);

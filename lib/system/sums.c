@@ -9,6 +9,7 @@
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
+#include "system/proximity.h"
 
 /* The point as effects see it. */
 static flesh_point with_lag(const flesh_point *point)
@@ -17,6 +18,7 @@ static flesh_point with_lag(const flesh_point *point)
   if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
   if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
+  full.near = NULL;
   return full;
 }
 
@@ -51,13 +53,14 @@ static void count(flesh_costs *costs, int k, int what, double start)
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
 {
-  const flesh_point full = with_lag(point);
+  flesh_point full = with_lag(point);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(full.costs);
+    full.near = flesh_proximity_of(full.proximity, k);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return status;
@@ -89,8 +92,9 @@ int flesh_system_roles_residual(const flesh_system *system, unsigned roles, cons
 
 /* What threads clear, in parts: the blocks that the leader leaves, or all. */
 typedef struct clearing {
-  const flesh_system *system;
   flesh_block_matrix *K;
+  const int *left;
+  int count; /* of left */
 } clearing;
 
 enum { CLEARED_PARTS = 64 };
@@ -98,23 +102,25 @@ enum { CLEARED_PARTS = 64 };
 static void clear_part(void *data, int task)
 {
   const clearing *c = data;
-  const int *left = c->system->left;
-  const size_t count = (size_t)(left ? c->system->left_count : c->K->row_start[c->K->rows]);
+  const int *left = c->left;
+  const size_t count = (size_t)(left ? c->count : c->K->row_start[c->K->rows]);
   const size_t from = count * (size_t)task / CLEARED_PARTS, until = count * (size_t)(task + 1) / CLEARED_PARTS;
   if (!left) memset(c->K->values + 9 * from, 0, 9 * (until - from) * sizeof *c->K->values);
   for (size_t k = from; left && k < until; k++)
     memset(c->K->values + 9 * (size_t)left[k], 0, 9 * sizeof *c->K->values);
 }
 
-static int add_jacobian(const flesh_system *system, int k, int anew, const flesh_point *full, const flesh_shift *shift,
+static int add_jacobian(const flesh_system *system, int k, int anew, flesh_point *full, const flesh_shift *shift,
                         flesh_block_matrix *K)
 {
   const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
+  const int *slots = K->layout ? K->layout->slots[k] : e->slots;
   const double start = cpu_time(full->costs);
   int status = FLESH_OK;
-  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, e->slots);
-  else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, e->slots);
+  full->near = flesh_proximity_of(full->proximity, k);
+  if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, slots);
+  else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, slots);
   count(full->costs, k, CALL_JACOBIAN, start);
   return status;
 }
@@ -123,9 +129,12 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
                           const flesh_shift *shift, flesh_block_matrix *K)
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
-  const flesh_point full = with_lag(point);
+  const flesh_layout *layout = K->layout;
+  flesh_point full = with_lag(point);
   int status = FLESH_OK;
-  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part, &(clearing){system, K});
+  flesh_threads_run(point->threads, CLEARED_PARTS, clear_part,
+                    &(clearing){K, layout ? layout->left : system->left,
+                                layout ? layout->left_count : system->left_count});
   if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, &full, shift, K);
   for (int k = 0; k < system->entry_count && !status; k++)
     if (k != system->leader && system->entries[k].effect->operations->jacobian)
@@ -146,7 +155,7 @@ static int add_by_position(const flesh_position_potential sums[2], flesh_positio
 int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                   flesh_position_potential *by_position, double *phi, double *magnitude)
 {
-  const flesh_point full = with_lag(point);
+  flesh_point full = with_lag(point);
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
@@ -154,6 +163,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
     const double start = cpu_time(full.costs);
+    full.near = flesh_proximity_of(full.proximity, k);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
@@ -185,7 +195,7 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                  flesh_position_potential *by_position, double *r, double *phi, double *magnitude)
 {
-  const flesh_point full = with_lag(point);
+  flesh_point full = with_lag(point);
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   by_position->known = 0;
@@ -196,6 +206,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     if (!calls) continue;
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = cpu_time(full.costs);
+    full.near = flesh_proximity_of(full.proximity, k);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
@@ -215,7 +226,7 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
                                  const flesh_position_potential *by_position, double *energies)
 {
-  const flesh_point full = with_lag(point);
+  flesh_point full = with_lag(point);
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -228,6 +239,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       continue;
     }
     const double start = cpu_time(full.costs);
+    full.near = flesh_proximity_of(full.proximity, k);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
     if (status) return status;
@@ -238,12 +250,13 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
                                double *sum)
 {
-  const flesh_point full = with_lag(point);
+  flesh_point full = with_lag(point);
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     double energy = 0;
     if (effect->operations->role != role) continue;
+    full.near = flesh_proximity_of(full.proximity, k);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
     if (energies) energies[k] = energy;
     *sum += energy;

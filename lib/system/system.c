@@ -66,7 +66,7 @@ int flesh_system_add_effect(flesh_system *system, flesh_effect **effect)
   }
   system->entries = grown;
   system->entries[system->entry_count++] = (flesh_system_entry){.effect = *effect};
-  system->limits_step |= flesh_effect_as_barrier(*effect)->max_feasible_step != NULL;
+  system->limits_step |= flesh_effect_as_barrier(*effect)->max_feasible_step != NULL || (*effect)->operations->proximity;
   *effect = NULL;
   return FLESH_OK;
 }
@@ -294,8 +294,8 @@ int flesh_system_moves(const flesh_system *system)
 
 int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
 
-double flesh_system_max_feasible_step(const flesh_system *system, double t_from, const double *x_from,
-                        double t_to, const double *x_to)
+double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
+                                      const double *x_from, double t_to, const double *x_to)
 {
   double fraction = 1;
   for (int k = 0; system->limits_step && k < system->entry_count; k++) {
@@ -303,6 +303,9 @@ double flesh_system_max_feasible_step(const flesh_system *system, double t_from,
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->max_feasible_step)
       fraction = fmin(fraction, barrier->max_feasible_step(effect, t_from, x_from, t_to, x_to));
+    if (effect->operations->proximity)
+      fraction = fmin(fraction, effect->operations->proximity->max_feasible_step(
+                                    effect, flesh_proximity_of(proximity, k), x_from, x_to));
   }
   return fraction;
 }
@@ -358,7 +361,7 @@ int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %d blocks",
                       pattern->row_start[pattern->rows]);
   }
-  **matrix = (flesh_block_matrix){pattern->rows, pattern->row_start, pattern->row_end, pattern->column, values};
+  **matrix = flesh_pattern_matrix(pattern, values);
   return FLESH_OK;
 }
 

@@ -99,7 +99,7 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state 
 static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)
 {
   return (flesh_point){.t = t, .load = 1, .x = state->x, .v = state->v, .a = watch->zeros,
-                       .multipliers = state->multipliers,
+                       .multipliers = state->multipliers, .proximity = watch->proximity,
                        .threads = watch->threads, .costs = watch->costs};
 }
 

@@ -5,6 +5,7 @@
 #include "base/archive.h"
 #include "flesh/integrator.h"
 #include "system/position_potential.h"
+#include "system/proximity.h"
 
 /* An excess counts where that many steps in a row have it. */
 enum { FLESH_ENERGY_STEPS = 3 };
@@ -20,6 +21,7 @@ typedef struct flesh_energy_watch {
   double *scratch;         /* [2*n] where forces may put in work; else NULL */
   flesh_threads *threads;  /* borrowed; may be NULL */
   flesh_costs *costs;      /* borrowed; may be NULL */
+  const flesh_proximity *proximity; /* the run's, borrowed; may be NULL */
   /* The state that `energies` belong to. */
   int known;
   double t, marks[2];

@@ -74,6 +74,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->watch.limit = max_energy_gain;
   self->watch.threads = flesh_nonlinear_threads(self->nonlinear);
   self->watch.costs = &self->costs;
+  self->watch.proximity = flesh_nonlinear_proximity(self->nonlinear);
   flesh_nonlinear_set_costs(self->nonlinear, &self->costs);
   if (self->adaptive) flesh_adaptive_set_costs(self->adaptive, &self->costs);
   *integrator = self;

@@ -11,7 +11,8 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
                             double t, double h, const double *a, double *r)
 {
   const flesh_point point = {.t = t, .load = 1, .x = state->x, .v = state->v, .a = a, .threads = watch->threads,
-                             .multipliers = state->multipliers, .costs = watch->costs};
+                             .multipliers = state->multipliers, .proximity = watch->proximity,
+                             .costs = watch->costs};
   double power = 0, work;
   int moves = 0, status = FLESH_OK;
   for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;

@@ -71,6 +71,13 @@ midpoint_goes_on() { killed_and_resumed --method midpoint; }
 newmark_goes_on() { killed_and_resumed --method newmark; }
 hht_goes_on() { killed_and_resumed --method hht; }
 static_goes_on() { killed_and_resumed --method static --set effects.inertia=null; }
+# The pattern of the matrix has grown by then.
+bodies_that_touch_go_on() {
+  killed_and_resumed --set 'bodies=[{name: other, mesh: bar.msh, translation: [0.3, 0.2, 1.02], rotation: [0, 0, 0.2]}]' \
+    --set 'effects.contact[1].between=all' --set 'effects.contact[1].friction=0.4' &&
+    awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == "contact_2_pairs") at = c } $at > most { most = $at }
+      END { exit !(most > 0) }' whole/history.csv
+}
 incompressible_tets_go_on() { killed_and_resumed --set body.element=tet10-mean --set body.material.poisson=0.5 --set effects.contact=null --set output.probes=null --no-frames; }
 euler_then_adaptive_goes_on() { killed_and_resumed --method euler-then-adaptive --set time.switch_threshold=1e-9; }
 
@@ -210,7 +217,7 @@ files_are_on_the_disk_first() {
     END { if (checkpoints != 4) { print checkpoints " checkpoints"; bad = 1 } exit bad }' log.txt
 }
 
-run_tests backward_euler_goes_on bdf2_goes_on midpoint_goes_on newmark_goes_on hht_goes_on static_goes_on \
+run_tests backward_euler_goes_on bdf2_goes_on midpoint_goes_on newmark_goes_on hht_goes_on static_goes_on bodies_that_touch_go_on \
   incompressible_tets_go_on euler_then_adaptive_goes_on adaptive_agrees_and_says_so any_moment_will_do \
   sigterm_writes_one a_spent_budget_goes_on what_cannot_go_on_is_refused a_complete_run_says_so \
   a_new_run_drops_an_old_checkpoint files_are_on_the_disk_first

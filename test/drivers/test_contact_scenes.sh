@@ -49,10 +49,19 @@ every_file_that_goes_in_has_its_hash() {
 
 # One body says nothing of it.
 bodies_are_told_to_pass_through_each_other() {
-  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/two &&
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=1/60 --out out/apart &&
+    has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set time.end=1/60 --out out/touch &&
+    has stdout.txt 'bodies: 2, which touch each other' || return 1
+  expect 0 "$flesh" run "$scenes/two_bodies.yaml" --set 'effects.contact.between=self' --set time.end=1/60 --out out/self &&
     has stdout.txt 'bodies: 2, which do not touch each other: they pass through each other' || return 1
   expect 0 "$flesh" run "$scenes/bar_gravity.yaml" --set time.end=1/60 --out out/one && ! grep -q 'bodies:' stdout.txt &&
     "$flesh" schema bodies >schema.txt && has schema.txt 'bodies pass through each other'
+}
+
+bodies_that_begin_crossed_are_refused() {
+  expect 2 "$flesh" run "$scenes/two_bodies.yaml" --set 'bodies[0].translation=[3, -1.5, 0.5]' --out out/crossed &&
+    has stderr.txt 'go through each other: the edge of the nodes' && has stderr.txt 'of flyer' && has stderr.txt 'of bar'
 }
 
 # What is written runs again, to the same bits.
@@ -96,4 +105,5 @@ END
 }
 
 run_tests jelly_on_stairs every_file_that_goes_in_has_its_hash hand_on_a_ball a_scene_that_touches_checks \
-  bodies_are_told_to_pass_through_each_other a_scene_with_contact_repeats bad_contacts_are_refused
+  bodies_are_told_to_pass_through_each_other \
+  bodies_that_begin_crossed_are_refused a_scene_with_contact_repeats bad_contacts_are_refused

@@ -78,6 +78,11 @@ what_hangs_pulls_with_its_weight() {
   done
 }
 
+fist() { short fist --set time.end=0.05; }
+fold() { short fold --set time.end=0.1; }
+funnel() { short funnel --set time.end=0.02; }
+soft_and_stiff() { short soft_and_stiff --set time.end=0.03; }
+
 # Its resolved scene names the obstacle's file so that it is found from anywhere.
 a_scene_run_in_its_own_folder_repeats() {
   (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
@@ -85,5 +90,5 @@ a_scene_run_in_its_own_folder_repeats() {
 }
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
-  what_hangs_pulls_with_its_weight \
+  what_hangs_pulls_with_its_weight fist fold funnel soft_and_stiff \
   a_scene_run_in_its_own_folder_repeats

@@ -116,7 +116,7 @@ static double off_the_diagonal(const double *P, const double *dense, const flesh
   double outside[9] = {0}, taken[9], product = 0, square = 0, worst = 0, trace = 0, whole = 0;
   for (int j = 0; j < A->rows; j++) {
     const int low = i < j ? i : j, high = i < j ? j : i;
-    if (flesh_pattern_find(A->column, A->row_start[low], A->row_end[low], high) >= 0) continue;
+    if (flesh_block_find(A, low, high) >= 0) continue;
     for (int r = 0; r < 3; r++)
       for (int c = 0; c < 3; c++) {
         outside[3 * r + c] += P[(3 * i + r) * n + 3 * j + c] / 2;
@@ -167,7 +167,7 @@ static void incomplete_cholesky_is_exact_on_the_pattern(void)
         double off = fabs(column[e] - dense[e * b.n + d]);
         P[e * b.n + d] = column[e];
         if (i == j) continue;
-        if (flesh_pattern_find(A->column, A->row_start[i], A->row_end[i], j) >= 0) worst = fmax(worst, off);
+        if (flesh_block_find(A, i, j) >= 0) worst = fmax(worst, off);
         else outside = fmax(outside, off);
       }
       free(unit);

@@ -44,7 +44,7 @@ static void products_and_constraints(void)
   CHECK(wrong == 0);
   for (int i = 0; i < A->rows; i++)
     for (int j = i; j < A->rows; j++) {
-      int k = flesh_pattern_find(A->column, A->row_start[i], A->row_end[i], j), there = 0;
+      int k = flesh_block_find(A, i, j), there = 0;
       for (int l = A->row_start[i]; l < A->row_end[i]; l++) there |= A->column[l] == j;
       CHECK(there ? k >= A->row_start[i] && k < A->row_end[i] && A->column[k] == j : k == -1);
     }
@@ -60,7 +60,7 @@ static void products_and_constraints(void)
 static int coupled(const flesh_block_matrix *A, int i, int j)
 {
   const int row = i < j ? i : j, column = i < j ? j : i;
-  return flesh_pattern_find(A->column, A->row_start[row], A->row_end[row], column) >= 0;
+  return flesh_block_find(A, row, column) >= 0;
 }
 
 /* Both halves go along the body, so that what is coupled lies near, and nodes rarely wait for the one before. */

@@ -87,7 +87,7 @@ static int test_lacks_set(void)
 #endif
 }
 
-static int test_run_all(int argc, char **argv, const test_case *cases, int count)
+static inline int test_run_all(int argc, char **argv, const test_case *cases, int count)
 {
   if (test_lacks_set()) {
     puts("1..0 # SKIP this machine lacks the instructions");

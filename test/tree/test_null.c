@@ -15,8 +15,8 @@
 /* What NULL serves for, or nobody reads:
  * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target,
  * flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude,
- * flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r, flesh_ida_jacobian w1,
- * flesh_ida_jacobian w2,
+ * flesh_effect_surface_contact pairs, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
+ * flesh_ida_jacobian w1, flesh_ida_jacobian w2,
  * flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
  * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times
@@ -39,7 +39,8 @@
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
  * user_data: flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle,
- * flesh_effect_contact effect, flesh_effect_create operations, flesh_effect_create effect, flesh_ida_start y,
+ * flesh_effect_contact effect, flesh_effect_surface_contact body, flesh_effect_surface_contact options,
+ * flesh_effect_surface_contact effect, flesh_effect_create operations, flesh_effect_create effect, flesh_ida_start y,
  * flesh_ida_start yp, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual
  * problem, flesh_ida_jacobian y, flesh_ida_jacobian yp, flesh_ida_jacobian J, flesh_ida_jacobian problem,
  * flesh_ida_preconditioner_setup y, flesh_ida_preconditioner_setup yp, flesh_ida_preconditioner_setup problem,
@@ -421,6 +422,19 @@ static void what_is_taken_is_freed(void)
   }
 }
 
+static void contact_between_bodies_needs_all_but_pairs(void)
+{
+  flesh_effect *effect = NULL;
+  static const char *const sentences[] = {"flesh_effect_surface_contact: body is NULL",
+                                          "flesh_effect_surface_contact: options is NULL",
+                                          "flesh_effect_surface_contact: effect is NULL"};
+  for (int k = 0; k < 3; k++) {
+    check(flesh_effect_surface_contact(k == 0 ? NULL : any, k == 1 ? NULL : any, 0, NULL, k == 2 ? NULL : &effect),
+          sentences[k]);
+    CHECK(!effect);
+  }
+}
+
 typedef struct lower_layer {
   test_body b;
   SUNContext context;
@@ -582,6 +596,6 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(null_is_refused_by_effects),
                    TEST(null_is_refused_by_runs), TEST(null_is_refused_by_bodies), TEST(null_is_refused_by_systems),
-                   TEST(what_is_taken_is_freed), TEST(callbacks_wait_for_a_stage_or_a_start),
+                   TEST(what_is_taken_is_freed), TEST(contact_between_bodies_needs_all_but_pairs), TEST(callbacks_wait_for_a_stage_or_a_start),
                    TEST(callbacks_wait_for_what_they_need), TEST(each_kind_speaks_of_itself));
 }

@@ -12,7 +12,8 @@ from .mesh import Mesh
 from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
-           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Contact", "DerivativeReport", "EffectCost", "ROLES"]
+           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Contact", "SurfaceContact", "DerivativeReport",
+           "EffectCost", "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
 ROLES = tuple(_ROLES.words)
@@ -276,6 +277,16 @@ class Weld(Effect):
         return area[0]
 
 
+def _contact_options(stiffness, thickness, friction, slip_speed):
+    options = ffi.new("flesh_contact_options *")
+    lib.flesh_contact_options_default(options)
+    for name, value in (("stiffness", stiffness), ("thickness", thickness), ("friction", friction),
+                        ("slip_speed", slip_speed)):
+        if value is not None:
+            setattr(options, name, float(value))
+    return options
+
+
 class Contact(Effect):
     """Keeps a body out of an obstacle, which it takes.
 
@@ -289,12 +300,7 @@ class Contact(Effect):
     def __init__(self, body: Body, obstacle: Obstacle, stiffness: Optional[float] = None,
                  thickness: Optional[float] = None, friction: Optional[float] = None,
                  slip_speed: Optional[float] = None):
-        options = ffi.new("flesh_contact_options *")
-        lib.flesh_contact_options_default(options)
-        for name, value in (("stiffness", stiffness), ("thickness", thickness), ("friction", friction),
-                            ("slip_speed", slip_speed)):
-            if value is not None:
-                setattr(options, name, float(value))
+        options = _contact_options(stiffness, thickness, friction, slip_speed)
         taken = obstacle._give(self)
         self._take(create("flesh_effect", lib.flesh_effect_contact, body._struct, options, taken), body)
         obstacle._pointer = lib.flesh_effect_obstacle(self._pointer)
@@ -303,3 +309,20 @@ class Contact(Effect):
     def obstacle(self) -> Obstacle:
         """What the body is kept out of."""
         return Obstacle._of(lib.flesh_effect_obstacle(self._pointer), self)
+
+
+class SurfaceContact(Effect):
+    """Keeps the surfaces of a body's parts out of each other and out of themselves.
+
+    Args:
+        pairs: [count, 2] numbers of parts that may touch, twice the same for one that touches itself; None: all of them,
+            themselves included. A body without parts is part 0.
+        stiffness, thickness, friction, slip_speed: as of `Contact`.
+    """
+
+    def __init__(self, body: Body, pairs=None, stiffness: Optional[float] = None, thickness: Optional[float] = None,
+                 friction: Optional[float] = None, slip_speed: Optional[float] = None):
+        options = _contact_options(stiffness, thickness, friction, slip_speed)
+        chosen = None if pairs is None else integers(pairs, (None, 2), "pairs")
+        count, numbers = (0, ffi.NULL) if chosen is None else (len(chosen), pointer(chosen, "int"))
+        self._take(create("flesh_effect", lib.flesh_effect_surface_contact, body._struct, options, count, numbers), body)

@@ -9,6 +9,7 @@
 #include "flesh/contact.h"
 #include "flesh/surface.h"
 #include "scene/effect_rows.h"
+#include "scene/node.h"
 
 typedef struct parameters {
   struct {
@@ -21,6 +22,7 @@ typedef struct parameters {
     double from[3], to[3], radius;
   } capsule;
   char *mesh;
+  const flesh_node *between;
   double stiffness, thickness, friction, slip_speed, centre[3];
   int interpolation;
   flesh_objects motion;
@@ -67,6 +69,9 @@ static const flesh_key keys[] = {
     {.name = "mesh", .type = FLESH_KEY_PATH, AT(mesh), .default_value = "",
      .doc = "file of a surface (.obj or .ply), or of a tetrahedral mesh whose surface is the obstacle; closed or "
             "open, it is met from both sides"},
+    {.name = "between", .type = FLESH_KEY_TREE, AT(between), .default_value = "",
+     .doc = "bodies that touch each other, in place of an obstacle: all (each other and themselves), self (each "
+            "itself), or a list of pairs of names [[a, b], [a, a]]"},
     {.name = "motion", .type = FLESH_KEY_OBJECTS, AT(motion), .default_value = "",
      .children = flesh_keyframe_keys, .child_size = sizeof(flesh_keyframe),
      .doc = "keyframes of the obstacle; before the first and after the last it holds still"},
@@ -114,17 +119,83 @@ static int make_mesh(const char *path, flesh_obstacle **obstacle)
   return status;
 }
 
+/* The number of the body that the node names; -1: none. A body alone may have no name. */
+static int body_named(const flesh_body *body, const flesh_node *name)
+{
+  if (name->kind != FLESH_NODE_SCALAR) return -1;
+  for (int k = 0; k < body->part_count; k++)
+    if (body->parts[k].name && !strcmp(body->parts[k].name, name->text)) return k;
+  return -1;
+}
+
+/* A pair of the list. FLESH_ERR_ARGUMENT with what is wrong with it. */
+static int read_pair(const flesh_body *body, const flesh_node *node, int pair[2])
+{
+  char shown[FLESH_SHOW_SIZE];
+  if (node->kind != FLESH_NODE_LIST || node->count != 2)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "between has %s; it must be a list of pairs of bodies, [[a, b], [a, a]]",
+                           flesh_node_show(node, shown));
+  for (int end = 0; end < 2; end++) {
+    const flesh_node *name = flesh_node_item(node, end);
+    pair[end] = body_named(body, name);
+    if (pair[end] < 0)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "between has '%s'; it must be the name of a body", flesh_node_show(name, shown));
+  }
+  return FLESH_OK;
+}
+
+/* The pairs that `between` lists, new: all (NULL), each with itself, or those named. */
+static int read_between(const flesh_body *body, const flesh_node *between, int *count, int **pairs)
+{
+  const int is_self = between->kind == FLESH_NODE_SCALAR && !strcmp(between->text, "self"),
+            parts = body->part_count > 0 ? body->part_count : 1;
+  char shown[FLESH_SHOW_SIZE];
+  int status = FLESH_OK;
+  *pairs = NULL;
+  *count = 0;
+  if (between->kind == FLESH_NODE_SCALAR && !strcmp(between->text, "all")) return FLESH_OK;
+  if (!is_self && (between->kind != FLESH_NODE_LIST || between->count < 1))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "between is %s; it must be all, self, or a list of pairs of bodies",
+                           flesh_node_show(between, shown));
+  *count = is_self ? parts : between->count;
+  *pairs = malloc(2 * (size_t)*count * sizeof **pairs);
+  if (!*pairs) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs of bodies", *count);
+  for (int k = 0; k < *count && !status; k++) {
+    int *pair = *pairs + 2 * (size_t)k;
+    pair[0] = pair[1] = k;
+    if (!is_self) status = read_pair(body, flesh_node_item(between, k), pair);
+  }
+  if (status) free(*pairs);
+  return status;
+}
+
+static int add_between(const parameters *p, const flesh_contact_options *options, const flesh_body *body,
+                       flesh_system *system)
+{
+  flesh_effect *effect = NULL;
+  int count, *pairs;
+  if (p->motion.count) return flesh_fail(FLESH_ERR_ARGUMENT, "motion is of an obstacle; bodies that touch have none");
+  int status = read_between(body, p->between, &count, &pairs);
+  if (status) return status;
+  status = flesh_effect_surface_contact(body, options, count, pairs, &effect);
+  free(pairs);
+  return flesh_effect_row_add(system, status, &effect);
+}
+
 static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
   const parameters *p = values;
+  const flesh_contact_options options = {.stiffness = p->stiffness, .thickness = p->thickness,
+                                         .friction = p->friction, .slip_speed = p->slip_speed};
   const int plane = !isnan(p->plane.point[0]), sphere = !isnan(p->sphere.radius),
             capsule = !isnan(p->capsule.radius), mesh = p->mesh != NULL;
   flesh_obstacle *obstacle = NULL;
   flesh_effect *effect = NULL;
-  if (plane + sphere + capsule + mesh != 1)
+  if (plane + sphere + capsule + mesh + (p->between != NULL) != 1)
     return flesh_fail(FLESH_ERR_ARGUMENT,
-                      "%d obstacles are given; one of plane, sphere, capsule or mesh is needed",
-                      plane + sphere + capsule + mesh);
+                      "%d obstacles are given; one of plane, sphere, capsule or mesh is needed, or between",
+                      plane + sphere + capsule + mesh + (p->between != NULL));
+  if (p->between) return add_between(p, &options, body, system);
   int status = plane     ? flesh_obstacle_plane(p->plane.point, p->plane.normal, &obstacle)
                : sphere  ? flesh_obstacle_sphere(p->sphere.centre, p->sphere.radius, &obstacle)
                : capsule ? flesh_obstacle_capsule(p->capsule.from, p->capsule.to,
@@ -137,8 +208,6 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
     flesh_obstacle_destroy(&obstacle);
     return status;
   }
-  flesh_contact_options options = {.stiffness = p->stiffness, .thickness = p->thickness,
-                                   .friction = p->friction, .slip_speed = p->slip_speed};
   status = flesh_effect_contact(body, &options, &obstacle, &effect);
   return status ? status : flesh_system_add_effect(system, &effect);
 }
@@ -147,7 +216,8 @@ const flesh_effect_row flesh_effect_row_contact = {
     .name = "contact",
     .doc = "Keeps the body's nodes out of an obstacle, still or moving, by a smooth barrier that no node can "
      "pass, with friction. One obstacle each: plane, sphere, capsule or mesh. Histories have the columns contact_gap, "
-     "contact_nodes and contact_force.",
+     "contact_nodes and contact_force. With between in place of an obstacle it keeps the surfaces of bodies out of each "
+     "other; histories have contact_gap, contact_pairs and contact_force.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{plane: {point: [0, 0, -1], normal: [0.2, 0.1, 1]}, thickness: 4, stiffness: 1e5}",

@@ -5,11 +5,14 @@
 #include <stdio.h>
 
 #include "base/error.h"
+#include "system/proximity.h"
 
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
 {
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks};
-  return options->techniques & FLESH_TECHNIQUE_UNTANGLE ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
+  /* What is tangled would be led out of it through other bodies. */
+  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
+  return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
 }
 
 void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self->untangler); }

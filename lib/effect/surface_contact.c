@@ -1,0 +1,164 @@
+/* surface_contact.c: forces of bodies that touch each other or themselves, by a barrier between their surfaces, and of
+ * lagged friction between them. */
+#include "effect/surface_contact.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "linear/block_matrix.h"
+
+typedef flesh_surface_contact contact;
+typedef flesh_surface_near near;
+
+/* What there is at the point, of the run or of this call. */
+static int open_near(const flesh_effect *effect, const flesh_point *point, int rubbing, near **self, int *own)
+{
+  int status = flesh_surface_near_of(effect, point, self, own);
+  if (!status && rubbing) status = flesh_surface_near_rub(*self, point);
+  if (!status) status = flesh_surface_near_meet(*self, point->x);
+  return status;
+}
+
+static int close_near(near *self, int own, int status)
+{
+  if (own) flesh_surface_near_destroy(self);
+  return status;
+}
+
+static int surface_contact_evaluate(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                    double *r, double *phi, double *magnitude)
+{
+  near *self;
+  int own;
+  double energy = 0, size = 0;
+  int status = open_near(effect, point, 1, &self, &own);
+  if (!status)
+    status = flesh_contact_set_evaluate(&self->set, point->x, point->threads, phi ? &energy : NULL, phi ? &size : NULL, r);
+  if (status) return close_near(self, own, status);
+  if (phi && shift->x != 0) {
+    *phi += energy / shift->x;
+    *magnitude += fabs(size / shift->x);
+  }
+  if (self->contact->friction > 0)
+    flesh_contact_friction_evaluate(&self->rubs, point->x, point->x_lag, point->v, shift ? shift->x : 0,
+                                    shift ? shift->v : 0, phi, magnitude, r);
+  return close_near(self, own, FLESH_OK);
+}
+
+static int surface_contact_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  return surface_contact_evaluate(effect, point, NULL, r, NULL, NULL);
+}
+
+static int surface_contact_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                     double *phi, double *magnitude)
+{
+  return shift->x != 0 || shift->v != 0 ? surface_contact_evaluate(effect, point, shift, NULL, phi, magnitude)
+                                        : FLESH_OK;
+}
+
+static int surface_contact_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  near *self;
+  int own;
+  *energy = 0;
+  int status = open_near(effect, point, 0, &self, &own);
+  if (!status) status = flesh_contact_set_evaluate(&self->set, point->x, point->threads, energy, NULL, NULL);
+  return close_near(self, own, status);
+}
+
+/* Adds H [12*12], of so many nodes, to K. Blocks that its pattern has not are left out: only where a matrix is evaluated
+ * without a run (flesh_effect_proximity.covers). */
+static void add_blocks(flesh_block_matrix *K, int count, const int *nodes, const double *H)
+{
+  for (int a = 0; a < count; a++)
+    for (int b = 0; b < count; b++) {
+      if (nodes[a] > nodes[b]) continue;
+      const int block = a == b ? K->row_start[nodes[a]] : flesh_block_find(K, nodes[a], nodes[b]);
+      if (block < 0) continue;
+      double *values = K->values + 9 * (size_t)block;
+      for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) values[3 * i + j] += H[12 * (3 * a + i) + 3 * b + j];
+    }
+}
+
+static int surface_contact_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                    flesh_block_matrix *K, const int *slots)
+{
+  near *self;
+  int own;
+  (void)slots;
+  int status = open_near(effect, point, 1, &self, &own);
+  if (!status && shift->x != 0 && !(status = flesh_surface_near_reserve(self, self->set.count))) {
+    flesh_contact_set_hessians(&self->set, point->x, shift->x, shift->filter, point->threads, self->hessians);
+    for (int k = 0; k < self->set.count; k++) {
+      const int *nodes = self->set.pairs[k].nodes;
+      add_blocks(K, nodes[3] >= 0 ? 4 : nodes[2] >= 0 ? 3 : 2, nodes, self->hessians + 144 * (size_t)k);
+    }
+  }
+  const int rubs = self && self->contact->friction > 0 && shift->v != 0 ? self->rubs.count : 0;
+  if (!status && rubs && !(status = flesh_surface_near_reserve(self, rubs))) {
+    flesh_contact_friction_hessians(&self->rubs, point->v, shift->v, self->hessians);
+    for (int k = 0; k < rubs; k++)
+      add_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes, self->hessians + 144 * (size_t)k);
+  }
+  return close_near(self, own, status);
+}
+
+static const char *const report_names[] = {"gap", "pairs", "force", NULL};
+
+/* Smallest distance between surfaces, at most the thickness; pairs of features within it; the sum of the sizes of the
+ * forces on nodes, halved, as each force is there twice. */
+static void surface_contact_report(const flesh_effect *effect, const flesh_point *point, double *values)
+{
+  const contact *contact = effect->data;
+  const size_t n = 3 * (size_t)flesh_mesh_node_count(contact->mesh);
+  near *self;
+  int own;
+  values[0] = contact->law.thickness;
+  values[1] = values[2] = 0;
+  double *r = calloc(n + 1, sizeof *r);
+  int status = open_near(effect, point, 0, &self, &own);
+  if (!status && r && !flesh_contact_set_evaluate(&self->set, point->x, point->threads, NULL, NULL, r)) {
+    values[0] = fmin(values[0], self->set.distance);
+    values[1] = self->set.count;
+    for (size_t d = 0; d < n; d += 3) values[2] += sqrt(r[d] * r[d] + r[d + 1] * r[d + 1] + r[d + 2] * r[d + 2]) / 2;
+  }
+  free(r);
+  close_near(self, own, status);
+}
+
+static size_t surface_contact_memory(const flesh_effect *effect)
+{
+  const contact *self = effect->data;
+  return sizeof *self + flesh_contact_surface_memory(&self->surface) +
+         (size_t)self->surface.body_count * (size_t)self->surface.body_count;
+}
+
+static void surface_contact_destroy(void *data)
+{
+  contact *self = data;
+  if (!self) return;
+  flesh_contact_surface_clear(&self->surface);
+  free(self->may_meet);
+  free(self);
+}
+
+const flesh_effect_operations flesh_surface_contact_operations = {
+    .name = "contact",
+    .role = FLESH_ROLE_CONTACT,
+    .traits = FLESH_IS_PASSIVE,
+    .residual = surface_contact_residual,
+    .jacobian = surface_contact_jacobian,
+    .potential = surface_contact_potential,
+    .energy = surface_contact_energy,
+    .destroy = surface_contact_destroy,
+    .barrier = &(const flesh_effect_barrier){.check = flesh_surface_contact_check},
+    .shortcuts = &(const flesh_effect_shortcuts){.evaluate = surface_contact_evaluate},
+    .figures = &(const flesh_effect_figures){.report_names = report_names, .report = surface_contact_report,
+                                             .memory = surface_contact_memory},
+    .proximity = &flesh_surface_contact_proximity,
+};

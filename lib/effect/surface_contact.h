@@ -1,0 +1,63 @@
+/* surface_contact.h: what an effect of bodies that touch each other holds, and what a run knows of what is near. */
+#ifndef FLESH_EFFECT_SURFACE_CONTACT_H
+#define FLESH_EFFECT_SURFACE_CONTACT_H
+
+#include "flesh/contact.h"
+#include "geometry/contact_friction.h"
+#include "geometry/contact_set.h"
+#include "geometry/near_pairs.h"
+
+typedef struct flesh_surface_contact {
+  const flesh_mesh *mesh; /* borrowed */
+  int part_count;
+  const flesh_body_part *parts; /* [part_count] borrowed */
+  flesh_contact_surface surface;
+  flesh_contact_law law;
+  double friction, slip_speed; /* m/s */
+  double slack;                /* m, how much farther than forces reach is searched */
+  uint8_t *may_meet;           /* [bodies][bodies] 1: they may touch */
+} flesh_surface_contact;
+
+/* Of a run, or of one call: the nodes, edges and faces that may touch, found for one place and kept for those around
+ * it; the pairs that do, at the place evaluated last; and what rubs at the lagged one. */
+typedef struct flesh_surface_near {
+  const flesh_surface_contact *contact; /* borrowed */
+  flesh_threads *threads;               /* borrowed, may be NULL */
+  flesh_near_finder *finder;
+  flesh_near_pairs around; /* serve where no node is farther than the slack from where they were found */
+  int around_known;
+  flesh_near_pairs on_way; /* of a step that leads farther */
+  flesh_contact_set set;
+  int set_known;
+  double *x_set;           /* [3*nodes] of the surface's, and the next ones */
+  flesh_contact_friction rubs;
+  int rubs_known;
+  double *x_rubs;             /* [3*nodes] */
+  double *moved;              /* [3*nodes of the mesh] */
+  flesh_cells cells;
+  int *cell_nodes, cell_room; /* of cells */
+  double *hessians;
+  size_t hessian_room;
+} flesh_surface_near;
+
+extern const flesh_effect_operations flesh_surface_contact_operations;
+extern const flesh_effect_proximity flesh_surface_contact_proximity;
+
+/* Whether the effect keeps these parts (a body's, by number) out of each other; 0 for every other effect. */
+int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b);
+
+int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x);
+
+int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, flesh_surface_near **near);
+void flesh_surface_near_destroy(void *near);
+
+/* The point's memory, or one for this call (*own), which is to be destroyed. FLESH_ERR_MEMORY. */
+int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, flesh_surface_near **near, int *own);
+/* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
+int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
+/* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
+int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
+/* Room for Hessians of 12 x 12. FLESH_ERR_MEMORY. */
+int flesh_surface_near_reserve(flesh_surface_near *near, int hessians);
+
+#endif

@@ -1,0 +1,118 @@
+/* surface_contact_make.c: makes effects of bodies that touch each other, and checks that they are apart. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/contact.h"
+#include "effect/effect.h"
+#include "effect/surface_contact.h"
+#include "geometry/surface_intersections.h"
+
+typedef flesh_surface_contact contact;
+
+/* How much farther than forces reach is searched, over the mean edge at rest: a search then serves for some steps, and
+ * neighbours in one surface, which never touch, are mostly not found. */
+static const double SLACK = 0.2;
+
+/* The number of each tet's part, new; NULL: there is no memory. */
+static int *list_parts(const flesh_body *body)
+{
+  int *parts = calloc((size_t)flesh_mesh_tet_count(body->mesh) + 1, sizeof *parts);
+  for (int k = 0; parts && k < body->part_count; k++)
+    for (int e = 0; e < body->parts[k].tets; e++) parts[body->parts[k].first_tet + e] = k;
+  return parts;
+}
+
+/* Which parts may meet, from their numbers. */
+static int take_pairs(contact *self, int parts, int count, const int *pairs)
+{
+  self->may_meet = calloc((size_t)parts * (size_t)parts + 1, 1);
+  if (!self->may_meet) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d bodies that touch", parts);
+  if (!pairs) memset(self->may_meet, 1, (size_t)parts * (size_t)parts);
+  for (int k = 0; k < 2 * count; k += 2) {
+    for (int end = 0; end < 2; end++)
+      if (pairs[k + end] < 0 || pairs[k + end] >= parts)
+        return flesh_fail(FLESH_ERR_ARGUMENT, "body %d is to touch another; there are the bodies 0 to %d", pairs[k + end],
+                          parts - 1);
+    self->may_meet[pairs[k] * parts + pairs[k + 1]] = self->may_meet[pairs[k + 1] * parts + pairs[k]] = 1;
+  }
+  return FLESH_OK;
+}
+
+static int make(const flesh_body *body, const flesh_contact_options *options, int count, const int *pairs, contact *self)
+{
+  flesh_contact_options own = *options;
+  int *parts = list_parts(body), part_count = body->part_count > 0 ? body->part_count : 1;
+  if (!parts) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d tets", flesh_mesh_tet_count(body->mesh));
+  self->mesh = body->mesh;
+  self->part_count = body->part_count;
+  self->parts = body->parts;
+  int status = flesh_contact_surface_of_mesh(body->mesh, parts, &self->surface);
+  free(parts);
+  if (status) return status;
+  if (isnan(own.stiffness)) own.stiffness = flesh_contact_body_stiffness(body);
+  if (isnan(own.thickness)) own.thickness = self->surface.mean_edge / 20;
+  status = flesh_contact_options_check(&own);
+  if (status) return status;
+  self->law = (flesh_contact_law){own.stiffness, own.thickness, FLESH_CONTACT_EDGE_THICKNESS * own.thickness};
+  self->friction = own.friction;
+  self->slip_speed = own.slip_speed;
+  self->slack = fmax(SLACK * self->surface.mean_edge, own.thickness);
+  return take_pairs(self, part_count, count, pairs);
+}
+
+/* Of a part, for messages. */
+static const char *name_of(const contact *self, int part)
+{
+  return part < self->part_count && self->parts[part].name ? self->parts[part].name : "the body";
+}
+
+/* FLESH_ERR_ARGUMENT with the first place where surfaces go through each other, and how many there are. */
+static int complain(const contact *self, const flesh_surface_intersections *found)
+{
+  const flesh_surface_intersection *first = &found->items[0];
+  const int *edge = self->surface.edges + 2 * (size_t)first->edge, *face = self->surface.faces + 3 * (size_t)first->face;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "surfaces that are to touch go through each other: the edge of the nodes %d and %d of %s meets the "
+                    "triangle of the nodes %d, %d and %d of %s at (%g, %g, %g) m, and there are %d such places in all; "
+                    "bodies with contact between them must start apart",
+                    edge[0], edge[1], name_of(self, first->edge_body), face[0], face[1], face[2],
+                    name_of(self, first->face_body), first->place[0], first->place[1], first->place[2], found->count);
+}
+
+int flesh_surface_contact_may_meet(const flesh_effect *effect, int a, int b)
+{
+  if (effect->operations != &flesh_surface_contact_operations) return 0;
+  const contact *self = effect->data;
+  const int parts = self->part_count > 0 ? self->part_count : 1;
+  return self->may_meet[a * parts + b];
+}
+
+int flesh_surface_contact_check(const flesh_effect *effect, double t, const double *x)
+{
+  flesh_surface_near *near;
+  flesh_surface_intersections found = {0};
+  (void)t;
+  int status = flesh_surface_near_create(effect->data, NULL, &near);
+  if (status) return status;
+  status = flesh_surface_intersections_find(near->finder, x, NULL, &found);
+  if (!status && found.count) status = complain(effect->data, &found);
+  flesh_surface_intersections_clear(&found);
+  flesh_surface_near_destroy(near);
+  return status;
+}
+
+int flesh_effect_surface_contact(const flesh_body *body, const flesh_contact_options *options, int pair_count,
+                                 const int *pairs, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {options, "options"});
+  contact *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
+  int status = make(body, options, pair_count, pairs, self);
+  if (!status) return flesh_effect_create(&flesh_surface_contact_operations, self, effect);
+  flesh_surface_contact_operations.destroy(self);
+  return status;
+}

@@ -1,0 +1,293 @@
+/* surface_near.c: what a run knows of surfaces near each other: searched for where nodes have moved too far, and the
+ * nodes that the Jacobian couples. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/surface_contact.h"
+#include "geometry/continuous_collision.h"
+#include "linear/block_matrix.h"
+
+typedef flesh_surface_near near;
+
+/* Of the distance of two features a step may leave so much: the barrier takes over from there. */
+static const double KEPT = 0.1;
+
+int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_threads *threads, near **result)
+{
+  const size_t places = 3 * (size_t)contact->surface.node_count;
+  const double *X = flesh_mesh_positions(contact->mesh);
+  near *self = *result = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
+  self->contact = contact;
+  self->threads = threads;
+  self->x_set = calloc(2 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
+  int status = self->x_set ? FLESH_OK
+                           : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
+                                        contact->surface.node_count);
+  if (!status) {
+    self->x_rubs = self->x_set + places;
+    self->moved = self->x_rubs + places;
+    status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
+  }
+  if (!status)
+    status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
+                                      &self->finder);
+  if (!status) return FLESH_OK;
+  flesh_surface_near_destroy(self);
+  *result = NULL;
+  return status;
+}
+
+void flesh_surface_near_destroy(void *data)
+{
+  near *self = data;
+  if (!self) return;
+  flesh_near_finder_destroy(&self->finder);
+  flesh_near_pairs_clear(&self->around);
+  flesh_near_pairs_clear(&self->on_way);
+  flesh_contact_set_clear(&self->set);
+  flesh_contact_friction_clear(&self->rubs);
+  free(self->x_set); /* and the other places with it */
+  free(self->cell_nodes);
+  free(self->hessians);
+  free(self);
+}
+
+int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, near **result, int *own)
+{
+  *own = !point->near;
+  *result = point->near;
+  return *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
+}
+
+/* The surface's places out of x [3*n]. */
+static void gather(const near *self, const double *x, double *places)
+{
+  const flesh_contact_surface *surface = &self->contact->surface;
+  for (int k = 0; k < surface->node_count; k++)
+    memcpy(places + 3 * (size_t)k, x + 3 * (size_t)surface->nodes[k], 3 * sizeof *x);
+}
+
+/* Whether the surface is at these places. */
+static int is_at(const near *self, const double *x, const double *places)
+{
+  const flesh_contact_surface *surface = &self->contact->surface;
+  for (int k = 0; k < surface->node_count; k++)
+    if (memcmp(places + 3 * (size_t)k, x + 3 * (size_t)surface->nodes[k], 3 * sizeof *x)) return 0;
+  return 1;
+}
+
+/* self->moved = x without the mean displacement of the surface from where it was, at the places `from` [3*nodes] of its
+ * own or, NULL, at x_from: distances do not depend on a motion that all share, and what is thrown needs no search. Only
+ * the surface's nodes of it are set. */
+static const double *without_mean(near *self, const double *from, const double *x_from, const double *x)
+{
+  const flesh_contact_surface *surface = &self->contact->surface;
+  double mean[3] = {0};
+  for (int k = 0; k < surface->node_count; k++) {
+    const double *at = from ? from + 3 * (size_t)k : x_from + 3 * (size_t)surface->nodes[k];
+    for (int c = 0; c < 3; c++) mean[c] += (x[3 * (size_t)surface->nodes[k] + c] - at[c]) / surface->node_count;
+  }
+  for (int k = 0; k < surface->node_count; k++)
+    for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) self->moved[d + c] = x[d + c] - mean[c];
+  return self->moved;
+}
+
+/* Whether what has been found serves at x. */
+static int serves(near *self, const double *x)
+{
+  const double *moved = self->around_known ? without_mean(self, self->around.x, NULL, x) : NULL;
+  return moved && flesh_near_pairs_reach(self->finder, &self->around, moved) >= self->contact->law.thickness;
+}
+
+static int search_around(near *self, const double *x)
+{
+  const flesh_surface_contact *contact = self->contact;
+  self->around_known = 0;
+  /* Two nodes that both come nearer by the slack. */
+  int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
+                                     &self->around);
+  self->around_known = !status;
+  return status;
+}
+
+static flesh_contact_candidates candidates_of(const near *self)
+{
+  return (flesh_contact_candidates){self->around.point_count, self->around.point_faces, self->around.edge_count,
+                                    self->around.edge_pairs};
+}
+
+int flesh_surface_near_meet(near *self, const double *x)
+{
+  if (self->set_known && is_at(self, x, self->x_set)) return FLESH_OK;
+  self->set_known = 0;
+  int status = serves(self, x) ? FLESH_OK : search_around(self, x);
+  const flesh_contact_candidates candidates = candidates_of(self);
+  if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
+  if (status) return status;
+  gather(self, x, self->x_set);
+  self->set_known = 1;
+  return FLESH_OK;
+}
+
+int flesh_surface_near_rub(near *self, const flesh_point *point)
+{
+  if (!(self->contact->friction > 0)) return FLESH_OK;
+  if (self->rubs_known && is_at(self, point->x_lag, self->x_rubs)) return FLESH_OK;
+  self->rubs_known = 0;
+  int status = flesh_surface_near_meet(self, point->x_lag);
+  if (status) return status;
+  self->rubs.coefficient = self->contact->friction;
+  self->rubs.slip_speed = self->contact->slip_speed;
+  status = flesh_contact_friction_update(&self->rubs, &self->set, point->x_lag);
+  if (status) return status;
+  gather(self, point->x_lag, self->x_rubs);
+  self->rubs_known = 1;
+  return FLESH_OK;
+}
+
+int flesh_surface_near_reserve(near *self, int hessians)
+{
+  const size_t numbers = 144 * (size_t)hessians;
+  if (numbers <= self->hessian_room) return FLESH_OK;
+  double *grown = realloc(self->hessians, 2 * numbers * sizeof *grown);
+  if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the Hessians of %d pairs", hessians);
+  self->hessians = grown;
+  self->hessian_room = 2 * numbers;
+  return FLESH_OK;
+}
+
+/* Whether K has the blocks of all pairs of these nodes. */
+static int has_blocks(const flesh_block_matrix *K, int count, const int *nodes)
+{
+  for (int a = 0; a < count; a++)
+    for (int b = a + 1; b < count; b++) {
+      const int low = nodes[a] < nodes[b] ? nodes[a] : nodes[b], high = nodes[a] < nodes[b] ? nodes[b] : nodes[a];
+      if (flesh_block_find(K, low, high) < 0) return 0;
+    }
+  return 1;
+}
+
+static int create(const flesh_effect *effect, flesh_threads *threads, void **memory)
+{
+  return flesh_surface_near_create(effect->data, threads, (near **)memory);
+}
+
+static int pair_nodes(const flesh_contact_pair *pair)
+{
+  int count = 4;
+  while (pair->nodes[count - 1] < 0) count--;
+  return count;
+}
+
+static int covers(const flesh_effect *effect, const flesh_point *point, const flesh_block_matrix *K)
+{
+  near *self = point->near;
+  (void)effect;
+  if (flesh_surface_near_rub(self, point) || flesh_surface_near_meet(self, point->x)) return 1; /* it has no value */
+  for (int k = 0; k < self->set.count; k++)
+    if (!has_blocks(K, pair_nodes(&self->set.pairs[k]), self->set.pairs[k].nodes)) return 0;
+  for (int k = 0; k < self->rubs.count; k++)
+    if (!has_blocks(K, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes)) return 0;
+  return 1;
+}
+
+/* One more cell of these nodes, in ascending order, the last one repeated. */
+static void add_cell(near *self, int count, const int *nodes)
+{
+  int *cell = self->cell_nodes + 4 * (size_t)self->cells.count++;
+  for (int a = 0; a < count; a++) {
+    int place = a;
+    for (; place > 0 && cell[place - 1] > nodes[a]; place--) cell[place] = cell[place - 1];
+    cell[place] = nodes[a];
+  }
+  for (int a = count; a < 4; a++) cell[a] = cell[count - 1];
+}
+
+/* How near the candidate's two features are at x. */
+static double distance(int first, int second, const int *nodes, const double *x)
+{
+  const double *places[4];
+  double unit[3];
+  for (int a = 0; a < first + second; a++) places[a] = x + 3 * (size_t)nodes[a];
+  return flesh_hull_distance(first, second, places, unit);
+}
+
+/* What is nearer than so is likely to touch before the pattern changes for another reason. Fixed by where the nodes are
+ * alone, so that a run that is taken up again has the same pattern. */
+static void add_candidates(near *self, const double *x)
+{
+  const flesh_surface_contact *contact = self->contact;
+  const flesh_contact_surface *surface = &contact->surface;
+  const flesh_contact_candidates all = candidates_of(self), *candidates = &all;
+  const double soon = contact->slack;
+  for (int k = 0; k < candidates->point_count; k++) {
+    const int *of = candidates->point_faces + 2 * (size_t)k, *corner = surface->faces + 3 * (size_t)of[1];
+    const int nodes[4] = {surface->nodes[of[0]], corner[0], corner[1], corner[2]};
+    if (distance(1, 3, nodes, x) < contact->law.thickness + soon) add_cell(self, 4, nodes);
+  }
+  for (int k = 0; k < candidates->edge_count; k++) {
+    const int *of = candidates->edge_pairs + 2 * (size_t)k, *a = surface->edges + 2 * (size_t)of[0],
+              *b = surface->edges + 2 * (size_t)of[1];
+    const int nodes[4] = {a[0], a[1], b[0], b[1]};
+    if (distance(2, 2, nodes, x) < contact->law.edge_thickness + soon) add_cell(self, 4, nodes);
+  }
+}
+
+static int coupled(const flesh_effect *effect, const flesh_point *point, const flesh_cells **cells)
+{
+  near *self = point->near;
+  (void)effect;
+  int status = flesh_surface_near_rub(self, point);
+  if (!status) status = search_around(self, point->x);
+  if (status) return status;
+  const int most = self->around.point_count + self->around.edge_count + self->rubs.count;
+  if (most > self->cell_room) {
+    int *grown = realloc(self->cell_nodes, 4 * (size_t)most * sizeof *grown);
+    if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d pairs that may touch", most);
+    self->cell_nodes = grown;
+    self->cell_room = most;
+  }
+  self->cells = (flesh_cells){.nodes_per_cell = 4, .nodes = self->cell_nodes, .padded = 1};
+  add_candidates(self, point->x);
+  for (int k = 0; k < self->rubs.count; k++) add_cell(self, self->rubs.rubs[k].count, self->rubs.rubs[k].nodes);
+  *cells = &self->cells;
+  return FLESH_OK;
+}
+
+static double max_feasible_step(const flesh_effect *effect, void *memory, const double *x_from, const double *x_to)
+{
+  near *self = memory;
+  const flesh_near_pairs *pairs = NULL;
+  double fraction = 0; /* without memory nothing is known */
+  if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
+  const int known = serves(self, x_from) && serves(self, x_to);
+  x_to = without_mean(self, NULL, x_from, x_to);
+  if (known) pairs = &self->around;
+  else if (!flesh_near_pairs_find(self->finder, x_from, x_to, 0, self->threads, &self->on_way)) pairs = &self->on_way;
+  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, x_to, KEPT, self->threads);
+  if (!memory) flesh_surface_near_destroy(self);
+  return fraction;
+}
+
+static size_t memory_of(const void *memory)
+{
+  const near *self = memory;
+  return sizeof *self + 3 * sizeof(double) * (2 * (size_t)self->contact->surface.node_count +
+                                              (size_t)self->contact->surface.mesh_nodes) +
+         flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(self->finder, &self->around) +
+         flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
+         (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
+         self->hessian_room * sizeof(double);
+}
+
+const flesh_effect_proximity flesh_surface_contact_proximity = {
+    .create = create,
+    .destroy = flesh_surface_near_destroy,
+    .covers = covers,
+    .coupled = coupled,
+    .max_feasible_step = max_feasible_step,
+    .memory = memory_of,
+};

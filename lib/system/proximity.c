@@ -1,0 +1,154 @@
+/* proximity.c: the memories of effects that couple nodes near each other, and the growing pattern. */
+#include "system/proximity.h"
+
+#include <limits.h>
+
+#include "base/error.h"
+#include "base/huge_pages.h"
+#include "base/memory.h"
+#include "linear/block_matrix.h"
+#include "system/parts.h"
+
+int flesh_system_has_proximity(const flesh_system *system)
+{
+  for (int k = 0; k < system->entry_count; k++)
+    if (system->entries[k].effect->operations->proximity) return 1;
+  return 0;
+}
+
+int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *self)
+{
+  *self = (flesh_proximity){.system = system, .effects = system->entry_count};
+  if (!flesh_system_has_proximity(system)) return FLESH_OK;
+  self->near = flesh_calloc((size_t)self->effects + 1, sizeof *self->near);
+  int status = self->near ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects);
+  for (int k = 0; k < self->effects && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    const flesh_effect_proximity *can = effect->operations->proximity;
+    if (can) status = can->create(effect, threads, &self->near[k]);
+  }
+  if (status) flesh_proximity_clear(self);
+  return status;
+}
+
+void flesh_proximity_clear(flesh_proximity *self)
+{
+  for (int k = 0; self->near && k < self->effects; k++)
+    if (self->near[k]) self->system->entries[k].effect->operations->proximity->destroy(self->near[k]);
+  flesh_free(self->near);
+  flesh_layout_clear(&self->layout);
+  *self = (flesh_proximity){0};
+}
+
+size_t flesh_proximity_memory(const flesh_proximity *self)
+{
+  size_t bytes = flesh_layout_memory(&self->layout);
+  for (int k = 0; self->near && k < self->effects; k++)
+    if (self->near[k]) bytes += self->system->entries[k].effect->operations->proximity->memory(self->near[k]);
+  return bytes;
+}
+
+/* Whether the matrix has what every effect couples at the point. */
+static int covers(const flesh_proximity *self, flesh_point *point, const flesh_block_matrix *K)
+{
+  int all = 1;
+  for (int k = 0; k < self->effects && all; k++) {
+    const flesh_effect *effect = self->system->entries[k].effect;
+    if (!(point->near = self->near[k])) continue;
+    all = effect->operations->proximity->covers(effect, point, K);
+  }
+  return all;
+}
+
+/* The system's pattern with the cells of all effects. */
+static int lay_out(const flesh_proximity *self, flesh_point *point, flesh_layout *layout)
+{
+  const flesh_cells **cells = flesh_malloc(((size_t)self->effects + 1) * sizeof *cells);
+  int status = cells ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d effects", self->effects), count = 0;
+  for (int k = 0; k < self->effects && !status; k++) {
+    const flesh_effect *effect = self->system->entries[k].effect;
+    if (!(point->near = self->near[k])) continue;
+    status = effect->operations->proximity->coupled(effect, point, &cells[count]);
+    count++;
+  }
+  if (!status) status = flesh_layout_create(self->system, count, cells, layout);
+  flesh_free(cells);
+  return status;
+}
+
+/* K gets the layout's pattern, with values of 0; the layout is taken. FLESH_ERR_MEMORY: K is as before. */
+static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_matrix *K)
+{
+  const size_t blocks = (size_t)layout->pattern.row_start[layout->pattern.rows];
+  double *values = flesh_huge_pages_calloc((blocks * 9 + 1) * sizeof *values);
+  if (!values) {
+    flesh_layout_clear(layout);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a matrix of %zu blocks", blocks);
+  }
+  flesh_free(K->values);
+  flesh_layout_clear(&self->layout);
+  self->layout = *layout;
+  *K = flesh_pattern_matrix(&self->layout.pattern, values);
+  K->layout = &self->layout;
+  return FLESH_OK;
+}
+
+int flesh_proximity_cover(flesh_proximity *self, const flesh_point *point, flesh_block_matrix *K, int *grown)
+{
+  flesh_point at = *point;
+  flesh_layout layout;
+  *grown = 0;
+  if (!self->near || covers(self, &at, K)) return FLESH_OK;
+  int status = lay_out(self, &at, &layout);
+  if (!status) status = take_layout(self, &layout, K);
+  *grown = !status;
+  return status;
+}
+
+/* The blocks [2*count] that K has beside the system's, rows and columns. */
+static int list_grown(const flesh_proximity *self, const flesh_block_matrix *K, int *blocks)
+{
+  const flesh_block_matrix own = flesh_pattern_matrix(&self->system->pattern, NULL);
+  int count = 0;
+  for (int i = 0; i < K->rows && K->layout; i++)
+    for (int k = K->row_start[i]; k < K->row_end[i]; k++) {
+      if (flesh_block_find(&own, i, K->column[k]) >= 0) continue;
+      if (blocks) blocks[2 * count] = i, blocks[2 * count + 1] = K->column[k];
+      count++;
+    }
+  return count;
+}
+
+/* K with these blocks; a file that is not ours may name any. */
+static int grow_by(flesh_proximity *self, int count, const int *blocks, flesh_block_matrix *K, flesh_archive *archive)
+{
+  const flesh_cells cells = {.count = count, .nodes_per_cell = 2, .nodes = blocks}, *all = &cells;
+  flesh_layout layout;
+  if (flesh_pattern_check("contact", self->system->nodes, &cells)) {
+    archive->wrong = 1;
+    return FLESH_OK;
+  }
+  int status = flesh_layout_create(self->system, 1, &all, &layout);
+  return status ? status : take_layout(self, &layout, K);
+}
+
+int flesh_proximity_archive(flesh_proximity *self, flesh_block_matrix *K, int *grown, flesh_archive *archive)
+{
+  *grown = 0;
+  if (!self->near) return FLESH_OK;
+  int count = archive->mode == FLESH_ARCHIVE_LOAD ? 0 : list_grown(self, K, NULL);
+  flesh_archive_int(archive, &count, 0, INT_MAX / 18);
+  const int loads = archive->mode == FLESH_ARCHIVE_LOAD;
+  if ((!count && !(loads && K->layout)) || archive->wrong) return FLESH_OK;
+  int *blocks = flesh_malloc((2 * (size_t)count + 1) * sizeof *blocks);
+  if (!blocks) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d blocks of a matrix", count);
+  if (!loads) list_grown(self, K, blocks);
+  if (count) flesh_archive_bytes(archive, blocks, 2 * (size_t)count * sizeof *blocks);
+  int status = FLESH_OK;
+  if (loads && !archive->wrong) {
+    status = grow_by(self, count, blocks, K, archive);
+    *grown = !status && !archive->wrong;
+  }
+  flesh_free(blocks);
+  return status;
+}

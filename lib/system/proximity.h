@@ -1,0 +1,43 @@
+/* proximity.h: what a run's effects know of nodes that are near each other, and its matrix, whose pattern grows with
+ * them. Belongs to a run; the effects are const. */
+#ifndef FLESH_SYSTEM_PROXIMITY_H
+#define FLESH_SYSTEM_PROXIMITY_H
+
+#include <stddef.h>
+
+#include "base/archive.h"
+#include "flesh/system.h"
+#include "system/layout.h"
+
+struct flesh_proximity {
+  const flesh_system *system; /* borrowed */
+  int effects;
+  void **near; /* [effects] the memory of each; NULL where it has none. NULL: no effect has */
+  flesh_layout layout; /* of the matrix; its pattern is empty while it has the system's */
+};
+typedef struct flesh_proximity flesh_proximity;
+
+/* Nothing is allocated where no effect of the finished system has a flesh_effect_proximity. `threads` (may be NULL) is
+ * borrowed. FLESH_ERR_MEMORY. */
+int flesh_proximity_create(const flesh_system *system, flesh_threads *threads, flesh_proximity *proximity);
+void flesh_proximity_clear(flesh_proximity *proximity);
+size_t flesh_proximity_memory(const flesh_proximity *proximity);
+
+/* Whether an effect of the system has one. */
+int flesh_system_has_proximity(const flesh_system *system);
+
+/* K [of the system's pattern, or grown here] gets a pattern that has all pairs that the Jacobian at `point` couples,
+ * and its values are lost, where it has not: *grown is 1 then. FLESH_ERR_MEMORY, FLESH_ERR_ARGUMENT: K is as before. */
+int flesh_proximity_cover(flesh_proximity *proximity, const flesh_point *point, flesh_block_matrix *K, int *grown);
+
+/* The pattern of K, of which values are not part; K has got another one where *grown is 1. Nothing where there is no
+ * memory. FLESH_ERR_MEMORY. */
+int flesh_proximity_archive(flesh_proximity *proximity, flesh_block_matrix *K, int *grown, flesh_archive *archive);
+
+/* The memory of effect k; NULL: it has none, or there is no run. */
+static inline void *flesh_proximity_of(const flesh_proximity *proximity, int k)
+{
+  return proximity && proximity->near ? proximity->near[k] : NULL;
+}
+
+#endif

@@ -1,0 +1,315 @@
+/* test_touching.c: bodies that touch: two balls that collide keep their momenta and lose no energy to the contact,
+ * whatever the method; no surface ever goes through another; a run that is cut goes on with the same bits, and threads
+ * change none; scenes in which bodies go through each other at the start, and what cannot be, are refused. */
+#include "touching.h"
+
+/* x cross y of the nodes, y times the mass, summed. */
+static void torque(const touching *m, const double *x, const double *y, double sum[3])
+{
+  memset(sum, 0, 3 * sizeof *sum);
+  for (int i = 0; i < m->n / 3; i++)
+    for (int c = 0; c < 3; c++) {
+      const int j = (c + 1) % 3, k = (c + 2) % 3;
+      sum[c] += m->mass[i] * (x[3 * i + j] * y[3 * i + k] - x[3 * i + k] * y[3 * i + j]);
+    }
+}
+
+typedef struct collision {
+  double restitution, linear, angular, rise, lost; /* momenta: change over what the solves may leave; energies, J */
+  int steps, together, refused; /* 1: ended with FLESH_ERR_ENERGY */
+} collision;
+
+/* Mean velocity along x of the second half of the nodes (the right ball) less that of the first. */
+static double parting(const touching *m)
+{
+  double mean[2] = {0};
+  for (int i = 0; i < m->n / 3; i++) mean[i >= m->n / 6] += m->mass[i] * m->state.v[3 * i];
+  double half = 0;
+  for (int i = 0; i < m->n / 6; i++) half += m->mass[i];
+  return (mean[1] - mean[0]) / half;
+}
+
+static double kinetic(const touching *m)
+{
+  double sum = 0;
+  for (int d = 0; d < m->n; d++) sum += 0.5 * m->mass[d / 3] * m->state.v[d] * m->state.v[d];
+  return sum;
+}
+
+/* The torque of the forces that act in a step about the origin, at the positions where the method takes them. Backward
+ * Euler: at the end of the step, v - v0 is h times a there; midpoint: in its middle. */
+static double step_torque(const touching *m, flesh_method method, const double *x0, const double *v0)
+{
+  double *x = malloc((size_t)m->n * sizeof *x), *dv = malloc((size_t)m->n * sizeof *dv), sum[3];
+  for (int d = 0; d < m->n; d++) {
+    x[d] = method == FLESH_METHOD_MIDPOINT ? 0.5 * (x0[d] + m->state.x[d]) : m->state.x[d];
+    dv[d] = m->state.v[d] - v0[d];
+  }
+  torque(m, x, dv, sum);
+  free(x);
+  free(dv);
+  return sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+}
+
+static int touches(const touching *m)
+{
+  double contact;
+  touching_energy(m, &contact);
+  return contact > 0;
+}
+
+static collision collide(const char *scene, const char *method, const char *step, double end)
+{
+  char set_method[64], set_step[64];
+  snprintf(set_method, sizeof set_method, "time.method=%s", method);
+  snprintf(set_step, sizeof set_step, "time.step=%s", step);
+  touching m;
+  collision c = {0};
+  double p0[3], L0[3], p[3], L[3], allowed = 0;
+  CHECK_OK(touching_begin(scene, (const char *[]){set_method, set_step, NULL}, 1000, &m));
+  touching_momenta(&m, p0, L0);
+  const double start = touching_energy(&m, NULL), came = parting(&m), motion = kinetic(&m);
+  double *x0 = malloc((size_t)m.n * sizeof *x0), *v0 = malloc((size_t)m.n * sizeof *v0), before = start;
+  const flesh_method number = flesh_scene_times(m.scene)->method;
+  while (m.state.t < end - m.h / 2) {
+    memcpy(x0, m.state.x, (size_t)m.n * sizeof *x0);
+    memcpy(v0, m.state.v, (size_t)m.n * sizeof *v0);
+    const int status = touching_step(&m);
+    c.refused = status == FLESH_ERR_ENERGY;
+    if (c.refused) break;
+    CHECK_OK(status);
+    const double energy = touching_energy(&m, NULL),
+                 left = m.h * sqrt(m.n / 3.) * m.last.residual_target * m.last.solves;
+    touching_momenta(&m, p, L);
+    for (int k = 0; k < 3; k++) c.linear = fmax(c.linear, fabs(p[k] - p0[k]) / (m.slack + 1e-13 * motion));
+    if (number == FLESH_METHOD_BACKWARD_EULER || (number == FLESH_METHOD_MIDPOINT && !m.last.impact_steps)) {
+      allowed = 0.3 * left + 1e-13 * motion;
+      c.angular = fmax(c.angular, step_torque(&m, number, x0, v0) / allowed);
+    }
+    c.rise = fmax(c.rise, energy - before);
+    before = energy;
+    c.together += touches(&m);
+  }
+  c.restitution = -parting(&m) / came;
+  c.lost = start - before;
+  c.steps = m.steps;
+  printf("# %s, %s s: restitution %.4f, energy lost %.4f of that of the motion, highest rise in a step %.2g; %d of %d steps touch; "
+         "changes over what solves leave: momentum %.3f, torque %.3f; %.2f Newton iterations a step, %d impact steps%s\n",
+         method, step, c.restitution, c.lost / motion, c.rise / motion, c.together, m.steps, c.linear, c.angular,
+         (double)m.newton / m.steps, m.impact_steps, c.refused ? "; ended as energy appeared" : "");
+  CHECK(m.crossings == 0);
+  CHECK(c.together > 3 && (c.refused || !touches(&m)));
+  CHECK_BELOW(c.linear, 1);
+  CHECK_BELOW(c.angular, 1);
+  free(x0);
+  free(v0);
+  touching_end(&m);
+  return c;
+}
+
+static const char *const head_on = TOUCHING_BALLS("0, 0"), *const off_centre = TOUCHING_BALLS("0.03, 0.02");
+
+/* Fast methods in the quick test; the table over steps is the full one's. */
+static void balls_collide(void)
+{
+  const char *const scenes[] = {head_on, off_centre};
+  for (int k = 0; k < 2; k++) {
+    const collision euler = collide(scenes[k], "backward-euler", "1/500", 0.05);
+    CHECK_BELOW(euler.rise, 1e-9 * euler.lost);
+    CHECK(euler.restitution > 0.2 && euler.restitution < 0.9);
+    const collision midpoint = collide(scenes[k], "midpoint", "1/1000", 0.05);
+    CHECK(midpoint.restitution > euler.restitution);
+  }
+}
+
+/* Restitution goes to one limit; what the balls keep as vibration is lost to the bounce, and not to the contact. BDF2 is
+ * there first, backward Euler on its way. Where one step meets the barrier and the next leaves it, the other methods may
+ * gain energy: the midpoint rule little, HHT at some steps a third of the motion's, the trapezoidal rule so much that the
+ * watch over it ends the run. */
+static void restitution_converges(void)
+{
+  const char *const methods[] = {"backward-euler", "bdf2", "hht", "midpoint", "newmark"},
+             *const steps[] = {"1/500", "1/1000", "1/2000", "1/4000"};
+  for (int aside = 0; aside < 2; aside++) {
+    collision c[5][4];
+    for (int k = 0; k < 5; k++)
+      for (int s = 0; s < 4; s++) c[k][s] = collide(aside ? off_centre : head_on, methods[k], steps[s], 0.05);
+    for (int s = 0; s < 4; s++) {
+      CHECK_BELOW(c[0][s].rise, 1e-9 * c[0][s].lost);
+      for (int k = 0; k < 4; k++) CHECK(!c[k][s].refused);
+      if (s) CHECK(c[0][s].restitution > c[0][s - 1].restitution);
+    }
+    CHECK_BELOW(c[0][3].restitution, c[1][3].restitution);
+    CHECK_NEAR(c[1][2].restitution, c[1][3].restitution, 0.01);
+    CHECK_NEAR(c[2][3].restitution, c[1][3].restitution, 0.02);
+    CHECK_NEAR(c[3][3].restitution, c[1][3].restitution, 0.04);
+  }
+}
+
+static void same_bits(const touching *a, const touching *b)
+{
+  CHECK(a->n == b->n && !memcmp(a->state.x, b->state.x, (size_t)a->n * sizeof(double)));
+  CHECK(!memcmp(a->state.v, b->state.v, (size_t)a->n * sizeof(double)));
+}
+
+/* The pattern has grown by then, and grows on. Friction's lag is part of what is kept. */
+static void threads_and_cuts_change_no_bit(void)
+{
+  const char *const methods[] = {"time.method=backward-euler", "time.method=bdf2", "time.method=midpoint"};
+  for (int k = 0; k < 3; k++) {
+    const char *set[] = {methods[k], "effects.contact.friction=0.4", "solver.threads=1", "time.step=1/500",
+                         "solver.newton_tolerance=1e-5", NULL};
+    touching whole, other;
+    CHECK_OK(touching_begin(off_centre, set, 1000, &whole));
+    set[2] = "solver.threads=3";
+    CHECK_OK(touching_begin(off_centre, set, 1000, &other));
+    for (int s = 0; s < 12; s++) {
+      CHECK_OK(touching_step(&whole));
+      CHECK_OK(touching_step(&other));
+      size_t size;
+      CHECK_OK(flesh_integrator_save(other.integrator, 0, NULL, &size));
+      void *saved = malloc(size);
+      CHECK_OK(flesh_integrator_save(other.integrator, size, saved, &size));
+      flesh_integrator_destroy(&other.integrator);
+      CHECK_OK(touching_integrator(&other));
+      CHECK_OK(flesh_integrator_load(other.integrator, saved, size));
+      free(saved);
+    }
+    CHECK(touches(&whole));
+    CHECK(whole.newton == other.newton);
+    same_bits(&whole, &other);
+    touching_end(&whole);
+    touching_end(&other);
+  }
+}
+
+/* A body in a body is met where its surface crosses; the sentence says who, which nodes and where. */
+static void what_begins_crossed_is_refused(void)
+{
+  touching m;
+  const char *const set[] = {"bodies[0].translation=[0.09, 0, 0]", NULL};
+  CHECK_OK(touching_begin(head_on, set, 1000, &m));
+  CHECK(flesh_system_check(flesh_scene_system(m.scene), 0, m.state.x) == FLESH_ERR_ARGUMENT);
+  CHECK(crossings_count(&m.surface, m.state.x) > 0);
+  CHECK_TEXT(flesh_error_text(), "go through each other: the edge of the nodes ");
+  CHECK_TEXT(flesh_error_text(), " of left");
+  CHECK_TEXT(flesh_error_text(), " of right");
+  CHECK_TEXT(flesh_error_text(), "must start apart");
+  touching_end(&m);
+}
+
+static void refused(const char *value, const char *words)
+{
+  touching m;
+  CHECK(touching_begin(head_on, (const char *[]){value, NULL}, 1000, &m) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), words);
+  if (m.scene) touching_end(&m);
+}
+
+static void what_cannot_be_is_refused(void)
+{
+  refused("effects.contact.between=none", "between is none; it must be all, self, or a list of pairs of bodies");
+  refused("effects.contact.between=[[left, nobody]]", "between has 'nobody'; it must be the name of a body");
+  refused("effects.contact.between=[left, right]", "it must be a list of pairs of bodies, [[a, b], [a, a]]");
+  refused("effects.contact.between=[[left, right, left]]", "it must be a list of pairs of bodies, [[a, b], [a, a]]");
+  refused("effects.contact.between=[]", "it must be all, self, or a list of pairs of bodies");
+  refused("effects.contact.plane={point: [0, 0, -1]}", "one of plane, sphere, capsule or mesh is needed, or between");
+  refused("effects.contact.motion=[{time: 0}]", "motion is of an obstacle; bodies that touch have none");
+  refused("effects.contact.thickness=-1", "thickness");
+  refused("time.method=adaptive", "contact");
+  refused("time.method=euler-then-adaptive", "contact");
+}
+
+/* Bodies that are not paired go through each other. */
+static void only_what_is_named_touches(void)
+{
+  touching m;
+  CHECK_OK(touching_begin(head_on, (const char *[]){"effects.contact.between=self", "time.step=1/200", NULL}, 1000, &m));
+  const double came = parting(&m);
+  for (int s = 0; s < 10; s++) CHECK_OK(touching_step(&m));
+  CHECK_NEAR(parting(&m), came, 1e-6);
+  CHECK(m.crossings > 0);
+  touching_end(&m);
+}
+
+static void collide_with(const char *const *set, int steps)
+{
+  touching m;
+  double p0[3], p[3], L[3];
+  CHECK_OK(touching_begin(off_centre, set, 1000, &m));
+  touching_momenta(&m, p0, L);
+  int met = 0;
+  for (int s = 0; s < steps; s++) {
+    CHECK_OK(touching_step(&m));
+    met += touches(&m);
+  }
+  touching_momenta(&m, p, L);
+  for (int k = 0; k < 3; k++) CHECK_BELOW(fabs(p[k] - p0[k]), m.slack + 1e-12);
+  CHECK(m.crossings == 0 && met > 2);
+  touching_end(&m);
+}
+
+/* Ten-node tets, whose faces are four triangles each; a direct solver, whose matrix has another pattern where bodies
+ * touch. */
+static void curved_balls_collide(void)
+{
+  collide_with((const char *[]){"body.element=tet10", "time.step=1/300", "solver.newton_tolerance=1e-6", NULL}, 5);
+}
+
+static void balls_collide_with_a_direct_solver(void)
+{
+  collide_with((const char *[]){"solver.linear_solver=klu", "time.step=1/300", NULL}, 5);
+}
+
+/* A bar on a clamped one under gravity that leans by `slope`, friction 0.5. Where it is along x and how fast. It moves by
+ * less than the spacing of nodes, so that none comes under it or leaves, which a barrier of nodes would feel. */
+static void slide(double slope, int steps, double *place, double *speed)
+{
+  char scene[2048];
+  const double g = 9.81, angle = atan(slope);
+  snprintf(scene, sizeof scene,
+           "body: {name: track, mesh: ../meshes/bar_8x2x2.mesh, density: 1000, material: {energy: S, constants: "
+           "matched, young: 1e7, poisson: 0.3}}\n"
+           "bodies:\n  - {name: block, mesh: ../meshes/bar_8x2x2.mesh, translation: [0.05, 0.03, 1.0055]}\n"
+           "effects:\n  - inertia: {}\n  - gravity: {acceleration: [%.17g, 0, %.17g]}\n"
+           "  - pin: {body: track, box: [[-1, -1, -1], [5, 2, 0.001]]}\n  - viscosity: {shear: 2e4, bulk: 2e4}\n"
+           "  - contact: {between: all, friction: 0.5, thickness: 0.006}\n"
+           "time: {method: backward-euler, step: 1/100, end: 2}\nsolver: {newton_tolerance: 1e-7}\n",
+           g * sin(angle), -g * cos(angle));
+  touching m;
+  CHECK_OK(touching_begin(scene, NULL, 1000, &m));
+  for (int s = 0; s < steps; s++) CHECK_OK(touching_step(&m));
+  CHECK(m.crossings == 0);
+  *place = *speed = 0;
+  for (int i = m.n / 6; i < m.n / 3; i++) {
+    *place += m.state.x[3 * i] / (m.n / 6);
+    *speed += m.state.v[3 * i] / (m.n / 6);
+  }
+  touching_end(&m);
+}
+
+/* Below the angle of friction it holds, but for the creep of smooth friction, slower than the slip speed; above it slides
+ * with g (sin - mu cos). */
+static void a_block_slides_from_the_angle_of_friction_on(void)
+{
+  double at[2], v[2];
+  slide(0.4, 50, &at[0], &v[0]);
+  slide(0.4, 80, &at[1], &v[1]);
+  printf("# slope 0.4: creeps with %.3g m/s\n", (at[1] - at[0]) / 0.3);
+  const double creep = 1e-3 * (1 - sqrt(1 - 0.4 / 0.5)); /* where f is 0.4/0.5 */
+  CHECK_NEAR(v[1], creep, 0.02 * creep);
+  CHECK_NEAR((at[1] - at[0]) / 0.3, creep, 0.01 * creep);
+  slide(0.6, 30, &at[0], &v[0]);
+  slide(0.6, 60, &at[1], &v[1]);
+  const double angle = atan(0.6), expected = 9.81 * (sin(angle) - 0.5 * cos(angle));
+  printf("# slope 0.6: accelerates with %.5f m/s^2, expected %.5f\n", (v[1] - v[0]) / 0.3, expected);
+  CHECK_NEAR((v[1] - v[0]) / 0.3, expected, 0.01 * expected);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges), TEST(threads_and_cuts_change_no_bit),
+                   TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
+                   TEST(only_what_is_named_touches), TEST(a_block_slides_from_the_angle_of_friction_on), TEST(curved_balls_collide),
+                   TEST(balls_collide_with_a_direct_solver));
+}
