@@ -70,7 +70,7 @@ int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stag
 {
   const double *const guesses[] = {self->guess, NULL};
   flesh_stage soft = *stage;
-  soft.softness = 1;
+  soft.softened = 1;
   soft.multipliers = NULL;
   soft.penalty = 0;
   int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
