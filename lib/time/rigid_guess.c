@@ -13,7 +13,7 @@
 #include "mesh/pieces.h"
 #include "system/one_effect.h"
 
-/* A part this many times as large as at rest shrinks. Its potential goes with the sixth power of its size, of which a
+/* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power of its size, of which a
  * Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness hides all other forces
  * below round-off. Small, it is spread again by its inertia. */
 static const double far_larger = 10;
@@ -183,7 +183,7 @@ static double find_shrinkage(const flesh_rigid_parts *parts, int part, const dou
     squares += now * now / rest;
     volume += rest;
   }
-  return squares > volume ? shrunk * pow(squares / volume, -1. / 6) : 1;
+  return squares > pow(far_larger, 6) * volume ? shrunk * pow(squares / volume, -1. / 6) : 1;
 }
 
 static void guess_part(const flesh_rigid_parts *parts, int part, const flesh_state *state, double h, int nearest,
