@@ -13,9 +13,9 @@
 #include "mesh/pieces.h"
 #include "system/one_effect.h"
 
-/* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power of its size, of which a
- * Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness hides all other forces
- * below round-off. Small, it is spread again by its inertia. */
+/* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power
+ * of its size, of which a Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness
+ * hides all other forces below round-off. Small, it is spread again by its inertia. */
 static const double far_larger = 10;
 static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
 
