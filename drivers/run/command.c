@@ -109,7 +109,8 @@ static void describe_bodies(const flesh_scene *scene)
     }
   if (!touching) printf("bodies: %d, which do not touch each other: they pass through each other\n", bodies);
   else if (touching == pairs) printf("bodies: %d, which touch each other\n", bodies);
-  else printf("bodies: %d; of their %d pairs %d may touch, the others pass through each other\n", bodies, pairs, touching);
+  else
+    printf("bodies: %d; of their %d pairs %d may touch, the others pass through each other\n", bodies, pairs, touching);
 }
 
 /* What will be simulated. */

@@ -1,8 +1,8 @@
 /* touching.c: runs a scene in which bodies touch and looks after every step for surfaces that go through each other, by
  * exact predicates over all edges and faces, and for energy that nothing put in.
  *   touching SCENE SEED STEPS [KEY=VALUE ...]
- * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. One line: scene, steps done, crossings, worst
- * gain of energy, Newton iterations, how it ended. Exit code 1 where anything crossed, rose or failed. */
+ * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. One line: scene, steps done, crossings,
+ * worst gain of energy, Newton iterations, how it ended. Exit code 1 where anything crossed, rose or failed. */
 #include "touching.h"
 
 /* The gain that counts as rising: the solves' tolerance and rounding are taken off it already. */

@@ -1,6 +1,7 @@
 /* test_touching.c: bodies that touch: two balls that collide keep their momenta and lose no energy to the contact,
  * whatever the method; no surface ever goes through another; a run that is cut goes on with the same bits, and threads
  * change none; scenes in which bodies go through each other at the start, and what cannot be, are refused. */
+#include "system/proximity.h"
 #include "touching.h"
 
 /* x cross y of the nodes, y times the mass, summed. */
@@ -93,8 +94,10 @@ static collision collide(const char *scene, const char *method, const char *step
   c.restitution = -parting(&m) / came;
   c.lost = start - before;
   c.steps = m.steps;
-  printf("# %s, %s s: restitution %.4f, energy lost %.4f of that of the motion, highest rise in a step %.2g; %d of %d steps touch; "
-         "changes over what solves leave: momentum %.3f, torque %.3f; %.2f Newton iterations a step, %d impact steps%s\n",
+  printf("# %s, %s s: restitution %.4f, energy lost %.4f of that of the motion, highest rise in a step %.2g; "
+         "%d of %d steps touch; "
+         "changes over what solves leave: momentum %.3f, torque %.3f; %.2f Newton iterations a step, "
+         "%d impact steps%s\n",
          method, step, c.restitution, c.lost / motion, c.rise / motion, c.together, m.steps, c.linear, c.angular,
          (double)m.newton / m.steps, m.impact_steps, c.refused ? "; ended as energy appeared" : "");
   CHECK(m.crossings == 0);
@@ -122,10 +125,10 @@ static void balls_collide(void)
   }
 }
 
-/* Restitution goes to one limit; what the balls keep as vibration is lost to the bounce, and not to the contact. BDF2 is
- * there first, backward Euler on its way. Where one step meets the barrier and the next leaves it, the other methods may
- * gain energy: the midpoint rule little, HHT at some steps a third of the motion's, the trapezoidal rule so much that the
- * watch over it ends the run. */
+/* Restitution goes to one limit; what the balls keep as vibration is lost to the bounce, and not to the contact. BDF2
+ * is there first, backward Euler on its way. Where one step meets the barrier and the next leaves it, the other methods
+ * may gain energy: the midpoint rule little, HHT at some steps a third of the motion's, the trapezoidal rule so much
+ * that the watch over it ends the run. */
 static void restitution_converges(void)
 {
   const char *const methods[] = {"backward-euler", "bdf2", "hht", "midpoint", "newmark"},
@@ -232,6 +235,22 @@ static void only_what_is_named_touches(void)
   touching_end(&m);
 }
 
+/* Of a scene without it, and of one with it. */
+static void what_is_not_named_costs_nothing(void)
+{
+  for (int with = 0; with < 2; with++) {
+    touching m;
+    flesh_proximity proximity;
+    CHECK_OK(touching_begin(head_on, (const char *[]){with ? "time.end=1" : "effects.contact=null", NULL}, 1000, &m));
+    const flesh_system *system = flesh_scene_system(m.scene);
+    CHECK(flesh_system_has_proximity(system) == with);
+    CHECK_OK(flesh_proximity_create(system, NULL, &proximity));
+    CHECK((flesh_proximity_memory(&proximity) > 0) == with && (proximity.near != NULL) == with);
+    flesh_proximity_clear(&proximity);
+    touching_end(&m);
+  }
+}
+
 static void collide_with(const char *const *set, int steps)
 {
   touching m;
@@ -261,8 +280,8 @@ static void balls_collide_with_a_direct_solver(void)
   collide_with((const char *[]){"solver.linear_solver=klu", "time.step=1/300", NULL}, 5);
 }
 
-/* A bar on a clamped one under gravity that leans by `slope`, friction 0.5. Where it is along x and how fast. It moves by
- * less than the spacing of nodes, so that none comes under it or leaves, which a barrier of nodes would feel. */
+/* A bar on a clamped one under gravity that leans by `slope`, friction 0.5. Where it is along x and how fast. It moves
+ * by less than the spacing of nodes, so that none comes under it or leaves, which a barrier of nodes would feel. */
 static void slide(double slope, int steps, double *place, double *speed)
 {
   char scene[2048];
@@ -288,8 +307,8 @@ static void slide(double slope, int steps, double *place, double *speed)
   touching_end(&m);
 }
 
-/* Below the angle of friction it holds, but for the creep of smooth friction, slower than the slip speed; above it slides
- * with g (sin - mu cos). */
+/* Below the angle of friction it holds, but for the creep of smooth friction, slower than the slip speed; above it
+ * slides with g (sin - mu cos). */
 static void a_block_slides_from_the_angle_of_friction_on(void)
 {
   double at[2], v[2];
@@ -310,6 +329,7 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges), TEST(threads_and_cuts_change_no_bit),
                    TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
-                   TEST(only_what_is_named_touches), TEST(a_block_slides_from_the_angle_of_friction_on), TEST(curved_balls_collide),
+                   TEST(only_what_is_named_touches), TEST(what_is_not_named_costs_nothing),
+                   TEST(a_block_slides_from_the_angle_of_friction_on), TEST(curved_balls_collide),
                    TEST(balls_collide_with_a_direct_solver));
 }
