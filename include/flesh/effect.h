@@ -98,9 +98,6 @@ struct flesh_proximity;
  *
  * An effect may hand its work to `threads` (borrowed, or NULL); what it returns must not depend on
  * their number. `costs` is where the flesh_system_ functions count; NULL: nowhere. */
-/* Of flesh_point.softness. */
-enum { FLESH_SOFTNESS_LEVELS = 2 };
-
 typedef struct flesh_point {
   double t, load;
   const double *x, *v, *a;      /* [3*n] each; m, m/s, m/s^2 */
@@ -115,9 +112,9 @@ typedef struct flesh_point {
    * `penalty`; 0 counts as 1. */
   const double *multipliers;
   double penalty;
-  /* 0: materials as they are. 1 to FLESH_SOFTNESS_LEVELS: they resist changes of volume less and less, which
-   * leads out of tangles (FLESH_TECHNIQUE_UNTANGLE); an effect that has no volume term need not mind. */
-  int softness;
+  /* 0: materials as they are. 1: they resist changes of volume less, which leads out of tangles
+   * (FLESH_TECHNIQUE_UNTANGLE); an effect that has no volume term need not mind. */
+  int softened;
   flesh_threads *threads;
   flesh_costs *costs;
   /* Which effects are too far from the body to act, so that flesh_system_ functions do not evaluate

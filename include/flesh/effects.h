@@ -147,6 +147,21 @@ FLESH_API int flesh_effect_drag(const flesh_body *body, int count, const int *tr
 FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double density,
                                     const double acceleration[3], flesh_effect **effect);
 
+/* Ties the surfaces `first` [3*first_count] and `second` [3*second_count], triangles of
+ * flesh_mesh_surface, where they face each other at rest within `distance`, m, apart or overlapping;
+ * the meshes need not match. V = stiffness/2 times the integral over the first surface of |x_1 -
+ * x_2|^2, where x_2 goes with the second one's tet: no energy in affine motions, momentum and angular
+ * momentum are kept. It is integrated over the common parts of the triangles: constant stress passes
+ * without error; the surfaces part by traction/stiffness. `stiffness`, Pa/m; NaN: 30 times the lesser
+ * of 3 mu / edge of the two sides. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
+                                int second_count, const int *second, double distance,
+                                double stiffness, flesh_effect **effect);
+
+/* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
+ * NaN, with *area untouched, for every other effect. */
+FLESH_API double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
+
 #ifdef __cplusplus
 }
 #endif

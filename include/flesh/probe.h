@@ -53,7 +53,8 @@ typedef struct flesh_probe {
   /* Whose forces count, each on the components that it holds: 0, all pins and prescribed motions; k, the
    * k-th of the system in the order of their addition. A component that several hold is the last one's. */
   int holder;
-  /* 0: all contacts; k: the system's effect k - 1 (flesh_system_effect) alone. */
+  /* 0: all contacts; k: the system's effect k - 1 (flesh_system_effect) alone, a contact or one of
+   * FLESH_ROLE_OTHER (a weld, a joint). */
   int contact;
   /* Found by flesh_probe_prepare: of a point its tet, else -1, and its barycentric coordinates for the
    * corners that flesh_mesh_tets has; of a curved tet those of the straight one that it is the image of. */

@@ -115,7 +115,7 @@ typedef struct flesh_stage {
   /* Of the point: [tets] Pa, borrowed, NULL for zero; and the factor on penalties, 0 for 1. */
   const double *multipliers;
   double penalty;
-  int softness; /* of the point */
+  int softened; /* of the point */
   /* [3*nodes] dofs that stay at x0, beside the constrained ones; borrowed; NULL: none. */
   const uint8_t *held;
 } flesh_stage;

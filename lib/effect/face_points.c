@@ -35,6 +35,14 @@ static const rule_point curved_rule[FLESH_FACE_POINTS] = {
     {{C2, C0, C1}, WEIGHT_C},
     {{C2, C1, C0}, WEIGHT_C}};
 
+double flesh_face_rule(int flat, int q, const double corners[9], double at[3])
+{
+  if (q >= (flat ? FLESH_FLAT_POINTS : FLESH_FACE_POINTS)) return 0;
+  const rule_point *p = (flat ? flat_rule : curved_rule) + q;
+  for (int i = 0; i < 3; i++) at[i] = p->L[0] * corners[i] + p->L[1] * corners[3 + i] + p->L[2] * corners[6 + i];
+  return p->weight;
+}
+
 static void make_points(int quarter, flesh_face_point points[FLESH_FACE_POINTS])
 {
   const int flat = quarter == FLESH_FACE_FLAT;

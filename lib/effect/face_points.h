@@ -48,6 +48,10 @@ static inline int flesh_face_points(const flesh_faces *faces, int face, const fl
   return flesh_face_is_flat(faces, face) ? FLESH_FLAT_POINTS : FLESH_FACE_POINTS;
 }
 
+/* Point q of the rule on the part of a triangle whose corners have the barycentric coordinates corners [3][3]: its own
+ * coordinates into `at` and its weight, of sum 1; 0 behind the last point. `flat`: the rule of degree 2, else of 6. */
+double flesh_face_rule(int flat, int q, const double corners[9], double at[3]);
+
 /* Adds B to the block of a face's nodes a and b of a matrix whose slots are those of the faces' cells: its transpose
  * where the block of the upper triangle is that of b and a. One of (a,b) and (b,a) is to
  * be added. */

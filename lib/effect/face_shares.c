@@ -103,7 +103,7 @@ static int by_nodes(const void *a, const void *b)
   return 0;
 }
 
-int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
+int flesh_face_numbers(const flesh_mesh *mesh, int count, const int *triangles, int *numbers)
 {
   int all;
   const int *surface = flesh_mesh_surface(mesh, &all);
@@ -115,24 +115,35 @@ int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles,
   for (int k = 0; !status && k < count; k++) {
     const int *n = triangles + 3 * (size_t)k;
     const entry wanted = entry_of(n, 0), *found = bsearch(&wanted, entries, (size_t)all, sizeof *entries, by_nodes);
-    if (!found) {
-      status = flesh_fail(FLESH_ERR_ARGUMENT,
-                          "the triangle (%d, %d, %d) is not one of the mesh's surface, on which a load on a mesh of "
-                          "order 2 must be", n[0], n[1], n[2]);
-      continue;
-    }
-    if (flesh_mesh_face_parts(mesh, mesh->surface_tets[found->number]) == 1) {
-      quarters_of[k] = (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
-      continue;
-    }
-    /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
-    int first = found->number, last = first;
-    while (first > 0 && mesh->surface_tets[first - 1] == mesh->surface_tets[first]) first--;
-    first += (last - first) / 4 * 4; /* a tet's faces follow one another */
-    const int *face = surface + 3 * (size_t)first;
-    quarters_of[k] = (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, last - first};
+    if (found) numbers[k] = found->number;
+    else status = flesh_fail(FLESH_ERR_ARGUMENT, "the triangle (%d, %d, %d) is not one of the mesh's surface, on which "
+                             "a weld, and a load on a mesh of order 2, must be", n[0], n[1], n[2]);
   }
   flesh_free(entries);
+  return status;
+}
+
+/* The face that triangle `number` of the surface is of. */
+static flesh_face_quarter quarter_of(const flesh_mesh *mesh, const int n[3], int number)
+{
+  int all, first = number, last = number;
+  const int *surface = flesh_mesh_surface(mesh, &all);
+  if (flesh_mesh_face_parts(mesh, mesh->surface_tets[number]) == 1)
+    return (flesh_face_quarter){{n[0], n[1], n[2], n[0], n[0], n[0]}, FLESH_FACE_FLAT};
+  /* A face's triangles are (a,p,r), (p,b,q), (r,q,c), (p,q,r). */
+  while (first > 0 && mesh->surface_tets[first - 1] == mesh->surface_tets[first]) first--;
+  first += (last - first) / 4 * 4; /* a tet's faces follow one another */
+  const int *face = surface + 3 * (size_t)first;
+  return (flesh_face_quarter){{face[0], face[4], face[8], face[1], face[5], face[2]}, last - first};
+}
+
+int flesh_face_quarters(const flesh_mesh *mesh, int count, const int *triangles, flesh_face_quarter *quarters_of)
+{
+  int *numbers = flesh_malloc(((size_t)count + 1) * sizeof *numbers);
+  int status = numbers ? flesh_face_numbers(mesh, count, triangles, numbers)
+                       : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
+  for (int k = 0; !status && k < count; k++) quarters_of[k] = quarter_of(mesh, triangles + 3 * (size_t)k, numbers[k]);
+  flesh_free(numbers);
   return status;
 }
 

@@ -8,6 +8,9 @@
  * order 2 they must be of flesh_mesh_surface: FLESH_ERR_ARGUMENT otherwise, and for a node out of range. */
 int flesh_face_shares(const flesh_mesh *mesh, int count, const int *triangles, double *shares);
 
+/* Which triangles of flesh_mesh_surface triangles [3*count] are; fails as above. */
+int flesh_face_numbers(const flesh_mesh *mesh, int count, const int *triangles, int *numbers);
+
 /* What triangles can be: quarters 0 to 3 of a face of six nodes, or the face of a tet of four. */
 enum { FLESH_FACE_FLAT = 4, FLESH_FACE_KINDS };
 

@@ -90,6 +90,14 @@ static double muscle_next_event(const flesh_effect *effect, double t)
   return flesh_amplitude_next_event(&self->activation, t);
 }
 
+static const char *const report_names[] = {"activation", NULL};
+
+static void muscle_report(const flesh_effect *effect, const flesh_point *point, double *values)
+{
+  const muscle *self = effect->data;
+  values[0] = flesh_amplitude_at(&self->activation, point->t);
+}
+
 static flesh_instructions muscle_instructions(const flesh_effect *effect)
 {
   return ((const muscle *)effect->data)->tets.instructions;
@@ -122,7 +130,8 @@ static const flesh_effect_operations muscle_operations = {
     .destroy = muscle_destroy,
     .time = &(const flesh_effect_time){.next_event = muscle_next_event},
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},
-    .figures = &(const flesh_effect_figures){.memory = muscle_memory},
+    .figures = &(const flesh_effect_figures){
+        .memory = muscle_memory, .report_names = report_names, .report = muscle_report},
 };
 
 /* That the activation is one, and the tets are some of the mesh's, each once, ascending. */

@@ -81,8 +81,8 @@ static void try_segment(const motion *m, const double y[4][3], int a, int b, int
 }
 
 /* Both senses of a normal of edges e and f. Returns the square of e x f over those of e and f. */
-static double try_normal(const motion *m, const double y[4][3], const double e[3], const double f[3], const double from[3],
-                         plane *best)
+static double try_normal(const motion *m, const double y[4][3], const double e[3], const double f[3],
+                         const double from[3], plane *best)
 {
   double n[3];
   flesh_vec3_cross(e, f, n);

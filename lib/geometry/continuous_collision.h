@@ -23,8 +23,8 @@ double flesh_feasible_fraction(int first, int second, const double *const x0[4],
                                double keep);
 
 /* Whether one plane keeps the hulls of the nodes' places more than `distance` apart all the way from x0 to x1 [3*...],
- * or at x0 where x1 is NULL: 0 where they come nearer, where it takes more than a plane to tell, and where a place is not
- * finite. */
+ * or at x0 where x1 is NULL: 0 where they come nearer, where it takes more than a plane to tell, and where a place is
+ * not finite. */
 int flesh_hulls_stay_apart(int first, int second, const int nodes[4], const double *x0, const double *x1,
                            double distance);
 

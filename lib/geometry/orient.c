@@ -164,7 +164,8 @@ int flesh_orient2d(int axis, const double a[3], const double b[3], const double 
   const int u = (axis + 1) % 3, v = (axis + 2) % 3;
   const double bu = b[u] - a[u], bv = b[v] - a[v], cu = c[u] - a[u], cv = c[v] - a[v];
   if ((bu == 0 || cv == 0) && (bv == 0 || cu == 0)) return 0; /* as where a plane is seen from its side */
-  const double first = bu * cv, second = bv * cu, det = first - second, bound = 4 * DBL_EPSILON * (fabs(first) + fabs(second)) + 1e-290;
+  const double first = bu * cv, second = bv * cu, det = first - second;
+  const double bound = 4 * DBL_EPSILON * (fabs(first) + fabs(second)) + 1e-290;
   if (det > bound && det <= DBL_MAX) return 1;
   if (det < -bound && det >= -DBL_MAX) return -1;
   return exact_orient2d(u, v, (const double *const[]){a, b, c});

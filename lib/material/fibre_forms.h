@@ -99,7 +99,7 @@ static inline void flesh_fibre_form(const flesh_fibre_constants *c, double activ
   *fibre = (flesh_fibre_real){0};
   for (int k = 0; k < 2; k++) {
     flesh_fibre_part part;
-    if (stress[k] == 0) continue;
+    if (stress[k] == 0 || (k == 1 && !flesh_any(l > 1))) continue; /* slack fibres add 0 */
     if (k == 0) flesh_fibre_active(c->curve, l, &part);
     else flesh_fibre_passive(c, l, &part);
     fibre->value += stress[k] * part.value;

@@ -161,9 +161,6 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
     *kind = FLESH_DIRECTION_NEGATIVE_CURVATURE;
     return FLESH_OK;
   }
-  /* A filtered matrix has no negative curvature but by round-off. */
-  if (status == FLESH_NOT_POSITIVE && self->filter != FLESH_FILTER_NONE && result.iterations > 0)
-    status = FLESH_NOT_CONVERGED;
   if (result.iterations > 0) learn(self, &result);
   return status;
 }

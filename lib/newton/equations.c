@@ -122,7 +122,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
   if (!stage->v_lag) self->stage.v_lag = stage->v0 ? stage->v0 : self->zeros;
   self->residual.known = self->potential.known = self->refused = self->is_frozen = 0;
   /* They may have changed where x has not. */
-  if (stage->multipliers || stage->softness) self->reached.there.known = 0;
+  if (stage->multipliers || stage->softened) self->reached.there.known = 0;
   const int changed = flesh_equations_find_constrained(self, stage->t, stage->held);
   const int *dofs = self->constrained_dofs, count = self->constrained_count;
   for (int k = 0; k < count; k++) self->u_constrained[dofs[k]] = stage->x0[dofs[k]];
@@ -195,7 +195,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
   return (flesh_point){.t = s->t, .load = s->load, .x = self->x, .v = self->v, .a = self->a,
                        .clearance = looks ? &self->clearance : NULL, .proximity = &self->proximity,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
-                       .multipliers = s->multipliers, .penalty = s->penalty, .softness = s->softness,
+                       .multipliers = s->multipliers, .penalty = s->penalty, .softened = s->softened,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
                        .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
                        .threads = self->threads, .costs = self->costs};
@@ -362,7 +362,7 @@ int flesh_equations_evaluate(flesh_equations *self, const double *u, double *phi
 void flesh_equations_reach(flesh_equations *self, const double *u)
 {
   self->reached.there.known = 0;
-  if (self->stage.shift.x != 1 || self->stage.softness || !knows_potential(self, u))
+  if (self->stage.shift.x != 1 || self->stage.softened || !knows_potential(self, u))
     return; /* no step ends where the stage does */
   flesh_equations_point(self, u);
   flesh_copy(self->threads, self->n, self->x, self->reached.x);

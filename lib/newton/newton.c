@@ -19,7 +19,7 @@ static const state transitions[][EVENTS] = {
     /*               DONE        UNSOLVED  INDEFINITE  REFUSED  ERROR */
     [ASSEMBLE]   = {SOLVE,      FAIL,     FILTER,     FAIL,    FAIL}, /* K of the iterate's own */
     [SOLVE]      = {SEARCH,     DIRECT,   FILTER,     FAIL,    FAIL}, /* K p = b with what was prepared */
-    [DIRECT]     = {SEARCH,     SEARCH,   FILTER,     SOLVE,   FAIL}, /* K p = b by a factorisation */
+    [DIRECT]     = {SEARCH,     SEARCH,   FILTER,     FAIL,    FAIL}, /* K p = b by a factorisation */
     [FILTER]     = {SOLVE,      FAIL,     FAIL,       FAIL,    FAIL}, /* K without negative eigenvalues */
     [SEARCH]     = {ACCELERATE, FAIL,     FILTER,     FAIL,    FAIL}, /* p scaled, so that phi falls */
     [ACCELERATE] = {END,        FAIL,     FAIL,       FAIL,    FAIL}, /* p taken further */
@@ -109,18 +109,11 @@ static event solve(flesh_newton *self, iteration *it)
 static event solve_directly(flesh_newton *self, iteration *it)
 {
   flesh_direction *direction = &self->direction;
-  const int filtered = direction->filter != FLESH_FILTER_NONE,
-            skipped = direction->fallback_state == FLESH_FALLBACK_IN_USE; /* conjugate gradients were not asked */
-  it->kind = filtered ? FLESH_DIRECTION_FILTERED : FLESH_DIRECTION_NEWTON;
+  it->kind = direction->filter == FLESH_FILTER_NONE ? FLESH_DIRECTION_NEWTON : FLESH_DIRECTION_FILTERED;
   self->negative_curvature = 0;
   it->status = FLESH_NOT_CONVERGED;
   if (direction->fallback_state != FLESH_FALLBACK_TOO_EXPENSIVE)
     it->status = flesh_direction_solve_directly(direction, it->b, it->p);
-  if (it->status == FLESH_NOT_POSITIVE && filtered) {
-    /* Indefinite by round-off alone. */
-    direction->fallback_state = FLESH_FALLBACK_UNUSED;
-    return skipped ? REFUSED : direction->iterations > 0 ? UNSOLVED : ERROR;
-  }
   if (it->status == FLESH_NOT_CONVERGED) return direction->iterations > 0 ? UNSOLVED : ERROR;
   return !it->status ? DONE : it->status == FLESH_NOT_POSITIVE ? INDEFINITE : ERROR;
 }

@@ -264,7 +264,7 @@ static int fill_background(subdomain *self, const double *u, const double *r, fl
   flesh_background *others = self->others;
   double *of_elements = work, *zeros = work + 3 * self->nodes;
   const flesh_point point = {
-      .t = whole->stage.t, .load = 1, .x = self->x, .v = zeros, .a = zeros, .softness = whole->stage.softness};
+      .t = whole->stage.t, .load = 1, .x = self->x, .v = zeros, .a = zeros, .softened = whole->stage.softened};
   flesh_shift shift = whole->stage.shift;
   shift.filter = self->parent->filter;
   place(self, self->parent->u_matrix);
@@ -309,7 +309,7 @@ static int solve(subdomain *self, double *w)
   /* All constrained nodes stay where they are. */
   const flesh_stage stage = {
       .t = self->whole->stage.t, .load = 1, .prescribed_fraction = 0, .shift = self->whole->stage.shift, .x0 = self->x,
-      .softness = self->whole->stage.softness};
+      .softened = self->whole->stage.softened};
   flesh_solve_stats stats = {0};
   double *du = flesh_calloc(3 * (size_t)self->nodes, sizeof *du);
   if (!du) return no_memory(self);

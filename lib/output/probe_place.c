@@ -101,8 +101,10 @@ static int check_holder(const flesh_probe *probe, const flesh_system *system)
   if (probe->holder < 0 || probe->holder > system->constraint_count)
     return flesh_fail(FLESH_ERR_ARGUMENT, "holder is %d; the system has %d pins and prescribed motions, counted from 1",
                       probe->holder, system->constraint_count);
-  if (probe->contact < 0 || probe->contact > effects ||
-      (probe->contact && flesh_system_effect(system, probe->contact - 1)->operations->role != FLESH_ROLE_CONTACT))
+  const flesh_role role = probe->contact > 0 && probe->contact <= effects
+                              ? flesh_system_effect(system, probe->contact - 1)->operations->role
+                              : FLESH_ROLE_CONTACT;
+  if (probe->contact < 0 || probe->contact > effects || (role != FLESH_ROLE_CONTACT && role != FLESH_ROLE_OTHER))
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "contact is %d; none of the system's %d effects, counted from 1, is a contact of this number",
                       probe->contact, effects);
@@ -124,7 +126,7 @@ int flesh_probe_prepare(flesh_probe *probe, const flesh_body *body, const flesh_
   if (asked & (FLESH_PROBE_STRESS | FLESH_PROBE_ENERGY) && !body->materials)
     return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has %s, but the body has no material",
                       asked & FLESH_PROBE_STRESS ? "stress" : "energy");
-  if (asked & FLESH_PROBE_CONTACT_FORCE && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
+  if (asked & FLESH_PROBE_CONTACT_FORCE && !probe->contact && !flesh_system_has_role(system, FLESH_ROLE_CONTACT))
     return flesh_fail(FLESH_ERR_ARGUMENT, "quantities has contact_force, but nothing touches the body; add contact");
   if ((status = check_holder(probe, system))) return status;
   return is_point ? locate(probe, body->mesh) : check_nodes(probe, body);

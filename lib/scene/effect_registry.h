@@ -28,6 +28,9 @@ typedef struct flesh_effect_row {
   /* Reads nothing but `parameters`; errors say what is wrong without file and line (the caller
    * knows them). */
   int (*add)(const void *parameters, const flesh_body *body, flesh_system *system);
+  /* The nodes on which probes sum up what the effect bears, where these are not all; new *nodes [*count], freed by the
+   * caller. NULL: none (a contact has all). */
+  int (*bearers)(const void *parameters, const flesh_body *body, int *count, int **nodes);
   int once; /* of the whole body: a scene names it once at most */
 } flesh_effect_row;
 
@@ -44,6 +47,8 @@ typedef struct flesh_effect_row {
   ROW(pressure)                                                                                  \
   ROW(drag)                                                                                      \
   ROW(buoyancy)                                                                                  \
+  ROW(weld)                                                                                      \
+  ROW(joint)                                                                                     \
   ROW(damping)                                                                                   \
   ROW(settling_damping)                                                                          \
   ROW(viscosity)                                                                                 \

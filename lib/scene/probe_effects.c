@@ -1,4 +1,4 @@
-/* probe_effects.c: probes of what a pin, a prescribed motion or a contact of the scene bears. */
+/* probe_effects.c: probes of what a pin, a prescribed motion, a contact, a weld or a joint of the scene bears. */
 #include "scene/probe_effects.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ static int is_contact(const flesh_scene *scene, const flesh_effect_entry *entry)
 
 static int bears(const flesh_scene *scene, const flesh_effect_entry *entry)
 {
-  return entry->constraint || is_contact(scene, entry);
+  return entry->constraint || is_contact(scene, entry) || (entry->effect && entry->row->bearers);
 }
 
 /* How many effects of its name are listed before it. */
@@ -41,7 +41,7 @@ static int refuse(const flesh_scene *scene, const char *word)
              index);
   }
   if (!*list)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "effect is '%s', but the scene has no pin, prescribed_motion or contact",
+    return flesh_fail(FLESH_ERR_ARGUMENT, "effect is '%s', but the scene has no pin, prescribed_motion, contact, weld or joint",
                       word);
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect is '%s'; of this scene it must be one of %s", word, list);
 }
@@ -61,9 +61,26 @@ static const flesh_effect_entry *find(const flesh_scene *scene, const char *word
   return NULL;
 }
 
+/* Of a weld or a joint: the nodes on its first side. */
+static int take_bearers(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe *probe)
+{
+  int count, *nodes = NULL, status = entry->row->bearers(entry->parameters, &scene->body, &count, &nodes);
+  if (status) return status;
+  int *kept = flesh_arena_take(&scene->arena, (size_t)count * sizeof *kept);
+  if (kept) memcpy(kept, nodes, (size_t)count * sizeof *kept);
+  free(nodes);
+  if (!kept) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  probe->nodes = kept;
+  probe->node_count = count;
+  probe->holder = 0;
+  probe->contact = entry->effect;
+  return FLESH_OK;
+}
+
 /* The nodes of what bears, all where it is a contact, and its number in the system. */
 static int take(flesh_scene *scene, const flesh_effect_entry *entry, flesh_probe *probe)
 {
+  if (entry->row->bearers) return take_bearers(scene, entry, probe);
   const flesh_constraint *held = entry->constraint ? &scene->system->constraints[entry->constraint - 1] : NULL;
   const int count = held ? held->count : flesh_mesh_node_count(scene->mesh);
   int *nodes = flesh_arena_take(&scene->arena, (size_t)count * sizeof *nodes);

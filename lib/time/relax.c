@@ -17,15 +17,15 @@ static void find_end(void *data, const double *u, double *x)
 
 /* Statics, or a long step of backward Euler from rest, of which time knows nothing. Pressures of incompressible tets
  * belong to the true materials alone. */
-static int solve(flesh_integrator *self, flesh_state *state, double h, int softness, const uint8_t *held,
+static int solve(flesh_integrator *self, flesh_state *state, double h, int softened, const uint8_t *held,
                  flesh_solve_stats *stats)
 {
   const double rate = h > 0 ? 1 / h : 0;
   flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1,
                        .shift = {.x = 1, .v = rate, .a = rate * rate},
-                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softness = softness, .held = held};
+                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softened = softened, .held = held};
   int status;
-  if (softness) {
+  if (softened) {
     status = flesh_nonlinear_solve(self->nonlinear, &stage, NULL, 0, stats);
   } else {
     const flesh_stage_end end = {&(solution){self->n, state->x}, find_end};
@@ -38,12 +38,12 @@ static int solve(flesh_integrator *self, flesh_state *state, double h, int softn
 }
 
 /* Steps until the body is still, or the last; each longer, as parts may be far softer than the body on average. */
-static int settle(flesh_integrator *self, flesh_state *state, double h, int softness, const uint8_t *held,
+static int settle(flesh_integrator *self, flesh_state *state, double h, int softened, const uint8_t *held,
                   flesh_solve_stats *stats)
 {
   enum { STEPS = 10 };
   for (int k = 0; k < STEPS; k++, h *= 4) {
-    int status = solve(self, state, h, softness, held, stats);
+    int status = solve(self, state, h, softened, held, stats);
     if (status || h == 0) return status;
     if (flesh_untangler_is_still(self->recovery.untangler, flesh_nonlinear_unknowns(self->nonlinear))) return FLESH_OK;
   }
@@ -51,22 +51,18 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, int soft
 }
 
 /* In statics it is the equilibrium at hand that is wanted, without its tangle, not another one: all that is far from the
- * tangle is held while materials are soft. One attempt is enough then: it costs less than the solve before it. */
+ * tangle is held while materials are soft. */
 int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
   const int is_static = self->method == FLESH_METHOD_STATIC;
   const double h = is_static ? 0 : flesh_untangler_long_step(untangler);
   const uint8_t *held = is_static ? flesh_untangler_held(untangler) : NULL;
-  const int levels = held ? 1 : FLESH_SOFTNESS_LEVELS;
-  for (int softness = 1; softness <= levels; softness++) {
-    flesh_untangler_begin(untangler, state);
-    int status = settle(self, state, h, softness, held, stats);
-    if (!status) status = settle(self, state, h, 0, NULL, stats);
-    if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
-    if (status < 0) return status;
-  }
-  return FLESH_OK;
+  flesh_untangler_begin(untangler, state);
+  int status = settle(self, state, h, 1, held, stats);
+  if (!status) status = settle(self, state, h, 0, NULL, stats);
+  if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
+  return status < 0 ? status : FLESH_OK;
 }
 
 int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
@@ -74,7 +70,7 @@ int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stag
 {
   const double *const guesses[] = {self->guess, NULL};
   flesh_stage soft = *stage;
-  soft.softness = 1;
+  soft.softened = 1;
   soft.multipliers = NULL;
   soft.penalty = 0;
   int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);

@@ -13,10 +13,11 @@
 #include "mesh/pieces.h"
 #include "system/one_effect.h"
 
-/* A part this many times as large as at rest shrinks. Its potential goes with the sixth power of its size, of which a
- * Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness hides all other forces
- * below round-off. */
+/* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power
+ * of its size, of which a Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness
+ * hides all other forces below round-off. Small, it is spread again by its inertia. */
 static const double far_larger = 10;
+static const double shrunk = 0.1; /* of the size at which the root mean square of J is 1 */
 
 static int root_of(int *parent, int i)
 {
@@ -167,8 +168,7 @@ static void turn_nearest(int count, const int *nodes, const double *mass, const 
   else flesh_mat3_identity(turn); /* points on a line are to stay on it */
 }
 
-/* The factor by which a part shrinks about its centre: until the root mean square of J is 1; 1 where it is not far
- * larger than at rest. */
+/* The factor by which a part shrinks about its centre; 1 where it is not far larger than at rest. */
 static double find_shrinkage(const flesh_rigid_parts *parts, int part, const double *x, const double centre[3])
 {
   const int *nodes = parts->nodes + parts->first[part], count = parts->first[part + 1] - parts->first[part];
@@ -183,7 +183,7 @@ static double find_shrinkage(const flesh_rigid_parts *parts, int part, const dou
     squares += now * now / rest;
     volume += rest;
   }
-  return squares > volume ? pow(squares / volume, -1. / 6) : 1;
+  return squares > pow(far_larger, 6) * volume ? shrunk * pow(squares / volume, -1. / 6) : 1;
 }
 
 static void guess_part(const flesh_rigid_parts *parts, int part, const flesh_state *state, double h, int nearest,

@@ -65,6 +65,19 @@ limb_antagonists() {
   grep -v '^#' limb_antagonists/state.txt | awk '$3 < low { low = $3 } END { print low; exit !(low > -0.1) }'
 }
 
+# What hangs from a weld or a joint pulls at it with its weight: 500 kg/m^3, 4 m^3.
+what_hangs_pulls_with_its_weight() {
+  for scene in welded:weld hinged:joint; do
+    tie=${scene#*:} scene=${scene%:*}
+    short "$scene" --set time.end=0.1 || return 1
+    expect 0 "$flesh" run "$scenes/$scene.yaml" --set effects.inertia=null --set time=null \
+      --set "output.probes=[{name: w, effect: $tie, quantities: [contact_force]}]" --out "$scene"_still --quiet ||
+      return 1
+    column 'w.contact_force_z [N]' "$scene"_still/probes.csv |
+      awk '{ print; f = $1 < 0 ? -$1 : $1; exit !(f > 19600 && f < 19640) }' || return 1
+  done
+}
+
 fist() { short fist --set time.end=0.05; }
 fold() { short fold --set time.end=0.1; }
 funnel() { short funnel --set time.end=0.02; }
@@ -77,4 +90,5 @@ a_scene_run_in_its_own_folder_repeats() {
 }
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
-  fist fold funnel soft_and_stiff a_scene_run_in_its_own_folder_repeats
+  what_hangs_pulls_with_its_weight fist fold funnel soft_and_stiff \
+  a_scene_run_in_its_own_folder_repeats

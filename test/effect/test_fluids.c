@@ -268,7 +268,7 @@ static void blocks_float_at_their_draught(void)
   }
 }
 
-/* The torque of weight and buoyancy at a small tilt is m g GM, with the metacentric height GM = b^2/(12 T) - (h - T)/2 of
+/* The torque of weight and buoyancy at a small tilt is m g GM, GM = b^2/(12 T) - (h - T)/2 the metacentric height of
  * a block of width b, height h and draught T: a raft rights itself, a post capsizes. */
 static void floating_blocks_are_stable_by_their_metacentre(void)
 {

@@ -17,7 +17,7 @@ static const struct {
     {"name: a",
      {"output.probes[0]: nothing is chosen; give point, box, sphere, nodes, regions, body or effect"}},
     {"name: a, effect: pin",
-     {"output.probes[0]: effect is 'pin', but the scene has no pin, prescribed_motion or contact"}},
+     {"output.probes[0]: effect is 'pin', but the scene has no pin, prescribed_motion, contact, weld or joint"}},
     {"name: a, effect: gravity, point: [1, 0, 0]",
      {"output.probes[0]: effect stands beside point, box, sphere, nodes, regions or body; give it or them"}},
     {"name: a, point: [1, 0, 0], nodes: [3]",

@@ -156,6 +156,10 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_drag, triangles, (any, 1, NULL, 1, any, 1, any));
   REFUSES(flesh_effect_drag, velocity, (any, 1, any, 1, NULL, 1, any));
   REFUSES(flesh_effect_drag, effect, (any, 1, any, 1, any, 1, NULL));
+  REFUSES(flesh_effect_weld, body, (NULL, 1, any, 1, any, 1, 1, any));
+  REFUSES(flesh_effect_weld, first, (any, 1, NULL, 1, any, 1, 1, any));
+  REFUSES(flesh_effect_weld, second, (any, 1, any, 1, NULL, 1, 1, any));
+  REFUSES(flesh_effect_weld, effect, (any, 1, any, 1, any, 1, 1, NULL));
   REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
   REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
   REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));

@@ -12,8 +12,8 @@ from .mesh import Mesh
 from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
-           "Traction", "Pressure", "Drag", "Buoyancy", "Contact", "SurfaceContact", "DerivativeReport", "EffectCost",
-           "ROLES"]
+           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Contact", "SurfaceContact", "DerivativeReport",
+           "EffectCost", "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
 ROLES = tuple(_ROLES.words)
@@ -248,6 +248,33 @@ class Buoyancy(Effect):
     def __init__(self, body: Body, level: float, density: float = 1000.0, acceleration=(0.0, 0.0, -9.81)):
         self._take(create("flesh_effect", lib.flesh_effect_buoyancy, body._struct, float(level), float(density),
                           _vector(acceleration, "acceleration")), body)
+
+
+class Weld(Effect):
+    """Ties the surfaces `first` and `second` [count, 3], triangles of meshes that need not match, that face each other.
+
+    Args:
+        distance: m, within which they do at rest, apart or overlapping.
+        stiffness: Pa/m; None: 30 times 3 mu over an edge of the softer side.
+    """
+
+    def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None):
+        sides = [integers(side, (None, 3), name) for side, name in ((first, "first"), (second, "second"))]
+        given = np.nan if stiffness is None else float(stiffness)
+        self._take(create("flesh_effect", lib.flesh_effect_weld, body._struct, len(sides[0]), pointer(sides[0], "int"),
+                          len(sides[1]), pointer(sides[1], "int"), float(distance), given), body)
+
+    @property
+    def stiffness(self) -> float:
+        """Pa/m."""
+        return lib.flesh_effect_weld_stiffness(self._pointer, ffi.NULL)
+
+    @property
+    def area(self) -> float:
+        """What is tied, m^2."""
+        area = ffi.new("double *")
+        lib.flesh_effect_weld_stiffness(self._pointer, area)
+        return area[0]
 
 
 def _contact_options(stiffness, thickness, friction, slip_speed):

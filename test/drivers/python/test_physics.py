@@ -142,6 +142,7 @@ def effects_of(mesh, body):
             flesh.Traction(body, top, (0, 0, 9)), flesh.Pressure(body, surface, 100),
             flesh.Muscle(body, (1, 0.5, 0), flesh.Fibre("thelen", 1e4, optimal_stretch=0.9), amplitude, [0, 2, 5]),
             flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
+            flesh.Weld(body, top, surface, distance=2),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 
@@ -151,6 +152,9 @@ def test_every_effect_passes_the_check_of_derivatives(mesh, body, bent):
         assert report.passes(1e-6), (effect, report)
         assert report.potential[0] < 1e-6 and effect.role in flesh.ROLES
     assert np.array_equal(flesh.Gravity(body, GRAVITY).acceleration, GRAVITY)
+    top = mesh.surface[(mesh.positions[mesh.surface][:, :, 2] == 1).all(axis=1)]
+    weld = flesh.Weld(body, top, mesh.surface, distance=2, stiffness=3e5)
+    assert weld.stiffness == 3e5 and weld.area == pytest.approx(mesh.positions[:, 0].max())
     spring, wide = (flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=radius) for radius in (0, 0.75))
     assert spring.radius == 0 and wide.radius == 0.75 and np.allclose(wide.point, (2, 1, 1), atol=1e-12)
     assert flesh.Spring(body, (2, 1, 1), 50, (3, 1, 1), radius=None).radius == pytest.approx(0.1)

@@ -1,0 +1,151 @@
+/* ties.c: linear combinations of nodes that springs hold at zero, as springs between pairs of nodes. */
+#include "effect/ties.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+
+/* Room for another `count` pairs. */
+static int make_room(flesh_ties *ties, int count)
+{
+  if (ties->count + count <= ties->room) return 1;
+  const int room = 2 * ties->room + count + 64;
+  flesh_tie_pair *pairs = realloc(ties->pairs, (size_t)room * sizeof *pairs);
+  if (!pairs) {
+    ties->failed = 1;
+    return 0;
+  }
+  ties->pairs = pairs;
+  ties->room = room;
+  return 1;
+}
+
+void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double *weights, double stiffness)
+{
+  if (ties->failed || !make_room(ties, count * (count - 1) / 2)) return;
+  for (int a = 0; a < count; a++)
+    for (int b = a + 1; b < count; b++) {
+      const double s = -stiffness * weights[a] * weights[b];
+      const int up = nodes[a] < nodes[b];
+      if (s == 0 || nodes[a] == nodes[b]) continue;
+      ties->pairs[ties->count++] = (flesh_tie_pair){{nodes[up ? a : b], nodes[up ? b : a]}, s};
+    }
+}
+
+/* By nodes; equal pairs by their stiffness, so that sums do not depend on the sort. */
+static int compare(const void *a, const void *b)
+{
+  const flesh_tie_pair *p = a, *q = b;
+  for (int k = 0; k < 2; k++)
+    if (p->node[k] != q->node[k]) return p->node[k] < q->node[k] ? -1 : 1;
+  return (p->stiffness > q->stiffness) - (p->stiffness < q->stiffness);
+}
+
+int flesh_ties_finish(flesh_ties *ties)
+{
+  int kept = 0;
+  if (!ties->failed) qsort(ties->pairs, (size_t)ties->count, sizeof *ties->pairs, compare);
+  for (int k = 0; k < ties->count && !ties->failed; k++) {
+    const flesh_tie_pair next = ties->pairs[k];
+    flesh_tie_pair *last = kept ? &ties->pairs[kept - 1] : NULL;
+    if (last && last->node[0] == next.node[0] && last->node[1] == next.node[1]) last->stiffness += next.stiffness;
+    else ties->pairs[kept++] = next;
+  }
+  ties->count = kept;
+  int *nodes = malloc(((size_t)kept + 1) * 2 * sizeof *nodes);
+  if (!nodes || ties->failed) {
+    free(nodes);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld or joint of %d pairs of nodes", ties->count);
+  }
+  for (int k = 0; k < 2 * kept; k++) nodes[k] = ties->pairs[k / 2].node[k % 2];
+  ties->cells = (flesh_cells){.count = kept, .nodes_per_cell = 2, .nodes = nodes};
+  return FLESH_OK;
+}
+
+void flesh_ties_clear(flesh_ties *ties)
+{
+  free((int *)ties->cells.nodes);
+  free(ties->pairs);
+  *ties = (flesh_ties){0};
+}
+
+size_t flesh_ties_memory(const flesh_ties *ties)
+{
+  return (size_t)ties->room * sizeof *ties->pairs + (size_t)ties->count * 2 * sizeof(int);
+}
+
+static void add_residual(const flesh_ties *ties, const double *x, double *r)
+{
+  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
+    const size_t i = 3 * (size_t)p->node[0], j = 3 * (size_t)p->node[1];
+    for (size_t c = 0; c < 3; c++) {
+      const double f = p->stiffness * (x[i + c] - x[j + c]);
+      r[i + c] += f;
+      r[j + c] -= f;
+    }
+  }
+}
+
+static void add_jacobian(const flesh_ties *ties, double factor, flesh_block_matrix *K, const int *slots)
+{
+  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++, slots += 3)
+    for (int block = 0; block < 3; block++)
+      for (int c = 0; c < 3; c++)
+        K->values[9 * (size_t)slots[block] + 4 * (size_t)c] += (block == 1 ? -factor : factor) * p->stiffness;
+}
+
+static double energy_of(const flesh_ties *ties, const double *x, double *size)
+{
+  double value = 0;
+  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
+    const double *a = x + 3 * (size_t)p->node[0], *b = x + 3 * (size_t)p->node[1];
+    double square = 0;
+    for (int c = 0; c < 3; c++) square += (a[c] - b[c]) * (a[c] - b[c]);
+    value += p->stiffness / 2 * square;
+    *size += fabs(p->stiffness) / 2 * square;
+  }
+  return value;
+}
+
+const flesh_cells *flesh_tied_cells(const flesh_effect *effect)
+{
+  const flesh_ties *ties = effect->data;
+  return &ties->cells;
+}
+
+int flesh_tied_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const flesh_ties *ties = effect->data;
+  add_residual(ties, point->x, r);
+  return FLESH_OK;
+}
+
+int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                         flesh_block_matrix *K, const int *slots)
+{
+  const flesh_ties *ties = effect->data;
+  (void)point;
+  if (shift->x != 0) add_jacobian(ties, shift->x, K, slots);
+  return FLESH_OK;
+}
+
+int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                          double *magnitude)
+{
+  const flesh_ties *ties = effect->data;
+  double size = 0;
+  if (shift->x == 0) return FLESH_OK;
+  *phi += energy_of(ties, point->x, &size) / shift->x;
+  *magnitude += size / shift->x;
+  return FLESH_OK;
+}
+
+int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  const flesh_ties *ties = effect->data;
+  double size = 0;
+  *energy = energy_of(ties, point->x, &size);
+  return FLESH_OK;
+}

@@ -1,0 +1,41 @@
+/* ties.h: linear combinations of nodes that springs hold at zero: what welds and joints are made of.
+ *
+ * A tie with the weights c_a, of sum 0, and the stiffness k has V = k/2 |sum of c_a x_a|^2. As the weights sum to 0,
+ * the sum of all ties is V = 1/2 sum of s_ij |x_i - x_j|^2 over pairs of nodes, s_ij = -sum of k c_i c_j: pairs push
+ * and pull along their lines, which keeps momentum and angular momentum to rounding. Single s_ij may be negative, V is
+ * not. */
+#ifndef FLESH_EFFECT_TIES_H
+#define FLESH_EFFECT_TIES_H
+
+#include <stddef.h>
+
+#include "flesh/effect.h"
+
+typedef struct flesh_tie_pair {
+  int node[2]; /* ascending */
+  double stiffness;
+} flesh_tie_pair;
+
+typedef struct flesh_ties {
+  int count, room, failed;
+  flesh_tie_pair *pairs;
+  flesh_cells cells; /* two nodes each; once finished */
+} flesh_ties;
+
+/* Adds a tie of nodes [count], which may repeat, with weights [count]. What lacks memory fails in _finish. */
+void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double *weights, double stiffness);
+/* Sums up equal pairs. FLESH_ERR_MEMORY. */
+int flesh_ties_finish(flesh_ties *ties);
+void flesh_ties_clear(flesh_ties *ties);
+size_t flesh_ties_memory(const flesh_ties *ties);
+
+/* The operations of an effect whose data begin with its ties. */
+const flesh_cells *flesh_tied_cells(const flesh_effect *effect);
+int flesh_tied_residual(const flesh_effect *effect, const flesh_point *point, double *r);
+int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                        flesh_block_matrix *K, const int *slots);
+int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift, double *phi,
+                         double *magnitude);
+int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, double *energy);
+
+#endif

@@ -1,0 +1,250 @@
+/* weld.c: two surfaces that are one: ties between non-matching meshes, segment by segment.
+ *
+ * V = k/2 times the integral over one surface at rest of |x_A(X) - x_B(X)|^2, x_A interpolated on that surface and x_B
+ * continued from the tet of the other surface that lies there: both follow affine motions exactly, so that V is 0 in
+ * all of these, also where the surfaces overlap or gape at rest, and does not change by rotation.
+ *
+ * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment),
+ * on each of which shape functions of both are polynomials that the rule of quadrature has exactly. So a traction that
+ * is the same all over the surface loads the nodes on either side consistently: constant stress passes from mesh to
+ * mesh without error, for a constant jump of traction/k. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "effect/face_points.h"
+#include "effect/ties.h"
+#include "effect/weld_segments.h"
+#include "math/mat3.h"
+#include "mesh/mesh.h"
+#include "mesh/pieces.h"
+#include "mesh/shape.h"
+
+/* The stiffness in terms of the softer side's Young's modulus over its edge, without a given one. */
+static const double default_factor = 30;
+/* A place is found in a tet to this part of its size. */
+static const double place_tolerance = 1e-12;
+enum { PLACE_ITERATIONS = 60, TIE_NODES = FLESH_FACE_NODES + 10 };
+
+typedef struct weld {
+  flesh_ties ties; /* first: flesh_tied_ */
+  double area, stiffness; /* m^2, Pa/m */
+} weld;
+
+static size_t weld_memory(const flesh_effect *effect)
+{
+  const weld *self = effect->data;
+  return sizeof *self + flesh_ties_memory(&self->ties);
+}
+
+static void weld_destroy(void *data)
+{
+  weld *self = data;
+  if (self) flesh_ties_clear(&self->ties);
+  free(self);
+}
+
+static const flesh_effect_operations weld_operations = {
+    .name = "weld",
+    .traits = FLESH_IS_PASSIVE,
+    .cells = flesh_tied_cells,
+    .residual = flesh_tied_residual,
+    .jacobian = flesh_tied_jacobian,
+    .potential = flesh_tied_potential,
+    .energy = flesh_tied_energy,
+    .destroy = weld_destroy,
+    .figures = &(const flesh_effect_figures){.memory = weld_memory},
+};
+
+/* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'
+ * affine map. 0: there are none. */
+static int place_in(const double *X, int count, const int node[10], const double P[3], double N[10])
+{
+  double D[9], inverse[9], L[4] = {0.25, 0.25, 0.25, 0.25}, size = 0;
+  for (int i = 0; i < 9; i++) {
+    D[i] = X[3 * (size_t)node[i % 3 + 1] + (size_t)(i / 3)] - X[3 * (size_t)node[0] + (size_t)(i / 3)];
+    size = fmax(size, fabs(D[i]));
+  }
+  flesh_mat3_inverse(D, inverse);
+  for (int iteration = 0; iteration < PLACE_ITERATIONS; iteration++) {
+    double off[3] = {0}, worst = 0;
+    if (count == 4) memcpy(N, L, sizeof L);
+    else flesh_tet10_weights(L, N);
+    for (int c = 0; c < 3; c++) {
+      for (int a = 0; a < count; a++) off[c] += N[a] * (P[c] - X[3 * (size_t)node[a] + (size_t)c]);
+      worst = fmax(worst, fabs(off[c]));
+    }
+    if (worst <= place_tolerance * size) return 1;
+    for (int k = 0; k < 3; k++) {
+      double step = 0;
+      for (int c = 0; c < 3; c++) step += inverse[3 * k + c] * off[c];
+      L[k + 1] += step;
+      L[0] -= step;
+    }
+  }
+  return 0;
+}
+
+/* One of the two surfaces. */
+typedef struct surface {
+  int count;
+  const int *triangles;
+  int *numbers; /* in the mesh's surface */
+  double area, edge, young; /* m^2; mean of the roots of twice the areas, m; mean of 3 mu, Pa */
+} surface;
+
+typedef struct making {
+  const flesh_body *body;
+  const double *X;
+  surface side[2];
+  flesh_faces faces; /* the first surface's */
+  double distance;
+  weld *self;
+} making;
+
+/* Adds the tie of a place of face `a`, at L of its triangle, with the tet of triangle b. */
+static int add_tie(making *m, int a, int b, const double L[3], double weight)
+{
+  const flesh_face_quarter *face = &m->faces.faces[a];
+  double N[10], by_L[FLESH_FACE_NODES][3], P[3] = {0}, c[TIE_NODES];
+  int tet[10], nodes[TIE_NODES], count = flesh_face_nodes(&m->faces, a);
+  flesh_face_shapes(face->quarter, L, c, by_L);
+  for (int k = 0; k < count; k++) {
+    nodes[k] = face->node[k];
+    for (int i = 0; i < 3; i++) P[i] += c[k] * m->X[3 * (size_t)nodes[k] + (size_t)i];
+  }
+  const int number = flesh_mesh_surface_tets(m->body->mesh)[m->side[1].numbers[b]];
+  const int size = flesh_mesh_tet_nodes(m->body->mesh, number, tet);
+  if (!place_in(m->X, size, tet, P, N))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "tet %d is too curved for a weld to (%g, %g, %g); a smaller distance may help",
+                      number, P[0], P[1], P[2]);
+  for (int k = 0; k < size; k++) {
+    if (fabs(N[k]) < 1e-10) continue; /* of the face that lies there alone */
+    nodes[count] = tet[k];
+    c[count++] = -N[k];
+  }
+  flesh_ties_add(&m->self->ties, count, nodes, c, weight);
+  return FLESH_OK;
+}
+
+/* The common part as a fan of triangles, each with the rule of its face. */
+static int weld_triangles(void *data, int a, int b)
+{
+  making *m = data;
+  const double *T[2][3];
+  double L[FLESH_SEGMENT_CORNERS][3], gap;
+  for (int s = 0; s < 2; s++)
+    for (int k = 0; k < 3; k++) T[s][k] = m->X + 3 * (size_t)m->side[s].triangles[3 * (size_t)(s ? b : a) + (size_t)k];
+  const int corners = flesh_weld_segment(T[0], T[1], L, &gap);
+  if (!corners || fabs(gap) > m->distance) return FLESH_OK;
+  double d[2][3], normal[3];
+  for (int k = 0; k < 6; k++) d[k / 3][k % 3] = T[0][k / 3 + 1][k % 3] - T[0][0][k % 3];
+  flesh_vec3_cross(d[0], d[1], normal);
+  const double twice = sqrt(flesh_vec3_dot(normal, normal));
+  const int flat = flesh_face_is_flat(&m->faces, a) && flesh_mesh_order(m->body->mesh) == 1;
+  for (int k = 1; k + 1 < corners; k++) {
+    double part[9], at[3], weight;
+    for (int i = 0; i < 9; i++) part[i] = L[i / 3 == 0 ? 0 : k + i / 3 - 1][i % 3];
+    const double area = fabs(flesh_mat3_determinant(part)) * twice / 2;
+    m->self->area += area;
+    for (int q = 0; (weight = flesh_face_rule(flat, q, part, at)) > 0; q++) {
+      const int status = add_tie(m, a, b, at, m->self->stiffness * weight * area);
+      if (status) return status;
+    }
+  }
+  return FLESH_OK;
+}
+
+/* Three times the shear modulus at small strains. */
+static double young_of(const flesh_body *body, int tet)
+{
+  double mu, lambda, residual;
+  if (!body->materials) return 0;
+  const flesh_material *material = &body->materials[body->tet_material ? body->tet_material[tet] : 0];
+  return 3 * (flesh_material_small_strain(material, &mu, &lambda, &residual) ? material->mu : mu);
+}
+
+/* What a surface is made of, and a box of each of its triangles, wider by half the distance. */
+static int take_surface(making *m, surface *s, int count, const int *triangles, double (*boxes)[6])
+{
+  s->count = count;
+  s->triangles = triangles;
+  s->numbers = malloc(((size_t)count + 1) * sizeof *s->numbers);
+  if (!s->numbers) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
+  const int status = flesh_face_numbers(m->body->mesh, count, triangles, s->numbers);
+  for (int k = 0; k < count && !status; k++) {
+    double d[2][3], normal[3];
+    for (int c = 0; c < 3; c++) {
+      const double *x[3];
+      for (int i = 0; i < 3; i++) x[i] = m->X + 3 * (size_t)triangles[3 * (size_t)k + (size_t)i];
+      boxes[k][c] = fmin(x[0][c], fmin(x[1][c], x[2][c])) - m->distance / 2;
+      boxes[k][3 + c] = fmax(x[0][c], fmax(x[1][c], x[2][c])) + m->distance / 2;
+      for (int i = 0; i < 2; i++) d[i][c] = x[i + 1][c] - x[0][c];
+    }
+    flesh_vec3_cross(d[0], d[1], normal);
+    const double twice = sqrt(flesh_vec3_dot(normal, normal));
+    s->area += twice / 2;
+    s->edge += sqrt(twice) / count;
+    s->young += young_of(m->body, flesh_mesh_surface_tets(m->body->mesh)[s->numbers[k]]) / count;
+  }
+  return status;
+}
+
+static int make(making *m, const int count[2], const int *const triangles[2])
+{
+  double (*boxes)[6] = malloc(((size_t)count[0] + (size_t)count[1] + 1) * sizeof *boxes);
+  int status = boxes ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count[0] + count[1]);
+  for (int s = 0; s < 2 && !status; s++)
+    status = take_surface(m, &m->side[s], count[s], triangles[s], boxes + (s ? count[0] : 0));
+  if (!status) status = flesh_faces_create(m->body->mesh, count[0], triangles[0], &m->faces);
+  if (!status && isnan(m->self->stiffness)) {
+    const double first = m->side[0].young / m->side[0].edge, second = m->side[1].young / m->side[1].edge;
+    m->self->stiffness = default_factor * fmin(first, second);
+    if (!(m->self->stiffness > 0))
+      status = flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is missing; a body without elasticity needs one for its weld");
+  }
+  if (!status) status = flesh_weld_pairs(count[0], count[1], (const double (*)[6])boxes, weld_triangles, m);
+  if (!status && !(m->self->area > 0))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the two surfaces do not face each other anywhere within distance %g m",
+                        m->distance);
+  if (!status) status = flesh_ties_finish(&m->self->ties);
+  free(boxes);
+  for (int s = 0; s < 2; s++) free(m->side[s].numbers);
+  flesh_faces_clear(&m->faces);
+  return status;
+}
+
+int flesh_effect_weld(const flesh_body *body, int first_count, const int *first, int second_count, const int *second,
+                      double distance, double stiffness, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"});
+  if (first_count < 1 || second_count < 1)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a weld needs triangles of two surfaces; there are %d and %d", first_count,
+                      second_count);
+  if (!(distance >= 0 && distance < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "distance is %g m; it must not be negative", distance);
+  if (!(isnan(stiffness) || (stiffness > 0 && stiffness < INFINITY)))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g Pa/m; it must be positive", stiffness);
+  weld *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld");
+  self->stiffness = stiffness;
+  making m = {.body = body, .X = flesh_mesh_positions(body->mesh), .distance = distance, .self = self};
+  const int status = make(&m, (const int[]){first_count, second_count}, (const int *const[]){first, second});
+  if (status) {
+    weld_destroy(self);
+    return status;
+  }
+  return flesh_effect_create(&weld_operations, self, effect);
+}
+
+double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area)
+{
+  if (effect->operations != &weld_operations) return NAN;
+  const weld *self = effect->data;
+  if (area) *area = self->area;
+  return self->stiffness;
+}

@@ -1,0 +1,65 @@
+/* joint.c: balls and hinges as a scene names them. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "effect/joint.h"
+#include "scene/effect_rows.h"
+
+typedef struct side {
+  flesh_selection selection;
+} side;
+
+static const flesh_key side_keys[] = {FLESH_SELECTION_KEYS(side, selection), {0}};
+
+typedef struct parameters {
+  side first, second;
+  double point[3], axis[3], stiffness;
+} parameters;
+
+static const flesh_key keys[] = {
+    {.name = "first", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, first), .children = side_keys,
+     .doc = "one group of nodes; each is coupled with every other one of the joint: choose few, near the point"},
+    {.name = "second", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, second), .children = side_keys,
+     .doc = "the other group"},
+    {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point), .unit = "m",
+     .doc = "at rest, which both groups carry along as their best affine fit moves"},
+    {.name = "axis", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, axis), .unit = "m", .default_value = "",
+     .doc = "of a hinge, at rest, as long as the hinge is, the point in its middle; without it the joint is a ball"},
+    {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
+     .range = FLESH_RANGE_POSITIVE, .unit = "N/m",
+     .doc = "against parting; of a hinge half of it at either end of the axis"},
+    {0}};
+
+static int add(const void *values, const flesh_body *body, flesh_system *system)
+{
+  const parameters *p = values;
+  const double *axis = isnan(p->axis[0]) ? NULL : p->axis;
+  flesh_effect *effect = NULL;
+  int count[2], *nodes[2];
+  int status = flesh_selection_nodes(&p->first.selection, body, &count[0], &nodes[0]);
+  if (status) return status;
+  status = flesh_selection_nodes(&p->second.selection, body, &count[1], &nodes[1]);
+  if (!status) {
+    status = flesh_effect_joint(body, count[0], nodes[0], count[1], nodes[1], p->point, axis, p->stiffness, &effect);
+    free(nodes[1]);
+  }
+  free(nodes[0]);
+  return flesh_effect_row_add(system, status, &effect);
+}
+
+static int bearers(const void *values, const flesh_body *body, int *count, int **nodes)
+{
+  return flesh_selection_nodes(&((const parameters *)values)->first.selection, body, count, nodes);
+}
+
+const flesh_effect_row flesh_effect_row_joint = {
+    .name = "joint",
+    .doc = "Two groups of nodes that turn about a point (ball) or an axis (hinge). Momentum and angular "
+           "momentum are kept.",
+    .keys = keys,
+    .parameters_size = sizeof(parameters),
+    .sample = "{first: {box: [[-1, -1, -1], [2, 2, 2]]}, second: {sphere: {centre: [1, 1, 1], radius: 1.2}}, "
+              "point: [0.5, 0.4, 1], stiffness: 2000}",
+    .add = add,
+    .bearers = bearers,
+};
