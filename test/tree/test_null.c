@@ -13,29 +13,24 @@
 #include "test.h"
 
 /* What NULL serves for, or nobody reads:
- * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target,
- * flesh_effect_force amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude,
- * flesh_effect_surface_contact pairs, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
- * flesh_ida_jacobian w1, flesh_ida_jacobian w2,
- * flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
+ * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force amplitude,
+ * flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
+ * flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r, flesh_ida_jacobian w1,
+ * flesh_ida_jacobian w2, flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
- * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times
- * w2, flesh_integrator_step stats, flesh_kinsol_jacobian r, flesh_kinsol_jacobian w1, flesh_kinsol_jacobian w2,
+ * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times w2,
+ * flesh_integrator_step stats, flesh_kinsol_jacobian r, flesh_kinsol_jacobian w1, flesh_kinsol_jacobian w2,
  * flesh_kinsol_jacobian_times u, flesh_kinsol_jacobian_times new_u, flesh_kinsol_preconditioner_setup uscale,
- * flesh_kinsol_preconditioner_setup fval, flesh_kinsol_preconditioner_setup fscale,
- * flesh_kinsol_preconditioner_solve u, flesh_kinsol_preconditioner_solve uscale,
- * flesh_kinsol_preconditioner_solve fval, flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user,
- * flesh_material_small_strain mu, flesh_material_small_strain lambda, flesh_material_small_strain rest_stress,
- * flesh_mesh_create regions, flesh_mesh_create_quadratic regions, flesh_history_close history,
- * flesh_probes_close probes,
- * flesh_frames_close frames, flesh_run steps, flesh_run_resume steps, flesh_integrator_save data,
- * flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2, flesh_ode_jacobian w3,
- * flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
+ * flesh_kinsol_preconditioner_setup fval, flesh_kinsol_preconditioner_setup fscale, flesh_kinsol_preconditioner_solve u,
+ * flesh_kinsol_preconditioner_solve uscale, flesh_kinsol_preconditioner_solve fval, flesh_kinsol_preconditioner_solve
+ * fscale, flesh_material_from_psi user, flesh_material_small_strain mu, flesh_material_small_strain lambda,
+ * flesh_material_small_strain rest_stress, flesh_mesh_create regions, flesh_mesh_create_quadratic regions,
+ * flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames, flesh_run steps, flesh_run_resume
+ * steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
+ * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
  * flesh_ode_jacobian_times tmp, flesh_ode_preconditioner_setup fy, flesh_ode_preconditioner_solve y,
  * flesh_ode_preconditioner_solve fy, flesh_scene_read overrides, flesh_scene_read_text overrides,
- * flesh_skin_frames_close frames,
- * flesh_system_constraint_gaps stiffness,
- * flesh_surface_write x. */
+ * flesh_skin_frames_close frames, flesh_system_constraint_gaps stiffness, flesh_surface_write x. */
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
  * user_data: flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle,
@@ -596,6 +591,7 @@ int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(null_is_refused_by_effects),
                    TEST(null_is_refused_by_runs), TEST(null_is_refused_by_bodies), TEST(null_is_refused_by_systems),
-                   TEST(what_is_taken_is_freed), TEST(contact_between_bodies_needs_all_but_pairs), TEST(callbacks_wait_for_a_stage_or_a_start),
-                   TEST(callbacks_wait_for_what_they_need), TEST(each_kind_speaks_of_itself));
+                   TEST(what_is_taken_is_freed), TEST(contact_between_bodies_needs_all_but_pairs),
+                   TEST(callbacks_wait_for_a_stage_or_a_start), TEST(callbacks_wait_for_what_they_need),
+                   TEST(each_kind_speaks_of_itself));
 }
