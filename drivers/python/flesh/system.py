@@ -133,13 +133,13 @@ class Point:
         x_lag, v_lag, t_lag: the last accepted state, which lagged forces are evaluated at; None: the point's own.
         x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
         multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
-        softened: whether materials resist changes of volume less (Poisson's ratio 0.3).
+        softened: 1, 2: materials resist changes of volume less (Poisson's ratio 0.3, 0); 0: as they are.
         threads: who helps; results do not depend on it.
     """
 
     def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *, x_lag=None, v_lag=None,
                  t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, multipliers=None, penalty: float = 1.0,
-                 softened: bool = False, threads: Optional[Threads] = None):
+                 softened: int = 0, threads: Optional[Threads] = None):
         self.x = doubles(x, (None, 3), "x")
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v")
         self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
