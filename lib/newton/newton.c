@@ -296,6 +296,10 @@ int flesh_newton_prepare(flesh_newton *self, int usable)
   return self->must_filter ? FLESH_OK : status;
 }
 
+/* Where round-off is most of the residual's norm and the potential still falls, the linear solve goes so far below the
+ * norm that it sees the rest. */
+static const double beneath_round_off = 1e-6;
+
 int flesh_newton_step(flesh_newton *self, const double *weights, const double *b, double tolerance, double *p)
 {
   const int n = self->equations.n, guarded = self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
@@ -303,11 +307,13 @@ int flesh_newton_step(flesh_newton *self, const double *weights, const double *b
   if (asked_to_stop(self)) return self->stopped;
   const double norm = flesh_norm(self->threads, n, b);
   tolerance = flesh_matrix_policy_tolerance(&self->policy, norm, tolerance);
-  if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u) &&
-      !flesh_search_gains(&self->search, self->u)) {
-    self->at_round_off = 1;
-    memset(p, 0, (size_t)n * sizeof *p);
-    return FLESH_OK;
+  if (flesh_matrix_policy_at_round_off(&self->policy, norm, self->u)) {
+    if (!flesh_search_gains(&self->search, self->u)) {
+      self->at_round_off = 1;
+      memset(p, 0, (size_t)n * sizeof *p);
+      return FLESH_OK;
+    }
+    tolerance = fmin(tolerance, beneath_round_off * norm);
   }
   for (int d = 0; d < n; d++) self->r[d] = -b[d];
   self->weights = weights;
