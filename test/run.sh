@@ -103,7 +103,7 @@ if [ -n "$everything" ]; then
     export ASAN_OPTIONS UBSAN_OPTIONS
     step "the fuzzers' kept inputs" sh test/campaign/fuzz.sh --kept build-sanitize || true
     suite 'the quick tests with sanitizers' build-sanitize --timeout-multiplier 10 \
-      --suite quick --no-suite source
+      --suite quick --no-suite source --no-suite of-threads
   fi
   if step 'the build with thread sanitizer' build build-threads -Dbuildtype=debugoptimized \
     -Db_sanitize=thread -Db_lundef=false; then

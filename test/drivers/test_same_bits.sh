@@ -22,7 +22,11 @@ solved() { ! grep -q '"newton_per_step": 0\.0' by_1/result.json; }
 every_scene() {
   for path in "$scenes"/*.yaml; do
     scene=${path##*/}
-    same "${scene%.yaml}" 1/20 || { echo "in $scene"; return 1; }
+    case $scene in
+      funnel.yaml | stack.yaml) end=1/100 ;; # many tets and short steps
+      *) end=1/20 ;;
+    esac
+    same "${scene%.yaml}" "$end" || { echo "in $scene"; return 1; }
   done
 }
 
