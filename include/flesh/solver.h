@@ -122,6 +122,7 @@ typedef struct flesh_stage {
 
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
+  /* What softer materials are solved for on the way counts in all but `solves`. */
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   /* Solves for few nodes alone (nonlinear_elimination); their Newton iterations; and the sum of

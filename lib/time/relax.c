@@ -1,4 +1,4 @@
-/* relax.c: through softer materials to the true ones: out of a tangle, and from a start where a solve gets nowhere. */
+/* relax.c: through softer materials to the true ones: in a step of a tangled body, and where one has come to rest. */
 #include <string.h>
 
 #include "time/integrator.h"
@@ -69,16 +69,19 @@ int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_sol
   return FLESH_OK;
 }
 
-int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
-                                       const flesh_stage_end *end, flesh_solve_stats *stats)
+int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
+                                          const flesh_stage_end *end, const double *const *guesses,
+                                          flesh_solve_stats *stats)
 {
-  const double *const guesses[] = {self->guess, NULL};
+  const double *candidates[4] = {NULL};
   flesh_stage soft = *stage;
-  soft.softened = 1;
+  soft.softened = FLESH_SOFTENED_LEVELS;
   soft.multipliers = NULL;
   soft.penalty = 0;
-  int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
+  int count = 0, status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
   if (status) return status;
-  memcpy(self->guess, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->guess * (size_t)self->n);
-  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
+  while (guesses[count]) candidates[count] = guesses[count], count++;
+  candidates[count] = self->start;
+  memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
+  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
 }
