@@ -47,7 +47,7 @@ typedef enum flesh_technique {
    * Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_WATCHDOG = 4,
   /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a load that
-   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0.3, then 0) is
+   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0) is
    * found from there, and from that the true one, which is kept if its potential is lower; counted in
    * flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one that starts in an exact line or
    * point, may collapse: then nothing is done. */

@@ -145,15 +145,14 @@ static void tangles_of_ten_nodes_are_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A softened material is S with the same shear modulus and the ratio 0.3, then 0, whatever its form and element. */
+/* A softened material is S with the same shear modulus and the ratio 0, whatever its form and element. */
 static void softened_materials_are_s(void)
 {
-  for (int kind = 0; kind < 4; kind++) {
-    const int order = 1 + kind % 2, level = 1 + kind / 2;
+  for (int order = 1; order <= 2; order++) {
     test_body hard, soft;
     flesh_material b, s;
     CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_MATCHED, 1e5, 1e8, &b));
-    CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, level == 1 ? 1.5e5 : 0, &s));
+    CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0, &s));
     test_body *bodies[] = {&hard, &soft};
     for (int k = 0; k < 2; k++) {
       flesh_mesh *mesh = bar(), *raised = NULL;
@@ -173,7 +172,7 @@ static void softened_materials_are_s(void)
     flesh_point point = {.load = 1, .x = x, .v = zero, .a = zero};
     CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
     CHECK_OK(flesh_system_residual(soft.system, &point, wanted));
-    point.softened = level;
+    point.softened = 1;
     CHECK_OK(flesh_system_residual(hard.system, &point, r));
     CHECK_BELOW(test_distance(n, r, wanted), 1e-12 * test_norm(n, wanted));
     free(x), free(zero), free(r), free(wanted);

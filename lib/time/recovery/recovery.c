@@ -8,6 +8,9 @@
 #include "system/proximity.h"
 #include "time/recovery/winding.h"
 
+/* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
+static const double worth = 1. / 400;
+
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
 {
   /* Nothing is known of how the first state came about. */
@@ -28,7 +31,7 @@ int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
 {
   int inverted;
   flesh_mesh_jacobians(self->mesh, x, NULL, NULL, &inverted);
-  self->tangled = inverted > 0 || (self->tangled && flesh_mesh_may_be_tangled(self->mesh, x));
+  self->tangled = inverted > worth * flesh_mesh_tet_count(self->mesh) || (self->tangled && flesh_mesh_may_be_tangled(self->mesh, x));
   return self->tangled;
 }
 
