@@ -89,9 +89,6 @@ typedef struct flesh_costs {
 struct flesh_clearance;
 struct flesh_proximity;
 
-/* Of flesh_point.softened. */
-enum { FLESH_SOFTENED_LEVELS = 2 };
-
 /* Where the effects are evaluated. `load` in [0,1] scales the external loads (1 except while a
  * static solve raises its load in increments).
  *
@@ -115,9 +112,8 @@ typedef struct flesh_point {
    * `penalty`; 0 counts as 1. */
   const double *multipliers;
   double penalty;
-  /* 0: materials as they are. 1 to FLESH_SOFTENED_LEVELS: they resist changes of volume less and
-   * less, which leads out of tangles (FLESH_TECHNIQUE_UNTANGLE); an effect that has no volume term
-   * need not mind. */
+  /* 0: materials as they are. Else they resist changes of volume as little as at a Poisson's ratio of
+   * 0, which leads out of tangles; an effect that has no volume term need not mind. */
   int softened;
   flesh_threads *threads;
   flesh_costs *costs;

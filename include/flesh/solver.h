@@ -47,7 +47,7 @@ typedef enum flesh_technique {
    * Chamberlain et al. 1982). With FLESH_LINE_SEARCH_POTENTIAL only. */
   FLESH_TECHNIQUE_WATCHDOG = 4,
   /* A body near equilibrium whose tets stay inverted or collapsed, or wind once more around an edge, without a load that
-   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0.3, then 0) is
+   * holds them so: the equilibrium of materials that resist changes of volume less (Poisson's ratio 0) is
    * found from there, and from that the true one, which is kept if its potential is lower; counted in
    * flesh_solve_stats. A body with residual stress at rest (forms M, C, D), or one that starts in an exact line or
    * point, may collapse: then nothing is done. */
@@ -122,6 +122,7 @@ typedef struct flesh_stage {
 
 /* Of one solve, or summed over a step with its halvings. */
 typedef struct flesh_solve_stats {
+  /* What softer materials are solved for on the way counts in all but `solves`. */
   int solves, newton, linear, assemblies, projections, residuals, potentials;
   int backtracks; /* line-search reductions */
   /* Solves for few nodes alone (nonlinear_elimination); their Newton iterations; and the sum of

@@ -10,7 +10,7 @@
 
 typedef struct elasticity {
   flesh_tets tets;
-  flesh_material *soft;            /* [materials] for each level of softening */
+  flesh_material *soft;            /* [materials] softened */
   flesh_volume_share *soft_shares; /* the same; NULL where the element takes none */
 } elasticity;
 
@@ -18,14 +18,12 @@ typedef struct elasticity {
 static const flesh_tets *tets_at(const flesh_effect *effect, const flesh_point *point, flesh_tets *room)
 {
   const elasticity *self = effect->data;
-  if (point->softened <= 0) return &self->tets;
-  const int level = point->softened < FLESH_SOFTENED_LEVELS ? point->softened : FLESH_SOFTENED_LEVELS;
-  const size_t first = (size_t)(level - 1) * (size_t)self->tets.materials;
+  if (!point->softened) return &self->tets;
   *room = self->tets;
   for (int g = 0; g < room->group_count; g++) {
     flesh_batches *batches = &room->groups[g].batches;
-    batches->materials = self->soft + first;
-    if (batches->volume_shares) batches->volume_shares = self->soft_shares + first;
+    batches->materials = self->soft;
+    if (batches->volume_shares) batches->volume_shares = self->soft_shares;
   }
   return room;
 }
@@ -160,8 +158,7 @@ static size_t elasticity_memory(const flesh_effect *effect)
 {
   const elasticity *self = effect->data;
   return sizeof *self + flesh_tets_memory(&self->tets) +
-         FLESH_SOFTENED_LEVELS * (size_t)self->tets.materials *
-             (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
+         (size_t)self->tets.materials * (sizeof *self->soft + (self->soft_shares ? sizeof *self->soft_shares : 0));
 }
 
 static void elasticity_destroy(void *data)
@@ -192,33 +189,30 @@ static void elasticity_penalties(const flesh_effect *effect, double *stiffness)
     }
 }
 
-/* Poisson's ratios of what has been softened; what is softer stays so. */
-static const double softened_poisson[FLESH_SOFTENED_LEVELS] = {0.3, 0};
-
-/* S of the same shear modulus at rest: it has a value and leads back everywhere, whatever the material's form does. */
-static void soften(const flesh_material *material, double poisson, flesh_material *soft)
+/* S of the same shear modulus at rest and a ratio of 0, or less where it is: it has a value and leads back everywhere,
+ * whatever the material's form does. */
+static void soften(const flesh_material *material, flesh_material *soft)
 {
   double mu, lambda;
   *soft = *material;
   if (flesh_material_small_strain(material, &mu, &lambda, NULL)) return;
-  const double softer = fmin(lambda, 2 * mu * poisson / (1 - 2 * poisson));
-  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, softer, soft)) *soft = *material;
+  if (flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, mu, fmin(lambda, 0), soft)) *soft = *material;
 }
 
 static int make_soft(const flesh_body *body, elasticity *self)
 {
-  const size_t count = (size_t)self->tets.materials, all = FLESH_SOFTENED_LEVELS * count;
+  const size_t count = (size_t)self->tets.materials;
   const flesh_volume_share *shares = NULL; /* those of ten nodes have some */
   int status = FLESH_OK;
   for (int g = 0; g < self->tets.group_count && !shares; g++) shares = self->tets.groups[g].batches.volume_shares;
-  self->soft = flesh_malloc((all + 1) * sizeof *self->soft);
-  if (shares) self->soft_shares = flesh_malloc((all + 1) * sizeof *self->soft_shares);
-  if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", all);
-  for (size_t k = 0; k < all && !status; k++) {
-    soften(&body->materials[k % count], softened_poisson[k / count], &self->soft[k]);
+  self->soft = flesh_malloc((count + 1) * sizeof *self->soft);
+  if (shares) self->soft_shares = flesh_malloc((count + 1) * sizeof *self->soft_shares);
+  if (!self->soft || (shares && !self->soft_shares)) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %zu materials", count);
+  for (size_t k = 0; k < count && !status; k++) {
+    soften(&body->materials[k], &self->soft[k]);
     if (!shares) continue;
-    self->soft_shares[k] = shares[k % count];
-    if (shares[k % count].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
+    self->soft_shares[k] = shares[k];
+    if (shares[k].term != FLESH_VOLUME_NONE) status = flesh_volume_share_of(&self->soft[k], &self->soft_shares[k]);
   }
   return status;
 }

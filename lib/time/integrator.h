@@ -53,10 +53,12 @@ int flesh_integrator_find_equilibrium(flesh_integrator *integrator, flesh_state 
  * state as it was, or a negative status. */
 int flesh_integrator_relax(flesh_integrator *integrator, flesh_state *state, flesh_solve_stats *stats);
 
-/* A stage that a solve has got nowhere with, as in a body whose nodes lie anywhere near nu = 1/2: from the solution of
- * softer materials, if the true potential is lower there. Status as of a solve; > 0 also where they have none. */
-int flesh_integrator_solve_from_softer(flesh_integrator *integrator, flesh_stage *stage, const flesh_state *state,
-                                       const flesh_stage_end *end, flesh_solve_stats *stats);
+/* A stage of a tangled body: from the solution of softer materials where the true potential is lower there than at the
+ * guesses, which end with NULL (at most two) and are not in `start`. Status as of a solve; > 0 also where softer materials
+ * have none. */
+int flesh_integrator_solve_through_softer(flesh_integrator *integrator, flesh_stage *stage, const flesh_state *state,
+                                          const flesh_stage_end *end, const double *const *guesses,
+                                          flesh_solve_stats *stats);
 
 /* Everything that is known about a solve of the stage, with h, that failed. */
 void flesh_integrator_record_failure(flesh_integrator *integrator, const flesh_stage *stage, double h, int halvings,

@@ -1,4 +1,4 @@
-/* relax.c: through softer materials to the true ones: out of a tangle, and from a start where a solve gets nowhere. */
+/* relax.c: through softer materials to the true ones: in a step of a tangled body, and where one has come to rest. */
 #include <string.h>
 
 #include "time/integrator.h"
@@ -51,34 +51,33 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, int soft
 }
 
 /* In statics it is the equilibrium at hand that is wanted, without its tangle, not another one: all that is far from the
- * tangle is held while materials are soft, and there is one attempt. */
+ * tangle is held while materials are soft. */
 int flesh_integrator_relax(flesh_integrator *self, flesh_state *state, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
   const int is_static = self->method == FLESH_METHOD_STATIC;
   const double h = is_static ? 0 : flesh_untangler_long_step(untangler);
   const uint8_t *held = is_static ? flesh_untangler_held(untangler) : NULL;
-  const int levels = held ? 1 : FLESH_SOFTENED_LEVELS;
-  for (int softened = 1; softened <= levels; softened++) {
-    flesh_untangler_begin(untangler, state);
-    int status = settle(self, state, h, softened, held, stats);
-    if (!status) status = settle(self, state, h, 0, NULL, stats);
-    if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
-    if (status < 0) return status;
-  }
-  return FLESH_OK;
+  flesh_untangler_begin(untangler, state);
+  int status = settle(self, state, h, 1, held, stats);
+  if (!status) status = settle(self, state, h, 0, NULL, stats);
+  if (flesh_untangler_judge(untangler, state, status == FLESH_OK, stats)) return 1;
+  return status < 0 ? status : FLESH_OK;
 }
 
-int flesh_integrator_solve_from_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
-                                       const flesh_stage_end *end, flesh_solve_stats *stats)
+int flesh_integrator_solve_through_softer(flesh_integrator *self, flesh_stage *stage, const flesh_state *state,
+                                          const flesh_stage_end *end, const double *const *guesses,
+                                          flesh_solve_stats *stats)
 {
-  const double *const guesses[] = {self->guess, NULL};
+  const double *candidates[4] = {NULL};
   flesh_stage soft = *stage;
   soft.softened = 1;
   soft.multipliers = NULL;
   soft.penalty = 0;
-  int status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
+  int count = 0, status = flesh_nonlinear_solve(self->nonlinear, &soft, NULL, 0, stats);
   if (status) return status;
-  memcpy(self->guess, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->guess * (size_t)self->n);
-  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
+  while (guesses[count]) candidates[count] = guesses[count], count++;
+  candidates[count] = self->start;
+  memcpy(self->start, flesh_nonlinear_unknowns(self->nonlinear), sizeof *self->start * (size_t)self->n);
+  return flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, candidates, 0, stats);
 }

@@ -81,6 +81,7 @@ static int archive_all(flesh_integrator *self, flesh_archive *archive)
   if (self->extrapolation.n) flesh_extrapolation_archive(&self->extrapolation, archive);
   flesh_energy_watch_archive(&self->watch, archive);
   flesh_multipliers_archive(&self->multipliers, archive);
+  FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.failure);
   if (self->recovery.untangler) flesh_untangler_archive(self->recovery.untangler, archive);
   flesh_archive_bytes(archive, self->costs.effects, effects * sizeof *self->costs.effects);

@@ -138,12 +138,11 @@ static void finish_part(flesh_integrator *self, const flesh_method_row *row, con
   memory->h = part->h;
 }
 
-/* A solve may get nowhere for want of iterations; softer materials help where tets are inverted. */
-static int is_tangled(const flesh_integrator *self, const flesh_state *state)
+/* Whether a solve goes through softer materials first. What has no energy at the start fails as it is. */
+static int begins_softer(flesh_integrator *self, const flesh_state *state)
 {
-  int inverted;
-  flesh_mesh_jacobians(self->recovery.mesh, state->x, NULL, NULL, &inverted);
-  return inverted > 0 && self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
+  return flesh_recovery_is_tangled(&self->recovery, state->x) && self->watch.known &&
+         self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 
 /* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
@@ -157,13 +156,13 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   make_stage(self, row, state, piece, part, &stage);
   make_guesses(self, row, state, &stage, part->h, guesses);
   const flesh_stage_end ends = {&(part_end){self, state}, find_end};
-  int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
+  int status = FLESH_NOT_CONVERGED;
+  if (begins_softer(self, state))
+    status = flesh_integrator_solve_through_softer(self, &stage, state, &ends, guesses, stats);
+  if (status == FLESH_NOT_CONVERGED)
+    status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
   if (status) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
-  if (status == FLESH_NOT_CONVERGED && is_tangled(self, state)) {
-    status = flesh_integrator_solve_from_softer(self, &stage, state, &ends, stats);
-    if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
-  }
   if (status) return status;
   const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);
   const flesh_step_energy energy = {&self->watch, self->nonlinear, &stage, {self->start, self->guess},

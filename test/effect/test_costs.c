@@ -178,7 +178,8 @@ static void tries_are_one_potential_each(void)
   CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.1, &stats));
   printf("# %d iterations, %d backtracks, %d potentials\n", stats.newton, stats.backtracks, stats.potentials);
   CHECK(stats.backtracks > 0 && stats.solves == 1);
-  CHECK(stats.potentials == stats.newton + 1 + stats.backtracks);
+  const int starts = 2, guesses = 1; /* of softer materials, then of the true ones, whose first iterate has a rival */
+  CHECK(stats.potentials == stats.newton + starts + guesses + stats.backtracks);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }

@@ -1,6 +1,7 @@
 /* test_false_equilibria.c: nearly incompressible bodies (form E, Poisson's ratio .499) on irregular meshes, whose nodes
- * are displaced by up to .7 of an edge, are let go. With four-node tets, which lock, some come to rest where they are
- * bent, energy left, no tet inverted; with ten nodes and the mean of J they go back to their rest shape. */
+ * are displaced by up to .7 of an edge, are let go. Four-node tets lock, and have equilibria where they are bent,
+ * energy left, no tet inverted. Through softer materials these are passed: with four nodes as with ten and the mean of J
+ * the bodies go back to their rest shape. */
 #include "body.h"
 #include "test.h"
 
@@ -82,16 +83,16 @@ static double energy_left(const char *path, flesh_element element, int seed)
   return left;
 }
 
-static void false_equilibria_are_those_of_locking(void)
+static void false_equilibria_of_locking_are_passed(void)
 {
   const struct {
     const char *path;
     int seed;
   } starts[] = {{finger, 3}, {finger, 6}, {limbs, 1}, {limbs, 7}, {limbs, 18}};
   for (int k = 0; k < 5; k++) {
-    CHECK(energy_left(starts[k].path, FLESH_ELEMENT_TET4, starts[k].seed) > 1e-3);
+    CHECK_BELOW(energy_left(starts[k].path, FLESH_ELEMENT_TET4, starts[k].seed), 1e-5);
     CHECK_BELOW(energy_left(starts[k].path, FLESH_ELEMENT_TET10_MEAN, starts[k].seed), 1e-5);
   }
 }
 
-int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(false_equilibria_are_those_of_locking)); }
+int main(int argc, char **argv) { return RUN_TESTS(argc, argv, TEST(false_equilibria_of_locking_are_passed)); }

@@ -143,7 +143,7 @@ static void failures_say_where(void)
                             &b));
   CHECK_OK(flesh_system_finalize(b.system));
   CHECK_OK(flesh_recovery_create(b.system, &options, &recovery));
-  CHECK(recovery.untangler && flesh_recovery_memory(&recovery) > 0);
+  CHECK(recovery.untangler && recovery.tangled && flesh_recovery_memory(&recovery) > 0);
   const int worst = 7, *tet = flesh_mesh_tets(b.mesh) + 4 * worst;
   double centre[3] = {0};
   /* The tet's first corner goes through its other three. */

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "body.h"
+#include "time/recovery/recovery.h"
 #include "time/recovery/winding.h"
 #include "test.h"
 
@@ -61,6 +62,24 @@ static void double_winding_is_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
+/* What is strained as much as in a tangle is one after an inversion, and at the start, of which nothing is known. */
+static void tangles_are_remembered(void)
+{
+  enum { COUNT = 7, PLACES = 6 };
+  flesh_mesh *mesh = fan(COUNT);
+  flesh_recovery recovery = {.mesh = mesh, .tangled = 1};
+  double wound[3 * (COUNT + 2)], inverted[3 * (COUNT + 2)];
+  const double *rest = flesh_mesh_positions(mesh);
+  fan_positions(COUNT, 4 * M_PI / COUNT, wound);
+  memcpy(inverted, rest, sizeof inverted);
+  const double *places[PLACES] = {wound, rest, wound, inverted, wound, rest};
+  const int tangled[PLACES] = {1, 0, 0, 1, 1, 0};
+  inverted[2 * 3] *= -1; /* a node of the ring on the other side of the axis */
+  inverted[2 * 3 + 1] *= -1;
+  for (int k = 0; k < PLACES; k++) CHECK(flesh_recovery_is_tangled(&recovery, places[k]) == tangled[k]);
+  flesh_mesh_destroy(&mesh);
+}
+
 /* The quick test never misses a tangle: wherever it says no, the winding finds none. */
 static void the_quick_test_is_safe(void)
 {
@@ -82,6 +101,24 @@ static void the_quick_test_is_safe(void)
   CHECK(said_no > 5 && found > 50);
   free(x);
   flesh_winding_destroy(&winding);
+  flesh_mesh_destroy(&mesh);
+}
+
+/* A few tets of many, as in a crease, are none: the corner of a block goes through its tets, six of 4374 at most. */
+static void creases_are_no_tangles(void)
+{
+  flesh_mesh *mesh = test_box(9, 9, 9, 1, 1, 1);
+  flesh_recovery recovery = {.mesh = mesh, .tangled = 1};
+  const size_t bytes = sizeof(double) * 3 * (size_t)flesh_mesh_node_count(mesh);
+  double *x = malloc(bytes);
+  int inverted;
+  memcpy(x, flesh_mesh_positions(mesh), bytes);
+  CHECK(!flesh_recovery_is_tangled(&recovery, x));
+  for (int c = 0; c < 3; c++) x[c] = 0.4; /* from 0 */
+  flesh_mesh_jacobians(mesh, x, NULL, NULL, &inverted);
+  CHECK(inverted > 0 && inverted <= 6);
+  CHECK(!flesh_recovery_is_tangled(&recovery, x));
+  free(x);
   flesh_mesh_destroy(&mesh);
 }
 
@@ -126,15 +163,14 @@ static void tangles_of_ten_nodes_are_found(void)
   flesh_mesh_destroy(&mesh);
 }
 
-/* A softened material is S with the same shear modulus and the ratio 0.3, then 0, whatever its form and element. */
+/* A softened material is S with the same shear modulus and the ratio 0, whatever its form and element. */
 static void softened_materials_are_s(void)
 {
-  for (int kind = 0; kind < 4; kind++) {
-    const int order = 1 + kind % 2, level = 1 + kind / 2;
+  for (int order = 1; order <= 2; order++) {
     test_body hard, soft;
     flesh_material b, s;
     CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_B, FLESH_CONSTANTS_MATCHED, 1e5, 1e8, &b));
-    CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, level == 1 ? 1.5e5 : 0, &s));
+    CHECK_OK(flesh_material_from_lame(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0, &s));
     test_body *bodies[] = {&hard, &soft};
     for (int k = 0; k < 2; k++) {
       flesh_mesh *mesh = bar(), *raised = NULL;
@@ -154,7 +190,7 @@ static void softened_materials_are_s(void)
     flesh_point point = {.load = 1, .x = x, .v = zero, .a = zero};
     CHECK(flesh_system_residual(hard.system, &point, r) == FLESH_UNDEFINED);
     CHECK_OK(flesh_system_residual(soft.system, &point, wanted));
-    point.softened = level;
+    point.softened = 1;
     CHECK_OK(flesh_system_residual(hard.system, &point, r));
     CHECK_BELOW(test_distance(n, r, wanted), 1e-12 * test_norm(n, wanted));
     free(x), free(zero), free(r), free(wanted);
@@ -207,18 +243,15 @@ static ending settle(int start, double poisson, int untangle, double gravity)
   return end;
 }
 
-/* Without help these stay in a local minimum for ever; with it they come back to rest. */
+/* Most come back by themselves. Which tangles are met on the way turns on rounding; a body comes back from all. */
 static void bodies_near_rest_leave_their_tangles(void)
 {
-  for (int start = 0; start < 2; start++) {
-    ending stuck = settle(start, 0.49, 0, 0);
-    CHECK(stuck.tangled > 0 && stuck.untanglings == 0 && stuck.distance > 0.1);
-    for (int k = 0; k < 3; k++) { /* which tangles are met on the way turns on rounding */
+  for (int start = 0; start < 2; start++)
+    for (int k = 0; k < 3; k++) {
       ending back = settle(start, 0.488 + 0.001 * k, 1, 0);
-      CHECK(back.tangled == 0 && back.untanglings > 0);
+      CHECK(back.tangled == 0);
       CHECK_BELOW(back.distance, 1e-3);
     }
-  }
 }
 
 /* A step of the static method, from where the bar is. */
@@ -439,17 +472,17 @@ static ending collapse(flesh_energy energy, flesh_constants constants, const dou
   return end;
 }
 
-/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it is untangled, who begins in it
- * stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
+/* F = 0 is a local minimum of E's energy at nu = 0.3: who falls into it leaves it through softer materials, who begins in
+ * it stays, and so does a line, which has nowhere else to go. D at this nu rests nowhere else. */
 static void collapsed_bodies_come_back(void)
 {
   const double small[] = {0.01, 0.01, 0.01}, point[] = {0, 0, 0}, line[] = {1, 0, 0},
                rest[] = {1, 1, 1};
-  ending stuck = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 0);
-  CHECK(stuck.untanglings == 0 && stuck.distance > 0.5);
-  ending back = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, 1);
-  CHECK(back.untanglings == 1);
-  CHECK_BELOW(back.distance, 1e-6);
+  for (int untangle = 0; untangle < 2; untangle++) {
+    ending back = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, small, untangle);
+    CHECK(back.untanglings == 0);
+    CHECK_BELOW(back.distance, 1e-6);
+  }
   const double *flat[] = {point, line};
   for (int k = 0; k < 2; k++) {
     ending stays = collapse(FLESH_ENERGY_E, FLESH_CONSTANTS_MATCHED, flat[k], 1);
@@ -459,9 +492,9 @@ static void collapsed_bodies_come_back(void)
   CHECK(deflated.untanglings == 0 && deflated.distance > 0.5);
 }
 
-/* An inverted tet of E falls into a point, in which it has no more energy than at rest for nu = 0. All its nodes are at
- * one place to the last digit, where no material has a force: the tet is laid out at rest. */
-static void a_point_without_forces_is_left(void)
+/* An inverted tet of E may fall into a point, in which it has no more energy than at rest for nu = 0, and where no
+ * material has a force: that of softer materials comes before it gets there. */
+static void a_point_without_forces_is_not_reached(void)
 {
   for (int untangle = 0; untangle < 2; untangle++) {
     test_body b;
@@ -483,9 +516,8 @@ static void a_point_without_forces_is_left(void)
     for (int k = 0; k < 120; k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.2, &stats));
     const double distance = flesh_mesh_distance_from_rest(b.mesh, b.state.x);
     printf("# one tet, untangle %d: %d untanglings, %.3g from rest\n", untangle, stats.untanglings, distance);
-    CHECK(stats.untanglings == untangle);
-    if (untangle) CHECK_BELOW(distance, 1e-6);
-    else CHECK(distance > 0.5);
+    CHECK(stats.untanglings == 0);
+    CHECK_BELOW(distance, 1e-6);
     flesh_integrator_destroy(&integrator);
     test_body_destroy(&b);
   }
@@ -525,10 +557,11 @@ static void held_tangles_stay(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(softened_materials_are_s), TEST(the_quick_test_is_safe),
+  return RUN_TESTS(argc, argv, TEST(double_winding_is_found), TEST(tangles_are_remembered), TEST(creases_are_no_tangles),
+                   TEST(softened_materials_are_s), TEST(the_quick_test_is_safe),
                    TEST(tangles_of_ten_nodes_are_found), TEST(collapse_is_found),
                    TEST(bodies_come_back_where_they_are), TEST(collapsed_bodies_come_back),
-                   TEST(a_point_without_forces_is_left),
+                   TEST(a_point_without_forces_is_not_reached),
                    TEST(held_tangles_stay), TEST(bodies_near_rest_leave_their_tangles),
                    TEST(equilibria_are_untangled),
                    TEST(tangles_of_equilibria_are_left_locally));

@@ -133,7 +133,7 @@ class Point:
         x_lag, v_lag, t_lag: the last accepted state, which lagged forces are evaluated at; None: the point's own.
         x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
         multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
-        softened: 1, 2: materials resist changes of volume less (Poisson's ratio 0.3, 0); 0: as they are.
+        softened: 1: materials resist changes of volume as at a Poisson's ratio of 0; 0: as they are.
         threads: who helps; results do not depend on it.
     """
 

@@ -6,10 +6,15 @@
 
 #include "base/error.h"
 #include "system/proximity.h"
+#include "time/recovery/winding.h"
+
+/* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
+static const double worth = 1. / 400;
 
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
 {
-  *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks};
+  /* Nothing is known of how the first state came about. */
+  *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks, .tangled = 1};
   /* What is tangled would be led out of it through other bodies. */
   const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
   return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
@@ -20,6 +25,14 @@ void flesh_recovery_clear(flesh_recovery *self) { flesh_untangler_destroy(&self-
 size_t flesh_recovery_memory(const flesh_recovery *self)
 {
   return self->untangler ? flesh_untangler_memory(self->untangler) : 0;
+}
+
+int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
+{
+  int inverted;
+  flesh_mesh_jacobians(self->mesh, x, NULL, NULL, &inverted);
+  self->tangled = inverted > worth * flesh_mesh_tet_count(self->mesh) || (self->tangled && flesh_mesh_may_be_tangled(self->mesh, x));
+  return self->tangled;
 }
 
 int flesh_recovery_step(const flesh_recovery *self, const flesh_span *span, flesh_step_attempt *attempt, void *data,

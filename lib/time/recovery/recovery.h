@@ -10,6 +10,7 @@ typedef struct flesh_recovery {
   const flesh_mesh *mesh;     /* borrowed */
   int max_cutbacks;           /* halvings of a step or of a load increment */
   flesh_untangler *untangler; /* NULL: not wanted */
+  int tangled;                /* as flesh_recovery_is_tangled has found last */
   flesh_failure failure;      /* of the last solve that failed */
 } flesh_recovery;
 
@@ -17,6 +18,11 @@ typedef struct flesh_recovery {
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *recovery);
 void flesh_recovery_clear(flesh_recovery *recovery);
 size_t flesh_recovery_memory(const flesh_recovery *recovery);
+
+/* Whether the body at x [3*n], where a step begins, may be tangled: more than one tet in 400 is inverted, or that has been so (or
+ * may have been, before the first step) and some are still strained as much as what winds once more around an edge. What has come
+ * there without inversion is not tangled. */
+int flesh_recovery_is_tangled(flesh_recovery *recovery, const double *x);
 
 /* A time span: its length stands beside its ends, whose difference is rounded. */
 typedef struct flesh_span {

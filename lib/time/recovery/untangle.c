@@ -203,20 +203,6 @@ static int is_balanced(flesh_untangler *self, const flesh_state *state)
   return 1;
 }
 
-/* Whether nothing strains the body: its nodes are constrained to rest positions if at all, and all loads
- * together could not hold a tangle. */
-static int is_unloaded(flesh_untangler *self, const flesh_state *state)
-{
-  double sum = 0, largest_offset = 0;
-  const double *X = flesh_mesh_positions(self->mesh);
-  if (forces(self, state->t, state->x, NULL, others)) return 0;
-  for (int d = 0; d < self->n; d++) {
-    sum += fabs(self->r[d]);
-    if (self->fixed[d]) largest_offset = fmax(largest_offset, fabs(state->x[d] - X[d]));
-  }
-  return sum <= holding_force * self->force && largest_offset <= 1e-6 * self->edge;
-}
-
 /* Whether anything beside the material acts on a node of a tangled tet strongly enough to be what
  * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
@@ -325,11 +311,7 @@ static int find(flesh_untangler *self, const flesh_state *state)
     if (status) return status;
   }
   const uint8_t *tangled;
-  int count = flesh_winding_find(self->winding, state->x, &tangled);
-  if (!count && !self->may_collapse) {
-    count = flesh_winding_find_crushed(self->winding, state->x, &tangled);
-    if (count && !is_unloaded(self, state)) count = 0;
-  }
+  const int count = flesh_winding_find(self->winding, state->x, &tangled);
   if (!count) {
     self->attempts = 0;
     return 0;

@@ -5,7 +5,7 @@
  * sit in one too (E with small Poisson's ratios). Once it is quasi-static, and no load holds it there, the
  * integrator solves for the equilibrium of softer materials from there (flesh_point.softened), and from that for
  * the equilibrium of the true ones (relax.c). The result is kept if its potential is lower than that of the tangle;
- * else still softer ones are tried, and in the end the tangle stays. That is no motion: it is counted in
+ * else the tangle stays. That is no motion: it is counted in
  * flesh_solve_stats and can be switched off (FLESH_TECHNIQUE_UNTANGLE). Bodies whose material is stressed at rest,
  * and those that begin in an exact line or point, may collapse: that is an equilibrium of theirs, and is left. */
 #ifndef FLESH_TIME_RECOVERY_UNTANGLE_H

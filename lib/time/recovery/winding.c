@@ -8,7 +8,6 @@
 #include "base/memory.h"
 #include "base/sort.h"
 #include "math/mat3.h"
-#include "math/svd3.h"
 #include "mesh/mesh.h"
 #include "mesh/pieces.h"
 
@@ -22,8 +21,6 @@ struct flesh_winding {
 
 /* A tet whose extents have shrunk below a tenth in the mean: tr(F^T F) of what has collapsed. */
 static const double collapsed = 0.03;
-/* The least stretch of what has been crushed. */
-static const double crushed = 0.05;
 
 /* The edge (0,1) and the other two corners of a tet, for each of its six edges. */
 static const int edge_corners[6][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2},
@@ -210,19 +207,6 @@ int flesh_winding_find(flesh_winding *self, const double *x, const uint8_t **tan
     p += own;
   }
   for (int t = 0; t < pieces; t++) count += self->tangled[t];
-  *tangled = self->tangled;
-  return count;
-}
-
-int flesh_winding_find_crushed(flesh_winding *self, const double *x, const uint8_t **tangled)
-{
-  int count = 0;
-  for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
-    double F[9], U[9], sigma[3], V[9];
-    deformation(self->mesh, x, t, F);
-    flesh_svd3(F, U, sigma, V);
-    count += self->tangled[t] = !tells_nothing(self->mesh, t) && sigma[2] < crushed;
-  }
   *tangled = self->tangled;
   return count;
 }

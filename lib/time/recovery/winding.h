@@ -34,11 +34,6 @@ int flesh_mesh_is_flat(const flesh_mesh *mesh, const double *x);
  * of which are tangled where Bernstein bounds find J <= 0 in it. */
 int flesh_winding_find(flesh_winding *winding, const double *x, const uint8_t **tangled);
 
-/* The same for tets that are inverted or squeezed to less than a twentieth in some direction. What
- * nothing squeezes does not rest so, but tets that are slivers at rest may: flat in another
- * direction than they should be, they hold their neighbours in place. */
-int flesh_winding_find_crushed(flesh_winding *winding, const double *x, const uint8_t **tangled);
-
 /* Finds the dofs [3*nodes] that are far from tangled tets: of nodes that neither they nor the tets two deep around them
  * have. Returns their number. */
 int flesh_winding_find_far(const flesh_mesh *mesh, const uint8_t *tangled, uint8_t *far);
