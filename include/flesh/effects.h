@@ -162,6 +162,19 @@ FLESH_API int flesh_effect_weld(const flesh_body *body, int first_count, const i
  * NaN, with *area untouched, for every other effect. */
 FLESH_API double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area);
 
+/* What most nodes of the two groups of a joint together may be: each is coupled with every other. */
+enum { FLESH_JOINT_NODES = 2000 };
+
+/* Holds together what nodes `first` [first_count] and `second` [second_count] have at `point` [3], m,
+ * at rest: V = stiffness/2 |p_1 - p_2|^2, p_k = sum of w_a x_a with weights by which affine motions of
+ * the group carry p_k along exactly. NULL for `axis` [3], m: a ball joint. Otherwise a hinge: half of
+ * the stiffness, N/m, at either of point - axis/2 and point + axis/2. Momentum and angular momentum
+ * are kept. FLESH_ERR_ARGUMENT also where a group does not span space and the point is not in what it
+ * spans. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_joint(const flesh_body *body, int first_count, const int *first,
+                                 int second_count, const int *second, const double point[3],
+                                 const double axis[3], double stiffness, flesh_effect **effect);
+
 #ifdef __cplusplus
 }
 #endif

@@ -3,7 +3,7 @@
  * A group carries a point p of the rest shape by the weights of least squares, w_a = (1 + (p - c).S^-1 (X_a - c))/n with
  * the mean c and the second moment S of its nodes: sum of w_a = 1 and sum of w_a X_a = p, so that every affine motion of
  * the nodes moves p with them. In small motions p is where the group's best affine fit takes it. */
-#include "effect/joint.h"
+#include "flesh/effects.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -78,6 +78,22 @@ what_hangs_pulls_with_its_weight() {
   done
 }
 
+# refused WORDS KEYS [EDIT]: the welded bar with another weld, edited.
+refused() {
+  sed "s|- weld: .*|- weld: $2|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" |
+    sed "${3:-}" >weld.yaml
+  expect 2 "$flesh" run weld.yaml --set time.end=0.1 --quiet && grep -qF "weld.yaml:18:11: effects[3].weld: $1" stderr.txt
+}
+
+welds_that_make_no_sense_are_refused() {
+  refused 'bodies is [soft]; it must be the names of two bodies' '{bodies: [soft]}' &&
+    refused 'bodies is [soft, soft]; a weld ties two different bodies' '{bodies: [soft, soft]}' &&
+    refused "body is 'hard'; the scene has no body of that name" '{bodies: [soft, hard]}' &&
+    refused 'give bodies: [a, b]' '{first: {body: soft}}' &&
+    refused 'bodies is given, and first or second, too' '{bodies: [soft, stiff], first: {body: soft}}' &&
+    refused 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
+}
+
 fist() { short fist --set time.end=0.05; }
 fold() { short fold --set time.end=0.1; }
 funnel() { short funnel --set time.end=0.02; }
@@ -90,5 +106,5 @@ a_scene_run_in_its_own_folder_repeats() {
 }
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
-  what_hangs_pulls_with_its_weight fist fold funnel soft_and_stiff \
+  what_hangs_pulls_with_its_weight welds_that_make_no_sense_are_refused fist fold funnel soft_and_stiff \
   a_scene_run_in_its_own_folder_repeats

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 
 #include "body.h"
-#include "effect/joint.h"
+#include "flesh/effects.h"
 #include "test.h"
 
 /* Two blocks, of 1 m each, with a gap of 0.2 m from z = 1; the joint is in its middle. */

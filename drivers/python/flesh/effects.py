@@ -12,7 +12,7 @@ from .mesh import Mesh
 from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
-           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Contact", "SurfaceContact", "DerivativeReport",
+           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Joint", "Contact", "SurfaceContact", "DerivativeReport",
            "EffectCost", "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
@@ -275,6 +275,23 @@ class Weld(Effect):
         area = ffi.new("double *")
         lib.flesh_effect_weld_stiffness(self._pointer, area)
         return area[0]
+
+
+class Joint(Effect):
+    """Two groups of nodes that turn about a point (ball) or an axis (hinge).
+
+    Args:
+        first, second: [count] the groups; each node is coupled with every other.
+        point: [3] m, at rest, which both groups carry along.
+        stiffness: N/m, against parting; of a hinge half of it at either end of the axis.
+        axis: [3] m, of a hinge, as long as the hinge is, the point in its middle; None: a ball.
+    """
+
+    def __init__(self, body: Body, first, second, point, stiffness: float, axis=None):
+        sides = [integers(side, (None,), name) for side, name in ((first, "first"), (second, "second"))]
+        self._take(create("flesh_effect", lib.flesh_effect_joint, body._struct, len(sides[0]), pointer(sides[0], "int"),
+                          len(sides[1]), pointer(sides[1], "int"), _vector(point, "point"),
+                          ffi.NULL if axis is None else _vector(axis, "axis"), float(stiffness)), body)
 
 
 def _contact_options(stiffness, thickness, friction, slip_speed):

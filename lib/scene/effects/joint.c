@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "effect/joint.h"
+#include "flesh/effects.h"
 #include "scene/effect_rows.h"
 
 typedef struct side {

@@ -1,8 +1,11 @@
 /* weld.c: tied surfaces as a scene names them. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "base/error.h"
 #include "scene/effect_rows.h"
+#include "scene/node.h"
 
 typedef struct side {
   flesh_selection selection;
@@ -11,16 +14,21 @@ typedef struct side {
 static const flesh_key side_keys[] = {FLESH_SELECTION_KEYS(side, selection), {0}};
 
 typedef struct parameters {
+  const flesh_node *bodies; /* NULL: first and second */
   side first, second;
   double distance, stiffness;
 } parameters;
 
 static const flesh_key keys[] = {
+    {.name = "bodies", .type = FLESH_KEY_TREE, .offset = offsetof(parameters, bodies), .default_value = "",
+     .doc = "the names of two bodies, [a, b]: where their surfaces face each other within the distance they are tied; "
+            "the weld is integrated over that of a, so that it should be the finer one"},
     {.name = "first", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, first), .children = side_keys,
-     .doc = "one surface: its triangles, chosen by all three of their nodes, by region or body; the weld is integrated "
-            "over it, so that it should be the finer or the smaller one"},
+     .default_value = "",
+     .doc = "in place of bodies, one surface: its triangles, chosen by all three of their nodes, by region or body; the "
+            "weld is integrated over it, so that it should be the finer or the smaller one"},
     {.name = "second", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, second), .children = side_keys,
-     .doc = "the other surface"},
+     .default_value = "", .doc = "the other surface"},
     {.name = "distance", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, distance),
      .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "1e-6",
      .doc = "within which surfaces that face each other are tied at rest, apart or overlapping"},
@@ -29,25 +37,58 @@ static const flesh_key keys[] = {
      .doc = "the surfaces part by traction over stiffness; without it 30 times 3 mu over an edge of the softer side"},
     {0}};
 
+static int is_given(const flesh_selection *s)
+{
+  return !isnan(s->box[0]) || !isnan(s->sphere.radius) || s->nodes.count || s->regions.count || s->body;
+}
+
+/* The two surfaces as selections, which borrow from the parameters. */
+static int read_sides(const parameters *p, flesh_selection sides[2])
+{
+  const flesh_node *bodies = p->bodies;
+  char shown[FLESH_SHOW_SIZE];
+  const int given = is_given(&p->first.selection) + is_given(&p->second.selection);
+  if (given != (bodies ? 0 : 2))
+    return flesh_fail(FLESH_ERR_ARGUMENT, bodies ? "bodies is given, and first or second, too; it is one or the other"
+                                                 : "give bodies: [a, b], the names of two bodies, or first and second");
+  sides[0] = p->first.selection;
+  sides[1] = p->second.selection;
+  if (!bodies) return FLESH_OK;
+  if (bodies->kind != FLESH_NODE_LIST || bodies->count != 2)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "bodies is %s; it must be the names of two bodies, [a, b]",
+                      flesh_node_show(bodies, shown));
+  for (int s = 0; s < 2; s++) {
+    const flesh_node *name = flesh_node_item(bodies, s);
+    if (name->kind != FLESH_NODE_SCALAR)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "bodies has %s; it must be the name of a body", flesh_node_show(name, shown));
+    sides[s].body = (char *)name->text; /* only read */
+  }
+  if (!strcmp(sides[0].body, sides[1].body))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "bodies is [%s, %s]; a weld ties two different bodies", sides[0].body,
+                      sides[1].body);
+  return FLESH_OK;
+}
+
 static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
   const parameters *p = values;
   flesh_effect *effect = NULL;
-  int count[2], *triangles[2] = {NULL, NULL};
-  int status = flesh_selection_triangles(&p->first.selection, body, &count[0], &triangles[0]);
-  if (status) return status;
-  status = flesh_selection_triangles(&p->second.selection, body, &count[1], &triangles[1]);
+  flesh_selection sides[2];
+  int count[2], *triangles[2] = {NULL, NULL}, status = read_sides(p, sides);
+  for (int s = 0; s < 2 && !status; s++) status = flesh_selection_triangles(&sides[s], body, &count[s], &triangles[s]);
   if (!status) {
     status = flesh_effect_weld(body, count[0], triangles[0], count[1], triangles[1], p->distance, p->stiffness, &effect);
-    free(triangles[1]);
+    if (status && p->bodies) flesh_fail_within(status, "%s and %s: ", sides[0].body, sides[1].body);
   }
-  free(triangles[0]);
+  for (int s = 0; s < 2; s++) free(triangles[s]);
   return flesh_effect_row_add(system, status, &effect);
 }
 
 static int bearers(const void *values, const flesh_body *body, int *count, int **nodes)
 {
-  return flesh_selection_nodes(&((const parameters *)values)->first.selection, body, count, nodes);
+  flesh_selection sides[2];
+  const int status = read_sides(values, sides);
+  return status ? status : flesh_selection_nodes(&sides[0], body, count, nodes);
 }
 
 const flesh_effect_row flesh_effect_row_weld = {
