@@ -12,11 +12,13 @@
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
+#include "linear/own_matrix.h"
 #include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
   int rows;
+  flesh_own_matrix own; /* what is preconditioned; of a rank by itself all of A */
   float *inverse; /* [9*rows] of the diagonal blocks of scale A */
   flesh_cholesky *cholesky;
   double scale;    /* of the matrix that is factored, or inverted by blocks */
@@ -53,7 +55,9 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
   *preconditioner = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
-  self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
+  kind = flesh_preconditioner_choose(kind, A->rows);
+  if (kind == FLESH_PRECONDITIONER_TWO_LEVEL && flesh_threads_team(threads)) kind = FLESH_PRECONDITIONER_IC;
+  self->kind = kind;
   self->rows = A->rows;
   self->threads = threads;
   self->scale = 1;
@@ -71,8 +75,9 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   flesh_bisection bisection = {0};
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
+  if (!status) status = flesh_own_matrix_create(A, flesh_threads_team(threads), &self->own);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
+    status = flesh_cholesky_create(&self->own.view, &bisection, !coarse, threads, &self->cholesky);
   if (!status && coarse)
     status = flesh_coarse_create(A, positions, vertices_for(A), &bisection, threads, &self->coarse);
   flesh_bisection_clear(&bisection);
@@ -95,6 +100,7 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
+  flesh_own_matrix_clear(&(*preconditioner)->own);
   flesh_free((*preconditioner)->inverse);
   flesh_free((*preconditioner)->order);
   flesh_free((*preconditioner)->r);
@@ -165,8 +171,7 @@ static void largest_of_part(void *data, int k, int begin, int end)
   d->largest[k] = largest;
 }
 
-int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
-                               const uint8_t *fixed)
+static int setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
 {
   diagonal d = {.A = A};
   const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
@@ -195,6 +200,13 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   self->two_levels = 0;
   set_jacobi(self, A);
   return FLESH_OK;
+}
+
+int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
+{
+  const int status = setup(self, flesh_own_matrix_begin(&self->own, A), fixed);
+  flesh_own_matrix_end(&self->own, A);
+  return flesh_team_agree(self->own.team, status);
 }
 
 /* By the diagonal blocks alone, or not at all. */

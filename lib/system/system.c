@@ -10,6 +10,7 @@
 #include "effect/effect.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
+#include "system/ranks.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 {
@@ -293,6 +294,21 @@ int flesh_system_moves(const flesh_system *system)
 }
 
 int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
+
+void flesh_system_set_team(flesh_system *system, const flesh_team *team) { system->team = team; }
+
+const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }
+
+int flesh_system_check_team(const flesh_system *system)
+{
+  for (int k = 0; system->team && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (!flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->constraints)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
+                        effect->operations->name);
+  }
+  return FLESH_OK;
+}
 
 double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
                                       const double *x_from, double t_to, const double *x_to)

@@ -10,8 +10,8 @@ import sys
 TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 
 # From the ground up; lib/README.md tells what each is for.
-ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "linear", "element", "geometry", "effect", "system",
-         "newton", "sundials", "time", "output", "scene", "drivers"]
+ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "parallel", "linear", "element", "geometry", "effect",
+         "system", "newton", "sundials", "time", "output", "scene", "drivers"]
 
 # Whose interface a public header is.
 PUBLIC = {
