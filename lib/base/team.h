@@ -34,6 +34,7 @@ typedef struct flesh_team_operations {
 typedef struct flesh_team {
   int nodes, own; /* of this rank; those from `own` on are ghosts */
   double all;     /* nodes of the body, each counted once */
+  const int *tets; /* of this rank's tets the numbers in the body */
   const void *data;
   const flesh_team_operations *operations;
 } flesh_team;

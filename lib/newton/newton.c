@@ -42,7 +42,7 @@ typedef struct iteration {
 static int asked_to_stop(void *data)
 {
   flesh_newton *self = data;
-  if (self->stop && !self->stopped) self->stopped = self->stop(self->stop_data);
+  if (self->stop && !self->stopped) self->stopped = flesh_team_agree(self->equations.team, self->stop(self->stop_data));
   return self->stopped;
 }
 

@@ -69,6 +69,7 @@ static int list_tets(flesh_body_part *self, const flesh_mesh *whole, const searc
   if (!self->tets) return FLESH_ERR_MEMORY;
   for (int t = 0, count = 0; t < tets; t++)
     if (s->part[t] == s->rank) self->tets[count++] = t;
+  self->team.tets = self->tets;
   return self->tet_count ? FLESH_OK
                          : flesh_fail(FLESH_ERR_ARGUMENT, "rank %d has no tet; every rank needs one", s->rank);
 }

@@ -285,7 +285,9 @@ double flesh_system_next_event(const flesh_system *system, double t)
     next = fmin(next, flesh_interval_next_event(c->from, c->until, t));
     next = fmin(next, flesh_motion_next_event(&c->motion, t));
   }
-  return next;
+  next = -next; /* the first of all ranks */
+  flesh_team_largest(system->team, 1, &next);
+  return -next;
 }
 
 int flesh_system_moves(const flesh_system *system)

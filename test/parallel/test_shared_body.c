@@ -2,6 +2,7 @@
  * with the matrix, equilibria and motions under KINSOL. */
 #include "ranks.h"
 
+#include "base/parallel_vector.h"
 #include "body.h"
 #include "linear/block_matrix.h"
 #include "sundials/kinsol.h"
@@ -145,6 +146,28 @@ static void check_products(const bodies *b, const flesh_point points[2])
   free(y[1]);
 }
 
+/* What vectors are asked: places are consistent, so that ghosts would count twice. */
+static void check_vectors(const bodies *b, const flesh_point points[2])
+{
+  flesh_threads *threads = NULL;
+  const int n[2] = {3 * b->nodes, b->own.n};
+  double *y = vector(n[1]);
+  CHECK_OK(flesh_threads_create(1, &threads));
+  double whole[] = {flesh_dot(threads, n[0], points[0].x, points[0].v), flesh_norm(threads, n[0], points[0].x),
+                    flesh_largest(threads, n[0], points[0].x), flesh_bound_apart(threads, n[0], points[0].x, points[0].v)};
+  flesh_threads_set_team(threads, flesh_body_part_team(b->part));
+  const double own[] = {flesh_dot(threads, n[1], points[1].x, points[1].v), flesh_norm(threads, n[1], points[1].x),
+                        flesh_largest(threads, n[1], points[1].x), flesh_bound_apart(threads, n[1], points[1].x, points[1].v)};
+  for (int k = 0; k < 4; k++) CHECK_NEAR(own[k], whole[k], 1e-13 * whole[1]);
+  /* One number on one rank, and vectors are others on all. */
+  memcpy(y, points[1].x, (size_t)n[1] * sizeof *y);
+  CHECK(flesh_same(threads, n[1], points[1].x, y));
+  if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) y[0] += 1;
+  CHECK(!flesh_same(threads, n[1], points[1].x, y));
+  flesh_threads_destroy(&threads);
+  free(y);
+}
+
 static void forces_energies_and_products_are_those_of_one_rank(void)
 {
   for (int order = 1; order <= 2; order++) {
@@ -155,6 +178,7 @@ static void forces_energies_and_products_are_those_of_one_rank(void)
     const flesh_point points[2] = {point_of(whole), point_of(own)};
     check_sums(&b, points);
     check_products(&b, points);
+    check_vectors(&b, points);
     for (int k = 0; k < 3; k++) free(whole[k]), free(own[k]);
     drop(&b);
   }
@@ -192,48 +216,71 @@ static void equilibria_are_those_of_one_rank(void)
   }
 }
 
-/* A step of backward Euler; the state moves on. */
-static void step(flesh_nonlinear *solver, double h, int n, flesh_state *state, double *a0, flesh_solve_stats *stats)
+/* A few steps of a method, of the whole and of the ranks; with a velocity, which is put in at the free end. */
+static void compare_motions(flesh_method method, int steps, bodies *b)
 {
-  for (int d = 0; d < n; d++) a0[d] = -state->v[d] / h;
-  const flesh_stage stage = {.t = state->t + h, .load = 1, .prescribed_fraction = 1,
-                             .shift = {.x = 1, .v = 1 / h, .a = 1 / (h * h)}, .x0 = state->x, .a0 = a0,
-                             .x_lag = state->x, .v_lag = state->v, .t_lag = state->t};
-  flesh_nonlinear_go_on(solver);
-  CHECK_OK(flesh_nonlinear_solve(solver, &stage, NULL, 0, stats));
-  const double *u = flesh_nonlinear_unknowns(solver);
-  for (int d = 0; d < n; d++) {
-    state->x[d] += u[d];
-    state->v[d] = u[d] / h;
+  const flesh_solver_options options = options_of_ranks();
+  test_body *both[2] = {&b->whole, &b->own};
+  double energies[2];
+  for (int d = 0; d < 3 * b->nodes; d++)
+    b->whole.state.v[d] = d % 3 == 1 && method != FLESH_METHOD_STATIC ? flesh_mesh_positions(b->mesh)[d - 1] : 0;
+  take(b, b->whole.state.v, b->own.state.v);
+  for (int k = 0; k < 2; k++) {
+    flesh_integrator *integrator = NULL;
+    memcpy(both[k]->state.x, flesh_mesh_positions(both[k]->mesh), (size_t)both[k]->n * sizeof(double));
+    both[k]->state.t = 0;
+    CHECK_OK(flesh_integrator_create(both[k]->system, method, &options, &integrator));
+    for (int i = 0; i < steps; i++) CHECK_OK(flesh_integrator_step(integrator, &both[k]->state, 0.02, NULL));
+    energies[k] = flesh_integrator_energy_balance(integrator)->supplied;
+    flesh_integrator_destroy(&integrator);
   }
-  state->t += h;
+  for (int d = 0; d < b->own.n; d++) b->own.state.x[d] -= flesh_mesh_positions(b->own.mesh)[d];
+  for (int d = 0; d < 3 * b->nodes; d++) b->whole.state.x[d] -= flesh_mesh_positions(b->mesh)[d];
+  CHECK_BELOW(difference(b, b->own.state.x, b->whole.state.x), 1e-7);
+  if (method != FLESH_METHOD_STATIC) CHECK_BELOW(difference(b, b->own.state.v, b->whole.state.v), 1e-6);
+  CHECK_NEAR(energies[1], energies[0], 1e-5); /* of some joules */
 }
 
 static void motions_are_those_of_one_rank(void)
 {
-  enum { STEPS = 8 };
+  static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,
+                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT};
   bodies b;
-  make(1, (const int[]){8, 3, 2}, 0.45, &b);
-  const flesh_solver_options options = options_of_ranks();
-  test_body *both[2] = {&b.whole, &b.own};
-  flesh_solve_stats stats[2] = {{0}};
-  for (int k = 0; k < 2; k++) {
-    flesh_nonlinear *solver = NULL;
-    double *a0 = vector(both[k]->n);
-    CHECK_OK(flesh_nonlinear_create(both[k]->system, &options, &solver));
-    for (int i = 0; i < STEPS; i++) step(solver, 0.02, both[k]->n, &both[k]->state, a0, &stats[k]);
-    flesh_nonlinear_destroy(&solver);
-    free(a0);
-  }
-  for (int d = 0; d < b.own.n; d++) b.own.state.x[d] -= flesh_mesh_positions(b.own.mesh)[d];
-  for (int d = 0; d < 3 * b.nodes; d++) b.whole.state.x[d] -= flesh_mesh_positions(b.mesh)[d];
-  CHECK_BELOW(difference(&b, b.own.state.x, b.whole.state.x), 1e-7);
-  CHECK_BELOW(difference(&b, b.own.state.v, b.whole.state.v), 1e-7);
+  make(1, (const int[]){6, 2, 2}, 0.45, &b);
+  for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++)
+    compare_motions(methods[k], methods[k] == FLESH_METHOD_STATIC ? 1 : 5, &b);
+  drop(&b);
+}
+
+/* What cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so on all. */
+static void refusals_and_failures_are_everyones(void)
+{
+  bodies b;
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options options = options_of_ranks();
+  make(1, (const int[]){3, 1, 1}, 0.4, &b);
+  options.linear_solver = FLESH_LINEAR_KLU;
+  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "not shared out");
+  options = options_of_ranks();
+  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  options.max_newton = 1;
+  options.max_cutbacks = 1;
+  CHECK_OK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.own.state, 0, NULL) == FLESH_ERR_SOLVE);
+  CHECK_TEXT(flesh_error_text(), "smallest J");
+  flesh_integrator_destroy(&integrator);
+  /* Where one rank's energy has no value, that of all has none. */
+  double phi, size;
+  const flesh_point point = {.load = 1, .x = b.own.state.x, .v = b.own.state.v, .a = b.own.state.v};
+  if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) b.own.state.x[0] = NAN;
+  CHECK(flesh_system_potential(b.own.system, &point, &(flesh_shift){.x = 1}, &phi, &size) != FLESH_OK);
   drop(&b);
 }
 
 int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(forces_energies_and_products_are_those_of_one_rank),
-                            TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank));
+                            TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank),
+                            TEST(refusals_and_failures_are_everyones));
 }

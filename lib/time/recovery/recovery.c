@@ -6,12 +6,14 @@
 
 #include "base/error.h"
 #include "system/proximity.h"
+#include "system/ranks.h"
 
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
 {
   *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks};
-  /* What is tangled would be led out of it through other bodies. */
-  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
+  /* What is tangled would be led out of it through other bodies. Of ranks none sees a tangle as a whole. */
+  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system) &&
+                        !flesh_system_team(system);
   return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
 }
 
@@ -76,6 +78,21 @@ void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *
     failure->worst_position[c] = 0;
     for (int a = 0; a < 4; a++) failure->worst_position[c] += x[3 * tet[a] + c] / 4;
   }
+}
+
+void flesh_failure_meet(const flesh_team *team, flesh_failure *failure)
+{
+  if (!team) return;
+  double worst = -failure->worst_J, tet, place[3] = {0};
+  flesh_team_largest(team, 1, &worst);
+  const int here = -failure->worst_J == worst || isnan(failure->worst_J);
+  tet = here ? team->tets[failure->worst_tet] : -1;
+  flesh_team_largest(team, 1, &tet); /* of several the last */
+  for (int c = 0; c < 3 && here && team->tets[failure->worst_tet] == tet; c++) place[c] = failure->worst_position[c];
+  flesh_team_sum(team, 3, place);
+  failure->worst_J = -worst;
+  failure->worst_tet = (int)tet;
+  for (int c = 0; c < 3; c++) failure->worst_position[c] = place[c];
 }
 
 int flesh_recovery_fail(const flesh_recovery *self)

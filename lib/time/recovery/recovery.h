@@ -3,6 +3,7 @@
 #ifndef FLESH_TIME_RECOVERY_RECOVERY_H
 #define FLESH_TIME_RECOVERY_RECOVERY_H
 
+#include "base/team.h"
 #include "flesh/integrator.h"
 #include "time/recovery/untangle.h"
 
@@ -49,6 +50,9 @@ int flesh_recovery_raise_load(const flesh_recovery *recovery, flesh_load_attempt
 
 /* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
+/* What ranks have looked at becomes the worst of them, with the tet's number in the body. The worst node stays that of
+ * each rank. Collective. */
+void flesh_failure_meet(const flesh_team *team, flesh_failure *failure);
 /* FLESH_ERR_SOLVE, or FLESH_ERR_NONFINITE, with the recovery's failure in words. */
 int flesh_recovery_fail(const flesh_recovery *recovery);
 
