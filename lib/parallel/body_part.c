@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "parallel/halo.h"
+#include "parallel/partition.h"
 
 struct flesh_body_part {
   flesh_communicator *communicator;
@@ -170,8 +171,8 @@ static void team_collect(const void *data, const flesh_team_vector *vector)
 static const flesh_team_operations team_operations = {
     .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect};
 
-int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part,
-                           flesh_body_part **body_part)
+static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part,
+                  flesh_body_part **body_part)
 {
   const size_t nodes = (size_t)flesh_mesh_node_count(whole);
   flesh_body_part *self = *body_part = flesh_calloc(1, sizeof *self);
@@ -188,6 +189,31 @@ int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *w
   flesh_free(s.mine);
   status = flesh_communicator_agree(communicator, status);
   if (status) flesh_body_part_destroy(body_part);
+  return status;
+}
+
+/* The rank of each tet by METIS, the same on all ranks; new. */
+static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **ranks)
+{
+  const int tets = flesh_mesh_tet_count(whole);
+  *ranks = flesh_malloc(((size_t)tets + 1) * sizeof **ranks);
+  int status = *ranks ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d tets", tets);
+  if (!status && flesh_communicator_rank(communicator) == 0)
+    status = flesh_partition_tets(whole, flesh_communicator_size(communicator), *ranks);
+  status = flesh_communicator_agree(communicator, status);
+  if (!status) flesh_communicator_spread(communicator, tets, *ranks);
+  return status;
+}
+
+int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
+                           flesh_body_part **body_part)
+{
+  FLESH_NEED({body_part, "body_part"});
+  *body_part = NULL;
+  FLESH_NEED({communicator, "communicator"}, {whole, "whole"});
+  int *made = NULL, status = ranks ? FLESH_OK : cut(communicator, whole, &made);
+  if (!status) status = create(communicator, whole, ranks ? ranks : made, body_part);
+  flesh_free(made);
   return status;
 }
 
@@ -211,6 +237,8 @@ const int *flesh_body_part_nodes(const flesh_body_part *self) { return self->nod
 
 const int *flesh_body_part_tets(const flesh_body_part *self) { return self->tets; }
 
+int flesh_body_part_own(const flesh_body_part *self) { return self->team.own; }
+
 int flesh_body_part_neighbours(const flesh_body_part *self) { return self->halo.count; }
 
 /* Where `node` is in the rising `nodes` from `low` to before `high`; -1. */
@@ -231,20 +259,12 @@ int flesh_body_part_find(const flesh_body_part *self, int node)
   return own >= 0 ? own : find(self->nodes, self->team.own, self->team.nodes, node);
 }
 
-int flesh_body_part_select(const flesh_body_part *self, int count, const int *nodes, int *local)
+int flesh_body_part_gather(const flesh_body_part *self, const double *vector, double *whole)
 {
-  int found = 0;
-  for (int k = 0; k < count; k++) {
-    const int node = flesh_body_part_find(self, nodes[k]);
-    if (node >= 0) local[found++] = node;
-  }
-  return found;
-}
-
-void flesh_body_part_gather(const flesh_body_part *self, const double *vector, double *whole)
-{
+  FLESH_NEED({self, "body_part"}, {vector, "vector"}, {whole, "whole"});
   memset(whole, 0, 3 * (size_t)self->whole_nodes * sizeof *whole);
   for (size_t i = 0; i < (size_t)self->team.own; i++)
     memcpy(whole + 3 * (size_t)self->nodes[i], vector + 3 * i, 3 * sizeof *whole);
   flesh_communicator_sum(self->communicator, 3 * self->whole_nodes, whole);
+  return FLESH_OK;
 }

@@ -9,6 +9,7 @@ struct flesh_communicator {
 
 int flesh_communicator_create(const void *mpi_comm, flesh_communicator **communicator)
 {
+  FLESH_NEED({communicator, "communicator"});
   *communicator = NULL;
   if (mpi_comm)
     return flesh_fail(FLESH_ERR_ARGUMENT, "flesh is built without MPI: configure with -Dmpi=enabled, or pass no MPI_Comm");
@@ -53,7 +54,7 @@ void flesh_communicator_largest(flesh_communicator *communicator, int count, dou
 
 int flesh_communicator_agree(flesh_communicator *communicator, int status)
 {
-  (void)communicator;
+  FLESH_NEED({communicator, "communicator"});
   return status;
 }
 

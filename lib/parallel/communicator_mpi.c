@@ -25,6 +25,7 @@ struct flesh_communicator {
 
 int flesh_communicator_create(const void *mpi_comm, flesh_communicator **communicator)
 {
+  FLESH_NEED({communicator, "communicator"});
   flesh_communicator *self = *communicator = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a communicator");
   self->comm = MPI_COMM_NULL;
@@ -122,6 +123,7 @@ void flesh_communicator_largest(flesh_communicator *self, int n, double *numbers
 
 int flesh_communicator_agree(flesh_communicator *self, int status)
 {
+  FLESH_NEED({self, "communicator"});
   if (self->size == 1) return status;
   const int severity = status < 0 ? 2 : status > 0, size = self->size;
   double worst = severity ? severity * (double)size + (size - 1 - self->rank) : 0;

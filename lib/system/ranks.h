@@ -8,8 +8,7 @@
 #include "base/team.h"
 #include "flesh/system.h"
 
-/* Borrows `team`, whose nodes are those of the system's mesh; NULL: a rank by itself, as at the start. */
-void flesh_system_set_team(flesh_system *system, const flesh_team *team);
+/* That of its part; NULL: there is none, and the rank is by itself. */
 const flesh_team *flesh_system_team(const flesh_system *system);
 
 /* FLESH_ERR_ARGUMENT where the system has a team and an effect that ranks cannot share out yet: one that is no

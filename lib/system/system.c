@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "parallel/body_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
 #include "system/ranks.h"
@@ -297,7 +298,14 @@ int flesh_system_moves(const flesh_system *system)
 
 int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
 
-void flesh_system_set_team(flesh_system *system, const flesh_team *team) { system->team = team; }
+int flesh_system_set_part(flesh_system *system, const flesh_body_part *body_part)
+{
+  FLESH_NEED({system, "system"}, {body_part, "body_part"});
+  if (system->mesh != flesh_body_part_mesh(body_part))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_body_part_mesh's");
+  system->team = flesh_body_part_team(body_part);
+  return FLESH_OK;
+}
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }
 

@@ -6,7 +6,6 @@
 #include "body.h"
 #include "linear/block_matrix.h"
 #include "sundials/kinsol.h"
-#include "system/ranks.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */
 typedef struct bodies {
@@ -48,7 +47,7 @@ static void make(int order, const int cells[3], double poisson, bodies *b)
   CHECK_OK(test_body_create((flesh_mesh *)flesh_body_part_mesh(b->part), material, 1000, FLESH_MASS_CONSISTENT, 1, &b->own));
   CHECK_OK(add_effects(&b->whole));
   CHECK_OK(add_effects(&b->own));
-  flesh_system_set_team(b->own.system, flesh_body_part_team(b->part));
+  CHECK_OK(flesh_system_set_part(b->own.system, b->part));
 }
 
 static void drop(bodies *b)

@@ -44,11 +44,7 @@ static inline int ranks_run_all(int argc, char **argv, const test_case *cases, i
 static inline flesh_body_part *ranks_cut(const flesh_mesh *whole)
 {
   flesh_body_part *part = NULL;
-  int *of_tets = malloc((size_t)flesh_mesh_tet_count(whole) * sizeof *of_tets);
-  CHECK_OK(flesh_partition_tets(whole, flesh_communicator_size(ranks), of_tets));
-  flesh_communicator_spread(ranks, flesh_mesh_tet_count(whole), of_tets);
-  CHECK_OK(flesh_body_part_create(ranks, whole, of_tets, &part));
-  free(of_tets);
+  CHECK_OK(flesh_body_part_create(ranks, whole, NULL, &part));
   return part;
 }
 

@@ -17,8 +17,8 @@ ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "parallel", "lin
 PUBLIC = {
     "status": "base", "version": "base", "threads": "base", "instructions": "base", "fibre": "material",
     "material": "material", "mesh": "mesh",
-    "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "body": "element",
-    "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
+    "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
+    "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
     "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }
