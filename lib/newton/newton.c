@@ -215,10 +215,9 @@ static int check_team(const flesh_system *system, const flesh_solver_options *op
   if (!flesh_system_team(system)) return FLESH_OK;
   if (options->linear_solver != FLESH_LINEAR_PCG)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a direct solver is not shared out among ranks; PCG is");
-  if (options->preconditioner == FLESH_PRECONDITIONER_TWO_LEVEL ||
-      options->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the preconditioner %s is not shared out among ranks yet; auto, ic, jacobi and "
-                      "none are", flesh_preconditioner_name(options->preconditioner));
+  if (options->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the volume projection is not shared out among ranks yet; the preconditioner "
+                      "auto is");
   return flesh_system_check_team(system);
 }
 
