@@ -21,8 +21,8 @@ typedef struct flesh_coarse_grid {
 } flesh_coarse_grid;
 
 /* For nodes connected as by A's pattern, at rest at `positions` [3*rows] and stored in the order `stored`: as fine
- * as at most `vertices` allow before any are split, but one cell at least. `team` may be NULL. To be cleared also when it
- * fails. */
+ * as at most `vertices` allow before any are split, but one cell at least. `team` may be NULL. To be cleared also when
+ * it fails. */
 int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *positions, const int *stored, int vertices,
                              const flesh_team *team, flesh_coarse_grid *grid);
 void flesh_coarse_grid_clear(flesh_coarse_grid *grid);

@@ -39,8 +39,9 @@ const flesh_block_matrix *flesh_own_matrix_begin(flesh_own_matrix *self, const f
   const flesh_team *team = self->team;
   if (!team) return A;
   const size_t block = 9 * sizeof(double);
-  double scale = flesh_block_mean_diagonal(A);
-  for (size_t i = 0; i < (size_t)A->rows; i++) memcpy(self->saved + 9 * i, A->values + 9 * (size_t)A->row_start[i], block);
+  const double scale = flesh_block_mean_diagonal(A);
+  for (size_t i = 0; i < (size_t)A->rows; i++)
+    memcpy(self->saved + 9 * i, A->values + 9 * (size_t)A->row_start[i], block);
   memcpy(self->diagonal, self->saved, (size_t)A->rows * block);
   team->operations->collect(team->data, &(flesh_team_vector){9, 9, NULL, self->diagonal});
   for (size_t i = (size_t)team->own; i < (size_t)A->rows; i++)

@@ -1,6 +1,6 @@
-/* own_matrix.h: the matrix among the nodes that a rank owns, for its preconditioner. A rank's matrix is partial (team.h):
- * what other ranks' tets add to nodes between them is missing. Of that the diagonal blocks are added, which leaves the
- * matrix at least as stiff as that of the body; ghosts are cut off, as if they were constrained. */
+/* own_matrix.h: the matrix among the nodes that a rank owns, for its preconditioner. A rank's matrix is partial
+ * (team.h): what other ranks' tets add to nodes between them is missing. Of that the diagonal blocks are added, which
+ * leaves the matrix at least as stiff as that of the body; ghosts are cut off, as if they were constrained. */
 #ifndef FLESH_LINEAR_OWN_MATRIX_H
 #define FLESH_LINEAR_OWN_MATRIX_H
 

@@ -3,7 +3,8 @@
  * Reductions are by recursive doubling (Thakur, Rabenseifner & Gropp 2005, section 4): in turn k every rank exchanges
  * what it has with the one whose number differs in bit k. Both add the same two numbers, so that all ranks end with the
  * same bits, and which numbers are added in which turn follows from the number of ranks alone. MPI_Allreduce promises
- * neither. Ranks beyond the largest power of two hand their numbers to one within it before, and get the result after. */
+ * neither. Ranks beyond the largest power of two hand their numbers to one within it before, and get the result after.
+ */
 #include <math.h>
 #include <mpi.h>
 #include <string.h>

@@ -277,9 +277,30 @@ static void refusals_and_failures_are_everyones(void)
   drop(&b);
 }
 
+/* Smooth displacements are left to the coarse level of all ranks: without it iterations grow with the ranks. */
+static void the_coarse_level_is_that_of_all_ranks(void)
+{
+  static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC};
+  bodies b;
+  flesh_solve_stats stats[2] = {{0}};
+  make(1, (const int[]){24, 4, 4}, 0.45, &b);
+  flesh_solver_options options = options_of_ranks();
+  for (int k = 0; k < 2; k++) {
+    flesh_nonlinear *solver = NULL;
+    const flesh_stage stage = {.t = 0, .load = 0.2, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = b.own.state.x};
+    options.preconditioner = kinds[k];
+    CHECK_OK(flesh_nonlinear_create(b.own.system, &options, &solver));
+    CHECK_OK(flesh_nonlinear_solve(solver, &stage, NULL, 0, &stats[k]));
+    flesh_nonlinear_destroy(&solver);
+  }
+  CHECK_BELOW(stats[0].linear, stats[1].linear / 1.5);
+  printf("# %d linear iterations with a coarse level, %d without\n", stats[0].linear, stats[1].linear);
+  drop(&b);
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS_ON_RANKS(argc, argv, TEST(forces_energies_and_products_are_those_of_one_rank),
                             TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank),
-                            TEST(refusals_and_failures_are_everyones));
+                            TEST(refusals_and_failures_are_everyones), TEST(the_coarse_level_is_that_of_all_ranks));
 }
