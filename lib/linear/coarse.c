@@ -15,6 +15,7 @@
 #include "base/sort.h"
 #include "linear/coarse_cholesky.h"
 #include "linear/coarse_grid.h"
+#include "linear/coarse_team.h"
 #include "linear/lanes.h"
 
 enum {
@@ -22,8 +23,7 @@ enum {
   CORNERS = 8,
   SLOTS = 4,  /* vertices of a patch */
   PARTS = FLESH_COARSE_PARTS, /* of the pairs of cells, too, added up one by one, however many threads there are */
-  MOST = 16384, /* vertices */
-  ROOM = 1024 /* numbers that ranks exchange at a time */
+  MOST = 16384 /* vertices */
 };
 
 /* A block of A that couples the cells of a pair: `node` in the first of them. Nodes go by where vectors store them,
@@ -109,20 +109,6 @@ static int make_terms(flesh_coarse *self, const flesh_block_matrix *A, const int
   return FLESH_OK;
 }
 
-/* What the matrices of a team's ranks couple between them. */
-static int unite(const flesh_team *team, size_t n, uint8_t *touch)
-{
-  double *row = team ? flesh_malloc((n + 1) * sizeof *row) : NULL;
-  const int status = flesh_team_agree(team, row || !team ? FLESH_OK : FLESH_ERR_MEMORY);
-  for (size_t i = 0; team && !status && i < n; i++) {
-    for (size_t j = 0; j < n; j++) row[j] = touch[n * i + j];
-    flesh_team_largest(team, (int)n, row);
-    for (size_t j = 0; j < n; j++) touch[n * i + j] = row[j] > 0;
-  }
-  flesh_free(row);
-  return status;
-}
-
 /* The patches that A couples, as lists of neighbours, and a factor for them. */
 static int make_factor(flesh_coarse *self)
 {
@@ -136,7 +122,7 @@ static int make_factor(flesh_coarse *self)
                    j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
       touch[n * i + j] = touch[n * j + i] = 1;
     }
-  if (flesh_team_agree(self->team, touch && starts ? FLESH_OK : status) || unite(self->team, n, touch)) {
+  if (flesh_team_agree(self->team, touch && starts ? FLESH_OK : status) || flesh_coarse_unite(self->team, n, touch)) {
     flesh_free(touch);
     flesh_free(starts);
     return status;
@@ -401,18 +387,6 @@ static void to_products(flesh_float4 u[CORNERS])
       if (a & bit) u[a] -= u[a ^ bit];
 }
 
-/* The loads of a team's ranks. */
-static void sum_up(const flesh_coarse *self, int unknowns, float *x)
-{
-  double some[ROOM];
-  for (int begin = 0; self->team && begin < unknowns; begin += ROOM) {
-    const int count = unknowns - begin < ROOM ? unknowns - begin : ROOM;
-    for (int k = 0; k < count; k++) some[k] = x[begin + k];
-    flesh_team_sum(self->team, count, some);
-    for (int k = 0; k < count; k++) x[begin + k] = (float)some[k];
-  }
-}
-
 double flesh_coarse_solve(flesh_coarse *self)
 {
   float *x = self->matrix.x, *load = self->load;
@@ -428,7 +402,7 @@ double flesh_coarse_solve(flesh_coarse *self)
     for (int part = 0; part < PARTS; part++) self->sums[part][k] = (sums){0};
   }
   memcpy(x, load, unknowns * sizeof *x);
-  sum_up(self, (int)unknowns, x);
+  flesh_coarse_sum(self->team, (int)unknowns, x);
   flesh_coarse_cholesky_solve(&self->matrix);
   for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   for (int k = 0; k < self->grid.cells; k++) {
