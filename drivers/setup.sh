@@ -42,6 +42,8 @@ libsqlite3-dev pkg-config sqlite3 the databases of sweeps
 libcairo2-dev pkg-config cairo pictures
 zlib1g-dev pkg-config zlib packs the data of reports
 gnuplot-nox tool gnuplot plots
+libopenmpi-dev pkg-config mpi-c ranks of MPI
+libmetis-dev header metis.h parts of a body for them
 END
 }
 
@@ -52,6 +54,7 @@ g++ tool g++ proves that the headers are C++ too
 clang tool clang proves that another has none
 parallel tool parallel runs the shards of a sweep
 sqlite3 tool sqlite3 asks the databases of sweeps
+openmpi-bin tool mpirun runs tests on several ranks
 python3-vtk9 python vtkmodules.vtkIOXML reads the frames with VTK itself
 python3-pytest python pytest runs the tests of the Python package
 python3-matplotlib python matplotlib draws in its examples

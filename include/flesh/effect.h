@@ -38,7 +38,8 @@
  *                  theirs until the frozen state no longer changes. FLESH_DEPENDS_ON_POSITION_ONLY:
  *                  the line search, which stores the potential of positions already evaluated; the
  *                  energy balance, which takes it for the energy where one effect has this trait:
- *                  `energy` must be the potential times shift.x
+ *                  `energy` must be the potential times shift.x. FLESH_IS_SUM_OVER_TETS: bodies that
+ *                  are shared out among ranks of MPI, whose other effects are refused
  *   time           integrators, which end a step at an event; the energy balance (`carry`)
  *   barrier        the line search and first iterates, which keep the body out of obstacles
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
@@ -180,7 +181,10 @@ typedef enum flesh_trait {
   FLESH_FREEZES = 4,
   /* The potential is a function of x, divided by shift.x, and expensive enough to be stored for an
    * unchanged x. */
-  FLESH_DEPENDS_ON_POSITION_ONLY = 8
+  FLESH_DEPENDS_ON_POSITION_ONLY = 8,
+  /* Residual, potential and energy are sums over the body's tets, or their faces, of what follows from the nodes of
+   * each: parts of a body may then be computed by themselves and added up. */
+  FLESH_IS_SUM_OVER_TETS = 16
 } flesh_trait;
 
 /* For effects that depend on time explicitly. */

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "flesh/effects.h"
+#include "flesh/ranks.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -39,6 +40,12 @@ FLESH_API int flesh_system_add_pin(flesh_system *system, int count, const int *n
 FLESH_API int flesh_system_add_prescribed_motion(flesh_system *system, int count, const int *nodes,
                                       unsigned axes, const flesh_motion *motion, double from,
                                       double until);
+
+/* The mesh is that of a part of a body (flesh/ranks.h; borrowed): residuals, potentials and energies are then those of
+ * the body, each residual with the owners of its nodes and 0 at ghosts, and calls are collective. Jacobians are those of
+ * the part's tets. Nodes without one that is to be constrained need no constraint: the rank leaves the call out.
+ * FLESH_ERR_ARGUMENT where it is another mesh. */
+FLESH_API int flesh_system_set_part(flesh_system *system, const flesh_body_part *body_part);
 
 /* Builds the pattern. Nothing can be added afterwards.
  * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */

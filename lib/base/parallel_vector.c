@@ -5,6 +5,8 @@
 #include <stdatomic.h>
 #include <string.h>
 
+#include "base/team.h"
+
 enum { SMALLEST = 4096 }; /* a part of less is not worth a task */
 
 typedef struct run {
@@ -27,6 +29,15 @@ int flesh_parallel_parts(flesh_threads *threads, int length, void (*part)(void *
   const int parts = length / size + (length % size > 0);
   flesh_threads_run(threads, parts, run_part, &(run){length, size, part, data});
   return parts;
+}
+
+/* The team among which a vector of n numbers is shared out; NULL: none. How many of them are this rank's own. */
+static const flesh_team *team_of(flesh_threads *threads, int n, int *own)
+{
+  const flesh_team *team = flesh_threads_team(threads);
+  if (team && n != 3 * team->nodes) team = NULL;
+  *own = team ? 3 * team->own : n;
+  return team;
 }
 
 typedef struct pair {
@@ -55,9 +66,11 @@ static void dot_part(void *data, int k, int begin, int end)
 double flesh_dot(flesh_threads *threads, int n, const double *x, const double *y)
 {
   pair p = {.x = x, .y = y};
+  const flesh_team *team = team_of(threads, n, &n);
   const int parts = flesh_parallel_parts(threads, n, dot_part, &p);
   double sum = 0;
   for (int k = 0; k < parts; k++) sum += p.results[k];
+  flesh_team_sum(team, 1, &sum);
   return sum;
 }
 
@@ -81,9 +94,11 @@ static void largest_of_part(void *data, int k, int begin, int end)
 double flesh_largest(flesh_threads *threads, int n, const double *x)
 {
   pair p = {.x = x};
+  const flesh_team *team = team_of(threads, n, &n);
   const int parts = flesh_parallel_parts(threads, n, largest_of_part, &p);
   double largest = 0;
   for (int k = 0; k < parts; k++) largest = fmax(largest, p.results[k]);
+  flesh_team_largest(team, 1, &largest);
   return largest;
 }
 
@@ -111,9 +126,11 @@ static void apart_of_part(void *data, int k, int begin, int end)
 double flesh_bound_apart(flesh_threads *threads, int n, const double *x, const double *y)
 {
   pair p = {.x = x, .y = y};
+  const flesh_team *team = team_of(threads, n, &n);
   const int parts = flesh_parallel_parts(threads, n, apart_of_part, &p);
   double sum = 0;
   for (int k = 0; k < parts; k++) sum += p.results[k];
+  flesh_team_sum(team, 1, &sum);
   /* What is too small for an eighth power is below 1e-38. */
   return isnan(sum) ? INFINITY : sqrt(sqrt(sqrt(sum))) + 1e-38;
 }
@@ -142,8 +159,12 @@ static void compare_part(void *data, int k, int begin, int end)
 int flesh_same(flesh_threads *threads, int n, const double *x, const double *y)
 {
   pair p = {.x = x, .y = y};
+  int own;
+  const flesh_team *team = team_of(threads, n, &own);
   /* Mostly the first numbers show that they differ. */
-  if (n > 0 && memcmp(x, y, sizeof *x * (size_t)(n < 64 ? n : 64))) return 0;
-  flesh_parallel_parts(threads, n, compare_part, &p);
-  return !p.differ;
+  p.differ = n > 0 && memcmp(x, y, sizeof *x * (size_t)(n < 64 ? n : 64));
+  if (!p.differ) flesh_parallel_parts(threads, n, compare_part, &p);
+  double differ = p.differ;
+  flesh_team_largest(team, 1, &differ);
+  return differ == 0;
 }

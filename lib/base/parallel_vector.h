@@ -1,5 +1,6 @@
 /* parallel_vector.h: long arrays in parts that threads share out. How they are cut depends on the length alone, so that
- * sums over parts have the same bits however many threads there are. */
+ * sums over parts have the same bits however many threads there are. Where the threads have a team (team.h), and the
+ * length is that of its vectors, what is found is that of all ranks, each number counted by its owner. */
 #ifndef FLESH_BASE_PARALLEL_VECTOR_H
 #define FLESH_BASE_PARALLEL_VECTOR_H
 

@@ -15,6 +15,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/team.h"
 #include "base/threads.h"
 
 /* How often an idle thread looks for work before it sleeps, some tenths of a millisecond: longer than what a solve
@@ -46,6 +47,7 @@ struct flesh_threads {
   _Atomic int sleeping, ending;
   pthread_mutex_t mutex;
   pthread_cond_t wake;
+  const flesh_team *team;
 };
 
 /* Which process this is in a line of forks: asking the system takes as long as a short task. */
@@ -191,6 +193,10 @@ void flesh_threads_destroy(flesh_threads **threads)
 }
 
 int flesh_threads_count(const flesh_threads *threads) { return threads ? threads->count : 1; }
+
+void flesh_threads_set_team(flesh_threads *threads, const flesh_team *team) { threads->team = team; }
+
+const flesh_team *flesh_threads_team(const flesh_threads *threads) { return threads ? threads->team : NULL; }
 
 void flesh_threads_run(flesh_threads *self, int tasks, flesh_task *task, void *data)
 {

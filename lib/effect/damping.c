@@ -100,7 +100,7 @@ static void damping_destroy(void *data)
 static const flesh_effect_operations damping_operations = {
     .name = "damping",
     .role = FLESH_ROLE_DAMPING,
-    .traits = FLESH_IS_PASSIVE,
+    .traits = FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS,
     .cells = damping_cells,
     .residual = damping_residual,
     .jacobian = damping_jacobian,

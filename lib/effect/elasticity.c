@@ -220,7 +220,8 @@ static int make_soft(const flesh_body *body, elasticity *self)
 static const flesh_effect_figures figures = {.memory = elasticity_memory};
 
 #define OPERATIONS                                                                                                     \
-  .name = "elasticity", .role = FLESH_ROLE_ELASTICITY, .traits = FLESH_IS_PASSIVE | FLESH_DEPENDS_ON_POSITION_ONLY,    \
+  .name = "elasticity", .role = FLESH_ROLE_ELASTICITY,                                                                 \
+  .traits = FLESH_IS_PASSIVE | FLESH_DEPENDS_ON_POSITION_ONLY | FLESH_IS_SUM_OVER_TETS,                                \
   .cells = elasticity_cells, .residual = elasticity_residual, .jacobian = elasticity_jacobian,                         \
   .potential = elasticity_potential, .energy = elasticity_energy, .destroy = elasticity_destroy, .figures = &figures
 

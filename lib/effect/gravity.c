@@ -101,7 +101,7 @@ static void gravity_destroy(void *data)
 static const flesh_effect_operations gravity_operations = {
     .name = "gravity",
     .role = FLESH_ROLE_LOAD,
-    .traits = FLESH_IS_PASSIVE,
+    .traits = FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS,
     .residual = gravity_residual,
     .potential = gravity_potential,
     .energy = gravity_energy,

@@ -61,7 +61,7 @@ static void inertia_destroy(void *data)
 static const flesh_effect_operations inertia_operations = {
     .name = "inertia",
     .role = FLESH_ROLE_INERTIA,
-    .traits = FLESH_IS_PASSIVE,
+    .traits = FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS,
     .cells = inertia_cells,
     .residual = inertia_residual,
     .jacobian = inertia_jacobian,

@@ -93,7 +93,7 @@ static void viscosity_destroy(void *data)
 static const flesh_effect_operations viscosity_operations = {
     .name = "viscosity",
     .role = FLESH_ROLE_DAMPING,
-    .traits = FLESH_FREEZES | FLESH_IS_PASSIVE,
+    .traits = FLESH_FREEZES | FLESH_IS_PASSIVE | FLESH_IS_SUM_OVER_TETS,
     .cells = viscosity_cells,
     .residual = viscosity_residual,
     .jacobian = viscosity_jacobian,

@@ -15,6 +15,7 @@
 #include "base/sort.h"
 #include "linear/coarse_cholesky.h"
 #include "linear/coarse_grid.h"
+#include "linear/coarse_team.h"
 #include "linear/lanes.h"
 
 enum {
@@ -52,6 +53,7 @@ typedef struct moves {
 struct flesh_coarse {
   int rows;
   flesh_threads *threads;
+  const flesh_team *team; /* the threads'; NULL: none */
   flesh_coarse_grid grid; /* its corners by their ranks */
   int *stored;            /* [rows] the mesh's number of each node */
   sums *sums[PARTS];      /* [cells] zero between solves */
@@ -120,11 +122,16 @@ static int make_factor(flesh_coarse *self)
                    j = (size_t)patch[corner[CORNERS * self->pairs[k].high + e % CORNERS]];
       touch[n * i + j] = touch[n * j + i] = 1;
     }
-  for (size_t i = 0; touch && starts && i < n; i++) {
+  if (flesh_team_agree(self->team, touch && starts ? FLESH_OK : status) || flesh_coarse_unite(self->team, n, touch)) {
+    flesh_free(touch);
+    flesh_free(starts);
+    return status;
+  }
+  for (size_t i = 0; i < n; i++) {
     starts[i + 1] = starts[i];
     for (size_t j = 0; j < n; j++) starts[i + 1] += i != j && touch[n * i + j];
   }
-  if (touch && starts) neighbours = flesh_malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
+  neighbours = flesh_malloc(((size_t)starts[n] + 1) * sizeof *neighbours);
   if (neighbours) {
     int count = 0;
     for (size_t i = 0; i < n; i++)
@@ -180,7 +187,8 @@ static int make_entries(flesh_coarse *self)
 static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *X, int vertices, const int *stored)
 {
   const size_t rows = (size_t)A->rows;
-  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, &self->grid);
+  int status = flesh_coarse_grid_create(A, X, stored, vertices < MOST ? vertices : MOST, self->team,
+                                        &self->grid);
   int *place = flesh_malloc((rows + 1) * sizeof *place);
   self->stored = flesh_malloc((rows + 1) * sizeof *self->stored);
   if (!place || !self->stored) status = FLESH_ERR_MEMORY;
@@ -189,6 +197,7 @@ static int build(flesh_coarse *self, const flesh_block_matrix *A, const double *
     for (int p = 0; p < A->rows; p++) place[stored[p]] = p;
     status = make_terms(self, A, place);
   }
+  status = flesh_team_agree(self->team, status);
   if (!status) status = make_factor(self);
   if (!status) {
     for (int e = 0; e < CORNERS * self->grid.cells; e++) {
@@ -214,6 +223,7 @@ int flesh_coarse_create(const flesh_block_matrix *A, const double *positions, in
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a coarse space");
   self->rows = A->rows;
   self->threads = threads;
+  self->team = flesh_threads_team(threads);
   int status = build(self, A, positions, vertices, bisection->order);
   if (status) flesh_coarse_destroy(coarse);
   return status;
@@ -335,6 +345,8 @@ static void load_matrix(flesh_coarse *self, double scale)
         if (low / SLOTS == high / SLOTS) block[N * r + m] = value;
       }
   }
+  flesh_team_sum(self->team, FLESH_BLOCK12_SIZE * self->matrix.start[self->matrix.n], self->matrix.blocks);
+  flesh_team_sum(self->team, FLESH_BLOCK12_SIZE * self->matrix.n, self->matrix.pivots);
 }
 
 int flesh_coarse_setup(flesh_coarse *self, const flesh_block_matrix *A, double scale, const uint8_t *fixed)
@@ -390,6 +402,7 @@ double flesh_coarse_solve(flesh_coarse *self)
     for (int part = 0; part < PARTS; part++) self->sums[part][k] = (sums){0};
   }
   memcpy(x, load, unknowns * sizeof *x);
+  flesh_coarse_sum(self->team, (int)unknowns, x);
   flesh_coarse_cholesky_solve(&self->matrix);
   for (size_t k = 0; k < unknowns; k++) product += (double)load[k] * (double)x[k];
   for (int k = 0; k < self->grid.cells; k++) {

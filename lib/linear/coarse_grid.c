@@ -17,6 +17,8 @@ enum { CORNERS = 8 };
 /* Cells of all the box around a body are at most so many, or SPARSE to a node: most of them may be empty. */
 enum { ALWAYS = 4096, SPARSE = 64 };
 
+enum { MARKS = 1024 /* that ranks exchange at a time */ };
+
 typedef struct layout {
   double low[3], size[3]; /* of a cell */
   int count[3];           /* cells along each axis */
@@ -43,7 +45,8 @@ typedef struct builder {
   int (*at)[3];  /* [rows] cell of each node along each axis */
   int *parent;   /* [8*rows] of the corners of each node's cell, towards the one that stands for their vertex */
   int *vertex;   /* [8*rows] numbers of those */
-  int (*where)[3]; /* [8*rows] place of each vertex along each axis */
+  int (*where)[3]; /* [8*rows], of a team [vertices] place of each vertex along each axis */
+  const flesh_team *team;
 } builder;
 
 static int by_name(const void *a, const void *b)
@@ -99,6 +102,20 @@ static void corner_at(const int at[3], int a, int place[3])
   for (int k = 0; k < 3; k++) place[k] = at[k] + (a >> k & 1);
 }
 
+/* What ranks have marked between them; how many there are. */
+static int mark_in_team(const flesh_team *team, int64_t count, uint8_t *marks)
+{
+  double room[MARKS];
+  int marked = 0;
+  for (int64_t begin = 0; begin < count; begin += MARKS) {
+    const int some = count - begin < MARKS ? (int)(count - begin) : MARKS;
+    for (int k = 0; k < some; k++) room[k] = marks[begin + k];
+    flesh_team_largest(team, some, room);
+    for (int k = 0; k < some; k++) marked += marks[begin + k] = room[k] > 0;
+  }
+  return marked;
+}
+
 /* How many vertices have nodes in a cell around them; `marks` [names]. */
 static int count_vertices(const builder *b, const layout *grid, uint8_t *marks)
 {
@@ -115,22 +132,30 @@ static int count_vertices(const builder *b, const layout *grid, uint8_t *marks)
       *mark = 1;
     }
   }
-  return count;
+  return b->team ? mark_in_team(b->team, names(grid), marks) : count;
 }
 
 static int choose_layout(builder *b, int vertices)
 {
   static const double finer = 0.9;
-  const int64_t most = ALWAYS + SPARSE * (int64_t)b->rows;
+  const int64_t most = ALWAYS + SPARSE * (int64_t)flesh_team_all(b->team, b->rows);
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
   for (int i = 0; i < b->rows; i++)
     for (int k = 0; k < 3; k++) {
       low[k] = fmin(low[k], b->X[3 * (size_t)i + k]);
       high[k] = fmax(high[k], b->X[3 * (size_t)i + k]);
     }
+  for (int k = 0; k < 3; k++) low[k] = -low[k];
+  flesh_team_largest(b->team, 3, low);
+  flesh_team_largest(b->team, 3, high);
+  for (int k = 0; k < 3; k++) low[k] = -low[k];
   for (int k = 0; k < 3; k++) size = fmax(size, high[k] - low[k]);
   uint8_t *marks = flesh_malloc((size_t)most);
-  if (!marks) return FLESH_ERR_MEMORY;
+  const int status = flesh_team_agree(b->team, marks ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (status) {
+    flesh_free(marks);
+    return status;
+  }
   b->grid = layout_of(low, high, INFINITY);
   while (size > 0) {
     size *= finer;
@@ -205,6 +230,34 @@ static int find_vertices(builder *b, const flesh_block_matrix *A, const int *pla
   return FLESH_OK;
 }
 
+/* The same of a team: all vertices of the ranks between them, by their places. */
+static int find_vertices_of_team(builder *b, flesh_coarse_grid *grid)
+{
+  const layout *lay = &b->grid;
+  uint8_t *marks = flesh_malloc((size_t)names(lay));
+  int *number = flesh_malloc((size_t)names(lay) * sizeof *number);
+  int place[3], status = flesh_team_agree(b->team, marks && number ? FLESH_OK : FLESH_ERR_MEMORY);
+  if (!status) {
+    for (int p = 0; p < b->rows; p++) locate(lay, b->X + 3 * (size_t)b->stored[p], b->at[p], &grid->local[p]);
+    b->where = flesh_malloc(((size_t)count_vertices(b, lay, marks) + 1) * sizeof *b->where);
+    status = flesh_team_agree(b->team, b->where ? FLESH_OK : FLESH_ERR_MEMORY);
+  }
+  for (place[2] = 0; !status && place[2] <= lay->count[2]; place[2]++)
+    for (place[1] = 0; place[1] <= lay->count[1]; place[1]++)
+      for (place[0] = 0; place[0] <= lay->count[0]; place[0]++) {
+        if (!marks[name_of(lay, place)]) continue;
+        memcpy(b->where[grid->vertices], place, sizeof place);
+        number[name_of(lay, place)] = grid->vertices++;
+      }
+  for (int e = 0; !status && e < CORNERS * b->rows; e++) {
+    corner_at(b->at[e / CORNERS], e % CORNERS, place);
+    b->vertex[e] = number[name_of(lay, place)];
+  }
+  flesh_free(marks);
+  flesh_free(number);
+  return status;
+}
+
 /* Cells by their corners; `nodes` [rows]. */
 static int find_cells(const builder *b, located *nodes, flesh_coarse_grid *grid)
 {
@@ -257,7 +310,7 @@ static int make(builder *b, const flesh_block_matrix *A, int vertices, int *plac
   int status = choose_layout(b, vertices);
   if (status) return status;
   for (int p = 0; p < b->rows; p++) place[b->stored[p]] = p;
-  status = find_vertices(b, A, place, vertices, grid);
+  status = b->team ? find_vertices_of_team(b, grid) : find_vertices(b, A, place, vertices, grid);
   if (status) return status;
   const size_t found = (size_t)grid->vertices + 1, rows = (size_t)b->rows + 1;
   located *nodes = flesh_malloc(rows * sizeof *nodes);
@@ -272,20 +325,21 @@ static int make(builder *b, const flesh_block_matrix *A, int vertices, int *plac
 }
 
 int flesh_coarse_grid_create(const flesh_block_matrix *A, const double *positions, const int *stored, int vertices,
-                             flesh_coarse_grid *grid)
+                             const flesh_team *team, flesh_coarse_grid *grid)
 {
   const size_t rows = (size_t)A->rows + 1;
   *grid = (flesh_coarse_grid){.cell = flesh_huge_pages_alloc(rows * sizeof(int)),
                               .local = flesh_huge_pages_alloc(rows * sizeof(flesh_float4))};
-  builder b = {.rows = A->rows, .X = positions, .stored = stored};
+  builder b = {.rows = A->rows, .X = positions, .stored = stored, .team = team};
   b.at = flesh_malloc(rows * sizeof *b.at);
   b.parent = flesh_malloc(CORNERS * rows * sizeof *b.parent);
   b.vertex = flesh_malloc(CORNERS * rows * sizeof *b.vertex);
-  b.where = flesh_malloc(CORNERS * rows * sizeof *b.where);
+  if (!team) b.where = flesh_malloc(CORNERS * rows * sizeof *b.where);
   int *place = flesh_malloc(rows * sizeof *place);
   int status = FLESH_ERR_MEMORY;
-  if (grid->cell && grid->local && b.at && b.parent && b.vertex && b.where && place)
-    status = make(&b, A, vertices, place, grid);
+  if (grid->cell && grid->local && b.at && b.parent && b.vertex && (b.where || team) && place) status = FLESH_OK;
+  status = flesh_team_agree(team, status);
+  if (!status) status = make(&b, A, vertices, place, grid);
   flesh_free(b.at);
   flesh_free(b.parent);
   flesh_free(b.vertex);

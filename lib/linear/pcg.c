@@ -13,6 +13,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "base/parallel_vector.h"
+#include "base/team.h"
 #include "linear/lanes.h"
 #include "linear/product.h"
 
@@ -27,6 +28,8 @@ static const double DEEPEST = 1e-5;
 struct flesh_pcg_space {
   int rows, chunks;
   flesh_threads *threads;
+  const flesh_team *team; /* NULL: none */
+  int *place;             /* [rows] where vectors hold each node; NULL without a team */
   flesh_product product;
   int single;     /* the precision of r, p and z in the last solve */
   double unit;    /* of its r: what they are to be multiplied by */
@@ -37,6 +40,16 @@ struct flesh_pcg_space {
   flesh_float4 *room;         /* likewise, where r is in double precision */
   double *sums, *squares;     /* [chunks] */
 };
+
+/* Of the threads' team. */
+static int join(flesh_pcg_space *self)
+{
+  if (!(self->team = flesh_threads_team(self->threads))) return FLESH_OK;
+  self->place = flesh_malloc(((size_t)self->rows + 1) * sizeof *self->place);
+  if (!self->place) return flesh_fail(FLESH_ERR_MEMORY, "no memory for conjugate gradients");
+  for (int p = 0; p < self->rows; p++) self->place[self->product.rows[p]] = p;
+  return FLESH_OK;
+}
 
 int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_threads *threads, flesh_pcg_space **space)
 {
@@ -51,6 +64,7 @@ int flesh_pcg_space_create(const flesh_block_matrix *A, int single, flesh_thread
   int status = flesh_bisection_create(A, &bisection);
   if (!status) status = flesh_product_create(A, &bisection, single, &self->product);
   flesh_bisection_clear(&bisection);
+  if (!status) status = join(self);
   /* The product has room of its own behind the padding. */
   void **vectors[] = {(void **)&self->x, (void **)&self->weights, &self->r, &self->p, &self->z, (void **)&self->room};
   enum { VECTORS = sizeof vectors / sizeof vectors[0] };
@@ -73,6 +87,7 @@ void flesh_pcg_space_destroy(flesh_pcg_space **space)
   flesh_product_clear(&self->product);
   flesh_free(self->x); /* and the other vectors with it */
   flesh_free(self->sums);
+  flesh_free(self->place);
   flesh_free(self);
   *space = NULL;
 }
@@ -128,11 +143,11 @@ static void load(void *data, int chunk)
   range(self, chunk, &begin, &end);
   for (int i = begin; i < end; i++) {
     const size_t node = (size_t)self->product.rows[i];
-    const double *b = w->b + 3 * node;
+    const double scale = self->team && node >= (size_t)self->team->own ? 0 : w->scale, *b = w->b + 3 * node;
     self->x[i] = (flesh_double4){0};
     put(self->p, single, i, self->x[i]);
     put(self->z, single, i, self->x[i]);
-    put(self->r, single, i, w->scale * (flesh_double4){b[0], b[1], b[2], 0});
+    put(self->r, single, i, scale * (flesh_double4){b[0], b[1], b[2], 0});
     for (int c = 0; c < 3 && w->weights; c++) self->weights[i][c] = w->weights[3 * node + (size_t)c];
   }
   for (int i = end; i % PARTS; i++) {
@@ -216,13 +231,36 @@ static double run_descent(const flesh_pcg_space *self, work *w, double *norm)
   double sum = 0, square = 0;
   flesh_threads_run(self->threads, self->chunks, descend, w);
   for (int k = 0; k < self->chunks; k++) sum += self->sums[k], square += self->squares[k];
-  *norm = sqrt(square);
-  return sqrt(sum);
+  double sums[2] = {square, sum};
+  flesh_team_sum(self->team, 2, sums);
+  *norm = sqrt(sums[0]);
+  return sqrt(sums[1]);
+}
+
+static void turn_chunk(void *data, int chunk)
+{
+  int begin, end;
+  range(((const work *)data)->space, chunk, &begin, &end);
+  turn(data, begin, end);
+}
+
+/* The same with a team: every rank's product is that of its partial matrix, and owners get the sum. p is consistent, and
+ * r and A p are zero at ghosts, so that what is summed up over all nodes of a rank is the sum over its own. */
+static double multiply_in_team(flesh_pcg_space *self, const flesh_block_matrix *A, work *w)
+{
+  const flesh_team *team = self->team;
+  flesh_threads_run(self->threads, self->chunks, turn_chunk, w);
+  team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->p});
+  double curvature = flesh_product_multiply(&self->product, A, self->threads, NULL, NULL, self->p, self->z);
+  team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z});
+  flesh_team_sum(team, 1, &curvature);
+  return curvature;
 }
 
 /* p.A p of the next direction p, and A p. */
 static double multiply(flesh_pcg_space *self, const flesh_block_matrix *A, double scale, work *w)
 {
+  if (self->team) return multiply_in_team(self, A, w);
   if (!self->single) return flesh_product_multiply(&self->product, A, self->threads, turn, w, self->p, self->z);
   const flesh_block_matrix *anew = self->holds == scale ? NULL : A;
   self->holds = scale;
@@ -239,10 +277,12 @@ static int iterate(flesh_pcg_space *self, const flesh_block_matrix *A, const fle
   result->first = result->residual = run_descent(self, w, &norm); /* alpha is 0 */
   if (result->residual <= tolerance) return FLESH_OK;
   while (result->iterations < last) {
-    if (guide->stop && result->iterations % ASK_EVERY == 0 && (asked = guide->stop(guide->stop_data))) return asked;
+    if (guide->stop && result->iterations % ASK_EVERY == 0 &&
+        (asked = flesh_team_agree(self->team, guide->stop(guide->stop_data))))
+      return asked;
     w->back = self->single ? 1 : scale / w->to_round;
-    const double rz =
-        flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
+    double rz = flesh_preconditioner_solve(w->preconditioner, (const float *)self->rounded) * w->back / w->to_round;
+    flesh_team_sum(self->team, 1, &rz);
     /* After a direction without curvature there is no next one. */
     if (!(fabs(rz) < INFINITY)) return status == FLESH_NOT_POSITIVE ? status : FLESH_NONFINITE;
     w->beta = result->iterations ? rz / rz_before : 0;
@@ -299,6 +339,7 @@ double flesh_pcg_model_error(const flesh_pcg_space *self, const double *r)
   double sum = 0;
   flesh_threads_run(self->threads, self->chunks, compare, &(comparison){self, r});
   for (int k = 0; k < self->chunks; k++) sum += self->squares[k];
+  flesh_team_sum(self->team, 1, &sum);
   return sqrt(sum);
 }
 
@@ -316,7 +357,8 @@ int flesh_pcg_guided(flesh_pcg_space *self, const flesh_block_matrix *A, flesh_p
 {
   const double common = weights ? common_to(3 * self->rows, weights) : 1;
   const double norm = flesh_norm(self->threads, 3 * self->rows, b), to_one = flesh_power_to_one(norm);
-  self->single = guide->single && self->product.rounded && common > 0 && tolerance > DEEPEST * common * norm;
+  self->single = guide->single && !self->team && self->product.rounded && common > 0 &&
+                 tolerance > DEEPEST * common * norm;
   work w = {.space = self, .b = b, .weights = common != 0 ? NULL : weights, .common = common, .x = x,
             .scale = 1, .unscale = 1, .preconditioner = preconditioner, .to_round = to_one};
   if (!guide->same) self->holds = 0;

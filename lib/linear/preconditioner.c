@@ -1,6 +1,7 @@
 /* preconditioner.c: block Jacobi, incomplete block Cholesky with the shift that it needs, and a coarse level. */
 #include "linear/preconditioner.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -12,11 +13,13 @@
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
+#include "linear/own_matrix.h"
 #include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
   int rows;
+  flesh_own_matrix own; /* what is preconditioned; of a rank by itself all of A */
   float *inverse; /* [9*rows] of the diagonal blocks of scale A */
   flesh_cholesky *cholesky;
   double scale;    /* of the matrix that is factored, or inverted by blocks */
@@ -39,11 +42,14 @@ struct flesh_preconditioner_data {
  * ten-node tets, all else costs more: there from MORE_NODES on. */
 enum { VERTEX_NODES = 50, MANY_NODES = 36000, MORE_NODES = 144000, LONG = 11 };
 
-static int vertices_for(const flesh_block_matrix *A)
+static int vertices_for(const flesh_block_matrix *A, const flesh_team *team)
 {
-  const int many = A->row_start[A->rows] / LONG > A->rows ? MORE_NODES : MANY_NODES;
-  const double fewer = A->rows > many ? sqrt((double)many / A->rows) : 1;
-  return (int)(fewer * A->rows / VERTEX_NODES);
+  const double nodes = flesh_team_all(team, A->rows);
+  double blocks = A->row_start[A->rows];
+  flesh_team_sum(team, 1, &blocks);
+  const int many = blocks >= LONG * (nodes + 1) ? MORE_NODES : MANY_NODES;
+  const double fewer = nodes > many ? sqrt(many / nodes) : 1;
+  return (int)(fewer * nodes / VERTEX_NODES);
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
@@ -53,7 +59,8 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   flesh_preconditioner_data *self = flesh_calloc(1, sizeof *self);
   *preconditioner = self;
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a preconditioner");
-  self->kind = kind = flesh_preconditioner_choose(kind, A->rows);
+  const flesh_team *team = flesh_threads_team(threads);
+  self->kind = kind = flesh_preconditioner_choose(kind, (int)fmin(flesh_team_all(team, A->rows), INT_MAX));
   self->rows = A->rows;
   self->threads = threads;
   self->scale = 1;
@@ -71,10 +78,12 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   flesh_bisection bisection = {0};
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
+  if (!status) status = flesh_own_matrix_create(A, team, &self->own);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
+    status = flesh_cholesky_create(&self->own.view, &bisection, !coarse, threads, &self->cholesky);
+  status = flesh_team_agree(team, status);
   if (!status && coarse)
-    status = flesh_coarse_create(A, positions, vertices_for(A), &bisection, threads, &self->coarse);
+    status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, &self->coarse);
   flesh_bisection_clear(&bisection);
   if (status) flesh_preconditioner_destroy(preconditioner);
   return status;
@@ -95,6 +104,7 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
+  flesh_own_matrix_clear(&(*preconditioner)->own);
   flesh_free((*preconditioner)->inverse);
   flesh_free((*preconditioner)->order);
   flesh_free((*preconditioner)->r);
@@ -165,23 +175,9 @@ static void largest_of_part(void *data, int k, int begin, int end)
   d->largest[k] = largest;
 }
 
-int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A,
-                               const uint8_t *fixed)
+/* Incomplete Cholesky with the shift that it needs; the diagonal blocks where none helps. */
+static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matrix *A)
 {
-  diagonal d = {.A = A};
-  const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
-  double largest = 0;
-  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
-  if (!(largest < INFINITY)) return FLESH_NONFINITE;
-  self->by_diagonal = 0;
-  self->scale = flesh_power_to_one(largest);
-  if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
-  A = project(self, A, fixed);
-  if (self->kind == FLESH_PRECONDITIONER_JACOBI) {
-    set_jacobi(self, A);
-    return FLESH_OK;
-  }
-  self->two_levels = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
   /* What was needed last is needed again, or nearly so: try half of it first, and much less where that serves. */
   const double first = fmax(self->shift * self->less, SMALLEST_SHIFT);
   double shift = first;
@@ -189,11 +185,38 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
     shift *= 2;
   self->shift = shift;
   self->less = shift == first ? self->less * self->less : 0.5;
-  if (shift <= LARGEST_SHIFT) return FLESH_OK;
+  if (shift <= LARGEST_SHIFT) return;
   /* A diagonal that is zero or negative somewhere: fall back to it alone, made positive. */
   self->shift = 0;
-  self->two_levels = 0;
   set_jacobi(self, A);
+}
+
+/* The coarse level is that of all ranks, or of none. */
+static void choose_levels(flesh_preconditioner_data *self, int coarse)
+{
+  double without = !coarse || self->by_diagonal;
+  flesh_team_largest(self->own.team, 1, &without);
+  self->two_levels = without == 0;
+}
+
+int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
+{
+  diagonal d = {.A = A};
+  const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
+  double largest = 0;
+  for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
+  flesh_team_largest(self->own.team, 1, &largest);
+  if (!(largest < INFINITY)) return FLESH_NONFINITE;
+  self->by_diagonal = 0;
+  self->scale = flesh_power_to_one(largest);
+  if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
+  A = project(self, A, fixed);
+  const int coarse = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
+  const flesh_block_matrix *own = flesh_own_matrix_begin(&self->own, A);
+  if (self->kind == FLESH_PRECONDITIONER_JACOBI) set_jacobi(self, own);
+  else set_cholesky(self, own);
+  flesh_own_matrix_end(&self->own, A);
+  choose_levels(self, coarse);
   return FLESH_OK;
 }
 

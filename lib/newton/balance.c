@@ -75,9 +75,12 @@ static int find_edge_force(flesh_equations *self, double *edge_force)
 {
   static const double part = 1e-6;
   const flesh_mesh *mesh = flesh_system_mesh(self->system);
-  const double *X = flesh_mesh_positions(mesh), edge = flesh_mesh_mean_edge(mesh);
-  double *one = self->scratch, *before = one + self->n, *after = before + self->n, *x = after + self->n, sum = 0;
-  int count = 0;
+  const double *X = flesh_mesh_positions(mesh), tets = flesh_mesh_tet_count(mesh);
+  const int own = 3 * flesh_team_own(self->team, self->n / 3);
+  double means[2] = {tets * flesh_mesh_mean_edge(mesh), tets}; /* of the ranks' edges, weighted by their tets */
+  flesh_team_sum(self->team, 2, means);
+  const double edge = self->team ? means[0] / means[1] : flesh_mesh_mean_edge(mesh);
+  double *one = self->scratch, *before = one + self->n, *after = before + self->n, *x = after + self->n, sums[2] = {0};
   uint32_t random = 2463534242u;
   for (int d = 0; d < self->n; d++) {
     random ^= random << 13; /* xorshift (Marsaglia 2003), for its sign */
@@ -85,14 +88,16 @@ static int find_edge_force(flesh_equations *self, double *edge_force)
     random ^= random << 5;
     x[d] = X[d] + part * edge * (random >> 31 ? 1 : -1);
   }
+  flesh_team_share(self->team, x);
   int status = forces_at(self, X, one, before);
   if (!status) status = forces_at(self, x, one, after);
-  for (int i = 0; i < self->n && !status; i += 3) {
+  for (int i = 0; i < own && !status; i += 3) {
     double square = 0;
     for (int c = 0; c < 3; c++) square += (after[i + c] - before[i + c]) * (after[i + c] - before[i + c]);
-    if (square > 0) sum += 1 / sqrt(square), count++;
+    if (square > 0) sums[0] += 1 / sqrt(square), sums[1]++;
   }
-  *edge_force = count ? count / sum / part : 0;
+  flesh_team_sum(self->team, 2, sums);
+  *edge_force = sums[1] > 0 ? sums[1] / sums[0] / part : 0;
   return status;
 }
 

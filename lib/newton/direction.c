@@ -12,6 +12,7 @@ static const double DEEP = 3;
 static int take_rows(flesh_direction *self)
 {
   const flesh_system *system = self->equations->system;
+  if (self->equations->team) return FLESH_OK; /* the projection is that of one rank's rows */
   int status = flesh_system_stiff_rows_create(system, &self->rows);
   if (status) return status;
   if (!flesh_preconditioner_projects(self->options->preconditioner, &self->rows, 0)) {
@@ -168,6 +169,10 @@ int flesh_direction_solve(flesh_direction *self, const flesh_direction_request *
 int flesh_direction_solve_directly(flesh_direction *self, const double *b, double *p)
 {
   const flesh_block_matrix *K = self->equations->K;
+  if (self->equations->team) {
+    self->fallback_state = FLESH_FALLBACK_TOO_EXPENSIVE;
+    return FLESH_NOT_CONVERGED;
+  }
   if (!self->fallback) {
     /* A product and two triangular solves an iteration, with 18 operations a block. */
     const double spent = 36. * K->row_start[K->rows] * 2 * self->options->max_linear;

@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "linear/block_matrix.h"
 #include "system/feasible_step.h"
+#include "system/ranks.h"
 
 /* Mean positive diagonal entry of the rest stiffness: the scale of the constrained rows. */
 static double typical_stiffness(flesh_equations *self)
@@ -16,24 +17,25 @@ static double typical_stiffness(flesh_equations *self)
   const double *X = flesh_mesh_positions(flesh_system_mesh(self->system));
   memset(self->v, 0, (size_t)self->n * sizeof *self->v);
   flesh_point point = {.t = 0, .load = 1, .x = X, .v = self->v, .a = self->v};
-  double sum = 0;
-  int count = 0;
+  double sum[2] = {0}; /* and how many there are */
   if (flesh_system_jacobian(self->system, &point, &(flesh_shift){.x = 1, .v = 1, .a = 1}, self->K)) return 1;
   for (int i = 0; i < self->K->rows; i++)
     for (int c = 0; c < 3; c++) {
       double d = self->K->values[9 * (size_t)self->K->row_start[i] + 4 * c];
       if (d > 0 && d < INFINITY) {
-        sum += d;
-        count++;
+        sum[0] += d;
+        sum[1]++;
       }
     }
-  return count ? sum / count : 1;
+  flesh_team_sum(self->team, 2, sum);
+  return sum[1] > 0 ? sum[0] / sum[1] : 1;
 }
 
 int flesh_equations_init(const flesh_system *system, flesh_threads *threads, flesh_solve_stats *stats, int check_reach,
                          flesh_equations *self)
 {
-  *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach};
+  *self = (flesh_equations){.system = system, .threads = threads, .stats = stats, .check_reach = check_reach,
+                            .team = flesh_system_team(system)};
   self->n = flesh_system_unknowns(system);
   self->constrained = flesh_calloc((size_t)self->n + 1, 1);
   self->constrained_dofs = flesh_calloc((size_t)self->n + 1, sizeof *self->constrained_dofs);
@@ -52,6 +54,7 @@ int flesh_equations_init(const flesh_system *system, flesh_threads *threads, fle
                       : flesh_system_matrix_create(system, &self->K);
   if (!status) status = flesh_clearance_create(system, threads, &self->clearance);
   if (!status) status = flesh_proximity_create(system, threads, &self->proximity);
+  status = flesh_team_agree(self->team, status);
   if (!status) self->constraint_stiffness = typical_stiffness(self);
   else flesh_equations_clear(self);
   return status;
@@ -278,11 +281,13 @@ static int finish_residual(flesh_equations *self, const double *u)
 /* The same of the potential, but for where it is. */
 static void finish_potential(flesh_equations *self, const double *u)
 {
+  const int own = 3 * flesh_team_own(self->team, self->n / 3);
   double springs = 0; /* whose gradient the constrained rows are */
   for (int k = 0; k < self->constrained_count; k++) {
     const double off = u[self->constrained_dofs[k]] - self->u_constrained[self->constrained_dofs[k]];
-    springs += off * off;
+    springs += self->constrained_dofs[k] < own ? off * off : 0;
   }
+  flesh_team_sum(self->team, 1, &springs);
   self->potential.value += self->constraint_stiffness / 2 * springs;
   self->potential.magnitude += self->constraint_stiffness / 2 * springs;
   self->potential.known = 1;

@@ -7,6 +7,7 @@
 
 #include "base/archive.h"
 #include "base/parallel_vector.h"
+#include "base/team.h"
 #include "flesh/solver.h"
 #include "system/clearance.h"
 #include "system/position_potential.h"
@@ -15,6 +16,7 @@
 typedef struct flesh_equations {
   const flesh_system *system; /* borrowed */
   flesh_threads *threads;     /* borrowed, may be NULL */
+  const flesh_team *team;     /* the system's, borrowed; NULL: none */
   flesh_costs *costs;         /* borrowed; NULL: nobody counts */
   flesh_solve_stats *stats;   /* borrowed: where evaluations are counted */
   int n;                      /* unknowns */

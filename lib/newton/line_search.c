@@ -88,15 +88,18 @@ static double dot(const flesh_search *self, const double *x, const double *y)
 
 /* A crease or a tet that turns inside out is local; a body that is crumpled as a whole is tangled less often by the
  * filtered Hessian's short steps. */
-int flesh_is_local(int n, const double *r)
+int flesh_is_local(const flesh_equations *equations, const double *r)
 {
-  double second = 0, fourth = 0;
-  for (int d = 0; d < n; d++) {
+  const flesh_team *team = equations->team;
+  const int nodes = equations->n / 3, own = 3 * flesh_team_own(team, nodes);
+  double sums[2] = {0}; /* of squares, of fourth powers */
+  for (int d = 0; d < own; d++) {
     double square = r[d] * r[d];
-    second += square;
-    fourth += square * square;
+    sums[0] += square;
+    sums[1] += square * square;
   }
-  return second * second < 0.01 * n * fourth;
+  flesh_team_sum(team, 2, sums);
+  return sums[0] * sums[0] < 0.01 * (3 * flesh_team_all(team, nodes)) * sums[1];
 }
 
 /* p.H p with the unfiltered Hessian at u, by a difference of residuals; NaN where there is none. */
@@ -178,7 +181,7 @@ static void accept(flesh_search *self, line *line, flesh_direction_kind kind, in
   const int significant = predicted > 10 * line->round_off;
   const int too_short = (self->options->techniques & FLESH_TECHNIQUE_NEGATIVE_CURVATURE) && significant &&
                         line->start - line->value > 1.2 * predicted;
-  const int locally = too_short && flesh_is_local(n, line->r);
+  const int locally = too_short && flesh_is_local(self->equations, line->r);
   self->short_filtered = too_short && filtered && line->length == line->first ? self->short_filtered + 1 : 0;
   if (locally || self->short_filtered > MANY_SHORT) lengthen(self, line, INFINITY);
   else if (too_short && line->length < line->first) lengthen(self, line, line->refused);

@@ -51,6 +51,6 @@ int flesh_search_gains(flesh_search *search, const double *u);
 void flesh_step_to(const flesh_equations *equations, const double *u, double scale, const double *p, double *at);
 
 /* Whether few nodes carry the residual r [n]: its participation ratio, 1 where all carry the same, is below 0.01. */
-int flesh_is_local(int n, const double *r);
+int flesh_is_local(const flesh_equations *equations, const double *r);
 
 #endif

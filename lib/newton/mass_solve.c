@@ -63,15 +63,17 @@ static int apply_jump(flesh_newton *self, double t, const double *prescribed, do
   flesh_equations *equations = &self->equations;
   const int n = equations->n;
   double *jump = self->search.trial, *right = self->r;
-  int any = 0;
+  double any = 0;
   for (int d = 0; d < n; d++) {
     jump[d] = equations->constrained[d] ? prescribed[d] - y[d] : 0;
-    any |= jump[d] != 0;
+    any = jump[d] != 0 ? 1 : any;
   }
-  if (!any) return FLESH_OK;
+  flesh_team_largest(equations->team, 1, &any);
+  if (any == 0) return FLESH_OK;
   int status = assemble_mass(self, t, equations->x, equations->v);
   if (status) return status;
   flesh_block_multiply(equations->K, jump, right);
+  flesh_team_collect(equations->team, right);
   for (int d = 0; d < n; d++) {
     right[d] = equations->constrained[d] ? 0 : -right[d];
     if (equations->constrained[d]) y[d] = prescribed[d];

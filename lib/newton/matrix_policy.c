@@ -205,7 +205,8 @@ int flesh_matrix_policy_at_round_off(flesh_matrix_policy *self, double norm, con
   self->previous_norm = norm;
   if (before == 0) {
     const double largest = flesh_largest(equations->threads, equations->n, equations->x);
-    double guess = 1e-16 * equations->constraint_stiffness * largest * sqrt((double)equations->n);
+    const double unknowns = 3 * flesh_team_all(equations->team, equations->n / 3);
+    double guess = 1e-16 * equations->constraint_stiffness * largest * sqrt(unknowns);
     if (norm > 1e3 * guess) return 0;
   } else if (norm < 0.3 * before) {
     return 0;

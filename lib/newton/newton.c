@@ -8,6 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "system/ranks.h"
 
 /* What an iteration does next. */
 typedef enum state { ASSEMBLE, SOLVE, DIRECT, FILTER, SEARCH, ACCELERATE, END, FAIL } state;
@@ -41,7 +42,7 @@ typedef struct iteration {
 static int asked_to_stop(void *data)
 {
   flesh_newton *self = data;
-  if (self->stop && !self->stopped) self->stopped = self->stop(self->stop_data);
+  if (self->stop && !self->stopped) self->stopped = flesh_team_agree(self->equations.team, self->stop(self->stop_data));
   return self->stopped;
 }
 
@@ -204,13 +205,26 @@ int flesh_newton_eliminates(const flesh_system *system, const flesh_solver_optio
   int sums = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++)
     sums |= flesh_effect_shortcuts_of(flesh_system_effect(system, k))->restrict_to_cells != NULL;
-  return sums && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
+  return sums && !flesh_system_team(system) && options->line_search == FLESH_LINE_SEARCH_POTENTIAL &&
          (options->techniques & FLESH_TECHNIQUE_NONLINEAR_ELIMINATION);
+}
+
+/* What ranks share out yet: conjugate gradients with a preconditioner of each. */
+static int check_team(const flesh_system *system, const flesh_solver_options *options)
+{
+  if (!flesh_system_team(system)) return FLESH_OK;
+  if (options->linear_solver != FLESH_LINEAR_PCG)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a direct solver is not shared out among ranks; PCG is");
+  if (options->preconditioner == FLESH_PRECONDITIONER_VOLUME_PROJECTION)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the volume projection is not shared out among ranks yet; the preconditioner "
+                      "auto is");
+  return flesh_system_check_team(system);
 }
 
 int flesh_newton_init(const flesh_system *system, const flesh_solver_options *options, flesh_stage_solver solver,
                       flesh_newton *self)
 {
+  const flesh_team *team = flesh_system_team(system);
   *self = (flesh_newton){.options = *options, .solver = solver};
   const int guarded = options->line_search == FLESH_LINE_SEARCH_POTENTIAL,
             eliminates = solver.solve && flesh_newton_eliminates(system, options);
@@ -219,7 +233,10 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   size_t apart;
   self->balance = (flesh_balance){&self->equations, options->newton_tolerance, NAN};
   int status = flesh_solver_options_check(options);
+  if (!status) status = check_team(system, options);
   if (!status) status = flesh_threads_create(options->threads, &self->threads);
+  status = flesh_team_agree(team, status); /* from here on ranks call each other */
+  if (!status) flesh_threads_set_team(self->threads, team);
   if (!status) status = flesh_equations_init(system, self->threads, &self->stats, !guarded, &self->equations);
   if (!status) status = flesh_direction_init(&self->equations, &self->options, &self->stats, &self->direction);
   if (!status) status = flesh_matrix_policy_init(&self->equations, &self->direction, &self->policy);
@@ -231,6 +248,7 @@ int flesh_newton_init(const flesh_system *system, const flesh_solver_options *op
   if (!status && eliminates) self->reserve = flesh_subdomain_reserve(system);
   if (!status && (!self->u || (eliminates && !self->reserve)))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", self->equations.n);
+  status = flesh_team_agree(team, status);
   if (status) flesh_newton_clear(self);
   else self->r = self->u + apart;
   return status;

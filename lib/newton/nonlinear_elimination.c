@@ -8,7 +8,7 @@ static int propose(flesh_accelerators *self, const flesh_accepted_step *step)
   double *r = equations->residual.r;
   if (!self->services.solve_subdomain || !step->unpredicted) return 0;
   flesh_step_to(equations, step->u, 1, step->p, self->trial);
-  if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations->n, r)) return 0;
+  if (flesh_equations_residual(equations, self->trial, r) || !flesh_is_local(equations, r)) return 0;
   if (self->services.solve_subdomain(self->services.data, self->trial, r, self->proposal)) return 0;
   for (int d = 0; d < equations->n; d++) self->proposal[d] += step->p[d];
   return 1;

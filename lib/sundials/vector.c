@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/parallel_vector.h"
+#include "base/team.h"
 
 static const char *kind_of(N_Vector_ID id)
 {
@@ -70,6 +71,13 @@ typedef struct operation {
   const double *x, *y;
   double *z, a, b, results[FLESH_PARALLEL_PARTS_MAX];
 } operation;
+
+/* Of a team's vector this rank's own numbers, as each counts once in sums. */
+static int run_own(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
+{
+  const flesh_team *team = flesh_threads_team(flesh_vector_threads(v));
+  return flesh_parallel_parts(flesh_vector_threads(v), team ? 3 * team->own : (int)N_VGetLength(v), part, o);
+}
 
 static int run(N_Vector v, void (*part)(void *data, int k, int begin, int end), operation *o)
 {
@@ -154,9 +162,10 @@ static void weighted_square_part(void *data, int k, int begin, int end)
 static sunrealtype weighted_two_norm(N_Vector x, N_Vector w)
 {
   operation o = {.x = N_VGetArrayPointer(x), .y = N_VGetArrayPointer(w)};
-  const int parts = run(x, weighted_square_part, &o);
+  const int parts = run_own(x, weighted_square_part, &o);
   double square = 0;
   for (int k = 0; k < parts; k++) square += o.results[k];
+  flesh_team_sum(flesh_threads_team(flesh_vector_threads(x)), 1, &square);
   return sqrt(square);
 }
 
@@ -177,10 +186,12 @@ static void minimum_part(void *data, int k, int begin, int end)
 static sunrealtype minimum(N_Vector x)
 {
   operation o = {.x = N_VGetArrayPointer(x)};
-  const int parts = run(x, minimum_part, &o);
+  const int parts = run_own(x, minimum_part, &o);
   double least = INFINITY;
   for (int k = 0; k < parts; k++) least = fmin(least, o.results[k]);
-  return least;
+  least = -least;
+  flesh_team_largest(flesh_threads_team(flesh_vector_threads(x)), 1, &least);
+  return -least;
 }
 
 /* Clones made beforehand, of one vector. */

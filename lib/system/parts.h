@@ -2,8 +2,9 @@
 #ifndef FLESH_SYSTEM_PARTS_H
 #define FLESH_SYSTEM_PARTS_H
 
-#include "geometry/motion.h"
+#include "base/team.h"
 #include "flesh/system.h"
+#include "geometry/motion.h"
 #include "system/pattern.h"
 
 typedef struct flesh_constraint {
@@ -31,6 +32,7 @@ struct flesh_system {
   flesh_pattern pattern;
   int leader;            /* the entry whose `jacobian_assign` is called; -1: none */
   int left_count, *left; /* blocks that it does not set; NULL: all */
+  const flesh_team *team; /* borrowed; NULL: none */
 };
 
 #endif

@@ -49,6 +49,14 @@ static void count(flesh_costs *costs, int k, int what, double start)
   if (costs->timed) cost->cpu_s += cpu_time(costs) - start;
 }
 
+/* Where this rank's residual has a value: the sum over the ranks, if all have. */
+static int collect(const flesh_system *system, double *r)
+{
+  int status = flesh_team_agree(system->team, FLESH_OK);
+  if (!status) flesh_team_collect(system->team, r);
+  return status;
+}
+
 /* Of the effects from one index to before another, of those roles. */
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
@@ -63,9 +71,9 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     full.near = flesh_proximity_of(full.proximity, k);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
-    if (status) return status;
+    if (status) return flesh_team_agree(system->team, status);
   }
-  return FLESH_OK;
+  return collect(system, r);
 }
 
 int flesh_system_residual(const flesh_system *system, const flesh_point *point, double *r)
@@ -139,13 +147,16 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   for (int k = 0; k < system->entry_count && !status; k++)
     if (k != system->leader && system->entries[k].effect->operations->jacobian)
       status = add_jacobian(system, k, 0, &full, shift, K);
-  return status;
+  return flesh_team_agree(system->team, status);
 }
 
 /* The potential from its two parts, the others and what is by_position, which is known from before or now. */
-static int add_by_position(const flesh_position_potential sums[2], flesh_position_potential *by_position, double *phi,
-                      double *magnitude)
+static int sum_up(const flesh_system *system, flesh_position_potential sums[2], flesh_position_potential *by_position,
+                  double *phi, double *magnitude)
 {
+  double numbers[4] = {sums[0].phi, sums[0].magnitude, sums[1].phi, sums[1].magnitude};
+  flesh_team_sum(system->team, 4, numbers);
+  for (int k = 0; k < 2; k++) sums[k].phi = numbers[2 * k], sums[k].magnitude = numbers[2 * k + 1];
   if (!by_position->known) *by_position = (flesh_position_potential){1, sums[1].phi, sums[1].magnitude};
   *phi = sums[0].phi + by_position->phi;
   *magnitude = sums[0].magnitude + by_position->magnitude;
@@ -168,9 +179,10 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
                      ? FLESH_OK
                      : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
     count(full.costs, k, CALL_POTENTIAL, start);
-    if (status) return status;
+    if (status) return flesh_team_agree(system->team, status);
   }
-  return add_by_position(sums, by_position, phi, magnitude);
+  int status = flesh_team_agree(system->team, FLESH_OK);
+  return status ? status : sum_up(system, sums, by_position, phi, magnitude);
 }
 
 int flesh_system_potential(const flesh_system *system, const flesh_point *point,
@@ -211,9 +223,10 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
                      ? FLESH_OK
                      : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
     count(full.costs, k, calls, start);
-    if (status) return status;
+    if (status) return flesh_team_agree(system->team, status);
   }
-  return add_by_position(sums, by_position, phi, magnitude);
+  int status = collect(system, r);
+  return status ? status : sum_up(system, sums, by_position, phi, magnitude);
 }
 
 int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
@@ -221,6 +234,16 @@ int flesh_system_evaluate(const flesh_system *system, const flesh_point *point,
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {r, "r"}, {phi, "phi"}, {magnitude, "magnitude"});
   return flesh_system_evaluate_by_position(system, point, shift, &(flesh_position_potential){0}, r, phi, magnitude);
+}
+
+/* Of all ranks; but what is known of positions already is. */
+static int sum_energies(const flesh_system *system, int knows_positions, double *energies)
+{
+  int status = flesh_team_agree(system->team, FLESH_OK);
+  for (int k = 0; system->team && !status && k < system->entry_count; k++)
+    if (!knows_positions || !flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY))
+      flesh_team_sum(system->team, 1, &energies[k]);
+  return status;
 }
 
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
@@ -242,9 +265,9 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
     full.near = flesh_proximity_of(full.proximity, k);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
-    if (status) return status;
+    if (status) return flesh_team_agree(system->team, status);
   }
-  return FLESH_OK;
+  return sum_energies(system, of_position == 1, energies);
 }
 
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
@@ -258,6 +281,8 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
     if (effect->operations->role != role) continue;
     full.near = flesh_proximity_of(full.proximity, k);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
+    status = flesh_team_agree(system->team, status);
+    flesh_team_sum(system->team, 1, &energy);
     if (energies) energies[k] = energy;
     *sum += energy;
     if (status) return status;

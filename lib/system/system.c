@@ -8,8 +8,10 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "parallel/body_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
+#include "system/ranks.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
 {
@@ -284,7 +286,9 @@ double flesh_system_next_event(const flesh_system *system, double t)
     next = fmin(next, flesh_interval_next_event(c->from, c->until, t));
     next = fmin(next, flesh_motion_next_event(&c->motion, t));
   }
-  return next;
+  next = -next; /* the first of all ranks */
+  flesh_team_largest(system->team, 1, &next);
+  return -next;
 }
 
 int flesh_system_moves(const flesh_system *system)
@@ -293,6 +297,28 @@ int flesh_system_moves(const flesh_system *system)
 }
 
 int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
+
+int flesh_system_set_part(flesh_system *system, const flesh_body_part *body_part)
+{
+  FLESH_NEED({system, "system"}, {body_part, "body_part"});
+  if (system->mesh != flesh_body_part_mesh(body_part))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_body_part_mesh's");
+  system->team = flesh_body_part_team(body_part);
+  return FLESH_OK;
+}
+
+const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }
+
+int flesh_system_check_team(const flesh_system *system)
+{
+  for (int k = 0; system->team && k < system->entry_count; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (!flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->constraints)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
+                        effect->operations->name);
+  }
+  return FLESH_OK;
+}
 
 double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,
                                       const double *x_from, double t_to, const double *x_to)

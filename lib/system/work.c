@@ -8,6 +8,7 @@
 #include "effect/effect.h"
 #include "system/clearance.h"
 #include "system/position_potential.h"
+#include "system/ranks.h"
 
 static flesh_work_kind kind_of(const flesh_effect *effect)
 {
@@ -50,9 +51,10 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
       share = u ? 1 : 1 / moment;
     }
     memset(r, 0, n * sizeof *r);
-    int status = effect->operations->residual(effect, &full, r);
+    int status = flesh_team_agree(flesh_system_team(system), effect->operations->residual(effect, &full, r));
     if (status) return status;
     for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
+    flesh_team_sum(flesh_system_team(system), 1, &sum); /* partial forces, displacements of ghosts, too */
     *work -= share * sum;
   }
   return FLESH_OK;
@@ -70,8 +72,10 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
       const double t = end ? t_to : t_from;
       const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = v, .x_lag = x, .v_lag = v, .t_lag = t};
       if (energies && end == at_end) continue;
-      int status = effect->operations->energy(effect, &point, &known[end]);
+      known[end] = 0;
+      int status = flesh_team_agree(flesh_system_team(system), effect->operations->energy(effect, &point, &known[end]));
       if (status) return status;
+      flesh_team_sum(flesh_system_team(system), 1, &known[end]);
     }
     *work += known[1] - known[0];
   }

@@ -43,6 +43,7 @@
 
 #include "base/error.h"
 #include "system/one_effect.h"
+#include "system/ranks.h"
 #include "system/work.h"
 
 static const double gain_to_report = 0.05, rounding_of_terms = 1e-10;
@@ -93,7 +94,9 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state 
   double marks[2];
   if (!watch->known) return 0;
   mark(watch, state, marks);
-  return !memcmp(marks, watch->marks, sizeof marks);
+  double differ = memcmp(marks, watch->marks, sizeof marks) != 0;
+  flesh_team_largest(flesh_system_team(watch->system), 1, &differ);
+  return differ == 0;
 }
 
 static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)

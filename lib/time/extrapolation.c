@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/huge_pages.h"
 #include "base/parallel_vector.h"
+#include "base/team.h"
 
 enum { POINTS = FLESH_EXTRAPOLATION_POINTS };
 
@@ -162,6 +163,7 @@ int flesh_extrapolation_guess(const flesh_extrapolation *self, const flesh_state
 typedef struct memory {
   flesh_extrapolation *self;
   const double *u, *v;
+  int own; /* numbers that sums take in */
   double products[FLESH_PARALLEL_PARTS_MAX][POINTS];
 } memory;
 
@@ -172,7 +174,8 @@ static void remember_part(void *data, int k, int begin, int end)
   double **u = m->self->u;
   memcpy(u[0] + begin, m->u + begin, (size_t)(end - begin) * sizeof *m->u);
   memcpy(m->self->v + begin, m->v + begin, (size_t)(end - begin) * sizeof *m->v);
-  for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(u[0], u[i], begin, end);
+  const int own = begin > m->own ? begin : end < m->own ? end : m->own; /* the end of this rank's own */
+  for (int i = 0; i < m->self->known; i++) m->products[k][i] = flesh_dot_of_part(u[0], u[i], begin, own);
 }
 
 void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, const flesh_state *state, double h,
@@ -185,11 +188,13 @@ void flesh_extrapolation_remember(flesh_extrapolation *self, const double *u, co
     memcpy(self->products[i] + 1, self->products[i - 1], (POINTS - 1) * sizeof *self->products[i]);
   self->u[0] = oldest;
   if (self->known < POINTS) self->known++;
-  memory m = {.self = self, .u = u, .v = state->v};
+  const flesh_team *team = flesh_threads_team(self->threads);
+  memory m = {.self = self, .u = u, .v = state->v, .own = 3 * flesh_team_own(team, self->n / 3)};
   const int parts = flesh_parallel_parts(self->threads, self->n, remember_part, &m);
   for (int i = 0; i < self->known; i++) {
     double product = 0;
     for (int k = 0; k < parts; k++) product += m.products[k][i];
+    flesh_team_sum(team, 1, &product);
     self->products[0][i] = self->products[i][0] = product;
   }
   self->t = state->t;

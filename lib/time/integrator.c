@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/huge_pages.h"
+#include "system/ranks.h"
 
 static const double max_energy_gain = 0.5;
 
@@ -59,7 +60,11 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   self->row = method == FLESH_METHOD_EULER_THEN_ADAPTIVE ? &flesh_method_backward_euler : row;
   self->options = *options;
   self->n = flesh_system_unknowns(system);
+  self->team = flesh_system_team(system);
   int status = create_memory(self);
+  if (self->team && is_adaptive(method))
+    status = flesh_fail(FLESH_ERR_ARGUMENT, "the adaptive methods are not shared out among ranks yet; run them on one");
+  status = flesh_team_agree(self->team, status);
   if (!status) status = flesh_nonlinear_create(system, options, &self->nonlinear);
   if (!status && self->row->stage)
     status = flesh_extrapolation_create(self->n, flesh_nonlinear_threads(self->nonlinear), &self->extrapolation);
@@ -67,6 +72,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
+  status = flesh_team_agree(self->team, status);
   if (status) {
     flesh_integrator_destroy(&self);
     return status;
@@ -199,6 +205,7 @@ void flesh_integrator_record_failure(flesh_integrator *self, const flesh_stage *
                        .volume_gap = self->multipliers.left};
   flesh_failure_look(self->recovery.mesh, flesh_nonlinear_positions(self->nonlinear), f);
   f->worst_node = flesh_nonlinear_worst_node(self->nonlinear);
+  flesh_failure_meet(self->team, f);
 }
 
 void flesh_integrator_remember(flesh_integrator *self, const flesh_state *state)
@@ -267,5 +274,5 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (status) return status;
   status = take_step(self, &view, h, stats ? stats : &ignored);
   state->t = view.t;
-  return status;
+  return flesh_team_agree(self->team, status); /* all have the same, and get one sentence */
 }

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include "base/team.h"
 #include "sundials/kinsol.h"
 #include "time/adaptive.h"
 #include "time/energy_watch.h"
@@ -17,6 +18,7 @@
 
 struct flesh_integrator {
   const flesh_system *system;
+  const flesh_team *team; /* the system's; NULL: none */
   flesh_method method;
   const flesh_method_row *row;
   flesh_solver_options options;

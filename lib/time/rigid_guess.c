@@ -12,6 +12,7 @@
 #include "math/svd3.h"
 #include "mesh/pieces.h"
 #include "system/one_effect.h"
+#include "system/ranks.h"
 
 /* A part this many times as large as at rest, across and by its volume, shrinks. Its potential goes with the sixth power
  * of its size, of which a Newton step takes off no more than a fifth; meanwhile tets become threads, whose stiffness
@@ -71,6 +72,8 @@ int flesh_rigid_parts_create(const flesh_system *system, flesh_rigid_parts *part
   const flesh_mesh *mesh = flesh_system_mesh(system);
   int nodes = flesh_mesh_node_count(mesh), tets = flesh_mesh_tet_count(mesh);
   const uint8_t *used = flesh_mesh_node_used(mesh);
+  *parts = (flesh_rigid_parts){0};
+  if (flesh_system_team(system)) return FLESH_OK; /* which nodes are connected no rank knows */
   int *parent = malloc(((size_t)nodes + 1) * sizeof *parent), *number = malloc(((size_t)nodes + 1) * sizeof *number);
   *parts = (flesh_rigid_parts){.first = calloc((size_t)nodes + 2, sizeof(int)),
                                .nodes = malloc(((size_t)nodes + 1) * sizeof(int)),

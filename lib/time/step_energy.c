@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/parallel_vector.h"
+#include "system/ranks.h"
 #include "system/work.h"
 
 int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *prescribed, const flesh_state *state,
@@ -13,12 +14,15 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
   const flesh_point point = {.t = t, .load = 1, .x = state->x, .v = state->v, .a = a, .threads = watch->threads,
                              .multipliers = state->multipliers, .proximity = watch->proximity,
                              .costs = watch->costs};
-  double power = 0, work;
-  int moves = 0, status = FLESH_OK;
-  for (int d = 0; d < watch->n; d++) moves |= prescribed->fixed[d] && state->v[d] != 0;
-  if (moves) status = flesh_system_residual(watch->system, &point, r);
-  for (int d = 0; d < watch->n && moves && !status; d++)
+  const flesh_team *team = flesh_system_team(watch->system);
+  double power = 0, moves = 0, work;
+  int status = FLESH_OK;
+  for (int d = 0; d < watch->n; d++) moves = prescribed->fixed[d] && state->v[d] != 0 ? 1 : moves;
+  flesh_team_largest(team, 1, &moves);
+  if (moves > 0) status = flesh_system_residual(watch->system, &point, r);
+  for (int d = 0; d < 3 * flesh_team_own(team, watch->n / 3) && moves > 0 && !status; d++)
     if (prescribed->fixed[d]) power += r[d] * state->v[d];
+  flesh_team_sum(team, 1, &power);
   if (!status && watch->kinds & FLESH_WORK_OF_FORCES) {
     status = flesh_system_work_of_forces(watch->system, &point, t, t + h, NULL, watch->scratch, &work);
     power += work / h;
@@ -34,20 +38,23 @@ static double work_at_end(const flesh_step_energy *step, const flesh_state *stat
 {
   const flesh_system *system = step->watch->system;
   const double h = step->to - step->from;
-  double work = 0, uu = 0, uv = 0, vv = 0, *const *x = step->scratch;
+  const flesh_team *team = flesh_system_team(system);
+  const int own = 3 * flesh_team_own(team, step->watch->n / 3);
+  double sums[4] = {0}, *const *x = step->scratch; /* of the work, u.u, u.v, v.v */
   for (int k = 0; k < 2; k++) {
     memcpy(x[k], state->x, (size_t)step->watch->n * sizeof *x[k]);
     flesh_system_prescribe(system, step->from + (k + 1) * h / 3, x[k]);
   }
-  for (int k = 0; k < count; k++) {
+  for (int k = 0; k < count && dofs[k] < own; k++) {
     const int d = dofs[k];
     const double first = x[0][d] - state->x[d], second = x[1][d] - state->x[d];
     const double v = (11 * u[d] - 18 * second + 9 * first) / 2;
-    work += reactions[k] * v;
-    uu += u[d] * u[d], uv += u[d] * v, vv += v * v;
+    sums[0] += reactions[k] * v;
+    sums[1] += u[d] * u[d], sums[2] += u[d] * v, sums[3] += v * v;
   }
-  *cosine = vv > 0 ? uv / sqrt(uu * vv) : 1;
-  return work;
+  flesh_team_sum(team, 4, sums);
+  *cosine = sums[3] > 0 ? sums[2] / sqrt(sums[1] * sums[3]) : 1;
+  return sums[0];
 }
 
 /* The forces of the stage along the displacements (of first order) or with its velocities, the reactions as
@@ -58,17 +65,20 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   const flesh_stage *stage = step->stage;
   const double *u = flesh_nonlinear_unknowns(step->nonlinear), h = step->to - step->from;
   const int *constrained;
-  double work = 0, part = 0;
+  const flesh_team *team = flesh_system_team(watch->system);
+  const int own = 3 * flesh_team_own(team, watch->n / 3);
+  double sums[2] = {0}, part = 0; /* of the work, and of dofs that move */
   int count, status = FLESH_OK;
   const double *reactions = flesh_nonlinear_reactions(step->nonlinear, &constrained, &count);
-  int moves = 0;
-  for (int k = 0; k < count; k++) {
+  for (int k = 0; k < count && constrained[k] < own; k++) {
     const int d = constrained[k];
-    moves |= u[d] != 0;
-    work += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
+    sums[1] += u[d] != 0;
+    sums[0] += reactions[k] * (step->second ? h * (stage->v0[d] + stage->shift.v * u[d]) : u[d]);
   }
+  flesh_team_sum(team, 2, sums);
+  double work = sums[0];
   watch->turned = 0;
-  if (moves && !step->second) {
+  if (sums[1] > 0 && !step->second) {
     double cosine;
     watch->unbalanced += fmax(work_at_end(step, state, constrained, count, reactions, u, &cosine) - work, 0);
     watch->turned = fabs(cosine) < M_SQRT1_2;

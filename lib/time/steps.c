@@ -204,10 +204,12 @@ static int walk(flesh_integrator *self, flesh_state *state, const piece *piece, 
   return flesh_recovery_step(&self->recovery, &(flesh_span){state->t, piece->end, h}, attempt_part, &walk, stats);
 }
 
-static int same_state(const flesh_state *a, const flesh_state *b, int n, double tolerance)
+static int same_state(const flesh_team *team, const flesh_state *a, const flesh_state *b, int n, double tolerance)
 {
-  return fabs(a->t - b->t) <= tolerance && !memcmp(a->x, b->x, (size_t)n * sizeof *a->x) &&
-         !memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
+  double differ = !(fabs(a->t - b->t) <= tolerance) || memcmp(a->x, b->x, (size_t)n * sizeof *a->x) ||
+                  memcmp(a->v, b->v, (size_t)n * sizeof *a->v);
+  flesh_team_largest(team, 1, &differ);
+  return differ == 0;
 }
 
 int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
@@ -218,7 +220,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
     return walk(self, state, &(piece){begin, end, INFINITY}, h, stats);
   /* Times closer than this are the same: grids of steps and times of events carry rounding. */
   const double tolerance = fmax(1e-9 * h, 8 * DBL_EPSILON * fmax(fabs(begin), fabs(end)));
-  if (!same_state(state, &self->returned, self->n, tolerance)) self->memory.known = 0;
+  if (!same_state(self->team, state, &self->returned, self->n, tolerance)) self->memory.known = 0;
   int status = FLESH_OK;
   while (!status && state->t < end) {
     piece next = {.begin = state->t, .end = end};

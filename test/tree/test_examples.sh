@@ -1,6 +1,6 @@
 #!/bin/sh
 # test_examples.sh: an example prints what the reference says and what its own header shows. Speaks TAP.
-# Usage: test_examples.sh PROGRAM SOURCE REFERENCE
+# Usage: test_examples.sh PROGRAM SOURCE REFERENCE; RUN is the command that runs it, where it needs one.
 set -u
 
 program=$1 source=$2 reference=$3
@@ -20,7 +20,8 @@ verdict() {
 }
 
 echo 1..2
-"$program" >"$work/out" 2>"$work/err"
+# shellcheck disable=SC2086
+${RUN:-} "$program" >"$work/out" 2>"$work/err"
 status=$?
 { diff "$reference" "$work/out"; cat "$work/err"; } >"$work/log" 2>&1
 [ "$status" -eq 0 ] && cmp -s "$reference" "$work/out"

@@ -13,18 +13,19 @@
 #include "test.h"
 
 /* What NULL serves for, or nobody reads:
- * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force amplitude,
- * flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
+ * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force
+ * amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
  * flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r, flesh_ida_jacobian w1,
  * flesh_ida_jacobian w2, flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
  * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times w2,
  * flesh_integrator_step stats, flesh_kinsol_jacobian r, flesh_kinsol_jacobian w1, flesh_kinsol_jacobian w2,
  * flesh_kinsol_jacobian_times u, flesh_kinsol_jacobian_times new_u, flesh_kinsol_preconditioner_setup uscale,
- * flesh_kinsol_preconditioner_setup fval, flesh_kinsol_preconditioner_setup fscale, flesh_kinsol_preconditioner_solve u,
- * flesh_kinsol_preconditioner_solve uscale, flesh_kinsol_preconditioner_solve fval, flesh_kinsol_preconditioner_solve
- * fscale, flesh_material_from_psi user, flesh_material_small_strain mu, flesh_material_small_strain lambda,
- * flesh_material_small_strain rest_stress, flesh_mesh_create regions, flesh_mesh_create_quadratic regions,
+ * flesh_kinsol_preconditioner_setup fval, flesh_kinsol_preconditioner_setup fscale, flesh_kinsol_preconditioner_solve
+ * u, flesh_kinsol_preconditioner_solve uscale, flesh_kinsol_preconditioner_solve fval,
+ * flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user, flesh_material_small_strain mu,
+ * flesh_material_small_strain lambda, flesh_material_small_strain rest_stress, flesh_mesh_create regions,
+ * flesh_mesh_create_quadratic regions, flesh_communicator_create mpi_comm, flesh_body_part_create ranks,
  * flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames, flesh_run steps, flesh_run_resume
  * steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
@@ -33,18 +34,18 @@
  * flesh_skin_frames_close frames, flesh_system_constraint_gaps stiffness, flesh_surface_write x. */
 
 /* What the tests below try by hand, as these own what they are given, or their callers have no other word than
- * user_data: flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle,
- * flesh_effect_contact effect, flesh_effect_surface_contact body, flesh_effect_surface_contact options,
- * flesh_effect_surface_contact effect, flesh_effect_create operations, flesh_effect_create effect, flesh_ida_start y,
- * flesh_ida_start yp, flesh_ida_residual y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual
- * problem, flesh_ida_jacobian y, flesh_ida_jacobian yp, flesh_ida_jacobian J, flesh_ida_jacobian problem,
- * flesh_ida_preconditioner_setup y, flesh_ida_preconditioner_setup yp, flesh_ida_preconditioner_setup problem,
- * flesh_ida_preconditioner_solve right, flesh_ida_preconditioner_solve z, flesh_ida_preconditioner_solve
- * problem, flesh_ida_jacobian_times v, flesh_ida_jacobian_times Jv, flesh_ida_jacobian_times problem,
- * flesh_kinsol_residual u, flesh_kinsol_residual r, flesh_kinsol_residual problem, flesh_kinsol_jacobian u,
- * flesh_kinsol_jacobian J, flesh_kinsol_jacobian problem, flesh_kinsol_jacobian_times v,
- * flesh_kinsol_jacobian_times Jv, flesh_kinsol_jacobian_times problem, flesh_kinsol_preconditioner_setup u,
- * flesh_kinsol_preconditioner_setup problem, flesh_kinsol_preconditioner_solve z,
+ * user_data:
+ * flesh_effect_contact body, flesh_effect_contact options, flesh_effect_contact obstacle, flesh_effect_contact effect,
+ * flesh_effect_surface_contact body, flesh_effect_surface_contact options, flesh_effect_surface_contact effect,
+ * flesh_effect_create operations, flesh_effect_create effect, flesh_ida_start y, flesh_ida_start yp, flesh_ida_residual
+ * y, flesh_ida_residual yp, flesh_ida_residual r, flesh_ida_residual problem, flesh_ida_jacobian y, flesh_ida_jacobian
+ * yp, flesh_ida_jacobian J, flesh_ida_jacobian problem, flesh_ida_preconditioner_setup y,
+ * flesh_ida_preconditioner_setup yp, flesh_ida_preconditioner_setup problem, flesh_ida_preconditioner_solve right,
+ * flesh_ida_preconditioner_solve z, flesh_ida_preconditioner_solve problem, flesh_ida_jacobian_times v,
+ * flesh_ida_jacobian_times Jv, flesh_ida_jacobian_times problem, flesh_kinsol_residual u, flesh_kinsol_residual r,
+ * flesh_kinsol_residual problem, flesh_kinsol_jacobian u, flesh_kinsol_jacobian J, flesh_kinsol_jacobian problem,
+ * flesh_kinsol_jacobian_times v, flesh_kinsol_jacobian_times Jv, flesh_kinsol_jacobian_times problem,
+ * flesh_kinsol_preconditioner_setup u, flesh_kinsol_preconditioner_setup problem, flesh_kinsol_preconditioner_solve z,
  * flesh_kinsol_preconditioner_solve problem, flesh_ode_start y, flesh_ode_rhs y, flesh_ode_rhs ydot, flesh_ode_rhs
  * problem, flesh_ode_jacobian y, flesh_ode_jacobian J, flesh_ode_jacobian problem, flesh_ode_jacobian_times_setup y,
  * flesh_ode_jacobian_times_setup problem, flesh_ode_jacobian_times v, flesh_ode_jacobian_times Jv,
@@ -57,7 +58,9 @@
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count flesh_integrator_saves_all. */
+ * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count flesh_integrator_saves_all
+ * flesh_communicator_rank flesh_communicator_size flesh_body_part_own flesh_body_part_neighbours
+ * flesh_body_part_find. */
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -85,19 +88,15 @@ static void check(int status, const char *sentence)
 
 static void null_is_refused_by_effects(void)
 {
-  REFUSES(flesh_obstacle_plane, point, (NULL, any, any));
-  REFUSES(flesh_obstacle_plane, normal, (any, NULL, any));
+  REFUSES(flesh_obstacle_plane, point, (NULL, any, any)), REFUSES(flesh_obstacle_plane, normal, (any, NULL, any));
   REFUSES(flesh_obstacle_plane, obstacle, (any, any, NULL));
-  REFUSES(flesh_obstacle_sphere, centre, (NULL, 1, any));
-  REFUSES(flesh_obstacle_sphere, obstacle, (any, 1, NULL));
-  REFUSES(flesh_obstacle_capsule, a, (NULL, any, 1, any));
-  REFUSES(flesh_obstacle_capsule, b, (any, NULL, 1, any));
+  REFUSES(flesh_obstacle_sphere, centre, (NULL, 1, any)), REFUSES(flesh_obstacle_sphere, obstacle, (any, 1, NULL));
+  REFUSES(flesh_obstacle_capsule, a, (NULL, any, 1, any)), REFUSES(flesh_obstacle_capsule, b, (any, NULL, 1, any));
   REFUSES(flesh_obstacle_capsule, obstacle, (any, any, 1, NULL));
   REFUSES(flesh_obstacle_mesh, positions, (1, NULL, 1, any, any));
   REFUSES(flesh_obstacle_mesh, triangle_nodes, (1, any, 1, NULL, any));
   REFUSES(flesh_obstacle_mesh, obstacle, (1, any, 1, any, NULL));
-  REFUSES(flesh_obstacle_move, obstacle, (NULL, any));
-  REFUSES(flesh_obstacle_move, motion, (any, NULL));
+  REFUSES(flesh_obstacle_move, obstacle, (NULL, any)), REFUSES(flesh_obstacle_move, motion, (any, NULL));
   REFUSES(flesh_obstacle_surface, obstacle, (NULL, 1, any, 1, any, any, any, any));
   flesh_obstacle *floor = NULL;
   CHECK_OK(flesh_obstacle_plane((const double[]){0, 0, 0}, (const double[]){0, 0, 1}, &floor));
@@ -107,18 +106,14 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_obstacle_surface, positions, (any, 1, any, 1, any, NULL, any, any));
   REFUSES(flesh_obstacle_surface, triangles, (any, 1, any, 1, any, any, NULL, any));
   REFUSES(flesh_obstacle_surface, corners, (any, 1, any, 1, any, any, any, NULL));
-  REFUSES(flesh_cells_of_tets, mesh, (NULL, any));
-  REFUSES(flesh_cells_of_tets, cells, (any, NULL));
+  REFUSES(flesh_cells_of_tets, mesh, (NULL, any)), REFUSES(flesh_cells_of_tets, cells, (any, NULL));
   REFUSES(flesh_effect_check_derivatives, effect, (NULL, any, 1, any, 1, any));
   REFUSES(flesh_effect_check_derivatives, mesh, (any, NULL, 1, any, 1, any));
   REFUSES(flesh_effect_check_derivatives, x, (any, any, 1, NULL, 1, any));
   REFUSES(flesh_effect_check_derivatives, report, (any, any, 1, any, 1, NULL));
-  REFUSES(flesh_effect_inertia, body, (NULL, any));
-  REFUSES(flesh_effect_inertia, effect, (any, NULL));
-  REFUSES(flesh_effect_elasticity, body, (NULL, any));
-  REFUSES(flesh_effect_elasticity, effect, (any, NULL));
-  REFUSES(flesh_effect_gravity, body, (NULL, any, any));
-  REFUSES(flesh_effect_gravity, acceleration, (any, NULL, any));
+  REFUSES(flesh_effect_inertia, body, (NULL, any)), REFUSES(flesh_effect_inertia, effect, (any, NULL));
+  REFUSES(flesh_effect_elasticity, body, (NULL, any)), REFUSES(flesh_effect_elasticity, effect, (any, NULL));
+  REFUSES(flesh_effect_gravity, body, (NULL, any, any)), REFUSES(flesh_effect_gravity, acceleration, (any, NULL, any));
   REFUSES(flesh_effect_gravity, effect, (any, any, NULL));
   REFUSES(flesh_effect_spring, body, (NULL, any, 1, any, 1, 1, any));
   REFUSES(flesh_effect_spring, point, (any, NULL, 1, any, 1, 1, any));
@@ -130,8 +125,7 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_damping, effect, (any, 1, 1, 1, NULL));
   REFUSES(flesh_effect_settling_damping, body, (NULL, 1, 1, 1, 1, any));
   REFUSES(flesh_effect_settling_damping, effect, (any, 1, 1, 1, 1, NULL));
-  REFUSES(flesh_effect_viscosity, body, (NULL, 1, 1, any));
-  REFUSES(flesh_effect_viscosity, effect, (any, 1, 1, NULL));
+  REFUSES(flesh_effect_viscosity, body, (NULL, 1, 1, any)), REFUSES(flesh_effect_viscosity, effect, (any, 1, 1, NULL));
   REFUSES(flesh_effect_force, body, (NULL, 1, any, any, any, any));
   REFUSES(flesh_effect_force, nodes, (any, 1, NULL, any, any, any));
   REFUSES(flesh_effect_force, force, (any, 1, any, NULL, any, any));
@@ -171,10 +165,8 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_ida_problem_create, options, (any, NULL, any));
   REFUSES(flesh_ida_problem_create, problem, (any, any, NULL));
   REFUSES(flesh_ida_vector_create, problem, (NULL, any, any));
-  REFUSES(flesh_ida_vector_create, context, (any, NULL, any));
-  REFUSES(flesh_ida_vector_create, y, (any, any, NULL));
-  REFUSES(flesh_ida_start, problem, (NULL, any, any, any));
-  REFUSES(flesh_ida_start, state, (any, NULL, any, any));
+  REFUSES(flesh_ida_vector_create, context, (any, NULL, any)), REFUSES(flesh_ida_vector_create, y, (any, any, NULL));
+  REFUSES(flesh_ida_start, problem, (NULL, any, any, any)), REFUSES(flesh_ida_start, state, (any, NULL, any, any));
   REFUSES(flesh_ida_sunmatrix_create, problem, (NULL, any, any));
   REFUSES(flesh_ida_sunmatrix_create, context, (any, NULL, any));
   REFUSES(flesh_ida_sunmatrix_create, matrix, (any, any, NULL));
@@ -194,8 +186,7 @@ static void null_is_refused_by_runs(void)
   REFUSES(flesh_integrator_set_adaptive, options, (any, NULL));
   REFUSES(flesh_integrator_save, integrator, (NULL, 1, any, any));
   REFUSES(flesh_integrator_save, size, (any, 1, any, NULL));
-  REFUSES(flesh_integrator_load, integrator, (NULL, any, 1));
-  REFUSES(flesh_integrator_load, data, (any, NULL, 1));
+  REFUSES(flesh_integrator_load, integrator, (NULL, any, 1)), REFUSES(flesh_integrator_load, data, (any, NULL, 1));
   REFUSES(flesh_problem_create, system, (NULL, any, any));
   REFUSES(flesh_problem_create, options, (any, NULL, any));
   REFUSES(flesh_problem_create, problem, (any, any, NULL));
@@ -352,6 +343,15 @@ static void null_is_refused_by_bodies(void)
 
 static void null_is_refused_by_systems(void)
 {
+  REFUSES(flesh_communicator_create, communicator, (NULL, NULL));
+  REFUSES(flesh_communicator_agree, communicator, (NULL, 0));
+  REFUSES(flesh_body_part_create, communicator, (NULL, any, any, any));
+  REFUSES(flesh_body_part_create, whole, (any, NULL, any, any));
+  REFUSES(flesh_body_part_create, body_part, (any, any, any, NULL));
+  REFUSES(flesh_body_part_gather, body_part, (NULL, any, any));
+  REFUSES(flesh_body_part_gather, vector, (any, NULL, any));
+  REFUSES(flesh_body_part_gather, whole, (any, any, NULL));
+  REFUSES(flesh_system_set_part, system, (NULL, any)), REFUSES(flesh_system_set_part, body_part, (any, NULL));
   REFUSES(flesh_system_create, mesh, (NULL, any));
   REFUSES(flesh_system_create, system, (any, NULL));
   REFUSES(flesh_system_add_pin, system, (NULL, 1, any, 1, 1, 1));
@@ -594,9 +594,8 @@ static void each_kind_speaks_of_itself(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(null_is_refused_by_effects),
-                   TEST(null_is_refused_by_runs), TEST(null_is_refused_by_bodies), TEST(null_is_refused_by_systems),
-                   TEST(what_is_taken_is_freed), TEST(contact_between_bodies_needs_all_but_pairs),
-                   TEST(callbacks_wait_for_a_stage_or_a_start), TEST(callbacks_wait_for_what_they_need),
-                   TEST(each_kind_speaks_of_itself));
+  return RUN_TESTS(argc, argv, TEST(null_is_refused_by_effects), TEST(null_is_refused_by_runs),
+                   TEST(null_is_refused_by_bodies), TEST(null_is_refused_by_systems), TEST(what_is_taken_is_freed),
+                   TEST(contact_between_bodies_needs_all_but_pairs), TEST(callbacks_wait_for_a_stage_or_a_start),
+                   TEST(callbacks_wait_for_what_they_need), TEST(each_kind_speaks_of_itself));
 }

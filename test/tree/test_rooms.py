@@ -10,15 +10,15 @@ import sys
 TOP = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 
 # From the ground up; lib/README.md tells what each is for.
-ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "linear", "element", "geometry", "effect", "system",
-         "newton", "sundials", "time", "output", "scene", "drivers"]
+ROOMS = ["base", "math", "material", "mesh", "surface", "skin", "parallel", "linear", "element", "geometry", "effect",
+         "system", "newton", "sundials", "time", "output", "scene", "drivers"]
 
 # Whose interface a public header is.
 PUBLIC = {
     "status": "base", "version": "base", "threads": "base", "instructions": "base", "fibre": "material",
     "material": "material", "mesh": "mesh",
-    "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "body": "element",
-    "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
+    "surface": "surface", "skin": "skin", "block_matrix": "linear", "linear_solver": "linear", "ranks": "parallel",
+    "body": "element", "motion": "geometry", "obstacle": "geometry", "contact": "effect", "effect": "effect", "effects": "effect",
     "system": "system", "state": "system", "solver": "newton", "kinsol": "sundials", "ida": "sundials",
     "ode": "sundials", "integrator": "time", "observer": "time", "probe": "output", "scene": "scene", "flesh": "scene",
 }

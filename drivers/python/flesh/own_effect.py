@@ -34,7 +34,8 @@ class PointView:
 
 # Traits by their Python names.
 _TRAITS = {"passive": "FLESH_IS_PASSIVE", "is_follower_load": "FLESH_IS_FOLLOWER_LOAD", "freezes": "FLESH_FREEZES",
-           "depends_on_position_only": "FLESH_DEPENDS_ON_POSITION_ONLY"}
+           "depends_on_position_only": "FLESH_DEPENDS_ON_POSITION_ONLY",
+           "is_sum_over_tets": "FLESH_IS_SUM_OVER_TETS"}
 
 # The operations that a class may define, by the table of the library they stand in.
 _CORE = ("residual", "jacobian", "potential", "energy")
@@ -84,7 +85,7 @@ class OwnEffect(Effect):
     """
     name: str = "own"
     role: str = "other"
-    passive = is_follower_load = freezes = depends_on_position_only = False
+    passive = is_follower_load = freezes = depends_on_position_only = is_sum_over_tets = False
     report_names = ()
 
     def __init__(self, mesh: Mesh, cells=None):

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "system/proximity.h"
+#include "system/ranks.h"
 #include "time/recovery/winding.h"
 
 /* The share of inverted tets above which a body counts as tangled: a crease of few is no reason to solve twice. */
@@ -14,9 +15,11 @@ static const double worth = 1. / 400;
 int flesh_recovery_create(const flesh_system *system, const flesh_solver_options *options, flesh_recovery *self)
 {
   /* Nothing is known of how the first state came about. */
-  *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .max_cutbacks = options->max_cutbacks, .tangled = 1};
-  /* What is tangled would be led out of it through other bodies. */
-  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system);
+  *self = (flesh_recovery){.mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
+                           .max_cutbacks = options->max_cutbacks, .tangled = 1};
+  /* What is tangled would be led out of it through other bodies. Of ranks none sees a tangle as a whole. */
+  const int untangles = options->techniques & FLESH_TECHNIQUE_UNTANGLE && !flesh_system_has_proximity(system) &&
+                        !self->team;
   return untangles ? flesh_untangler_create(system, &self->untangler) : FLESH_OK;
 }
 
@@ -31,7 +34,9 @@ int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
 {
   int inverted;
   flesh_mesh_jacobians(self->mesh, x, NULL, NULL, &inverted);
-  self->tangled = inverted > worth * flesh_mesh_tet_count(self->mesh) || (self->tangled && flesh_mesh_may_be_tangled(self->mesh, x));
+  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh), self->tangled && flesh_mesh_may_be_tangled(self->mesh, x)};
+  flesh_team_sum(self->team, 3, counts);
+  self->tangled = counts[0] > worth * counts[1] || counts[2] > 0;
   return self->tangled;
 }
 
@@ -89,6 +94,21 @@ void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *
     failure->worst_position[c] = 0;
     for (int a = 0; a < 4; a++) failure->worst_position[c] += x[3 * tet[a] + c] / 4;
   }
+}
+
+void flesh_failure_meet(const flesh_team *team, flesh_failure *failure)
+{
+  if (!team) return;
+  double worst = -failure->worst_J, tet, place[3] = {0};
+  flesh_team_largest(team, 1, &worst);
+  const int here = -failure->worst_J == worst || isnan(failure->worst_J);
+  tet = here ? team->tets[failure->worst_tet] : -1;
+  flesh_team_largest(team, 1, &tet); /* of several the last */
+  for (int c = 0; c < 3 && here && team->tets[failure->worst_tet] == tet; c++) place[c] = failure->worst_position[c];
+  flesh_team_sum(team, 3, place);
+  failure->worst_J = -worst;
+  failure->worst_tet = (int)tet;
+  for (int c = 0; c < 3; c++) failure->worst_position[c] = place[c];
 }
 
 int flesh_recovery_fail(const flesh_recovery *self)

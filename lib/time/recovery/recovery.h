@@ -3,11 +3,13 @@
 #ifndef FLESH_TIME_RECOVERY_RECOVERY_H
 #define FLESH_TIME_RECOVERY_RECOVERY_H
 
+#include "base/team.h"
 #include "flesh/integrator.h"
 #include "time/recovery/untangle.h"
 
 typedef struct flesh_recovery {
   const flesh_mesh *mesh;     /* borrowed */
+  const flesh_team *team;     /* borrowed; NULL: none */
   int max_cutbacks;           /* halvings of a step or of a load increment */
   flesh_untangler *untangler; /* NULL: not wanted */
   int tangled;                /* as flesh_recovery_is_tangled has found last */
@@ -21,7 +23,7 @@ size_t flesh_recovery_memory(const flesh_recovery *recovery);
 
 /* Whether the body at x [3*n], where a step begins, may be tangled: more than one tet in 400 is inverted, or that has been so (or
  * may have been, before the first step) and some are still strained as much as what winds once more around an edge. What has come
- * there without inversion is not tangled. */
+ * there without inversion is not tangled. Collective. */
 int flesh_recovery_is_tangled(flesh_recovery *recovery, const double *x);
 
 /* A time span: its length stands beside its ends, whose difference is rounded. */
@@ -55,6 +57,9 @@ int flesh_recovery_raise_load(const flesh_recovery *recovery, flesh_load_attempt
 
 /* Records in *failure the tet with the smallest J of a body at x [3*n] where a solve fails. Its other members stay. */
 void flesh_failure_look(const flesh_mesh *mesh, const double *x, flesh_failure *failure);
+/* What ranks have looked at becomes the worst of them, with the tet's number in the body. The worst node stays that of
+ * each rank. Collective. */
+void flesh_failure_meet(const flesh_team *team, flesh_failure *failure);
 /* FLESH_ERR_SOLVE, or FLESH_ERR_NONFINITE, with the recovery's failure in words. */
 int flesh_recovery_fail(const flesh_recovery *recovery);
 

@@ -30,6 +30,11 @@ for _kind in ("", "ida_", "ode_"):
     for _thing in ("sunmatrix", "sunlinsol"):
         LEFT_OUT[f"flesh_{_kind}{_thing}_create"] = "an object for SUNDIALS in C"
 LEFT_OUT["flesh_ida_vector_create"] = "an object for SUNDIALS in C"
+for _name in ("communicator_create", "communicator_destroy", "communicator_rank", "communicator_size",
+              "communicator_exchanged", "communicator_agree", "body_part_create", "body_part_destroy", "body_part_mesh",
+              "body_part_own", "body_part_neighbours", "body_part_nodes", "body_part_tets", "body_part_find",
+              "body_part_gather", "system_set_part"):
+    LEFT_OUT[f"flesh_{_name}"] = "for programs of MPI in C"
 
 
 def sources():

@@ -1,0 +1,74 @@
+/* ranks.h: one body on several ranks of MPI.
+ *
+ * Every rank makes the whole mesh and a part of it, builds an ordinary system on the part's mesh with the effects that
+ * the body has, and says by flesh_system_set_part that it is one. Steps and equilibria of the fixed-step methods
+ * (flesh/integrator.h) are then those of the body: every rank makes the same calls in the same order, with x and v of
+ * the nodes that its part has, and gets the same status. lib/parallel/README.md has what is shared out so far.
+ *
+ * Where flesh is built without MPI or METIS there is one rank. MPI's errors go to the error handler of the communicator
+ * that was given; MPI's own ends all ranks. What returns no status cannot fail. */
+#ifndef FLESH_RANKS_H
+#define FLESH_RANKS_H
+
+#include "flesh/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct flesh_communicator flesh_communicator;
+typedef struct flesh_body_part flesh_body_part;
+
+/* What this rank has exchanged so far. */
+typedef struct flesh_communicator_figures {
+  long reductions; /* sums, largest numbers and statuses of all ranks */
+  long messages;   /* sent to another rank, by reductions too */
+  double bytes;    /* in these */
+} flesh_communicator_figures;
+
+/* `mpi_comm` points to an MPI_Comm, of which a duplicate is made: collective, after MPI_Init and before MPI_Finalize, as
+ * is its end. NULL: one rank without MPI. MPI_THREAD_FUNNELED serves, as only the calling thread calls MPI. Returns new.
+ * FLESH_ERR_ARGUMENT where it is not NULL and flesh is built without MPI. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_communicator_create(const void *mpi_comm, flesh_communicator **communicator);
+/* NULL-safe; sets *communicator to NULL. */
+FLESH_API void flesh_communicator_destroy(flesh_communicator **communicator);
+
+/* Which of how many it is, from 0. Cannot fail. */
+FLESH_API int flesh_communicator_rank(const flesh_communicator *communicator);
+FLESH_API int flesh_communicator_size(const flesh_communicator *communicator);
+FLESH_API flesh_communicator_figures
+flesh_communicator_exchanged(const flesh_communicator *communicator);
+/* The worst status of all ranks (fatal, then recoverable, then FLESH_OK), of the first rank that has one as bad; a fatal
+ * one comes with that rank's sentence in flesh_error_text(). Collective.
+ * Errors: FLESH_ERR_ARGUMENT, and any that it is given. */
+FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int status);
+
+/* The part of this rank. `whole` is the same on all ranks and not needed afterwards; `ranks` [tets], likewise, the rank
+ * of each tet; NULL: METIS gives all as many tets and few nodes between them (Karypis & Kumar 1998). Every tet is of one
+ * rank; a node is owned by the first of the ranks whose tets have it, and a ghost of the others. Borrows `communicator`.
+ * Returns new. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT for a rank without a tet, or where METIS
+ * is wanted and flesh is built without it. Further errors: FLESH_ERR_MEMORY. */
+FLESH_API int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
+                                     flesh_body_part **body_part);
+/* NULL-safe; sets *body_part to NULL. Not collective. */
+FLESH_API void flesh_body_part_destroy(flesh_body_part **body_part);
+
+/* Borrowed. Own nodes come first, then ghosts, both as they are numbered in the whole; so do the tets. Its surface has
+ * the faces between the ranks, too. */
+FLESH_API const flesh_mesh *flesh_body_part_mesh(const flesh_body_part *body_part);
+/* How many of its nodes this rank owns, and with how many other ranks it exchanges nodes. Cannot fail. */
+FLESH_API int flesh_body_part_own(const flesh_body_part *body_part);
+FLESH_API int flesh_body_part_neighbours(const flesh_body_part *body_part);
+/* [nodes], [tets] of its mesh: the numbers in the whole. */
+FLESH_API const int *flesh_body_part_nodes(const flesh_body_part *body_part);
+FLESH_API const int *flesh_body_part_tets(const flesh_body_part *body_part);
+/* This rank's number of a node of the whole; -1: it has none. Cannot fail. */
+FLESH_API int flesh_body_part_find(const flesh_body_part *body_part, int node);
+/* The whole's vector [3*nodes of the whole] on all ranks, from what each owns of `vector` [3*nodes of its mesh]; nodes
+ * that no rank has get 0. Collective. Errors: FLESH_ERR_ARGUMENT. */
+FLESH_API int flesh_body_part_gather(const flesh_body_part *body_part, const double *vector, double *whole);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,33 @@
+/* team.c: what the operations of a team do where there may be none. */
+#include "base/team.h"
+
+#include <stddef.h>
+
+void flesh_team_sum(const flesh_team *team, int count, double *numbers)
+{
+  if (team) team->operations->sum(team->data, count, numbers);
+}
+
+void flesh_team_largest(const flesh_team *team, int count, double *numbers)
+{
+  if (team) team->operations->largest(team->data, count, numbers);
+}
+
+int flesh_team_agree(const flesh_team *team, int status)
+{
+  return team ? team->operations->agree(team->data, status) : status;
+}
+
+void flesh_team_share(const flesh_team *team, double *vector)
+{
+  if (team) team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, vector});
+}
+
+void flesh_team_collect(const flesh_team *team, double *vector)
+{
+  if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector});
+}
+
+int flesh_team_own(const flesh_team *team, int nodes) { return team ? team->own : nodes; }
+
+double flesh_team_all(const flesh_team *team, int nodes) { return team ? team->all : nodes; }

@@ -1,0 +1,58 @@
+/* team.h: the ranks that share out a body, as rooms see them that add up over its nodes. Each rank has tets of its own
+ * and all of their nodes. A node of several ranks is owned by one of them and a ghost on the others.
+ *
+ * A vector is consistent where ghosts have the values of their owners: places, velocities, directions. It is partial
+ * where the vector of the body is the sum over the ranks: forces, as every rank computes its own tets. Collected, such a
+ * sum is with the owners, and ghosts are zero. Own nodes come first, so that products of vectors are sums over the first
+ * `own` numbers. All functions are collective: every rank calls them, in the same order. */
+#ifndef FLESH_BASE_TEAM_H
+#define FLESH_BASE_TEAM_H
+
+#include "flesh/threads.h"
+
+/* Numbers of nodes: node i's `width` are at values[stride * place[i]], or at values[stride * i] where place is NULL. */
+typedef struct flesh_team_vector {
+  int width, stride;
+  const int *place;
+  double *values;
+} flesh_team_vector;
+
+typedef struct flesh_team_operations {
+  /* Each of these numbers becomes its sum over the ranks, added in an order that depends on their count alone; or the
+   * largest of them. The same bits on all ranks. What is no number stays none. */
+  void (*sum)(const void *data, int count, double *numbers);
+  void (*largest)(const void *data, int count, double *numbers);
+  /* The worst status of all (fatal, then recoverable, then FLESH_OK), of the first rank that has one as bad, with the
+   * sentence of that rank. */
+  int (*agree)(const void *data, int status);
+  /* Ghosts take the values of their owners. */
+  void (*share)(const void *data, const flesh_team_vector *vector);
+  /* Owners add the values of their ghosts, by rising rank; ghosts become zero. */
+  void (*collect)(const void *data, const flesh_team_vector *vector);
+} flesh_team_operations;
+
+typedef struct flesh_team {
+  int nodes, own; /* of this rank; those from `own` on are ghosts */
+  double all;     /* nodes of the body, each counted once */
+  const int *tets; /* of this rank's tets the numbers in the body */
+  const void *data;
+  const flesh_team_operations *operations;
+} flesh_team;
+
+/* From now on the sums of parallel_vector.h over vectors of the team's length are those of all ranks. Borrows `team`;
+ * NULL: a rank by itself, as at the start. */
+void flesh_threads_set_team(flesh_threads *threads, const flesh_team *team);
+/* NULL: none. */
+const flesh_team *flesh_threads_team(const flesh_threads *threads);
+
+/* As the operations are; nothing happens where `team` is NULL. The vectors have three numbers a node. */
+void flesh_team_sum(const flesh_team *team, int count, double *numbers);
+void flesh_team_largest(const flesh_team *team, int count, double *numbers);
+int flesh_team_agree(const flesh_team *team, int status);
+void flesh_team_share(const flesh_team *team, double *vector);
+void flesh_team_collect(const flesh_team *team, double *vector);
+/* How many of `nodes` are this rank's own, and how many there are in the body. */
+int flesh_team_own(const flesh_team *team, int nodes);
+double flesh_team_all(const flesh_team *team, int nodes);
+
+#endif

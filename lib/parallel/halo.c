@@ -1,0 +1,149 @@
+/* halo.c: lists of shared nodes, and exchanges along them. */
+#include "parallel/halo.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
+
+void flesh_shared_nodes_add(flesh_shared_nodes *self, int rank, int ghost, int node, int local)
+{
+  if (self->count == self->room && !self->failed) {
+    const int room = 2 * self->room + 64;
+    flesh_shared_node *grown = flesh_realloc(self->nodes, (size_t)room * sizeof *grown);
+    self->failed = !grown;
+    if (grown) self->nodes = grown, self->room = room;
+  }
+  if (!self->failed) self->nodes[self->count++] = (flesh_shared_node){rank, ghost, node, local};
+}
+
+void flesh_shared_nodes_clear(flesh_shared_nodes *self)
+{
+  flesh_free(self->nodes);
+  *self = (flesh_shared_nodes){0};
+}
+
+static int compare_ints(int a, int b) { return (a > b) - (a < b); }
+
+static int compare(const void *a, const void *b)
+{
+  const flesh_shared_node *p = a, *q = b;
+  if (p->rank != q->rank) return compare_ints(p->rank, q->rank);
+  if (p->ghost != q->ghost) return compare_ints(p->ghost, q->ghost);
+  return compare_ints(p->node, q->node);
+}
+
+/* Sorted, each once. */
+static void thin(flesh_shared_nodes *self)
+{
+  int kept = 0;
+  flesh_sort(self->nodes, (size_t)self->count, sizeof *self->nodes, compare);
+  for (int k = 0; k < self->count; k++)
+    if (k == 0 || compare(&self->nodes[k], &self->nodes[kept - 1])) self->nodes[kept++] = self->nodes[k];
+  self->count = kept;
+}
+
+static int allocate(flesh_halo *self, int neighbours, int own, int ghosts)
+{
+  int failed = 0;
+  failed |= !(self->first_own = flesh_calloc((size_t)neighbours + 1, sizeof *self->first_own));
+  failed |= !(self->first_ghost = flesh_calloc((size_t)neighbours + 1, sizeof *self->first_ghost));
+  failed |= !(self->own = flesh_malloc(((size_t)own + 1) * sizeof *self->own));
+  failed |= !(self->ghosts = flesh_malloc(((size_t)ghosts + 1) * sizeof *self->ghosts));
+  failed |= !(self->of_own = flesh_malloc(((size_t)own + 1) * FLESH_HALO_WIDTH * sizeof *self->of_own));
+  failed |= !(self->of_ghosts = flesh_malloc(((size_t)ghosts + 1) * FLESH_HALO_WIDTH * sizeof *self->of_ghosts));
+  failed |= !(self->messages = flesh_calloc((size_t)neighbours + 1, sizeof *self->messages));
+  return failed ? FLESH_ERR_MEMORY : FLESH_OK;
+}
+
+int flesh_halo_create(flesh_communicator *communicator, flesh_shared_nodes *shared, flesh_halo *self)
+{
+  int neighbours = 0, ghosts = 0, own = 0, ghost = 0;
+  *self = (flesh_halo){0};
+  if (shared->failed) return FLESH_ERR_MEMORY;
+  thin(shared);
+  const flesh_shared_node *nodes = shared->nodes;
+  for (int k = 0; k < shared->count; k++) {
+    neighbours += k == 0 || nodes[k].rank != nodes[k - 1].rank;
+    ghosts += nodes[k].ghost;
+  }
+  int status = allocate(self, neighbours, shared->count - ghosts, ghosts);
+  if (!status) status = flesh_communicator_reserve(communicator, neighbours);
+  if (status) return status;
+  for (int k = 0; k < shared->count; k++) {
+    if (k == 0 || nodes[k].rank != nodes[k - 1].rank) {
+      self->first_own[self->count] = own;
+      self->first_ghost[self->count] = ghost;
+      self->messages[self->count++].rank = nodes[k].rank;
+    }
+    if (nodes[k].ghost) self->ghosts[ghost++] = nodes[k].local;
+    else self->own[own++] = nodes[k].local;
+  }
+  self->first_own[neighbours] = own;
+  self->first_ghost[neighbours] = ghost;
+  return FLESH_OK;
+}
+
+void flesh_halo_clear(flesh_halo *self)
+{
+  void *arrays[] = {self->first_own, self->first_ghost, self->own,     self->ghosts,
+                    self->of_own,    self->of_ghosts,   self->messages};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
+  *self = (flesh_halo){0};
+}
+
+static double *numbers_of(const flesh_team_vector *vector, int node)
+{
+  return vector->values + (size_t)vector->stride * (size_t)(vector->place ? vector->place[node] : node);
+}
+
+static void pack(const flesh_team_vector *vector, int count, const int *nodes, double *packed)
+{
+  for (int k = 0; k < count; k++) {
+    const double *from = numbers_of(vector, nodes[k]);
+    for (int c = 0; c < vector->width; c++) *packed++ = from[c];
+  }
+}
+
+void flesh_halo_share(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+{
+  const int width = vector->width, *first = self->first_own, *ghost = self->first_ghost;
+  pack(vector, first[self->count], self->own, self->of_own);
+  for (int k = 0; k < self->count; k++) {
+    flesh_message *m = &self->messages[k];
+    *m = (flesh_message){m->rank, width * (first[k + 1] - first[k]), width * (ghost[k + 1] - ghost[k]),
+                         self->of_own + (size_t)width * (size_t)first[k],
+                         self->of_ghosts + (size_t)width * (size_t)ghost[k]};
+  }
+  flesh_communicator_begin(communicator, self->count, self->messages);
+  flesh_communicator_end(communicator);
+  const double *packed = self->of_ghosts;
+  for (int k = 0; k < ghost[self->count]; k++) {
+    double *to = numbers_of(vector, self->ghosts[k]);
+    for (int c = 0; c < width; c++) to[c] = *packed++;
+  }
+}
+
+void flesh_halo_collect(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+{
+  const int width = vector->width, *own = self->first_own, *first = self->first_ghost;
+  pack(vector, first[self->count], self->ghosts, self->of_ghosts);
+  for (int k = 0; k < self->count; k++) {
+    flesh_message *m = &self->messages[k];
+    *m = (flesh_message){m->rank, width * (first[k + 1] - first[k]), width * (own[k + 1] - own[k]),
+                         self->of_ghosts + (size_t)width * (size_t)first[k],
+                         self->of_own + (size_t)width * (size_t)own[k]};
+  }
+  flesh_communicator_begin(communicator, self->count, self->messages);
+  flesh_communicator_end(communicator);
+  const double *packed = self->of_own;
+  for (int k = 0; k < own[self->count]; k++) {
+    double *to = numbers_of(vector, self->own[k]);
+    for (int c = 0; c < width; c++) to[c] += *packed++;
+  }
+  for (int k = 0; k < first[self->count]; k++) {
+    double *ghost = numbers_of(vector, self->ghosts[k]);
+    for (int c = 0; c < width; c++) ghost[c] = 0;
+  }
+}

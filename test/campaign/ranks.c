@@ -1,0 +1,81 @@
+/* ranks.c: what a body on several ranks costs: iterations, messages, memory of each rank.
+ *
+ *   mpirun -n 4 build/test/ranks 48 13 13 [auto|ic|jacobi]
+ *
+ * A bar of so many cells in six tets each, held at one end, in statics under gravity and in ten steps of backward Euler
+ * from rest. Prints a line of each. */
+#include "ranks.h"
+
+#include <stdlib.h>
+#include <time.h>
+
+#include "body.h"
+
+static int cells[3];
+static flesh_preconditioner kind;
+
+static double seconds(void)
+{
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static void make(const flesh_body_part *part, int moves, test_body *b)
+{
+  const flesh_material material = test_material(FLESH_ENERGY_E, 0.45);
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_body_part_mesh(part), material, 1000, FLESH_MASS_LUMPED, moves, b));
+  CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
+  int count = 0, *nodes = malloc((size_t)b->n * sizeof *nodes);
+  for (int i = 0; i < b->n / 3; i++)
+    if (flesh_mesh_positions(b->mesh)[3 * i] <= 1e-9) nodes[count++] = i;
+  if (count) CHECK_OK(flesh_system_add_pin(b->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY));
+  free(nodes);
+  CHECK_OK(flesh_system_finalize(b->system));
+  CHECK_OK(flesh_system_set_part(b->system, part));
+}
+
+static void measure(const flesh_mesh *whole, const flesh_body_part *part, int moves)
+{
+  test_body b;
+  flesh_integrator *integrator = NULL;
+  flesh_solve_stats stats = {0};
+  flesh_solver_options options = test_options(1e-6);
+  options.preconditioner = kind;
+  make(part, moves, &b);
+  CHECK_OK(flesh_integrator_create(b.system, moves ? FLESH_METHOD_BACKWARD_EULER : FLESH_METHOD_STATIC, &options,
+                                   &integrator));
+  const flesh_communicator_figures before = flesh_communicator_exchanged(ranks);
+  const double start = seconds();
+  for (int k = 0; k < (moves ? 10 : 1); k++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, &stats));
+  const flesh_communicator_figures now = flesh_communicator_exchanged(ranks);
+  double most[6] = {seconds() - start, b.n / 3., (double)flesh_integrator_memory(integrator) / 1e6,
+                    (double)(now.messages - before.messages), (now.bytes - before.bytes) / 1e6,
+                    (double)(now.reductions - before.reductions)};
+  flesh_communicator_largest(ranks, 6, most);
+  if (flesh_communicator_rank(ranks) == 0)
+    printf("# %d tets, %d ranks, %s: %d Newton, %d linear iterations, %.2f s; of a rank at most %.0f nodes, %.1f MB, %.0f "
+           "messages of %.1f MB, %.0f reductions\n", flesh_mesh_tet_count(whole), flesh_communicator_size(ranks),
+           moves ? "ten steps" : "statics", stats.newton, stats.linear, most[0], most[1], most[2], most[3], most[4], most[5]);
+  flesh_integrator_destroy(&integrator);
+  b.mesh = NULL; /* the part's */
+  test_body_destroy(&b);
+}
+
+static void cost(void)
+{
+  flesh_mesh *whole = NULL;
+  const double size[3] = {1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]};
+  CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &whole));
+  flesh_body_part *part = ranks_cut(whole);
+  for (int moves = 0; moves <= 1; moves++) measure(whole, part, moves);
+  flesh_body_part_destroy(&part);
+  flesh_mesh_destroy(&whole);
+}
+
+int main(int argc, char **argv)
+{
+  for (int k = 0; k < 3; k++) cells[k] = argc > k + 1 ? atoi(argv[k + 1]) : 8;
+  while (argc > 4 && flesh_preconditioner_name(kind) && strcmp(flesh_preconditioner_name(kind), argv[4])) kind++;
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(cost));
+}

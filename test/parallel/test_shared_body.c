@@ -1,0 +1,306 @@
+/* test_shared_body.c: a body that is shared out among ranks against the same body on one: forces, energies, products
+ * with the matrix, equilibria and motions under KINSOL. */
+#include "ranks.h"
+
+#include "base/parallel_vector.h"
+#include "body.h"
+#include "linear/block_matrix.h"
+#include "sundials/kinsol.h"
+
+/* The body as a whole, which every rank has, and this rank's part of it. */
+typedef struct bodies {
+  flesh_mesh *mesh;
+  flesh_body_part *part;
+  test_body whole, own;
+  int nodes;
+} bodies;
+
+/* What is to act on it besides inertia and elasticity. */
+static int add_effects(test_body *b)
+{
+  flesh_effect *effect = NULL;
+  int *nodes = malloc((size_t)b->n * sizeof *nodes), count = 0, status = test_body_gravity(b, 0, 1, -9.81);
+  if (!status) status = flesh_effect_damping(&b->body, 0.5, 1e-3, FLESH_STIFFNESS_CURRENT, &effect);
+  if (!status) status = flesh_system_add_effect(b->system, &effect);
+  if (!status) status = flesh_effect_viscosity(&b->body, 20, 10, &effect);
+  if (!status) status = flesh_system_add_effect(b->system, &effect);
+  for (int i = 0; i < b->n / 3; i++)
+    if (flesh_mesh_positions(b->mesh)[3 * i] <= 1e-9) nodes[count++] = i;
+  if (!status && count) status = flesh_system_add_pin(b->system, count, nodes, FLESH_AXES_ALL, -INFINITY, INFINITY);
+  free(nodes);
+  return status ? status : flesh_system_finalize(b->system);
+}
+
+static void make(int order, const int cells[3], double poisson, bodies *b)
+{
+  flesh_mesh *mesh = NULL;
+  const double size[3] = {1, 0.4, 0.3};
+  CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &mesh));
+  if (order == 2) {
+    flesh_mesh *corners = mesh;
+    CHECK_OK(flesh_mesh_raise_order(corners, &mesh));
+    flesh_mesh_destroy(&corners);
+  }
+  *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh), .nodes = flesh_mesh_node_count(mesh)};
+  const flesh_material material = test_material(FLESH_ENERGY_E, poisson);
+  CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_CONSISTENT, 1, &b->whole));
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_body_part_mesh(b->part), material, 1000, FLESH_MASS_CONSISTENT, 1, &b->own));
+  CHECK_OK(add_effects(&b->whole));
+  CHECK_OK(add_effects(&b->own));
+  CHECK_OK(flesh_system_set_part(b->own.system, b->part));
+}
+
+static void drop(bodies *b)
+{
+  b->own.mesh = NULL; /* the part's */
+  test_body_destroy(&b->own);
+  test_body_destroy(&b->whole);
+  flesh_body_part_destroy(&b->part);
+}
+
+/* This rank's part of a vector of the whole. */
+static void take(const bodies *b, const double *whole, double *own)
+{
+  for (int d = 0; d < b->own.n; d++) own[d] = whole[3 * flesh_body_part_nodes(b->part)[d / 3] + d % 3];
+}
+
+static double largest(int n, const double *x)
+{
+  double most = 0;
+  for (int d = 0; d < n; d++) most = fmax(most, fabs(x[d]));
+  return most;
+}
+
+/* How far the ranks' vector is from the whole's, over its largest number. */
+static double difference(const bodies *b, const double *own, const double *whole)
+{
+  double *gathered = malloc(3 * (size_t)b->nodes * sizeof *gathered);
+  flesh_body_part_gather(b->part, own, gathered);
+  for (int d = 0; d < 3 * b->nodes; d++) gathered[d] -= whole[d];
+  const double worst = largest(3 * b->nodes, gathered) / largest(3 * b->nodes, whole);
+  free(gathered);
+  return worst;
+}
+
+static double *vector(int n) { return calloc((size_t)n + 1, sizeof(double)); }
+
+/* The body in some motion: x, v, a of the whole [3][3*nodes], and of the part. */
+static void disturb(const bodies *b, double *whole[3], double *own[3])
+{
+  unsigned long long seed = 5;
+  for (int k = 0; k < 3; k++) {
+    whole[k] = vector(3 * b->nodes);
+    own[k] = vector(b->own.n);
+    for (int d = 0; d < 3 * b->nodes; d++)
+      whole[k][d] = (k == 0 ? flesh_mesh_positions(b->mesh)[d] : 0) + 0.02 * (test_uniform(&seed) - 0.5);
+    take(b, whole[k], own[k]);
+  }
+}
+
+static flesh_point point_of(double *const vectors[3])
+{
+  return (flesh_point){.t = 0, .load = 1, .x = vectors[0], .v = vectors[1], .a = vectors[2]};
+}
+
+static void check_sums(const bodies *b, const flesh_point points[2])
+{
+  const flesh_shift shift = {.x = 1, .v = 60, .a = 3600};
+  double *r[2] = {vector(3 * b->nodes), vector(b->own.n)}, phi[2], sizes[2], energies[2][5];
+  const flesh_system *systems[2] = {b->whole.system, b->own.system};
+  for (int k = 0; k < 2; k++) {
+    CHECK_OK(flesh_system_residual(systems[k], &points[k], r[k]));
+    CHECK_OK(flesh_system_potential(systems[k], &points[k], &shift, &phi[k], &sizes[k]));
+    CHECK_OK(flesh_system_energies(systems[k], &points[k], energies[k]));
+  }
+  CHECK_BELOW(difference(b, r[1], r[0]), 1e-12);
+  CHECK_NEAR(phi[1], phi[0], 1e-12 * sizes[0]);
+  CHECK_NEAR(sizes[1], sizes[0], 1e-12 * sizes[0]);
+  for (int k = 0; k < 5; k++) CHECK_NEAR(energies[1][k], energies[0][k], 1e-12 * sizes[0]);
+  CHECK_OK(flesh_system_evaluate(b->own.system, &points[1], &shift, r[1], &phi[1], &sizes[1]));
+  CHECK_BELOW(difference(b, r[1], r[0]), 1e-12);
+  CHECK_NEAR(phi[1], phi[0], 1e-12 * sizes[0]);
+  CHECK_OK(flesh_system_load(b->whole.system, &points[0], r[0]));
+  CHECK_OK(flesh_system_load(b->own.system, &points[1], r[1]));
+  CHECK_BELOW(difference(b, r[1], r[0]), 1e-12);
+  free(r[0]);
+  free(r[1]);
+}
+
+/* The sum of the ranks' products is that of the whole's matrix. */
+static void check_products(const bodies *b, const flesh_point points[2])
+{
+  const flesh_shift shift = {.x = 1, .v = 60, .a = 3600};
+  const flesh_system *systems[2] = {b->whole.system, b->own.system};
+  double *y[2] = {vector(3 * b->nodes), vector(b->own.n)};
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix *K = NULL;
+    CHECK_OK(flesh_system_matrix_create(systems[k], &K));
+    CHECK_OK(flesh_system_jacobian(systems[k], &points[k], &shift, K));
+    flesh_block_multiply(K, points[k].a, y[k]);
+    flesh_block_matrix_destroy(&K);
+  }
+  flesh_team_collect(flesh_body_part_team(b->part), y[1]);
+  CHECK_BELOW(difference(b, y[1], y[0]), 1e-12);
+  free(y[0]);
+  free(y[1]);
+}
+
+/* What vectors are asked: places are consistent, so that ghosts would count twice. */
+static void check_vectors(const bodies *b, const flesh_point points[2])
+{
+  flesh_threads *threads = NULL;
+  const int n[2] = {3 * b->nodes, b->own.n};
+  double *y = vector(n[1]);
+  CHECK_OK(flesh_threads_create(1, &threads));
+  double whole[] = {flesh_dot(threads, n[0], points[0].x, points[0].v), flesh_norm(threads, n[0], points[0].x),
+                    flesh_largest(threads, n[0], points[0].x), flesh_bound_apart(threads, n[0], points[0].x, points[0].v)};
+  flesh_threads_set_team(threads, flesh_body_part_team(b->part));
+  const double own[] = {flesh_dot(threads, n[1], points[1].x, points[1].v), flesh_norm(threads, n[1], points[1].x),
+                        flesh_largest(threads, n[1], points[1].x), flesh_bound_apart(threads, n[1], points[1].x, points[1].v)};
+  for (int k = 0; k < 4; k++) CHECK_NEAR(own[k], whole[k], 1e-13 * whole[1]);
+  /* One number on one rank, and vectors are others on all. */
+  memcpy(y, points[1].x, (size_t)n[1] * sizeof *y);
+  CHECK(flesh_same(threads, n[1], points[1].x, y));
+  if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) y[0] += 1;
+  CHECK(!flesh_same(threads, n[1], points[1].x, y));
+  flesh_threads_destroy(&threads);
+  free(y);
+}
+
+static void forces_energies_and_products_are_those_of_one_rank(void)
+{
+  for (int order = 1; order <= 2; order++) {
+    bodies b;
+    double *whole[3], *own[3];
+    make(order, (const int[]){6, 3, 2}, 0.4, &b);
+    disturb(&b, whole, own);
+    const flesh_point points[2] = {point_of(whole), point_of(own)};
+    check_sums(&b, points);
+    check_products(&b, points);
+    check_vectors(&b, points);
+    for (int k = 0; k < 3; k++) free(whole[k]), free(own[k]);
+    drop(&b);
+  }
+}
+
+static flesh_solver_options options_of_ranks(void)
+{
+  flesh_solver_options options = test_options(1e-9);
+  options.preconditioner = FLESH_PRECONDITIONER_IC;
+  return options;
+}
+
+/* The equilibrium under gravity; how far ranks are from one rank, and their iterations. */
+static void equilibria_are_those_of_one_rank(void)
+{
+  for (int order = 1; order <= 2; order++) {
+    bodies b;
+    make(order, (const int[]){8, 3, 2}, 0.45, &b);
+    const flesh_solver_options options = options_of_ranks();
+    test_body *both[2] = {&b.whole, &b.own};
+    flesh_nonlinear *solvers[2] = {0};
+    flesh_solve_stats stats[2] = {{0}};
+    for (int k = 0; k < 2; k++) {
+      const flesh_stage stage = {.t = 0, .load = 1, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = both[k]->state.x};
+      CHECK_OK(flesh_nonlinear_create(both[k]->system, &options, &solvers[k]));
+      CHECK_OK(flesh_nonlinear_solve(solvers[k], &stage, NULL, 0, &stats[k]));
+    }
+    CHECK_BELOW(difference(&b, flesh_nonlinear_unknowns(solvers[1]), flesh_nonlinear_unknowns(solvers[0])), 1e-7);
+    CHECK_NEAR(stats[1].newton, stats[0].newton, 3);
+    printf("# rank %d of %d, order %d: %d Newton and %d linear iterations; on one rank %d and %d\n",
+           flesh_communicator_rank(ranks), flesh_communicator_size(ranks), order, stats[1].newton, stats[1].linear,
+           stats[0].newton, stats[0].linear);
+    for (int k = 0; k < 2; k++) flesh_nonlinear_destroy(&solvers[k]);
+    drop(&b);
+  }
+}
+
+/* A few steps of a method, of the whole and of the ranks; with a velocity, which is put in at the free end. */
+static void compare_motions(flesh_method method, int steps, bodies *b)
+{
+  const flesh_solver_options options = options_of_ranks();
+  test_body *both[2] = {&b->whole, &b->own};
+  double energies[2];
+  for (int d = 0; d < 3 * b->nodes; d++)
+    b->whole.state.v[d] = d % 3 == 1 && method != FLESH_METHOD_STATIC ? flesh_mesh_positions(b->mesh)[d - 1] : 0;
+  take(b, b->whole.state.v, b->own.state.v);
+  for (int k = 0; k < 2; k++) {
+    flesh_integrator *integrator = NULL;
+    memcpy(both[k]->state.x, flesh_mesh_positions(both[k]->mesh), (size_t)both[k]->n * sizeof(double));
+    both[k]->state.t = 0;
+    CHECK_OK(flesh_integrator_create(both[k]->system, method, &options, &integrator));
+    for (int i = 0; i < steps; i++) CHECK_OK(flesh_integrator_step(integrator, &both[k]->state, 0.02, NULL));
+    energies[k] = flesh_integrator_energy_balance(integrator)->supplied;
+    flesh_integrator_destroy(&integrator);
+  }
+  for (int d = 0; d < b->own.n; d++) b->own.state.x[d] -= flesh_mesh_positions(b->own.mesh)[d];
+  for (int d = 0; d < 3 * b->nodes; d++) b->whole.state.x[d] -= flesh_mesh_positions(b->mesh)[d];
+  CHECK_BELOW(difference(b, b->own.state.x, b->whole.state.x), 1e-7);
+  if (method != FLESH_METHOD_STATIC) CHECK_BELOW(difference(b, b->own.state.v, b->whole.state.v), 1e-6);
+  CHECK_NEAR(energies[1], energies[0], 1e-5); /* of some joules */
+}
+
+static void motions_are_those_of_one_rank(void)
+{
+  static const flesh_method methods[] = {FLESH_METHOD_STATIC, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_MIDPOINT,
+                                         FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2, FLESH_METHOD_HHT};
+  bodies b;
+  make(1, (const int[]){6, 2, 2}, 0.45, &b);
+  for (size_t k = 0; k < sizeof methods / sizeof methods[0]; k++)
+    compare_motions(methods[k], methods[k] == FLESH_METHOD_STATIC ? 1 : 5, &b);
+  drop(&b);
+}
+
+/* What cannot be shared out is refused on all ranks, with one sentence; a solve that fails does so on all. */
+static void refusals_and_failures_are_everyones(void)
+{
+  bodies b;
+  flesh_integrator *integrator = NULL;
+  flesh_solver_options options = options_of_ranks();
+  make(1, (const int[]){3, 1, 1}, 0.4, &b);
+  options.linear_solver = FLESH_LINEAR_KLU;
+  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "not shared out");
+  options = options_of_ranks();
+  CHECK(flesh_integrator_create(b.own.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  options.max_newton = 1;
+  options.max_cutbacks = 1;
+  CHECK_OK(flesh_integrator_create(b.own.system, FLESH_METHOD_STATIC, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.own.state, 0, NULL) == FLESH_ERR_SOLVE);
+  CHECK_TEXT(flesh_error_text(), "smallest J");
+  flesh_integrator_destroy(&integrator);
+  /* Where one rank's energy has no value, that of all has none. */
+  double phi, size;
+  const flesh_point point = {.load = 1, .x = b.own.state.x, .v = b.own.state.v, .a = b.own.state.v};
+  if (flesh_communicator_rank(ranks) == flesh_communicator_size(ranks) - 1) b.own.state.x[0] = NAN;
+  CHECK(flesh_system_potential(b.own.system, &point, &(flesh_shift){.x = 1}, &phi, &size) != FLESH_OK);
+  drop(&b);
+}
+
+/* Smooth displacements are left to the coarse level of all ranks: without it iterations grow with the ranks. */
+static void the_coarse_level_is_that_of_all_ranks(void)
+{
+  static const flesh_preconditioner kinds[] = {FLESH_PRECONDITIONER_TWO_LEVEL, FLESH_PRECONDITIONER_IC};
+  bodies b;
+  flesh_solve_stats stats[2] = {{0}};
+  make(1, (const int[]){24, 4, 4}, 0.45, &b);
+  flesh_solver_options options = options_of_ranks();
+  for (int k = 0; k < 2; k++) {
+    flesh_nonlinear *solver = NULL;
+    const flesh_stage stage = {.t = 0, .load = 0.2, .prescribed_fraction = 1, .shift = {.x = 1}, .x0 = b.own.state.x};
+    options.preconditioner = kinds[k];
+    CHECK_OK(flesh_nonlinear_create(b.own.system, &options, &solver));
+    CHECK_OK(flesh_nonlinear_solve(solver, &stage, NULL, 0, &stats[k]));
+    flesh_nonlinear_destroy(&solver);
+  }
+  CHECK_BELOW(stats[0].linear, stats[1].linear / 1.5);
+  printf("# %d linear iterations with a coarse level, %d without\n", stats[0].linear, stats[1].linear);
+  drop(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS_ON_RANKS(argc, argv, TEST(forces_energies_and_products_are_those_of_one_rank),
+                            TEST(equilibria_are_those_of_one_rank), TEST(motions_are_those_of_one_rank),
+                            TEST(refusals_and_failures_are_everyones), TEST(the_coarse_level_is_that_of_all_ranks));
+}
