@@ -15,8 +15,8 @@
 /* What NULL serves for, or nobody reads:
  * flesh_effect_create data, flesh_effect_spring target, flesh_effect_spring_within target, flesh_effect_force
  * amplitude, flesh_effect_traction amplitude, flesh_effect_pressure amplitude, flesh_effect_surface_contact pairs,
- * flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r, flesh_ida_jacobian w1,
- * flesh_ida_jacobian w2, flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
+ * flesh_effect_joint axis, flesh_effect_muscle tets, flesh_effect_muscle activation, flesh_ida_jacobian r,
+ * flesh_ida_jacobian w1, flesh_ida_jacobian w2, flesh_ida_jacobian w3, flesh_ida_preconditioner_setup r, flesh_ida_preconditioner_solve y,
  * flesh_ida_preconditioner_solve yp, flesh_ida_preconditioner_solve r, flesh_ida_jacobian_times y,
  * flesh_ida_jacobian_times yp, flesh_ida_jacobian_times r, flesh_ida_jacobian_times w1, flesh_ida_jacobian_times w2,
  * flesh_integrator_step stats, flesh_kinsol_jacobian r, flesh_kinsol_jacobian w1, flesh_kinsol_jacobian w2,
@@ -121,8 +121,7 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_spring_within, body, (NULL, any, 1, 1, any, 1, 1, any));
   REFUSES(flesh_effect_spring_within, point, (any, NULL, 1, 1, any, 1, 1, any));
   REFUSES(flesh_effect_spring_within, effect, (any, any, 1, 1, any, 1, 1, NULL));
-  REFUSES(flesh_effect_damping, body, (NULL, 1, 1, 1, any));
-  REFUSES(flesh_effect_damping, effect, (any, 1, 1, 1, NULL));
+  REFUSES(flesh_effect_damping, body, (NULL, 1, 1, 1, any)), REFUSES(flesh_effect_damping, effect, (any, 1, 1, 1, NULL));
   REFUSES(flesh_effect_settling_damping, body, (NULL, 1, 1, 1, 1, any));
   REFUSES(flesh_effect_settling_damping, effect, (any, 1, 1, 1, 1, NULL));
   REFUSES(flesh_effect_viscosity, body, (NULL, 1, 1, any)), REFUSES(flesh_effect_viscosity, effect, (any, 1, 1, NULL));

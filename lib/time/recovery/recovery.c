@@ -34,7 +34,8 @@ int flesh_recovery_is_tangled(flesh_recovery *self, const double *x)
 {
   int inverted;
   flesh_mesh_jacobians(self->mesh, x, NULL, NULL, &inverted);
-  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh), self->tangled && flesh_mesh_may_be_tangled(self->mesh, x)};
+  const int left = self->tangled && flesh_mesh_may_be_tangled(self->mesh, x);
+  double counts[] = {inverted, flesh_mesh_tet_count(self->mesh), left};
   flesh_team_sum(self->team, 3, counts);
   self->tangled = counts[0] > worth * counts[1] || counts[2] > 0;
   return self->tangled;

@@ -21,9 +21,9 @@ int flesh_recovery_create(const flesh_system *system, const flesh_solver_options
 void flesh_recovery_clear(flesh_recovery *recovery);
 size_t flesh_recovery_memory(const flesh_recovery *recovery);
 
-/* Whether the body at x [3*n], where a step begins, may be tangled: more than one tet in 400 is inverted, or that has been so (or
- * may have been, before the first step) and some are still strained as much as what winds once more around an edge. What has come
- * there without inversion is not tangled. Collective. */
+/* Whether the body at x [3*n], where a step begins, may be tangled: more than one tet in 400 is inverted; or that has been
+ * so (or may have been, before the first step) and some are still strained as much as what winds once more around an
+ * edge. What has come there without inversion is not tangled. Collective. */
 int flesh_recovery_is_tangled(flesh_recovery *recovery, const double *x);
 
 /* A time span: its length stands beside its ends, whose difference is rounded. */
