@@ -143,7 +143,7 @@ def effects_of(mesh, body):
             flesh.Muscle(body, (1, 0.5, 0), flesh.Fibre("thelen", 1e4, optimal_stretch=0.9), amplitude, [0, 2, 5]),
             flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
             flesh.Weld(body, top, surface, distance=2),
-            flesh.Joint(body, range(4), range(4, 8), (0.5, 0.5, 0.5), 2e3, axis=(0, 0.5, 0)),
+            flesh.Joint(body, range(0, mesh.node_count, 2), range(1, mesh.node_count, 2), (0.5, 0.5, 0.5), 2e3, (0, 0.5, 0)),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 
