@@ -33,6 +33,7 @@ class SolverOptions(Options):
     max_newton: int = Field("iterations of a solve")
     max_linear: int = Field("iterations of a linear solve")
     max_cutbacks: int = Field("how often a failing step or load increment may be halved")
+    lag_iterations: int = Field("how often at most a step is solved, with what is lagged as the last solve left it")
     linear_solver: str = Field("who solves linear systems", _LINEAR)
     preconditioner: str = Field("of pcg", _PRECONDITIONERS)
     project: str = Field("when Hessians are made positive semi-definite", _PROJECT)
