@@ -33,7 +33,6 @@ class SolverOptions(Options):
     max_newton: int = Field("iterations of a solve")
     max_linear: int = Field("iterations of a linear solve")
     max_cutbacks: int = Field("how often a failing step or load increment may be halved")
-    lag_iterations: int = Field("how often at most a step is solved, with what is lagged as the last solve left it")
     linear_solver: str = Field("who solves linear systems", _LINEAR)
     preconditioner: str = Field("of pcg", _PRECONDITIONERS)
     project: str = Field("when Hessians are made positive semi-definite", _PROJECT)
@@ -43,6 +42,7 @@ class SolverOptions(Options):
     techniques: tuple = Field("what helps where plain Newton steps are slow, as a tuple of", _TECHNIQUES)
     threads: int = Field("0: one for each processor; results do not depend on it")
     volume_tolerance: float = Field("how far the mean of J of an incompressible tet may be from 1 at the end of a step")
+    lag_iterations: int = Field("how often at most a step is solved, with what is lagged as the last solve left it")
 
     def _default(self):
         lib.flesh_solver_options_default(self._struct)
