@@ -91,10 +91,16 @@ typedef struct flesh_solver_options {
    * Where a further correction changes no force by more than newton_tolerance allows, the limit is
    * the larger of the two. */
   double volume_tolerance;
+  /* How often at most a step in time is solved, each time with what is lagged (normal forces and
+   * directions behind friction, follower loads) as the last solve's end has it, until that changes
+   * no residual by more than the tolerance; 1: it is what the step began with. The adaptive methods
+   * lag nothing, and statics repeats follower loads anyway. */
+  int lag_iterations;
 } flesh_solver_options;
 
 /* tau 1e-6, eta 1e-2, 1200 Newton, 2000 linear, 8 cutbacks, PCG, auto, projection when indefinite,
- * search on the potential, unconverged solves refused, all techniques, 1 thread, volumes to 1e-8. */
+ * search on the potential, unconverged solves refused, all techniques, 1 thread, volumes to 1e-8, 1 lag
+ * iteration. */
 FLESH_API void flesh_solver_options_default(flesh_solver_options *options);
 
 /* The equations r(u) = 0 of one solve: how the unknown u [3*n] moves the point from a base,

@@ -65,6 +65,13 @@ const flesh_key flesh_solver_table[] = {
      .range = FLESH_RANGE_NOT_NEGATIVE,
      .default_value = "8",
      .doc = "how often a step or load increment that fails may be halved"},
+    {.name = "lag_iterations",
+     .type = FLESH_KEY_INTEGER,
+     .offset = offsetof(flesh_solver_options, lag_iterations),
+     .range = FLESH_RANGE_POSITIVE,
+     .default_value = "1",
+     .doc = "how often at most a step is solved, with friction's normal forces and loads that follow the surface as "
+            "the last solve has left them; 1: as the step began"},
     {.name = "linear_solver",
      .type = FLESH_KEY_CHOICE,
      .offset = offsetof(flesh_solver_options, linear_solver),

@@ -21,7 +21,7 @@ static int create_memory(flesh_integrator *self)
   flesh_method_memory *memory = &self->memory;
   const int second = flesh_method_order(self->method) > 1,
             returned = second || flesh_system_has_follower_loads(self->system);
-  double **vectors[7 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
+  double **vectors[10 + FLESH_METHOD_VECTORS] = {&memory->v0, &memory->a0, &self->start, &self->guess, &self->rigid};
   size_t count = 5, apart;
   memory->n = self->n;
   flesh_method_options_default(&memory->options);
@@ -29,6 +29,11 @@ static int create_memory(flesh_integrator *self)
   if (returned) {
     vectors[count++] = &self->returned.x;
     vectors[count++] = &self->returned.v;
+  }
+  if (self->options.lag_iterations > 1) {
+    vectors[count++] = &self->lag_x;
+    vectors[count++] = &self->lag_v;
+    vectors[count++] = &self->lag_u;
   }
   double *first = flesh_huge_pages_vectors(count, (size_t)self->n, &apart);
   for (size_t k = 0; first && k < count; k++) *vectors[k] = first + k * apart;

@@ -31,6 +31,7 @@ struct flesh_integrator {
   double *energies; /* [effects] at the end of a step that is not its stage, J */
   double *start; /* [n] where a static solve with increments began; the end that a stage leads to */
   double *guess, *rigid; /* [n] displacements over a step */
+  double *lag_x, *lag_v, *lag_u; /* [n] where a step's last solve has ended, and its unknowns; lag_iterations > 1 */
   flesh_extrapolation extrapolation; /* of steps that are not adaptive */
   flesh_rigid_parts parts;
   uint8_t *constrained; /* [n] constrained dofs, where there are several parts */

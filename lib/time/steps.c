@@ -145,6 +145,31 @@ static int begins_softer(flesh_integrator *self, const flesh_state *state)
          self->options.line_search == FLESH_LINE_SEARCH_POTENTIAL;
 }
 
+/* Solves a stage again that has been solved, with what is lagged as the last solve has left it, until that changes
+ * nothing or lag_iterations is reached. */
+static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_state *state, const flesh_stage_end *end,
+                      flesh_solve_stats *stats)
+{
+  const double *guesses[] = {self->lag_u, NULL}, target = stats->residual_target;
+  for (int k = 1; k < self->options.lag_iterations; k++) {
+    const double *u = flesh_nonlinear_unknowns(self->nonlinear);
+    const int before_solve = stats->newton;
+    for (int d = 0; d < self->n; d++) {
+      self->lag_u[d] = u[d];
+      self->lag_x[d] = stage->x0[d] + stage->shift.x * u[d];
+      self->lag_v[d] = (stage->v0 ? stage->v0[d] : 0) + stage->shift.v * u[d];
+    }
+    stage->x_lag = self->lag_x;
+    stage->v_lag = self->lag_v;
+    stage->t_lag = stage->t;
+    flesh_nonlinear_set_target(self->nonlinear, target);
+    const int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state, end, guesses, 0, stats);
+    flesh_nonlinear_set_target(self->nonlinear, 0);
+    if (status || stats->newton == before_solve) return status;
+  }
+  return FLESH_OK;
+}
+
 /* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
 static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const piece *piece,
                    const flesh_span *part, int depth, flesh_solve_stats *stats, int *blocked)
@@ -162,6 +187,10 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
   if (status == FLESH_NOT_CONVERGED)
     status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, &stage, state, &ends, guesses, 0, stats);
   if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
+  if (!status && self->lag_u) {
+    status = follow_lag(self, &stage, state, &ends, stats);
+    if (!status) status = check_end(self, &stage, state, part->end, stats, blocked);
+  }
   if (status) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
   if (status) return status;
   const double from = fmax(state->t, piece->begin), to = before(part->end, piece->event);

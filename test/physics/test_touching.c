@@ -325,11 +325,59 @@ static void a_block_slides_from_the_angle_of_friction_on(void)
   CHECK_NEAR((v[1] - v[0]) / 0.3, expected, 0.01 * expected);
 }
 
+/* A bar comes down on another, or on a plane where `plane`, while it slides along it. The largest and the least friction
+ * over normal force of steps in which it is hit, 0.3 being the coefficient, both from what its momentum changes by. */
+static void hit(int plane, const char *lag_iterations, double *least, double *most)
+{
+  char scene[2048];
+  const char *bar = "mesh: ../meshes/bar_8x2x2.mesh, density: 1000, material: {energy: S, constants: matched, "
+                    "young: 1e6, poisson: 0.3}";
+  snprintf(scene, sizeof scene,
+           "body: {name: track, %s}\n%s%s%s\neffects:\n  - inertia: {}\n"
+           "  - contact: {%s, friction: 0.3, thickness: 0.006}\n"
+           "time: {method: backward-euler, step: 1/250, end: 1}\nsolver: {newton_tolerance: 1e-9, lag_iterations: %s}\n",
+           bar, plane ? "" : "bodies:\n  - {name: block, translation: [0.05, 0.03, 1.0155], velocity: [6, 0, -2], ",
+           plane ? "start: {velocity: [6, 0, -2]}" : bar, plane ? "" : "}",
+           plane ? "plane: {point: [0, 0, -0.0155]}" : "between: all", lag_iterations);
+  touching m;
+  CHECK_OK(touching_begin(scene, NULL, 1000, &m));
+  const int first = plane ? 0 : m.n / 2;
+  *least = INFINITY, *most = 0;
+  for (int s = 0; s < 5; s++) {
+    double change[3] = {0};
+    for (int d = first; d < m.n; d++) change[d % 3] -= m.mass[d / 3] * m.state.v[d];
+    CHECK_OK(touching_step(&m));
+    for (int d = first; d < m.n; d++) change[d % 3] += m.mass[d / 3] * m.state.v[d];
+    printf("# step %d: momentum changes by %.4g and %.4g N s, %d solves\n", s, change[0], change[2], m.last.solves);
+    if (change[2] < 1) continue;
+    *least = fmin(*least, -change[0] / change[2]);
+    *most = fmax(*most, -change[0] / change[2]);
+  }
+  CHECK(m.crossings == 0);
+  touching_end(&m);
+}
+
+/* With normal forces of the step's beginning a blow begins without friction; solved again, it has its own. */
+static void a_blow_rubs_by_its_own_force(void)
+{
+  for (int plane = 0; plane < 2; plane++) {
+    double least, most;
+    hit(plane, "1", &least, &most);
+    printf("# friction over normal force from %.4f to %.4f\n", least, most);
+    CHECK_BELOW(least, 0.1);
+    hit(plane, "40", &least, &most);
+    printf("# solved again from %.5f to %.5f\n", least, most);
+    CHECK_NEAR(least, 0.3, 0.003);
+    CHECK_NEAR(most, 0.3, 0.003);
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(balls_collide), TEST(restitution_converges), TEST(threads_and_cuts_change_no_bit),
                    TEST(what_begins_crossed_is_refused), TEST(what_cannot_be_is_refused),
                    TEST(only_what_is_named_touches), TEST(what_is_not_named_costs_nothing),
-                   TEST(a_block_slides_from_the_angle_of_friction_on), TEST(curved_balls_collide),
+                   TEST(a_block_slides_from_the_angle_of_friction_on), TEST(a_blow_rubs_by_its_own_force),
+                   TEST(curved_balls_collide),
                    TEST(balls_collide_with_a_direct_solver));
 }

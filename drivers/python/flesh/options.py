@@ -42,6 +42,7 @@ class SolverOptions(Options):
     techniques: tuple = Field("what helps where plain Newton steps are slow, as a tuple of", _TECHNIQUES)
     threads: int = Field("0: one for each processor; results do not depend on it")
     volume_tolerance: float = Field("how far the mean of J of an incompressible tet may be from 1 at the end of a step")
+    lag_iterations: int = Field("how often at most a step is solved, with what is lagged as the last solve left it")
 
     def _default(self):
         lib.flesh_solver_options_default(self._struct)
