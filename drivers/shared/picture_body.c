@@ -8,6 +8,7 @@
 #include "base/error.h"
 #include "mesh/pieces.h"
 #include "mesh/shape.h"
+#include "output/tet_stress.h"
 #include "shared/picture_curved.h"
 
 static int no_memory(void) { return flesh_fail(FLESH_ERR_MEMORY, "out of memory for a picture"); }
@@ -56,12 +57,14 @@ static void edges_of(const flesh_mesh *mesh, const double *x, int t, double d[3]
   }
 }
 
-/* Von Mises' stress of the Cauchy stress P F^T / J of a tet; NaN where there is none. */
-static double tet_stress(const flesh_body *body, const double *x, int t)
+/* Von Mises' stress of the Cauchy stress of a tet, P F^T / J and that of the system's effects; NaN where there is
+ * none. */
+static double tet_stress(const flesh_picture_panel *panel, int t)
 {
-  double D[3][3], d[3][3], B[3][3], F[9], P[9], S[9], J = 0;
+  const flesh_body *body = panel->body;
+  double D[3][3], d[3][3], B[3][3], F[9], P[9], S[9], tau[9] = {0}, J = 0;
   edges_of(body->mesh, flesh_mesh_positions(body->mesh), t, D);
-  edges_of(body->mesh, x, t, d);
+  edges_of(body->mesh, panel->x, t, d);
   for (int k = 0; k < 3; k++) /* rows of the edges' inverse: cross products over the volume */
     for (int i = 0; i < 3; i++)
       B[k][i] = D[(k + 1) % 3][(i + 1) % 3] * D[(k + 2) % 3][(i + 2) % 3] -
@@ -82,6 +85,8 @@ static double tet_stress(const flesh_body *body, const double *x, int t)
       S[3 * i + j] = 0;
       for (int k = 0; k < 3; k++) S[3 * i + j] += P[3 * i + k] * F[3 * j + k] / J;
     }
+  if (panel->system) flesh_tet_stress_add(panel->system, panel->t, t, F, tau);
+  for (int k = 0; k < 9; k++) S[k] += tau[k] / J;
   double pressure = (S[0] + S[4] + S[8]) / 3, sum = 0;
   for (int k = 0; k < 9; k++) {
     double deviator = S[k] - (k % 4 ? 0 : pressure);
@@ -162,7 +167,7 @@ int flesh_picture_values(const flesh_picture_panel *panel, flesh_picture_field f
   } else {
     if (field == FLESH_PICTURE_J) measure_J(panel, of_tets);
     else
-      for (int t = 0; t < tets; t++) of_tets[t] = tet_stress(panel->body, panel->x, t);
+      for (int t = 0; t < tets; t++) of_tets[t] = tet_stress(panel, t);
     find_extremes(tets, of_tets, extremes);
     status = average(mesh, of_tets, made);
   }

@@ -23,7 +23,8 @@ typedef struct flesh_picture_panel {
   /* Drawn instead of the body's boundary; NULL: none. */
   const flesh_surface *surface;
   const flesh_skin *skin;
-  /* Obstacles of this system's contacts at `t` are drawn too; NULL: none. */
+  /* Obstacles of this system's contacts at `t` are drawn too, and the stress of its effects then is part of the
+   * stress; NULL: none. */
   const flesh_system *system;
   double t;
 } flesh_picture_panel;

@@ -43,7 +43,7 @@
  *   time           integrators, which end a step at an event; the energy balance (`carry`)
  *   barrier        the line search and first iterates, which keep the body out of obstacles
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
- *   figures        histories and reports of memory
+ *   figures        histories, reports of memory, the stress of frames, probes and pictures
  *   proximity      the same as `barrier`, and assembly, whose matrix has a pattern that grows
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
@@ -292,6 +292,11 @@ typedef struct flesh_effect_figures {
   const char *const *report_names;
   /* Their values, at the end of a step. Beside `report_names` only. */
   void (*report)(const flesh_effect *effect, const flesh_point *point, double *values);
+  /* For effects whose force is that of a stress in the tets, a function of the shape and of time, beside the
+   * elastic one: fibres that pull. Adds the Kirchhoff stress tau = P F^T = J sigma [9], row by row, Pa, at a
+   * place of tet `tet` of the mesh where the deformation gradient is F [9], at full load. Frames, probes and
+   * pictures show it as part of the stress. One thread calls it, in any order of places. NULL: no stress. */
+  void (*stress)(const flesh_effect *effect, double t, int tet, const double F[9], double tau[9]);
 } flesh_effect_figures;
 
 /* A kind of effect. Members that it does not need are NULL or 0: a dead load has a name, a role, a

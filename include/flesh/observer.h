@@ -65,7 +65,8 @@ FLESH_API int flesh_frames_create(const char *directory, const flesh_mesh *mesh,
 /* What else frames have, and where. Arrays at nodes and of tets are named as below; at the points of
  * quadrature (one of a tet of four nodes, four of one of ten, point q next to corner q) they are cell
  * data named ..._at_points with the components of all points. Every array has its unit as VTK's key
- * UNITS_LABEL. Stress is Cauchy's, of the elastic energy, in VTK's order XX, YY, ZZ, XY, YZ, XZ.
+ * UNITS_LABEL. Stress is Cauchy's, of the elastic energy and of effects that say theirs (flesh_effect_figures:
+ * the fibres of muscles), in VTK's order XX, YY, ZZ, XY, YZ, XZ.
  *
  *   J               J_mean: volume over that at rest
  *   stretch         singular values of F, descending, the last with the sign of J

@@ -18,8 +18,8 @@ extern "C" {
  *   J              det F; of nodes the volume of their tets over that at rest
  *   stretch        singular values of F, descending, the last with the sign of J; of nodes their mean
  *                  over the tets' rest volume
- *   stress         Cauchy stress [Pa] of the elastic energy: P F^T / J; of nodes its mean over the
- *                  tets' volume
+ *   stress         Cauchy stress [Pa] of the elastic energy, P F^T / J, and of effects that say theirs
+ *                  (flesh_effect_figures: the fibres of muscles); of nodes its mean over the tets' volume
  *   energy         strain energy from rest: of a point its density per rest volume [J/m^3], of nodes
  *                  that of their tets [J]
  *   contact_force  force [N] on the nodes, of all effects of FLESH_ROLE_CONTACT, and its moment [N m]

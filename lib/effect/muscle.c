@@ -17,6 +17,8 @@
 
 typedef struct muscle {
   flesh_tets tets;
+  int mesh_tets;
+  double *directions; /* [3 * mesh_tets] of length 1, at rest; 0 in tets without fibres */
   flesh_fibre_constants fibre;
   flesh_amplitude_copy activation;
 } muscle;
@@ -98,6 +100,15 @@ static void muscle_report(const flesh_effect *effect, const flesh_point *point, 
   values[0] = flesh_amplitude_at(&self->activation, point->t);
 }
 
+static void muscle_stress(const flesh_effect *effect, double t, int tet, const double F[9], double tau[9])
+{
+  const muscle *self = effect->data;
+  const double *a = self->directions + 3 * (size_t)tet;
+  double f[3];
+  for (int i = 0; i < 3; i++) f[i] = F[3 * i] * a[0] + F[3 * i + 1] * a[1] + F[3 * i + 2] * a[2];
+  flesh_fibre_add_stress(&self->fibre, flesh_amplitude_at(&self->activation, t), f, tau);
+}
+
 static flesh_instructions muscle_instructions(const flesh_effect *effect)
 {
   return ((const muscle *)effect->data)->tets.instructions;
@@ -106,7 +117,7 @@ static flesh_instructions muscle_instructions(const flesh_effect *effect)
 static size_t muscle_memory(const flesh_effect *effect)
 {
   const muscle *self = effect->data;
-  return sizeof *self + flesh_tets_memory(&self->tets) +
+  return sizeof *self + flesh_tets_memory(&self->tets) + 3 * (size_t)self->mesh_tets * sizeof *self->directions +
          (size_t)self->activation.curve.count * sizeof *self->activation.curve.keyframes;
 }
 
@@ -116,6 +127,7 @@ static void muscle_destroy(void *data)
   if (!self) return;
   flesh_tets_clear(&self->tets);
   flesh_amplitude_clear(&self->activation);
+  flesh_free(self->directions);
   flesh_free(self);
 }
 
@@ -131,7 +143,7 @@ static const flesh_effect_operations muscle_operations = {
     .time = &(const flesh_effect_time){.next_event = muscle_next_event},
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},
     .figures = &(const flesh_effect_figures){
-        .memory = muscle_memory, .report_names = report_names, .report = muscle_report},
+        .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},
 };
 
 /* That the activation is one, and the tets are some of the mesh's, each once, ascending. */
@@ -172,17 +184,16 @@ int flesh_effect_muscle(const flesh_body *body, int count, const int *tets, cons
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
   FLESH_NEED({body, "body"}, {fibres, "fibres"}, {fibre, "fibre"});
-  double *directions = NULL;
   muscle *self = flesh_calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a muscle");
   int status = flesh_fibre_constants_of(fibre, &self->fibre);
   if (!status) status = check(body->mesh, count, tets, activation);
   if (!status) status = flesh_amplitude_take(activation, &self->activation);
-  if (!status) status = take_directions(body->mesh, count, tets, fibres, &directions);
+  self->mesh_tets = body->mesh->tets;
+  if (!status) status = take_directions(body->mesh, count, tets, fibres, &self->directions);
   if (!status)
     status = flesh_tets_create_fibres(
-        body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = directions}, &self->tets);
-  flesh_free(directions);
+        body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
   if (status) {
     muscle_destroy(self);
     return status;

@@ -17,4 +17,9 @@ typedef struct flesh_fibre_constants {
 /* FLESH_ERR_ARGUMENT, with the member and what would be valid. */
 int flesh_fibre_constants_of(const flesh_fibre *fibre, flesh_fibre_constants *constants);
 
+/* Adds the Kirchhoff stress T f f^T, T = W_L/L, of a fibre of direction a at rest, f = F a, active to a part
+ * `activation`: tau [9], row by row, Pa. */
+void flesh_fibre_add_stress(const flesh_fibre_constants *constants, double activation, const double f[3],
+                            double tau[9]);
+
 #endif

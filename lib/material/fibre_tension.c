@@ -1,4 +1,4 @@
-/* fibre_tension.c: the tension of a muscle fibre, one value at a time. */
+/* fibre_tension.c: the tension of a muscle fibre and its stress, one value at a time. */
 #include "base/error.h"
 #include "material/fibre_forms.h"
 
@@ -18,4 +18,13 @@ int flesh_fibre_tension(const flesh_fibre *fibre, double activation, double stre
   tension[1] = at.T * stretch;
   tension[2] = at.stiffness;
   return FLESH_OK;
+}
+
+void flesh_fibre_add_stress(const flesh_fibre_constants *constants, double activation, const double f[3],
+                            double tau[9])
+{
+  flesh_fibre_real at;
+  flesh_fibre_form(constants, activation, f[0] * f[0] + f[1] * f[1] + f[2] * f[2], &at);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) tau[3 * i + j] += at.T * f[i] * f[j];
 }

@@ -114,7 +114,7 @@ int flesh_fields_open(const flesh_body *body, const flesh_system *system, flesh_
 {
   *f = (flesh_fields){.fields = fields, .places = places, .body = body};
   int status = flesh_fields_check(body, system, fields, places);
-  if (!status) status = flesh_tet_stress_open(body, &f->stress);
+  if (!status) status = flesh_tet_stress_open(body, system, &f->stress);
   if (!status) status = add_arrays(f);
   if (!status && !(f->weight = calloc((size_t)flesh_mesh_node_count(body->mesh) + 1, sizeof(double))))
     status = flesh_fail(FLESH_ERR_MEMORY, "no memory for fields");

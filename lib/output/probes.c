@@ -132,7 +132,7 @@ static int create(const flesh_body *body, const flesh_system *system, flesh_meth
     status = copy_place(made->mesh, &probes[k], &made->places[made->count++]);
     wanted |= probes[k].quantities;
   }
-  if (!status && wanted & FLESH_PROBE_OF_TETS) status = flesh_tet_stress_open(body, &made->stress);
+  if (!status && wanted & FLESH_PROBE_OF_TETS) status = flesh_tet_stress_open(body, system, &made->stress);
   const int is_static = method == FLESH_METHOD_STATIC;
   if (!status && wanted & forces_of)
     status = flesh_node_forces_open(body, system, is_static, (wanted & FLESH_PROBE_REACTION) != 0,

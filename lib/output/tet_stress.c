@@ -23,9 +23,9 @@ static int count_materials(const flesh_body *body)
   return count;
 }
 
-int flesh_tet_stress_open(const flesh_body *body, flesh_tet_stress *stress)
+int flesh_tet_stress_open(const flesh_body *body, const flesh_system *system, flesh_tet_stress *stress)
 {
-  *stress = (flesh_tet_stress){.body = body};
+  *stress = (flesh_tet_stress){.body = body, .system = system};
   if (!body->materials) return FLESH_OK;
   const int count = count_materials(body);
   int status = flesh_body_check_element(body);
@@ -61,6 +61,15 @@ static void volume_term(flesh_volume_term term, double J, double *U, double *slo
   *slope = logarithmic ? log(J) / J : J - 1;
 }
 
+void flesh_tet_stress_add(const flesh_system *system, double t, int tet, const double F[9], double tau[9])
+{
+  for (int e = 0; e < flesh_system_effect_count(system); e++) {
+    const flesh_effect *effect = flesh_system_effect(system, e);
+    const flesh_effect_figures *figures = effect->operations->figures;
+    if (figures && figures->stress) figures->stress(effect, t, tet, F, tau);
+  }
+}
+
 /* psi(F) and tau, with what the mean of J bears of them (flesh_element). */
 static void find_stress(const flesh_tet_stress *stress, const flesh_state *state, int tet, double mean_J,
                         flesh_strain_point *p)
@@ -72,6 +81,7 @@ static void find_stress(const flesh_tet_stress *stress, const flesh_state *state
   for (int k = 0; k < 9; k++) p->tau[k] = NAN;
   if (flesh_material_energy(material, p->F, &p->energy)) p->energy = NAN;
   if (!flesh_material_stress(material, p->F, P)) flesh_mat3_multiply_transposed(P, p->F, p->tau);
+  if (stress->system) flesh_tet_stress_add(stress->system, state->t, tet, p->F, p->tau);
   p->energy -= stress->rest_energies[m];
   if (!(share->share > 0)) return;
   volume_term(share->term, p->J, &U, &slope);

@@ -5,9 +5,11 @@
 #include "element/tet_kernel.h"
 #include "flesh/body.h"
 #include "flesh/state.h"
+#include "flesh/system.h"
 
 typedef struct flesh_tet_stress {
   const flesh_body *body;
+  const flesh_system *system;
   flesh_volume_share *shares; /* of the materials; 0 where no mean of J is taken */
   double *rest_energies;      /* psi(I) of the materials, J/m^3 */
 } flesh_tet_stress;
@@ -19,8 +21,8 @@ typedef struct flesh_strain_point {
   double energy;  /* J/m^3 from rest; likewise */
 } flesh_strain_point;
 
-/* Borrows the body. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared then. */
-int flesh_tet_stress_open(const flesh_body *body, flesh_tet_stress *stress);
+/* Borrows the body, and the system whose effects add their stress to the elastic one; NULL: none do. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared then. */
+int flesh_tet_stress_open(const flesh_body *body, const flesh_system *system, flesh_tet_stress *stress);
 void flesh_tet_stress_clear(flesh_tet_stress *stress);
 
 /* At the tet's points of quadrature; returns how many there are. */
@@ -30,5 +32,8 @@ int flesh_tet_stress_points(const flesh_tet_stress *stress, const flesh_state *s
 /* At barycentric coordinates L of the tet. */
 void flesh_tet_stress_at(const flesh_tet_stress *stress, const flesh_state *state, int tet, const double L[4],
                          flesh_strain_point *point);
+
+/* Adds to tau [9], at a place of the tet, what the system's effects say of their stress (flesh_effect_figures). */
+void flesh_tet_stress_add(const flesh_system *system, double t, int tet, const double F[9], double tau[9]);
 
 #endif

@@ -453,7 +453,7 @@ static void stresses_are_those_of_each_body(void)
   flesh_tet_stress stress;
   flesh_strain_point points[4];
   double energy = 0, rest;
-  CHECK_OK(flesh_tet_stress_open(body, &stress));
+  CHECK_OK(flesh_tet_stress_open(body, flesh_scene_system(scene), &stress));
   for (int t = 0; t < flesh_mesh_tet_count(body->mesh); t++) {
     const int count = flesh_tet_stress_points(&stress, &state, t, points);
     CHECK(count == (t >= 24 && t < 48 ? 1 : 4));

@@ -72,6 +72,9 @@ class OwnEffect(Effect):
         clearance(self, t, x): how much farther than where it is felt the body is, m
         approach(self, t_from, t_to, low, high): how far it is carried, as seen from a box, at most, m
         report(self, point): a number for each of `report_names`
+        stress(self, t, tet, F): where its force is that of a stress in the tets, a function of shape and time: the
+            Kirchhoff stress J sigma [3, 3], Pa, at a place of a tet with the deformation gradient F [3, 3]; frames and
+            probes add it to the elastic one
 
     Raising UndefinedError or NonFiniteError in them lets the library try a shorter step. Any other exception ends the
     call and comes out of it. They are called in the thread that steps, with the interpreter's lock.
@@ -108,8 +111,8 @@ class OwnEffect(Effect):
                 for name in names:
                     self._set(part, name)
                 setattr(operations, table, part)
-        if self.report_names:
-            self._set_report(operations)
+        if self.report_names or self._defines("stress"):
+            self._set_figures(operations)
         self._take(create("flesh_effect", lib.flesh_effect_create, operations, ffi.NULL), self._alive, operations)
 
     def _defines(self, name):
@@ -125,12 +128,13 @@ class OwnEffect(Effect):
             make = _callbacks.status_callback if returns_status else _callbacks.value_callback
             setattr(table, name, self._hold(make(_member_type(table, name), getattr(self, f"_call_{name}"))))
 
-    def _set_report(self, operations):
-        names = self._hold([ffi.new("char[]", name.encode()) for name in self.report_names] + [ffi.NULL])
-        part = self._hold(ffi.new("flesh_effect_figures *"))
-        part.report_names = self._hold(ffi.new("char *[]", names))
-        part.report = self._hold(_callbacks.value_callback(_member_type(part, "report"), self._call_report))
-        operations.figures = part
+    def _set_figures(self, operations):
+        part = operations.figures = self._hold(ffi.new("flesh_effect_figures *"))
+        if self.report_names:
+            names = self._hold([ffi.new("char[]", name.encode()) for name in self.report_names] + [ffi.NULL])
+            part.report_names = self._hold(ffi.new("char *[]", names))
+            part.report = self._hold(_callbacks.value_callback(_member_type(part, "report"), self._call_report))
+        self._set(part, "stress")
 
     def _set_cells(self, cells):
         self._width = np.shape(cells)[-1] if np.ndim(cells) == 2 else 0
@@ -234,3 +238,7 @@ class OwnEffect(Effect):
         given = np.atleast_1d(np.asarray(self.report(self._point(point)), dtype=float))
         view(values, (len(self.report_names),), "double", None, read_only=False)[...] = \
             self._shaped(given, (len(self.report_names),), "report")
+
+    def _call_stress(self, _effect, t, tet, F, tau):
+        given = self._shaped(self.stress(t, tet, view(F, (3, 3), "double", None)), (3, 3), "stress")
+        view(tau, (3, 3), "double", None, read_only=False)[...] += given

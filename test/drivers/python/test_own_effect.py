@@ -155,6 +155,32 @@ def test_its_figures_stand_in_the_history(mesh, body, tmp_path):
     assert table["nail_pull"][-1] == pytest.approx(9 * table["nail_longest"][-1]) and table["nail_longest"][-1] > 0.1
 
 
+class Swelling(Nail):
+    """Says that the tets bear a pressure that rises with t and their number, and tension along the image of x."""
+
+    def stress(self, t, tet, F):
+        return -(t + tet) * np.linalg.det(F) * np.eye(3) + 5 * np.outer(F[:, 0], F[:, 0])
+
+
+def test_its_stress_stands_beside_the_elastic_one(mesh, body, bent, tmp_path):
+    rows = []
+    probe = flesh.Probe("p", ("stress",), mesh.positions[mesh.tets[3]].mean(0))
+    for effect in (Nail(mesh), Swelling(mesh)):
+        system = flesh.System(mesh, [flesh.Elasticity(body), effect])
+        state = flesh.State.at_rest(mesh)
+        state.x[...] = bent
+        state.t = 0.25
+        with flesh.Probes(tmp_path / "probes.csv", body, system, "static", [probe]) as probes:
+            flesh.run(flesh.Integrator(system, "static"), state, 1.0, 0.25, [probes])
+        rows.append(flesh.Table.read(tmp_path / "probes.csv"))
+    corner, *others = mesh.tets[3]
+    F = np.linalg.solve(mesh.positions[others] - mesh.positions[corner], bent[others] - bent[corner]).T
+    expected = -3.25 * np.eye(3) + 5 * np.outer(F[:, 0], F[:, 0]) / np.linalg.det(F)
+    for name, i, j in (("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("yz", 1, 2), ("xz", 0, 2)):
+        own, both = (row[f"p.stress_{name} [Pa]"][0] for row in rows)
+        assert both - own == pytest.approx(expected[i, j], abs=1e-9 * (abs(own) + 1))
+
+
 class Failing(Nail):
     error = None
     calls = 0
