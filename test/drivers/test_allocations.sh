@@ -4,7 +4,7 @@
 # FLESH names the program, FAIL_ALLOCATION what is preloaded.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-shim=${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}
+shim=$(preloadable "${FAIL_ALLOCATION:?FAIL_ALLOCATION must name the library that lets allocations fail}") || exit 1
 case ${1-} in
 quick) each=3 seldom=19 ;;
 *) each=1 seldom=1 ;;

@@ -6,7 +6,7 @@ set -u
 [ -n "${TMPDIR-}" ] || [ ! -w /dev/shm ] || TMPDIR=/dev/shm
 export TMPDIR
 . "$(dirname -- "$0")/../shared/command.sh"
-shim=${STOP_AT:?STOP_AT must name the library that stops the program}
+shim=$(preloadable "${STOP_AT:?STOP_AT must name the library that stops the program}") || exit 1
 
 "$flesh" mesh box --cells 3,1,1 --size 3,1,1 --out bar.msh >/dev/null || exit 1
 "$flesh" mesh surface bar.msh skin.obj >/dev/null || exit 1

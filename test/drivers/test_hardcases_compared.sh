@@ -92,18 +92,22 @@ meshes_can_be_given() {
       print $column["tets"] }' out/hardcases.csv | sort -u)" = 2968 ] && has out/verdict.txt 'No verdict: 2 problems'
 }
 
+# On irregular meshes.
+shapes() {
+  meshes=$source_folder/../data/meshes
+  expect 0 "$flesh" hardcases --shapes --out out --max-seconds 300 --energies S --poisson 0.49 \
+    --meshes "$meshes/graded_block.msh,$meshes/slivers.msh,$meshes/plate_with_holes.msh" \
+    --cases 'half_turn,inside_out,plane,scramble,feet_scramble,feet_twist2,throw1,poses'
+}
+
 # Bodies of any shape: back from poses, turns and scattered nodes; what was run is not run again.
 shapes_come_back() {
-  meshes=$source_folder/../data/meshes
-  shapes="$flesh hardcases --shapes --out out --max-seconds 300 --energies S --poisson 0.49 --meshes \
-    $meshes/graded_block.msh,$meshes/slivers.msh,$meshes/plate_with_holes.msh"
-  expect 0 $shapes --cases 'half_turn,inside_out,plane,scramble,feet_scramble,feet_twist2,throw1,poses' || return 1
+  shapes || return 1
   awk -F , 'NR == 1 { for (c = 1; c <= NF; c++) column[$c] = c; next }
     $column["outcome"] !~ /^(recovered|untangled)$/ { print $0; bad = 1 } END { exit bad || NR < 37 }' out/hardcases.csv &&
     has out/hardcases.csv ',untangled,' || return 1
   cp out/hardcases.csv before.csv
-  expect 0 $shapes --cases 'half_turn,inside_out,plane,scramble,feet_scramble,feet_twist2,throw1,poses' &&
-    cmp before.csv out/hardcases.csv && expect 2 "$flesh" hardcases --shapes --filters &&
+  shapes && cmp before.csv out/hardcases.csv && expect 2 "$flesh" hardcases --shapes --filters &&
     expect 0 "$flesh" hardcases --shapes --list && has stdout.txt '^free *half_turn '
 }
 

@@ -3,7 +3,7 @@
 # clock is so many seconds after the last. FLESH names the program, SLOW_CLOCK what is preloaded.
 set -u
 . "$(dirname -- "$0")/../shared/command.sh"
-shim=${SLOW_CLOCK:?SLOW_CLOCK must name the library that slows the clock}
+shim=$(preloadable "${SLOW_CLOCK:?SLOW_CLOCK must name the library that slows the clock}") || exit 1
 
 "$flesh" mesh box --cells 6,2,2 --size 3,1,1 --out bar.msh >/dev/null || exit 1
 cat >bar.yaml <<'END'

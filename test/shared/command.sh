@@ -19,6 +19,11 @@ try() {
   fi
 }
 
+# preloadable LIBRARY: a copy of it here, as what is preloaded has no spaces in its path.
+preloadable() {
+  cp "$1" "$work/" && printf '%s\n' "$work/${1##*/}"
+}
+
 # expect CODE COMMAND...: the exit status; output goes to stdout.txt and stderr.txt.
 expect() {
   code=$1

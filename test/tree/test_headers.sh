@@ -10,7 +10,7 @@ trap 'rm -rf "$work"' EXIT
 # SUNDIALS' own headers want mpi.h where it was built with MPI.
 set -f
 system=$(pkg-config --cflags-only-I mpi-c 2>/dev/null | sed 's/-I/-isystem /g')
-includes=${INCLUDES:--I$top/build/include}
+includes=${INCLUDES:-"\"-I$top/build/include\""} # words as the shell reads them
 
 number=0
 # compile LANGUAGE HEADER COMPILER FLAGS...: one TAP line.
@@ -18,11 +18,12 @@ compile() {
   language=$1
   header=$2
   shift 2
+  eval "set -- \"\$@\" $includes"
   number=$((number + 1))
   # Twice, so that the guard is seen to work; a header may declare nothing.
   printf '#include "flesh/%s"\n#include "flesh/%s"\nstruct something;\n' "$header" "$header" >"$work/alone.$language"
   # shellcheck disable=SC2086
-  if "$@" -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I"$top/include" $includes $system \
+  if "$@" -Wall -Wextra -Wpedantic -Werror -fsyntax-only -I"$top/include" $system \
     "$work/alone.$language" >"$work/log" 2>&1; then
     echo "ok $number - $header alone as $language"
   else

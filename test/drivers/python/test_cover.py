@@ -4,6 +4,7 @@ import inspect
 import os
 import pydoc
 import re
+import shlex
 import shutil
 import subprocess
 
@@ -127,7 +128,7 @@ def test_layouts_are_those_of_the_compiled_library(tmp_path):
                       + "".join(f'  printf("%lld\\n", (long long)({expression}));\n' for expression, _value in rows)
                       + "  return 0;\n}\n")
     compiler = (os.environ.get("CC") or "cc").split()
-    include = os.environ["INCLUDES"].split()
+    include = shlex.split(os.environ["INCLUDES"])
     subprocess.run([*compiler, *include, f"-I{TOP}/include", str(source), "-o", str(tmp_path / "layout")], check=True)
     said = subprocess.run([str(tmp_path / "layout")], check=True, stdout=subprocess.PIPE).stdout.split()
     assert [(row[0], int(word)) for row, word in zip(rows, said)] == rows
