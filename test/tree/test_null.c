@@ -153,6 +153,12 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_joint, second, (any, 1, any, 1, NULL, any, any, 1, any));
   REFUSES(flesh_effect_joint, point, (any, 1, any, 1, any, NULL, any, 1, any));
   REFUSES(flesh_effect_joint, effect, (any, 1, any, 1, any, any, any, 1, NULL));
+  REFUSES(flesh_effect_joint_spring, body, (NULL, 1, any, 1, any, any, any, 1, 1, any));
+  REFUSES(flesh_effect_joint_spring, first, (any, 1, NULL, 1, any, any, any, 1, 1, any));
+  REFUSES(flesh_effect_joint_spring, second, (any, 1, any, 1, NULL, any, any, 1, 1, any));
+  REFUSES(flesh_effect_joint_spring, first_point, (any, 1, any, 1, any, NULL, any, 1, 1, any));
+  REFUSES(flesh_effect_joint_spring, second_point, (any, 1, any, 1, any, any, NULL, 1, 1, any));
+  REFUSES(flesh_effect_joint_spring, effect, (any, 1, any, 1, any, any, any, 1, 1, NULL));
   REFUSES(flesh_effect_buoyancy, body, (NULL, 1, 1, any, any));
   REFUSES(flesh_effect_buoyancy, acceleration, (any, 1, 1, NULL, any));
   REFUSES(flesh_effect_buoyancy, effect, (any, 1, 1, any, NULL));
