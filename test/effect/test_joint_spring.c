@@ -267,7 +267,7 @@ static double tumble(double h)
 static void energy_stays_by_order_two_and_momenta_stay(void)
 {
   const double coarse = tumble(0.008), fine = tumble(0.004);
-  CHECK_BELOW(coarse, 0.02);
+  CHECK_BELOW(coarse, 2e-3);
   CHECK_BELOW(fine, coarse / 3); /* of 4 */
 }
 
