@@ -1,10 +1,9 @@
 /* joint_spring.c: a spring between two points that groups of nodes carry along: V = k/2 (|d| - L)^2, d = p_1 - p_2.
  *
- * With the weights c_a of carried_point.h, of the second group negative, d = sum of c_a x_a and sum of c_a = 0: the force
- * on node a is -c_a k (|d| - L) n, n = d/|d|. They sum to 0, and their torque is d x n = 0. The Hessian is c_a c_b H,
- * H = k n n^T + k (1 - L/|d|)(I - n n^T), whose eigenvalues across, twice k (1 - L/|d|), are negative where the spring is
- * shorter than L. As c c^T is positive, filtering H filters all of it. */
-#include <float.h>
+ * With the weights c_a of carried_point.h, of the second group negative, d = sum of c_a x_a and sum of c_a = 0: the
+ * force on node a is -c_a k (|d| - L) n, n = d/|d|. They sum to 0, and their torque is that of d and n, 0. The Hessian
+ * is c_a c_b H, H = k n n^T + k (1 - L/|d|)(I - n n^T), whose eigenvalue across, k (1 - L/|d|), twice, is negative where
+ * the spring is shorter than L. As c c^T is positive, filtering H filters all of it. */
 #include <math.h>
 #include <stdlib.h>
 

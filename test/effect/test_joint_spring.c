@@ -126,7 +126,8 @@ static void hessian_is_the_closed_form(void)
     flesh_block_matrix *K = NULL;
     make(1e5, &b);
     const double *X = flesh_mesh_positions(b.mesh);
-    CHECK_OK(flesh_effect_joint_spring(&b.body, 1, (int[]){12}, 1, (int[]){3}, X + 36, X + 9, k, lengths[kind], &effect));
+    CHECK_OK(
+        flesh_effect_joint_spring(&b.body, 1, (int[]){12}, 1, (int[]){3}, X + 36, X + 9, k, lengths[kind], &effect));
     CHECK_OK(flesh_system_create(b.mesh, &system));
     CHECK_OK(flesh_system_add_effect(system, &effect));
     CHECK_OK(flesh_system_finalize(system));
