@@ -175,6 +175,17 @@ FLESH_API int flesh_effect_joint(const flesh_body *body, int first_count, const 
                                  int second_count, const int *second, const double point[3],
                                  const double axis[3], double stiffness, flesh_effect **effect);
 
+/* A spring between two points, m at rest, of which nodes `first` [first_count] carry `first_point` [3]
+ * and `second` [second_count] carry `second_point` [3] as those of a joint: V = stiffness/2
+ * (|p_1 - p_2| - length)^2, stiffness in N/m, length in m; NAN: the distance at rest; 0: the points are
+ * drawn together. Momentum and angular momentum are kept. Where the points meet, a spring with a length
+ * has no direction and no force. FLESH_ERR_ARGUMENT also for a length where the points coincide at
+ * rest, and for points that their groups do not carry. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+FLESH_API int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int *first,
+                                        int second_count, const int *second,
+                                        const double first_point[3], const double second_point[3],
+                                        double stiffness, double length, flesh_effect **effect);
+
 #ifdef __cplusplus
 }
 #endif

@@ -12,8 +12,8 @@ from .mesh import Mesh
 from .motion import Amplitude, Motion, Obstacle
 
 __all__ = ["Effect", "Inertia", "Elasticity", "Gravity", "Spring", "Damping", "SettlingDamping", "Viscosity", "Force",
-           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Joint", "Contact", "SurfaceContact", "DerivativeReport",
-           "EffectCost", "ROLES"]
+           "Traction", "Pressure", "Drag", "Buoyancy", "Weld", "Joint", "JointSpring", "Contact", "SurfaceContact",
+           "DerivativeReport", "EffectCost", "ROLES"]
 
 _ROLES = Names("flesh_role", "FLESH_ROLE_")
 ROLES = tuple(_ROLES.words)
@@ -292,6 +292,25 @@ class Joint(Effect):
         self._take(create("flesh_effect", lib.flesh_effect_joint, body._struct, len(sides[0]), pointer(sides[0], "int"),
                           len(sides[1]), pointer(sides[1], "int"), _vector(point, "point"),
                           ffi.NULL if axis is None else _vector(axis, "axis"), float(stiffness)), body)
+
+
+class JointSpring(Effect):
+    """A spring between two points that groups of nodes carry along.
+
+    Args:
+        first, second: [count] the groups; each node is coupled with every other.
+        first_point, second_point: [3] m, at rest, what each group carries along.
+        stiffness: N/m.
+        length: m, at which it has no force; None: the distance at rest; 0: the points are drawn together.
+    """
+
+    def __init__(self, body: Body, first, second, first_point, second_point, stiffness: float,
+                 length: Optional[float] = None):
+        sides = [integers(side, (None,), name) for side, name in ((first, "first"), (second, "second"))]
+        self._take(create("flesh_effect", lib.flesh_effect_joint_spring, body._struct, len(sides[0]),
+                          pointer(sides[0], "int"), len(sides[1]), pointer(sides[1], "int"),
+                          _vector(first_point, "first_point"), _vector(second_point, "second_point"), float(stiffness),
+                          float("nan") if length is None else float(length)), body)
 
 
 def _contact_options(stiffness, thickness, friction, slip_speed):

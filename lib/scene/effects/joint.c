@@ -1,7 +1,8 @@
-/* joint.c: balls and hinges as a scene names them. */
+/* joint.c: balls, hinges and springs between points as a scene names them. */
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/error.h"
 #include "flesh/effects.h"
 #include "scene/effect_rows.h"
 
@@ -13,7 +14,7 @@ static const flesh_key side_keys[] = {FLESH_SELECTION_KEYS(side, selection), {0}
 
 typedef struct parameters {
   side first, second;
-  double point[3], axis[3], stiffness;
+  double point[3], axis[3], to[3], length, stiffness;
 } parameters;
 
 static const flesh_key keys[] = {
@@ -22,25 +23,51 @@ static const flesh_key keys[] = {
     {.name = "second", .type = FLESH_KEY_OBJECT, .offset = offsetof(parameters, second), .children = side_keys,
      .doc = "the other group"},
     {.name = "point", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, point), .unit = "m",
-     .doc = "at rest, which both groups carry along as their best affine fit moves"},
+     .doc = "at rest, which both groups carry along as their best affine fit moves; of a spring the first group"},
     {.name = "axis", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, axis), .unit = "m", .default_value = "",
-     .doc = "of a hinge, at rest, as long as the hinge is, the point in its middle; without it the joint is a ball"},
+     .doc = "of a hinge, at rest, as long as the hinge is, the point in its middle; without axis and to the joint is "
+            "a ball"},
+    {.name = "to", .type = FLESH_KEY_VECTOR, .offset = offsetof(parameters, to), .unit = "m", .default_value = "",
+     .doc = "of a spring that begins at point, its other end at rest, which the second group carries along"},
+    {.name = "length", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, length),
+     .range = FLESH_RANGE_NOT_NEGATIVE, .unit = "m", .default_value = "",
+     .doc = "of a spring, without force; without it the distance from point to to"},
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "N/m",
-     .doc = "against parting; of a hinge half of it at either end of the axis"},
+     .doc = "against parting; of a hinge half of it at either end of the axis; of a spring against stretching"},
     {0}};
+
+static int check(const parameters *p)
+{
+  const int to = !isnan(p->to[0]);
+  if (to && !isnan(p->axis[0]))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "axis stands beside to; give axis for a hinge or to for a spring");
+  if (!to && !isnan(p->length))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "length is given without to; only a spring, from point to to, has one");
+  return FLESH_OK;
+}
+
+static int make(const parameters *p, const flesh_body *body, const int count[2], int *const nodes[2],
+                flesh_effect **effect)
+{
+  if (!isnan(p->to[0]))
+    return flesh_effect_joint_spring(body, count[0], nodes[0], count[1], nodes[1], p->point, p->to, p->stiffness,
+                                     p->length, effect);
+  return flesh_effect_joint(body, count[0], nodes[0], count[1], nodes[1], p->point, isnan(p->axis[0]) ? NULL : p->axis,
+                            p->stiffness, effect);
+}
 
 static int add(const void *values, const flesh_body *body, flesh_system *system)
 {
   const parameters *p = values;
-  const double *axis = isnan(p->axis[0]) ? NULL : p->axis;
   flesh_effect *effect = NULL;
   int count[2], *nodes[2];
-  int status = flesh_selection_nodes(&p->first.selection, body, &count[0], &nodes[0]);
+  int status = check(p);
+  if (!status) status = flesh_selection_nodes(&p->first.selection, body, &count[0], &nodes[0]);
   if (status) return status;
   status = flesh_selection_nodes(&p->second.selection, body, &count[1], &nodes[1]);
   if (!status) {
-    status = flesh_effect_joint(body, count[0], nodes[0], count[1], nodes[1], p->point, axis, p->stiffness, &effect);
+    status = make(p, body, count, nodes, &effect);
     free(nodes[1]);
   }
   free(nodes[0]);
@@ -54,8 +81,8 @@ static int bearers(const void *values, const flesh_body *body, int *count, int *
 
 const flesh_effect_row flesh_effect_row_joint = {
     .name = "joint",
-    .doc = "Two groups of nodes that turn about a point (ball) or an axis (hinge). Momentum and angular "
-           "momentum are kept.",
+    .doc = "Two groups of nodes that turn about a point (ball) or an axis (hinge), or a spring between them. Momentum "
+           "and angular momentum are kept.",
     .keys = keys,
     .parameters_size = sizeof(parameters),
     .sample = "{first: {box: [[-1, -1, -1], [2, 2, 2]]}, second: {sphere: {centre: [1, 1, 1], radius: 1.2}}, "

@@ -144,6 +144,8 @@ def effects_of(mesh, body):
             flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
             flesh.Weld(body, top, surface, distance=2),
             flesh.Joint(body, range(0, mesh.node_count, 2), range(1, mesh.node_count, 2), (0.5, 0.5, 0.5), 2e3, (0, 0.5, 0)),
+            flesh.JointSpring(body, range(0, mesh.node_count, 2), range(1, mesh.node_count, 2), (0, 0, 0), (1, 1, 1),
+                              2e3),
             flesh.Contact(body, flesh.Obstacle.plane((0, 0, -0.4), (0, 0, 1)), thickness=0.5)]
 
 

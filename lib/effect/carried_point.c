@@ -1,0 +1,68 @@
+/* carried_point.c: points that groups of nodes carry along. */
+#include "effect/carried_point.h"
+
+#include <math.h>
+
+#include "base/error.h"
+#include "flesh/effects.h"
+#include "math/mat3.h"
+
+/* Added to S, in parts of its trace, so that a plane or a line of nodes carries the points that it spans. */
+static const double least_spread = 1e-13;
+static const double carried = 1e-6; /* how well a point must be, in parts of the group's size */
+
+int flesh_carried_weights(const flesh_mesh *mesh, int count, const int *nodes, const double p[3], double sign,
+                          double *weights)
+{
+  const double *X = flesh_mesh_positions(mesh);
+  double c[3] = {0}, S[9] = {0}, inverse[9], d[3], slope[3], off[3] = {-p[0], -p[1], -p[2]};
+  for (int a = 0; a < count; a++)
+    for (int i = 0; i < 3; i++) c[i] += X[3 * (size_t)nodes[a] + (size_t)i] / count;
+  for (int a = 0; a < count; a++)
+    for (int k = 0; k < 9; k++) {
+      const double *x = X + 3 * (size_t)nodes[a];
+      S[k] += (x[k / 3] - c[k / 3]) * (x[k % 3] - c[k % 3]) / count;
+    }
+  const double size = sqrt(flesh_mat3_trace(S));
+  for (int i = 0; i < 3; i++) S[4 * i] += size > 0 ? least_spread * size * size : 1;
+  flesh_mat3_inverse(S, inverse);
+  for (int i = 0; i < 3; i++) d[i] = p[i] - c[i];
+  flesh_mat3_times(inverse, d, slope);
+  for (int a = 0; a < count; a++) {
+    const double *x = X + 3 * (size_t)nodes[a];
+    double along = 0;
+    for (int i = 0; i < 3; i++) along += slope[i] * (x[i] - c[i]);
+    const double w = (1 + along) / count;
+    for (int i = 0; i < 3; i++) off[i] += w * x[i];
+    weights[a] = sign * w;
+  }
+  const double worst = fmax(fabs(off[0]), fmax(fabs(off[1]), fabs(off[2])));
+  if (worst <= carried * size || worst == 0) return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT,
+                    "%d nodes of a joint do not carry (%g, %g, %g): they lie in a plane or a line that is %.3g m off",
+                    count, p[0], p[1], p[2], worst);
+}
+
+int flesh_carried_check_groups(const flesh_body *body, int first_count, const int *first, int second_count,
+                               const int *second)
+{
+  const int nodes = flesh_mesh_node_count(body->mesh);
+  if (first_count < 1 || second_count < 1 || first_count > FLESH_JOINT_NODES - second_count)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "a joint is given %d and %d nodes; each must have some, and both at most %d",
+                      first_count, second_count, FLESH_JOINT_NODES);
+  for (int k = 0; k < first_count + second_count; k++) {
+    const int node = k < first_count ? first[k] : second[k - first_count];
+    if (node < 0 || node >= nodes)
+      return flesh_fail(FLESH_ERR_ARGUMENT, "a joint is given node %d; the mesh has the nodes 0 to %d", node, nodes - 1);
+  }
+  return FLESH_OK;
+}
+
+int flesh_carried_check(const char *name, const double point[3], double stiffness)
+{
+  if (!(fabs(point[0]) + fabs(point[1]) + fabs(point[2]) < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "%s is (%g, %g, %g); it must be finite", name, point[0], point[1], point[2]);
+  if (!(stiffness > 0 && stiffness < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g N/m; it must be positive", stiffness);
+  return FLESH_OK;
+}

@@ -1,0 +1,221 @@
+/* joint_spring.c: a spring between two points that groups of nodes carry along: V = k/2 (|d| - L)^2, d = p_1 - p_2.
+ *
+ * With the weights c_a of carried_point.h, of the second group negative, d = sum of c_a x_a and sum of c_a = 0: the
+ * force on node a is -c_a k (|d| - L) n, n = d/|d|. They sum to 0, and their torque is that of d and n, 0. The Hessian
+ * is c_a c_b H, H = k n n^T + k (1 - L/|d|)(I - n n^T), whose eigenvalue across, k (1 - L/|d|), twice, is negative where
+ * the spring is shorter than L. As c c^T is positive, filtering H filters all of it. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "effect/carried_point.h"
+#include "flesh/effects.h"
+#include "math/mat3.h"
+
+/* Of the length: nearer points have the curvature across of this distance, so that it stays finite. */
+static const double nearest = 1e-8;
+
+typedef struct joint_spring {
+  int count;       /* nodes of both groups, each once */
+  int *nodes;      /* [count] ascending */
+  double *weights; /* [count] c_a */
+  double stiffness, length;
+  flesh_cells cells; /* one, of all nodes */
+} joint_spring;
+
+static size_t joint_spring_memory(const flesh_effect *effect)
+{
+  const joint_spring *self = effect->data;
+  return sizeof *self + (size_t)self->count * (sizeof *self->nodes + sizeof *self->weights);
+}
+
+static void joint_spring_destroy(void *data)
+{
+  joint_spring *self = data;
+  if (!self) return;
+  flesh_free(self->nodes);
+  flesh_free(self->weights);
+  flesh_free(self);
+}
+
+static const flesh_cells *joint_spring_cells(const flesh_effect *effect)
+{
+  const joint_spring *self = effect->data;
+  return &self->cells;
+}
+
+/* Of d, as differences from the first node, for the sake of rounding: its direction, 0 where |d| = 0, and its length.
+ * The terms' sizes go into *size. */
+static double measure(const joint_spring *self, const double *x, double n[3], double *size)
+{
+  const double *origin = x + 3 * (size_t)self->nodes[0];
+  double d[3] = {0};
+  *size = 0;
+  for (int a = 1; a < self->count; a++) {
+    const double *p = x + 3 * (size_t)self->nodes[a];
+    for (int c = 0; c < 3; c++) {
+      const double term = self->weights[a] * (p[c] - origin[c]);
+      d[c] += term;
+      *size += fabs(term);
+    }
+  }
+  const double length = sqrt(flesh_vec3_dot(d, d));
+  for (int c = 0; c < 3; c++) n[c] = length > 0 ? d[c] / length : 0;
+  return length;
+}
+
+static int joint_spring_residual(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  const joint_spring *self = effect->data;
+  double n[3], size;
+  const double tension = self->stiffness * (measure(self, point->x, n, &size) - self->length);
+  for (int a = 0; a < self->count; a++)
+    for (int c = 0; c < 3; c++) r[3 * (size_t)self->nodes[a] + (size_t)c] += self->weights[a] * tension * n[c];
+  return FLESH_OK;
+}
+
+/* The 3 x 3 H, filtered, times `factor`. */
+static void hessian(const joint_spring *self, const double *x, flesh_eigenvalue_filter filter, double factor,
+                    double H[9])
+{
+  double n[3], size;
+  const double distance = measure(self, x, n, &size), L = self->length;
+  double across = L > 0 ? 1 - L / fmax(distance, nearest * L) : 1;
+  if (across < 0 && filter != FLESH_FILTER_NONE) across = filter == FLESH_FILTER_ABSOLUTE ? -across : 0;
+  for (int k = 0; k < 9; k++)
+    H[k] = factor * self->stiffness * ((k % 4 ? 0 : across) + (1 - across) * n[k / 3] * n[k % 3]);
+}
+
+static int joint_spring_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                 flesh_block_matrix *K, const int *slots)
+{
+  const joint_spring *self = effect->data;
+  double H[9];
+  if (shift->x == 0) return FLESH_OK;
+  hessian(self, point->x, shift->filter, shift->x, H);
+  for (int a = 0; a < self->count; a++)
+    for (int b = a; b < self->count; b++, slots++)
+      for (int k = 0; k < 9; k++)
+        K->values[9 * (size_t)*slots + (size_t)k] += self->weights[a] * self->weights[b] * H[k];
+  return FLESH_OK;
+}
+
+static int joint_spring_energy(const flesh_effect *effect, const flesh_point *point, double *energy)
+{
+  const joint_spring *self = effect->data;
+  double n[3], size;
+  const double longer = measure(self, point->x, n, &size) - self->length;
+  *energy = self->stiffness / 2 * longer * longer;
+  return FLESH_OK;
+}
+
+static int joint_spring_potential(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
+                                  double *phi, double *magnitude)
+{
+  const joint_spring *self = effect->data;
+  double n[3], size;
+  if (shift->x == 0) return FLESH_OK;
+  const double longer = measure(self, point->x, n, &size) - self->length;
+  const double energy = self->stiffness / 2 * longer * longer;
+  *phi += energy / shift->x;
+  /* Rounding of the terms moves |d| - L by their size. */
+  *magnitude += (energy + self->stiffness * fabs(longer) * (size + self->length)) / shift->x;
+  return FLESH_OK;
+}
+
+static const flesh_effect_operations joint_spring_operations = {
+    .name = "joint",
+    .traits = FLESH_IS_PASSIVE,
+    .cells = joint_spring_cells,
+    .residual = joint_spring_residual,
+    .jacobian = joint_spring_jacobian,
+    .potential = joint_spring_potential,
+    .energy = joint_spring_energy,
+    .destroy = joint_spring_destroy,
+    .figures = &(const flesh_effect_figures){.memory = joint_spring_memory},
+};
+
+/* Nodes ascending, each once, with the sum of its weights. */
+static void sum_up(joint_spring *self)
+{
+  int kept = 0;
+  for (int k = 0; k < self->count; k++) {
+    const int node = self->nodes[k];
+    const double weight = self->weights[k];
+    int at = kept;
+    while (at > 0 && self->nodes[at - 1] >= node) at--;
+    if (at < kept && self->nodes[at] == node) {
+      self->weights[at] += weight;
+      continue;
+    }
+    for (int j = kept++; j > at; j--) self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
+    self->nodes[at] = node;
+    self->weights[at] = weight;
+  }
+  self->count = kept;
+}
+
+static int attach(joint_spring *self, const flesh_body *body, int first_count, const double first_point[3],
+                  const double second_point[3])
+{
+  const int second_count = self->count - first_count;
+  int status = flesh_carried_weights(body->mesh, first_count, self->nodes, first_point, 1, self->weights);
+  if (!status)
+    status = flesh_carried_weights(body->mesh, second_count, self->nodes + first_count, second_point, -1,
+                                   self->weights + first_count);
+  if (status) return status;
+  sum_up(self);
+  self->cells = (flesh_cells){.count = 1, .nodes_per_cell = self->count, .nodes = self->nodes};
+  return FLESH_OK;
+}
+
+/* *length NAN: the distance. */
+static int check_length(const double first_point[3], const double second_point[3], double *length)
+{
+  double d[3];
+  for (int c = 0; c < 3; c++) d[c] = first_point[c] - second_point[c];
+  const double distance = sqrt(flesh_vec3_dot(d, d));
+  if (isnan(*length)) *length = distance;
+  if (!(*length >= 0 && *length < INFINITY))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "length is %g m; it must be finite and not negative", *length);
+  if (*length > 0 && distance == 0)
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "a spring of length %g m has no direction: both of its points are (%g, %g, %g) at rest; part them "
+                      "or give the length 0", *length, first_point[0], first_point[1], first_point[2]);
+  return FLESH_OK;
+}
+
+int flesh_effect_joint_spring(const flesh_body *body, int first_count, const int *first, int second_count,
+                              const int *second, const double first_point[3], const double second_point[3],
+                              double stiffness, double length, flesh_effect **effect)
+{
+  FLESH_NEED({effect, "effect"});
+  *effect = NULL;
+  FLESH_NEED({body, "body"}, {first, "first"}, {second, "second"}, {first_point, "first_point"},
+             {second_point, "second_point"});
+  int status = flesh_carried_check_groups(body, first_count, first, second_count, second);
+  if (!status) status = flesh_carried_check("first_point", first_point, stiffness);
+  if (!status) status = flesh_carried_check("second_point", second_point, stiffness);
+  if (!status) status = check_length(first_point, second_point, &length);
+  if (status) return status;
+  const size_t count = (size_t)first_count + (size_t)second_count;
+  joint_spring *self = flesh_calloc(1, sizeof *self);
+  if (self) {
+    *self = (joint_spring){.count = (int)count, .stiffness = stiffness, .length = length};
+    self->nodes = flesh_malloc(count * sizeof *self->nodes);
+    self->weights = flesh_malloc(count * sizeof *self->weights);
+  }
+  if (!self || !self->nodes || !self->weights) {
+    joint_spring_destroy(self);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring of %d nodes", (int)count);
+  }
+  for (size_t k = 0; k < count; k++)
+    self->nodes[k] = k < (size_t)first_count ? first[k] : second[k - (size_t)first_count];
+  status = attach(self, body, first_count, first_point, second_point);
+  if (status) {
+    joint_spring_destroy(self);
+    return status;
+  }
+  return flesh_effect_create(&joint_spring_operations, self, effect);
+}
