@@ -295,7 +295,7 @@ typedef struct flesh_effect_figures {
   /* For effects whose force is that of a stress in the tets, a function of the shape and of time, beside the
    * elastic one: fibres that pull. Adds the Kirchhoff stress tau = P F^T = J sigma [9], row by row, Pa, at a
    * place of tet `tet` of the mesh where the deformation gradient is F [9], at full load. Frames, probes and
-   * pictures show it as part of the stress. One thread calls it, in any order of places. NULL: no stress. */
+   * pictures show it as part of the stress, whatever the effect's role. NULL: no stress. */
   void (*stress)(const flesh_effect *effect, double t, int tet, const double F[9], double tau[9]);
 } flesh_effect_figures;
 

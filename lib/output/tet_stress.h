@@ -21,7 +21,8 @@ typedef struct flesh_strain_point {
   double energy;  /* J/m^3 from rest; likewise */
 } flesh_strain_point;
 
-/* Borrows the body, and the system whose effects add their stress to the elastic one; NULL: none do. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared then. */
+/* Borrows the body, and the system whose effects add their stress to the elastic one; NULL: none do.
+ * FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; cleared then. */
 int flesh_tet_stress_open(const flesh_body *body, const flesh_system *system, flesh_tet_stress *stress);
 void flesh_tet_stress_clear(flesh_tet_stress *stress);
 
