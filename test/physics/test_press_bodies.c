@@ -1,0 +1,148 @@
+/* test_press_bodies.c: a press: two equal blocks face to face, pressed together by prescribed motion, bear the force of
+ * one block of their joint height, to the thickness of the barrier between them. Statics, and then every method
+ * of fixed steps, which stays where that has put it. */
+#include "geometry/barrier.h"
+#include "press.h"
+
+static const double THICKNESS = 0.02, STIFFNESS = 1e5, APART = 0.025, DEPTH = 0.125;
+
+/* Blocks of 1 m, the second APART, more than the thickness, above the first, of so many cells along x and y and two
+ * along z; one of 2 m where the second has none. */
+static flesh_mesh *make_blocks(int first, int second)
+{
+  flesh_mesh *low = test_box(first, first, 2, 1, 1, second ? 1 : 2), *up = NULL, *both = NULL;
+  if (!second) return low;
+  up = test_box(second, second, 2, 1, 1, 1);
+  const int nodes = flesh_mesh_node_count(low), more = flesh_mesh_node_count(up), tets = flesh_mesh_tet_count(low),
+            extra = flesh_mesh_tet_count(up);
+  double *x = malloc(3 * (size_t)(nodes + more) * sizeof *x);
+  int *corners = malloc(4 * (size_t)(tets + extra) * sizeof *corners);
+  memcpy(x, flesh_mesh_positions(low), 3 * (size_t)nodes * sizeof *x);
+  memcpy(corners, flesh_mesh_tets(low), 4 * (size_t)tets * sizeof *corners);
+  for (int d = 0; d < 3 * more; d++) x[3 * nodes + d] = flesh_mesh_positions(up)[d] + (d % 3 == 2 ? 1 + APART : 0);
+  for (int k = 0; k < 4 * extra; k++) corners[4 * tets + k] = nodes + flesh_mesh_tets(up)[k];
+  CHECK_OK(flesh_mesh_create(nodes + more, x, tets + extra, corners, NULL, &both));
+  flesh_mesh_destroy(&low);
+  flesh_mesh_destroy(&up);
+  free(x);
+  free(corners);
+  return both;
+}
+
+/* What the body does to what holds its base, downward. */
+static double force_on_base(const test_body *b)
+{
+  double *r = calloc((size_t)b->n, sizeof *r), sum = 0;
+  const flesh_state *s = &b->state;
+  const flesh_point point = {.t = s->t, .load = 1, .x = s->x, .v = s->v, .a = s->v};
+  CHECK_OK(flesh_system_residual(b->system, &point, r));
+  for (int d = 2; d < b->n; d += 3)
+    if (flesh_mesh_positions(b->mesh)[d] < 1e-9) sum += r[d];
+  free(r);
+  return sum;
+}
+
+/* Ends that glide, sides that are free: the stress is uniform. `keys` live as long as the body. */
+static void make_press(flesh_mesh *mesh, double high, double depth, flesh_keyframe keys[2], test_body *b)
+{
+  keys[0] = (flesh_keyframe){.t = 0};
+  keys[1] = (flesh_keyframe){.t = 1, .translation = {0, 0, -depth}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys};
+  CHECK_OK(test_body_create(mesh, test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, 1, b));
+  CHECK_OK(test_body_hold(b, 0, 0, FLESH_AXIS_X, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(b, 1, 0, FLESH_AXIS_Y, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(b, 2, 0, FLESH_AXIS_Z, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(b, 2, high, FLESH_AXIS_Z, &motion, -INFINITY, INFINITY));
+}
+
+/* The force of one block, 2 m high, that is made so much shorter. */
+static double force_of_one(double depth)
+{
+  test_body b;
+  flesh_keyframe keys[2];
+  flesh_solve_stats stats = {0};
+  make_press(make_blocks(1, 0), 2, depth, keys, &b);
+  CHECK_OK(flesh_system_finalize(b.system));
+  solve_statics(&b, 1e-10, 1, &stats);
+  const double force = force_on_base(&b);
+  test_body_destroy(&b);
+  return force;
+}
+
+/* How far apart flat faces are that press each other with `pressure`: where k |B'(d/w)| is that. */
+static double gap_at(double pressure, double thickness)
+{
+  double low = 0, high = 1;
+  for (int k = 0; k < 60; k++) {
+    const double s = (low + high) / 2;
+    double value, first, second;
+    flesh_barrier_law(s, &value, &first, &second);
+    *(-STIFFNESS * first > pressure ? &low : &high) = s;
+  }
+  return thickness * low;
+}
+
+static void press_pair(int first, int second, double thickness, test_body *b, flesh_keyframe keys[2])
+{
+  flesh_contact_options options;
+  flesh_effect *contact = NULL;
+  flesh_solve_stats stats = {0};
+  make_press(make_blocks(first, second), 2 + APART, DEPTH, keys, b);
+  flesh_contact_options_default(&options);
+  options.thickness = thickness;
+  options.stiffness = STIFFNESS;
+  CHECK_OK(flesh_effect_surface_contact(&b->body, &options, 0, NULL, &contact));
+  CHECK_OK(flesh_system_add_effect(b->system, &contact));
+  CHECK_OK(flesh_system_finalize(b->system));
+  solve_statics(b, 1e-10, 1, &stats);
+}
+
+/* The force is that of one block with the gap that the barrier's law has for the pressure. Nodes of rims have areas of
+ * side faces, too, which here double the area of all: the gap is at most that of half the pressure. Forces on
+ * nodes that face no node, and those of rims, dent the faces: less than 0.2 % of the force, and less on finer meshes. */
+static void two_blocks_are_one_to_the_thickness(void)
+{
+  const int cells[][2] = {{2, 2}, {2, 3}, {4, 5}};
+  const double depth = DEPTH - APART, dents = 2e-3;
+  for (int k = 0; k < 3; k++)
+    for (double thickness = THICKNESS; thickness > THICKNESS / 20; thickness /= 4) {
+      test_body b;
+      flesh_keyframe keys[2];
+      press_pair(cells[k][0], cells[k][1], thickness, &b, keys);
+      const double force = force_on_base(&b), least = force_of_one(depth + gap_at(force, thickness)),
+                   most = force_of_one(depth + gap_at(force / 2, thickness));
+      printf("# %d and %d cells, thickness %g m: %.7g N; one block with the law's gap %.7g N, that of half the pressure "
+             "%.7g N\n",
+             cells[k][0], cells[k][1], thickness, force, least, most);
+      CHECK(force > (1 - dents) * least && force < (1 + dents) * most);
+      test_body_destroy(&b);
+    }
+}
+
+/* An equilibrium of contact is one of every method. */
+static void every_method_stays_at_rest(void)
+{
+  for (int k = 0; k < FLESH_METHOD_ADAPTIVE; k++) {
+    const flesh_method method = (flesh_method)k;
+    const flesh_solver_options options = test_options(1e-8);
+    test_body b;
+    flesh_keyframe keys[2];
+    flesh_integrator *integrator = NULL;
+    press_pair(2, 3, THICKNESS, &b, keys);
+    double *x = malloc((size_t)b.n * sizeof *x), most = 0;
+    memcpy(x, b.state.x, (size_t)b.n * sizeof *x);
+    CHECK_OK(flesh_integrator_create(b.system, method, &options, &integrator));
+    for (int step = 0; step < 5; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.01, NULL));
+    for (int d = 0; d < b.n; d++) most = fmax(most, fabs(b.state.x[d] - x[d]));
+    printf("# %s: a node moves by %.2g m\n", flesh_method_name(method), most);
+    CHECK_BELOW(most, 1e-6 * DEPTH);
+    flesh_integrator_destroy(&integrator);
+    test_body_destroy(&b);
+    free(x);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(two_blocks_are_one_to_the_thickness), TEST(every_method_stays_at_rest));
+}
