@@ -45,7 +45,7 @@ def interrupt(loop):
     time.sleep(0.7)
     child.send_signal(signal.SIGINT)
     try:
-        said, errors = child.communicate(timeout=50)
+        said, errors = child.communicate(timeout=150)
     finally:
         child.kill()
     assert (child.returncode, said, errors) == (7, "interrupted\n", "")
