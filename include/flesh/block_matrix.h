@@ -19,6 +19,7 @@ typedef struct flesh_block_matrix {
   /* Where the effects' pairs are in a pattern that has grown by nodes that came near each other; NULL: where the system
    * has them. */
   const struct flesh_layout *layout;
+  const unsigned char *own; /* [row_start[rows]] 0: only nodes that came near each other have this block; NULL: none */
 } flesh_block_matrix;
 
 /* Terms b b^T of a matrix, one of each row b, that are much stiffer than the rest of it: a preconditioner may project

@@ -215,7 +215,8 @@ static int find_vertices(builder *b, const flesh_block_matrix *A, const int *pla
   for (int p = 0; p < b->rows; p++) locate(&b->grid, b->X + 3 * (size_t)b->stored[p], b->at[p], &grid->local[p]);
   for (int e = 0; e < CORNERS * b->rows; e++) b->parent[e] = e;
   for (int i = 0; i < A->rows; i++)
-    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++) join(b, place[i], place[A->column[k]]);
+    for (int k = A->row_start[i] + 1; k < A->row_end[i]; k++)
+      if (!A->own || A->own[k]) join(b, place[i], place[A->column[k]]);
   for (int e = 0; e < CORNERS * b->rows; e++) parts += b->parent[e] == e;
   if (parts / 2 > vertices && parts > CORNERS && join_all(b)) return FLESH_ERR_MEMORY;
   for (int e = 0; e < CORNERS * b->rows; e++) {

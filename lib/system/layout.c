@@ -36,11 +36,22 @@ static int move_all(flesh_layout *self, const int *place)
   return FLESH_OK;
 }
 
+static int mark_own(flesh_layout *self, const int *place)
+{
+  const flesh_pattern *base = &self->system->pattern;
+  self->own = flesh_calloc((size_t)self->pattern.row_start[self->pattern.rows] + 1, 1);
+  if (!self->own) return FLESH_ERR_MEMORY;
+  for (int i = 0; i < base->rows; i++)
+    for (int k = base->row_start[i]; k < base->row_end[i]; k++) self->own[place[k]] = 1;
+  return FLESH_OK;
+}
+
 int flesh_layout_create(const flesh_system *system, int count, const flesh_cells *const *cells, flesh_layout *self)
 {
   int *place = NULL;
   *self = (flesh_layout){.system = system};
   int status = flesh_pattern_extend(&system->pattern, count, cells, &self->pattern, &place);
+  if (!status) status = mark_own(self, place);
   if (!status) status = move_all(self, place);
   flesh_free(place);
   if (!status && system->leader >= 0)
@@ -58,6 +69,7 @@ void flesh_layout_clear(flesh_layout *self)
   for (int k = 0; self->slots && k < self->system->entry_count; k++)
     if (self->system->entries[k].owns_slots) flesh_free(self->slots[k]);
   flesh_free(self->slots);
+  flesh_free(self->own);
   flesh_free(self->left);
   flesh_pattern_clear(&self->pattern);
   *self = (flesh_layout){0};
@@ -70,5 +82,5 @@ size_t flesh_layout_memory(const flesh_layout *self)
   size_t integers = 2 * (size_t)pattern->rows + 1 + (size_t)pattern->row_start[pattern->rows] + (size_t)self->left_count;
   for (int k = 0; k < self->system->entry_count; k++)
     if (self->system->entries[k].owns_slots) integers += pairs_of(&self->system->entries[k]);
-  return integers * sizeof(int);
+  return integers * sizeof(int) + (size_t)pattern->row_start[pattern->rows];
 }

@@ -11,6 +11,7 @@
 typedef struct flesh_layout {
   const flesh_system *system; /* borrowed */
   flesh_pattern pattern;
+  unsigned char *own;    /* [blocks] 1: the system's pattern has it */
   int **slots;           /* [effects] as those of the system's entries; the same ones are shared as there */
   int left_count, *left; /* the blocks that the leader leaves */
 } flesh_layout;

@@ -90,6 +90,7 @@ static int take_layout(flesh_proximity *self, flesh_layout *layout, flesh_block_
   self->layout = *layout;
   *K = flesh_pattern_matrix(&self->layout.pattern, values);
   K->layout = &self->layout;
+  K->own = self->layout.own;
   return FLESH_OK;
 }
 

@@ -6,6 +6,7 @@
 #include "linear/block_matrix.h"
 #include "linear/pcg.h"
 #include "linear/preconditioner.h"
+#include "system/layout.h"
 #include "test.h"
 
 /* Stiffness plus `inertia` times the mass at a jittered state, with the face x = 0 held where `fixed` is not NULL. */
@@ -108,10 +109,9 @@ static void affine_displacements_are_found(void)
   test_body_destroy(&b);
 }
 
-/* The prongs of a fork move apart, although they are in the same cells. */
-static void unconnected_parts_move_by_themselves(void)
+/* A fork of two prongs, between x = 0 and 1 and between 2 and 3, from z = 1 to 4. */
+static void make_fork(test_body *b)
 {
-  test_body b;
   flesh_mesh *block = test_box(6, 2, 8, 3, 1, 4), *fork = NULL;
   const int tets = flesh_mesh_tet_count(block), nodes = flesh_mesh_node_count(block), *corners = flesh_mesh_tets(block);
   const double *X = flesh_mesh_positions(block);
@@ -136,16 +136,68 @@ static void unconnected_parts_move_by_themselves(void)
   }
   CHECK_OK(flesh_mesh_create(used, x, count, kept, NULL, &fork));
   flesh_mesh_destroy(&block);
-  make(fork, 0.45, &b);
-  flesh_block_matrix *A = matrix_of(&b, 100, NULL);
-  double *u = calloc((size_t)b.n, sizeof *u);
-  for (int i = 0; i < used; i++) u[3 * i] = (x[3 * i] < 1.5 ? -1 : 1) * fmax(x[3 * i + 2] - 2, 0);
-  find(&b, A, 12, NULL, u); /* two cells, from 0 to 2 and to 4 */
-  flesh_block_matrix_destroy(&A);
-  free(u);
+  make(fork, 0.45, b);
   free(x);
   free(kept);
   free(number);
+}
+
+/* The prongs of the fork move apart. */
+static double *move_prongs(const test_body *b)
+{
+  const double *X = flesh_mesh_positions(b->mesh);
+  double *u = calloc((size_t)b->n, sizeof *u);
+  for (int i = 0; i < b->n; i += 3) u[i] = (X[i] < 1.5 ? -1 : 1) * fmax(X[i + 2] - 2, 0);
+  return u;
+}
+
+/* Although they are in the same cells. */
+static void unconnected_parts_move_by_themselves(void)
+{
+  test_body b;
+  make_fork(&b);
+  flesh_block_matrix *A = matrix_of(&b, 100, NULL);
+  double *u = move_prongs(&b);
+  find(&b, A, 12, NULL, u); /* two cells, from 0 to 2 and to 4 */
+  flesh_block_matrix_destroy(&A);
+  free(u);
+  test_body_destroy(&b);
+}
+
+/* Prongs that have come near each other have blocks in common, and move by themselves all the same: what touches slides
+ * and parts. */
+static void parts_that_touch_move_by_themselves(void)
+{
+  test_body b;
+  make_fork(&b);
+  const double *X = flesh_mesh_positions(b.mesh);
+  int pairs[2 * 64], count = 0;
+  for (int i = 0; i < b.n / 3; i++)
+    for (int j = i + 1; j < b.n / 3; j++)
+      if (fabs(X[3 * i] - 1) < 0.1 && fabs(X[3 * j] - 2) < 0.1 && X[3 * i + 1] == X[3 * j + 1] &&
+          X[3 * i + 2] == X[3 * j + 2] && X[3 * i + 2] > 1 && count < 64)
+        pairs[2 * count] = i, pairs[2 * count++ + 1] = j;
+  CHECK(count >= 12);
+  const flesh_cells cells = {.count = count, .nodes_per_cell = 2, .nodes = pairs}, *all = &cells;
+  flesh_layout layout;
+  CHECK_OK(flesh_layout_create(b.system, 1, &all, &layout));
+  const size_t blocks = (size_t)layout.pattern.row_start[layout.pattern.rows];
+  flesh_block_matrix A = flesh_pattern_matrix(&layout.pattern, calloc(9 * blocks + 1, sizeof(double)));
+  A.layout = &layout;
+  A.own = layout.own;
+  const flesh_point point = {.load = 1, .x = X, .v = b.state.v, .a = b.state.v};
+  CHECK_OK(flesh_system_jacobian(b.system, &point, &(flesh_shift){1, 0, 100, 1}, &A));
+  for (int k = 0; k < count; k++) { /* tied by springs along y, along which they do not part */
+    const int i = pairs[2 * k], j = pairs[2 * k + 1];
+    A.values[9 * (size_t)A.row_start[i] + 4] += 1e4;
+    A.values[9 * (size_t)A.row_start[j] + 4] += 1e4;
+    A.values[9 * (size_t)flesh_block_find(&A, i, j) + 4] -= 1e4;
+  }
+  double *u = move_prongs(&b);
+  find(&b, &A, 12, NULL, u);
+  free(A.values);
+  flesh_layout_clear(&layout);
+  free(u);
   test_body_destroy(&b);
 }
 
@@ -313,7 +365,8 @@ static void the_choice_goes_by_the_size(void)
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(affine_displacements_are_found), TEST(unconnected_parts_move_by_themselves),
-                   TEST(crumbs_share_vertices), TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
+                   TEST(parts_that_touch_move_by_themselves), TEST(crumbs_share_vertices),
+                   TEST(cells_may_have_single_nodes), TEST(iterations_hardly_grow),
                    TEST(iterations_hardly_depend_on_numbers), TEST(threads_give_the_same_bits),
                    TEST(the_choice_goes_by_the_size));
 }
