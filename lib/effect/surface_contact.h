@@ -4,6 +4,7 @@
 
 #include "flesh/contact.h"
 #include "geometry/contact_friction.h"
+#include "geometry/contact_secant.h"
 #include "geometry/contact_set.h"
 #include "geometry/near_pairs.h"
 
@@ -29,10 +30,13 @@ typedef struct flesh_surface_near {
   flesh_near_pairs on_way; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
+  flesh_contact_secant secant;
   double *x_set;           /* [3*nodes] of the surface's, and the next ones */
   flesh_contact_friction rubs;
   int rubs_known;
   double *x_rubs;             /* [3*nodes] */
+  double *x_secant;           /* [3*nodes] where the solve that the secant is of began */
+  int secant_known;
   double *moved;              /* [3*nodes of the mesh] */
   flesh_cells cells;
   int *cell_nodes, cell_room; /* of cells */
@@ -57,6 +61,8 @@ int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, 
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
 /* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
 int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
+/* Hessians of near->set, that at x, become those of secants to the gaps at which the solve is expected to end. */
+void flesh_surface_near_expect(flesh_surface_near *near, const flesh_point *point);
 /* Room for Hessians of 12 x 12. FLESH_ERR_MEMORY. */
 int flesh_surface_near_reserve(flesh_surface_near *near, int hessians);
 

@@ -22,15 +22,17 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
-  self->x_set = calloc(2 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
+  self->x_set = calloc(3 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
   int status = self->x_set ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     self->x_rubs = self->x_set + places;
-    self->moved = self->x_rubs + places;
-    status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
+    self->x_secant = self->x_rubs + places;
+    self->moved = self->x_secant + places;
+    status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
+  if (!status) status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
   if (!status)
     status = flesh_near_finder_create(&contact->surface, X, contact->may_meet, contact->law.thickness, threads,
                                       &self->finder);
@@ -49,6 +51,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_near_pairs_clear(&self->on_way);
   flesh_contact_set_clear(&self->set);
   flesh_contact_friction_clear(&self->rubs);
+  flesh_contact_secant_clear(&self->secant);
   free(self->x_set); /* and the other places with it */
   free(self->cell_nodes);
   free(self->hessians);
@@ -146,6 +149,16 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
   gather(self, point->x_lag, self->x_rubs);
   self->rubs_known = 1;
   return FLESH_OK;
+}
+
+void flesh_surface_near_expect(near *self, const flesh_point *point)
+{
+  if (!self->secant_known || !is_at(self, point->x_lag, self->x_secant)) {
+    flesh_contact_secant_forget(&self->secant);
+    gather(self, point->x_lag, self->x_secant);
+    self->secant_known = 1;
+  }
+  flesh_contact_secant_update(&self->secant, &self->set, point->x, point->x_lag);
 }
 
 int flesh_surface_near_reserve(near *self, int hessians)
@@ -275,10 +288,11 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 3 * sizeof(double) * (2 * (size_t)self->contact->surface.node_count +
+  return sizeof *self + 3 * sizeof(double) * (3 * (size_t)self->contact->surface.node_count +
                                               (size_t)self->contact->surface.mesh_nodes) +
          flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(self->finder, &self->around) +
          flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
+         ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +
          self->hessian_room * sizeof(double);
 }

@@ -3,6 +3,15 @@
 
 #include <math.h>
 
+double flesh_barrier_secant(double s, double t)
+{
+  double value, first[2] = {0, 0}, second[2] = {0, 0};
+  if (s < 1) flesh_barrier_law(s, &value, &first[0], &second[0]);
+  if (t < 1) flesh_barrier_law(t, &value, &first[1], &second[1]);
+  if (fabs(t - s) <= 1e-6 * fmin(s, fabs(1 - s))) return second[0]; /* there the tangent is more exact */
+  return (first[1] - first[0]) / (t - s);
+}
+
 void flesh_barrier_add(flesh_barrier *barrier, double w, double weight, double to_core,
                        double radius, const double direction[3], int flat, const double axis[3])
 {

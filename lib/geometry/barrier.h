@@ -19,6 +19,9 @@ static inline void flesh_barrier_law(double s, double *value, double *first, dou
   *second = part * (6 + 6 * part + 2 * part * part);
 }
 
+/* (B'(t) - B'(s))/(t - s): the stiffness that takes s to t; B''(s) where t is s. 0 < s, t; B is 0 beyond 1. */
+double flesh_barrier_secant(double s, double t);
+
 /* Adds `weight` times the barrier at distance `to_core` - `radius`; `direction` leads from the core
  * to the point. `flat` is the core's dimension there: 0 a point, 1 a line along the unit vector
  * `axis`, 2 a plane. */

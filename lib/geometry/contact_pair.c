@@ -113,11 +113,13 @@ double flesh_contact_pair_force(const flesh_contact_pair *pair, const double *x,
 }
 
 /* The barrier's Hessian in the basis that contact_pair.h names [q*q], q = 2*dimension + 1, and the eigenvalue of c m. */
-static void small_hessian(const flesh_contact_closest *at, double thickness, double weight, double *M, double *across)
+static void small_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *M, double *across)
 {
+  const double thickness = pair->thickness, weight = pair->weight;
   double law, first, second, norm = 0, own[3], turned[2][3];
   const int rows = at->count - 1, q = rows + at->dimension;
   flesh_barrier_law(at->distance / thickness, &law, &first, &second);
+  if (pair->expected > 0) second = flesh_barrier_secant(at->distance / thickness, pair->expected);
   for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
   for (int i = 0; i < rows; i++) {
     own[i] = turned[0][i] = turned[1][i] = 0;
@@ -181,12 +183,12 @@ static void put_block(const flesh_contact_closest *at, const double *M, const do
     }
 }
 
-static void barrier_hessian(const flesh_contact_closest *at, double thickness, double weight,
+static void barrier_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair,
                             flesh_eigenvalue_filter filter, double *hessian)
 {
   double M[25], Z[4][5] = {{0}}, m[2][3], across, norm = 0;
   const int rows = at->count - 1, q = rows + at->dimension;
-  small_hessian(at, thickness, weight, M, &across);
+  small_hessian(at, pair, M, &across);
   filter_matrix(q, filter, M);
   across = filtered(across, filter);
   const int crossing = directions_across(at, m);
@@ -255,7 +257,7 @@ int flesh_contact_pair_hessian(const flesh_contact_pair *pair, const double *x, 
   if (!(at.distance > 0)) return FLESH_UNDEFINED;
   if (at.distance >= pair->thickness) return FLESH_OK;
   const int mollified = find_mollifier(pair, x, &m);
-  barrier_hessian(&at, pair->thickness, pair->weight, mollified ? FLESH_FILTER_NONE : filter, hessian);
+  barrier_hessian(&at, pair, mollified ? FLESH_FILTER_NONE : filter, hessian);
   if (!mollified) return FLESH_OK;
   flesh_barrier_law(at.distance / pair->thickness, &law, &first, &second);
   for (int a = 0; a < at.count; a++)

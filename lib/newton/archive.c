@@ -25,6 +25,8 @@ static int archive_direction(flesh_direction *self, flesh_archive *archive)
   FLESH_ARCHIVE(archive, self->single);
   FLESH_ARCHIVE(archive, self->iterations_per_decade);
   FLESH_ARCHIVE(archive, self->excess_iterations);
+  if (self->factored)
+    flesh_archive_bytes(archive, self->factored, (size_t)self->equations->K->rows * sizeof *self->factored);
   if (stiff) {
     FLESH_ARCHIVE(archive, self->rows.left_in);
     flesh_archive_bytes(archive, self->rows.values, stiff * sizeof *self->rows.values);

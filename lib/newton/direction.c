@@ -4,6 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/error.h"
+#include "base/memory.h"
+
 /* The first decades are the fastest, the more so the newer a preconditioner: solves by more than these are compared
  * with their like. */
 static const double DEEP = 3;
@@ -68,6 +71,10 @@ int flesh_direction_init(flesh_equations *equations, const flesh_solver_options 
                             .linear = flesh_linear_for(flesh_system_instructions(equations->system))};
   int status = options->linear_solver == FLESH_LINEAR_PCG ? take_rows(self) : FLESH_OK;
   if (!status) status = make_solvers(self);
+  if (!status && equations->proximity.near) {
+    self->factored = flesh_calloc((size_t)equations->K->rows + 1, sizeof *self->factored);
+    if (!self->factored) status = flesh_fail(FLESH_ERR_MEMORY, "no memory for %d unknowns", equations->n);
+  }
   if (status) flesh_direction_clear(self);
   return status;
 }
@@ -76,6 +83,7 @@ void flesh_direction_clear(flesh_direction *self)
 {
   clear_solvers(self);
   flesh_system_stiff_rows_clear(&self->rows);
+  flesh_free(self->factored);
   memset(self, 0, sizeof *self);
 }
 
@@ -84,6 +92,7 @@ size_t flesh_direction_memory(const flesh_direction *self)
   size_t bytes = 0;
   if (self->preconditioner) bytes += self->linear->preconditioner_memory(self->preconditioner);
   bytes += flesh_system_stiff_rows_memory(&self->rows);
+  if (self->factored) bytes += (size_t)self->equations->K->rows * sizeof *self->factored;
   if (self->pcg) bytes += self->linear->pcg_space_memory(self->pcg);
   if (self->direct) bytes += flesh_direct_memory(self->direct);
   if (self->fallback) bytes += flesh_direct_memory(self->fallback);
@@ -120,10 +129,29 @@ void flesh_direction_overwritten(flesh_direction *self)
   for (size_t d = 0; d < 3 * (size_t)self->rows.count * (size_t)self->rows.nodes_per_row; d++) self->rows.values[d] = 0;
 }
 
+/* The sum of a node's diagonal. */
+static float stiffness_of(const flesh_block_matrix *K, int node)
+{
+  const double *block = K->values + 9 * (size_t)K->row_start[node];
+  return (float)(block[0] + block[4] + block[8]);
+}
+
+int flesh_direction_stiffened(const flesh_direction *self)
+{
+  const flesh_block_matrix *K = self->equations->K;
+  int count = 0;
+  for (int i = 0; self->factored && i < K->rows; i++) {
+    const float now = stiffness_of(K, i), then = self->factored[i];
+    count += now > 2 * then || then > 2 * now;
+  }
+  return count;
+}
+
 int flesh_direction_factor(flesh_direction *self, int single)
 {
   const flesh_block_matrix *K = self->equations->K;
   self->single = single;
+  for (int i = 0; self->factored && i < K->rows; i++) self->factored[i] = stiffness_of(K, i);
   self->iterations_per_decade[0] = self->iterations_per_decade[1] = self->excess_iterations = 0;
   int status = self->direct
                    ? flesh_direct_factor(self->direct, K)

@@ -45,6 +45,8 @@ typedef struct flesh_direction {
   /* PCG's iterations per decade of reduction with the preconditioner when it was new, of solves by few decades and by
    * many (0: not known), and how many more than that the solves since then have taken in all. */
   double iterations_per_decade[2], excess_iterations;
+  float *factored;          /* [nodes] N/m, sums of the diagonal of the K that was factored; NULL: no effect couples
+                             * nodes that come near each other */
   int iterations;           /* of the last step's solves */
   double residual;          /* N, at the last solve's end */
 } flesh_direction;
@@ -67,6 +69,9 @@ void flesh_direction_overwritten(flesh_direction *direction);
 /* Factors K, or makes its preconditioner; `single`: PCG may round K. FLESH_NOT_POSITIVE where a direct solver finds it
  * indefinite. */
 int flesh_direction_factor(flesh_direction *direction, int single);
+
+/* How many nodes are at least twice as stiff in K as in what was factored, or half: what touches or parts. */
+int flesh_direction_stiffened(const flesh_direction *direction);
 
 /* K p = b [n] with what was factored; b is not touched. FLESH_OK with the direction's kind; FLESH_NOT_CONVERGED, p
  * being the last iterate; FLESH_NOT_POSITIVE where K is indefinite and that is not followed. */

@@ -164,6 +164,8 @@ int flesh_matrix_policy_prepare(flesh_matrix_policy *self)
   if (direction->direct && self->kept) return FLESH_OK;
   if (direction->preconditioner && direction->linear->preconditioner_turned(direction->preconditioner) > TURNED)
     return flesh_matrix_policy_refresh(self);
+  if (!self->kept && flesh_direction_stiffened(direction) >= NEW_ONE)
+    return flesh_matrix_policy_refresh(self);
   if (direction->preconditioner && per_decade[0] + per_decade[1] > 0 && direction->excess_iterations < NEW_ONE)
     return FLESH_OK;
   return flesh_matrix_policy_refresh(self);

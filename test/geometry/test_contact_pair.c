@@ -10,7 +10,7 @@ enum { KINDS = 4 };
 /* A pair of random features about `distance` apart, with feet somewhere about them. */
 static flesh_contact_pair random_pair(int kind, double distance, double x[12])
 {
-  flesh_contact_pair pair = {{0, 1, 2, 3}, (flesh_contact_kind)kind, 0, 0, 1 + uniform() / 2, 0.2, 0};
+  flesh_contact_pair pair = {{0, 1, 2, 3}, (flesh_contact_kind)kind, 0, 0, 1 + uniform() / 2, 0.2, 0, 0};
   double R[9], base[12];
   random_rotation(R);
   for (int k = 0; k < 12; k++) base[k] = uniform();
@@ -98,7 +98,7 @@ static void derivatives_are_those_of_differences(void)
 /* Nearly parallel edges side by side. */
 static flesh_contact_pair parallel_pair(double angle, double x[12])
 {
-  flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1.3, 0.2, 0};
+  flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1.3, 0.2, 0, 0};
   double R[9], base[12] = {0, 0, 0.1, 1, angle, 0.1 + angle * uniform(), 0.3 * uniform(), 0, 0, 1.2, 0, 0};
   random_rotation(R);
   for (int a = 0; a < 4; a++) flesh_mat3_times(R, base + 3 * a, x + 3 * a);
@@ -259,7 +259,8 @@ static void distances_are_the_least(void)
 static void jumps_of(int steps, double jump[2])
 {
   double x[12] = {-0.5, 0, 0, 0.5, 0, 0}, last[13] = {0};
-  const flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1, 0.2, flesh_contact_parallel(1, 1)};
+  const flesh_contact_pair pair = {{0, 1, 2, 3}, FLESH_CONTACT_EDGE_EDGE, 0, -1, 1, 0.2,
+                                   flesh_contact_parallel(1, 1), 0};
   jump[0] = jump[1] = 0;
   for (int k = 0; k <= steps; k++) {
     const double s = (double)k / steps, angle = 0.2 * (s - 0.4), tilt = 0.05 * (s - 0.4);

@@ -1,0 +1,86 @@
+/* contact_secant.c: gaps at which a solve is expected to end. */
+#include "geometry/contact_secant.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "geometry/barrier.h"
+
+int flesh_contact_secant_create(const flesh_contact_surface *surface, flesh_contact_secant *secant)
+{
+  secant->updates = 1;
+  secant->nodes = flesh_calloc((size_t)surface->node_count + 1, sizeof *secant->nodes);
+  return secant->nodes ? FLESH_OK
+                       : flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d nodes", surface->node_count);
+}
+
+void flesh_contact_secant_clear(flesh_contact_secant *secant)
+{
+  flesh_free(secant->nodes);
+  *secant = (flesh_contact_secant){0};
+}
+
+void flesh_contact_secant_forget(flesh_contact_secant *secant) { secant->updates += 2; }
+
+static double pressure_at(double s)
+{
+  double value, first, second;
+  if (s >= 1) return 0;
+  flesh_barrier_law(s, &value, &first, &second);
+  return -first;
+}
+
+/* The gap over the thickness at which the pressure is this. */
+static double gap_at(double pressure)
+{
+  double low = 0, high = 1;
+  if (!(pressure > 0)) return 1;
+  for (int k = 0; k < 52; k++) {
+    const double middle = (low + high) / 2;
+    if (pressure_at(middle) > pressure) low = middle;
+    else high = middle;
+  }
+  return high;
+}
+
+static double gap_of(const flesh_contact_pair *pair, const double *x)
+{
+  flesh_contact_closest at;
+  flesh_contact_find_closest(pair->kind, pair->within, pair->nodes, x, &at);
+  return at.distance / pair->thickness;
+}
+
+/* Expected of the pairs [count] of one node. */
+static void expect(flesh_contact_secant *secant, int count, flesh_contact_pair *pairs, const double *x,
+                   const double *x_lag)
+{
+  flesh_contact_secant_node *node = &secant->nodes[pairs->owner];
+  double least = 1, pressure;
+  int nearest = 0;
+  for (int k = 0; k < count; k++) {
+    const double gap = gap_of(&pairs[k], x);
+    pairs[k].expected = gap;
+    if (gap < least) least = gap, nearest = k;
+  }
+  const int known = node->known == secant->updates - 1;
+  if (known && node->gap == least) pressure = pressure_at(node->expected);
+  else if (known) pressure = node->pressure - node->slope * (least - node->gap);
+  else pressure = pressure_at(gap_of(&pairs[nearest], x_lag));
+  node->expected = gap_at(pressure);
+  node->gap = least;
+  node->pressure = pressure_at(least);
+  node->known = secant->updates;
+  node->slope = flesh_barrier_secant(least, node->expected);
+  for (int k = 0; k < count; k++) pairs[k].expected += node->expected - least;
+}
+
+void flesh_contact_secant_update(flesh_contact_secant *secant, flesh_contact_set *set, const double *x,
+                                 const double *x_lag)
+{
+  secant->updates++;
+  for (int k = 0, next; k < set->count && set->pairs[k].owner >= 0; k = next) {
+    for (next = k + 1; next < set->count && set->pairs[next].owner == set->pairs[k].owner;) next++;
+    expect(secant, next - k, set->pairs + k, x, x_lag);
+  }
+}

@@ -1,0 +1,120 @@
+/* test_contact_secant.c: Hessians of contact lead to the gap at which the force is the expected one, and a sheet that is
+ * pressed comes to rest in as few iterations however deep it starts. */
+#include "geometry/contact_secant.h"
+
+#include "facing.h"
+#include "geometry/barrier.h"
+
+static facing f; /* large */
+static const flesh_contact_law law = {3e4, 0.05, FLESH_CONTACT_EDGE_THICKNESS * 0.05};
+
+/* Two sheets of 1 m^2, the second one above the first. */
+static void make_sheets(flesh_contact_set *set, flesh_contact_secant *secant)
+{
+  facing_add_sheet(&f, 4, 0, 0, 1, 0, 1, 0.3);
+  facing_add_sheet(&f, 5, 0, 0, 1, 1, 0, 0.3);
+  facing_finish(&f);
+  CHECK_OK(flesh_contact_set_create(&f.surface, f.X, &law, set));
+  CHECK_OK(flesh_contact_secant_create(&f.surface, secant));
+}
+
+static void clear_sheets(flesh_contact_set *set, flesh_contact_secant *secant)
+{
+  flesh_contact_secant_clear(secant);
+  flesh_contact_set_clear(set);
+  facing_clear(&f);
+}
+
+/* The upper one at so many thicknesses, each of its sides at a place of its own along the sheet. */
+static void place(double gap, double aside, double *x)
+{
+  memcpy(x, f.X, 3 * (size_t)f.nodes * sizeof *x);
+  for (int i = 0; i < f.nodes; i++)
+    if (f.body[i]) x[3 * i] += aside, x[3 * i + 2] = gap * law.thickness;
+}
+
+static double pressure_at(double gap)
+{
+  double value, first = 0, second;
+  if (gap < 1) flesh_barrier_law(gap, &value, &first, &second);
+  return -first;
+}
+
+/* How much more the upper sheet is pressed, over the law's stiffness, for a gap smaller by a thickness. */
+static double slope_of(const flesh_contact_set *set, const double *x)
+{
+  double sum = 0, H[144];
+  for (int k = 0; k < set->count; k++) {
+    CHECK_OK(flesh_contact_pair_hessian(&set->pairs[k], x, FLESH_FILTER_NONE, H));
+    for (int a = 0; a < 4; a++)
+      for (int b = 0; b < 4; b++)
+        if (set->pairs[k].nodes[a] >= 0 && set->pairs[k].nodes[b] >= 0 && f.body[set->pairs[k].nodes[a]] &&
+            f.body[set->pairs[k].nodes[b]])
+          sum += H[12 * (3 * a + 2) + 3 * b + 2];
+  }
+  return sum * law.thickness / law.stiffness;
+}
+
+/* From x_lag on, by the force there; the same once more at the same place; the tangent where nothing moves. */
+static void secants_lead_to_the_force_before(void)
+{
+  static double x[3 * FACING_NODES], x_lag[3 * FACING_NODES];
+  static const double gaps[][2] = {{0.4, 0.9}, {0.9, 0.4}, {0.7, 0.7}, {0.5, 1.3}, {0.999, 0.9999}};
+  flesh_contact_set set;
+  flesh_contact_secant secant;
+  make_sheets(&set, &secant);
+  for (size_t k = 0; k < sizeof gaps / sizeof *gaps; k++) {
+    const double from = gaps[k][0], to = fmin(gaps[k][1], 1);
+    double value, first, slope = 0;
+    flesh_barrier_law(from, &value, &first, &slope);
+    if (from != to) slope = (pressure_at(from) - pressure_at(to)) / (to - from);
+    place(gaps[k][0], 0, x);
+    place(gaps[k][1], 0, x_lag);
+    CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
+    flesh_contact_secant_forget(&secant);
+    for (int again = 0; again < 2; again++) {
+      flesh_contact_secant_update(&secant, &set, x, x_lag);
+      for (int p = 0; p < set.count; p++) CHECK_NEAR(set.pairs[p].expected, to, 1e-9);
+      CHECK_NEAR(slope_of(&set, x), slope, 1e-6 * slope);
+    }
+  }
+  clear_sheets(&set, &secant);
+}
+
+/* A weight on the upper sheet, and a spring beside it of so many times the weight over a thickness: iterations to
+ * 1e-9 of the weight, from half of the thickness. Tangents take one more for each quarter of the weight: 15 and more for the lightest. */
+static int count_iterations(double weight, double spring, double lag)
+{
+  static double x[3 * FACING_NODES], x_lag[3 * FACING_NODES];
+  flesh_contact_set set;
+  flesh_contact_secant secant;
+  double gap = 0.5;
+  int count = 0;
+  make_sheets(&set, &secant);
+  place(lag, 0, x_lag);
+  for (; count < 30; count++) {
+    const double force = weight - pressure_at(gap) - spring * weight * (1 - gap);
+    if (fabs(force) <= 1e-9 * weight) break;
+    place(gap, 0, x);
+    CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
+    flesh_contact_secant_update(&secant, &set, x, x_lag);
+    gap -= force / (slope_of(&set, x) + spring * weight);
+    CHECK(gap > 0);
+  }
+  clear_sheets(&set, &secant);
+  return count;
+}
+
+static void iterations_do_not_grow_with_depth(void)
+{
+  for (double weight = 1e-2; weight > 3e-9; weight /= 10) {
+    CHECK(count_iterations(weight, 0, 2) <= 4); /* the force is known after one */
+    CHECK(count_iterations(weight, 0.5, 2) <= 6);
+    CHECK(count_iterations(weight, 0.5, 0.999) <= 6);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(secants_lead_to_the_force_before), TEST(iterations_do_not_grow_with_depth));
+}
