@@ -277,6 +277,48 @@ static double time_to_turned(const motion *m, double y[4][3], double t, double f
   return 0;
 }
 
+/* The largest of the differences of velocities of two corners that are not of the same hull. */
+static double largest_approach(const motion *m)
+{
+  double largest = 0;
+  for (int i = 0; i < m->first; i++)
+    for (int j = m->first; j < m->all; j++) {
+      double square = 0;
+      for (int c = 0; c < 3; c++) square += (m->e[i][c] - m->e[j][c]) * (m->e[i][c] - m->e[j][c]);
+      largest = square > largest ? square : largest;
+    }
+  return sqrt(largest);
+}
+
+/* Whether the hulls are more than `distance` apart along a vector, in its sense. */
+static int are_apart(const motion *m, const double along[3], double distance)
+{
+  const double gap = gap_along(m, (const double(*)[3])m->y, along);
+  return gap > 0 && gap * gap > distance * distance * flesh_vec3_dot(along, along);
+}
+
+int flesh_hulls_move_little(int first, int second, const double *const x0[4], const double *const x1[4], double keep)
+{
+  motion m = {.first = first, .all = first + second};
+  double between[3], e[3], f[3], normal[3];
+  if (!begin(&m, x0, x1)) return 0;
+  const double needed = (1 + 1e-12) * largest_approach(&m) / (1 - keep) + 16 * (m.rounding + m.rounding_speed) / (1 - keep);
+  for (int c = 0; c < 3; c++) {
+    between[c] = 0;
+    for (int k = 0; k < m.all; k++) between[c] += m.y[k][c] / (k < first ? first : -second);
+  }
+  if (are_apart(&m, between, needed)) return 1;
+  if (m.all < 4) return 0;
+  for (int c = 0; c < 3; c++) {
+    e[c] = first == 2 ? m.y[1][c] : m.y[2][c] - m.y[1][c];
+    f[c] = first == 2 ? m.y[3][c] - m.y[2][c] : m.y[3][c] - m.y[1][c];
+  }
+  flesh_vec3_cross(e, f, normal);
+  const double sense = flesh_vec3_dot(normal, between) < 0 ? -1 : 1;
+  for (int c = 0; c < 3; c++) normal[c] *= sense;
+  return are_apart(&m, normal, needed);
+}
+
 double flesh_feasible_fraction(int first, int second, const double *const x0[4], const double *const x1[4],
                                double keep)
 {

@@ -34,6 +34,7 @@ static void step_part(void *data, int part)
       from[j] = s->x0 + 3 * node;
       to[j] = s->x1 + 3 * node;
     }
+    if (flesh_hulls_move_little(first, 4 - first, from, to, s->keep)) continue;
     const double t = flesh_feasible_fraction(first, 4 - first, from, to, s->keep);
     least = t < least ? t : least;
   }

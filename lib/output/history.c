@@ -9,11 +9,13 @@
 #include "effect/effect.h"
 #include "output/resume.h"
 #include "output/rows.h"
+#include "system/proximity.h"
 
 struct flesh_history {
   int reports;     /* columns of what effects report */
   double *values;  /* [reports] */
   double *zeros;   /* [3*n] accelerations, where there are any reports */
+  flesh_proximity proximity; /* of the effects that report: what is near at one step mostly is at the next */
   flesh_rows rows;
 };
 
@@ -47,9 +49,11 @@ static int create(const char *path, const flesh_system *system, flesh_history **
   if (history->reports) {
     history->values = calloc((size_t)history->reports, sizeof(double));
     history->zeros = calloc((size_t)flesh_system_unknowns(system), sizeof(double));
-    if (!history->values || !history->zeros) {
+    int status = history->values && history->zeros ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+    if (!status) status = flesh_proximity_create(system, NULL, &history->proximity);
+    if (status) {
       flesh_history_close(&history);
-      return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
+      return status;
     }
   }
   *result = history;
@@ -103,6 +107,7 @@ int flesh_history_close(flesh_history **history)
 {
   if (!history || !*history) return FLESH_OK;
   int status = flesh_rows_close(&(*history)->rows);
+  flesh_proximity_clear(&(*history)->proximity);
   free((*history)->values);
   free((*history)->zeros);
   free(*history);
@@ -119,13 +124,13 @@ static void put(FILE *stream, double value)
 static void put_reports(flesh_history *history, const flesh_step_record *record)
 {
   const flesh_state *state = record->state;
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v,
-                             .a = history->zeros, .x_lag = state->x, .v_lag = state->v,
-                             .t_lag = state->t};
+  flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = history->zeros,
+                       .x_lag = state->x, .v_lag = state->v, .t_lag = state->t};
   double *values = history->values;
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);
     if (!flesh_effect_figures_of(effect)->report_names) continue;
+    point.near = flesh_proximity_of(&history->proximity, e);
     flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (const char *const *name = report_names(record->system, e); *name; name++) {
       putc(',', history->rows.stream);
