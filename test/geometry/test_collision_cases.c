@@ -115,9 +115,52 @@ static void random_motions(void)
   CHECK(count.stopped > 100 && count.touching > 30 && count.early == 0 && count.unsettled == 0);
 }
 
+/* What is told at once is what an advancement finds: all of the way. Of motions that are small beside the gap at least
+ * half are told. */
+static void little_motions_are_told_at_once(void)
+{
+  int told = 0, little = 0, both = 0;
+  for (int k = 0; k < 4000; k++) {
+    trial p = random_trial(k % 4, 1, 1);
+    double unit[3], farthest = 0;
+    const double *from[4], *to[4], part = power(-4, 1);
+    for (int a = 0; a < 4; a++) from[a] = p.x0[a], to[a] = p.x1[a];
+    const double gap = flesh_hull_distance(p.first, p.second, from, unit);
+    for (int a = 0; a < p.first + p.second; a++)
+      for (int c = 0; c < 3; c++) farthest = fmax(farthest, fabs(p.x1[a][c] - p.x0[a][c]));
+    for (int a = 0; a < p.first + p.second; a++)
+      for (int c = 0; c < 3; c++) p.x1[a][c] = p.x0[a][c] + part * gap / farthest * (p.x1[a][c] - p.x0[a][c]);
+    const int at_once = flesh_hulls_move_little(p.first, p.second, from, to, keep);
+    if (at_once) CHECK(advance(&p) == 1);
+    told += at_once;
+    little += part < 0.01 && gap > 1e-6;
+    both += at_once && part < 0.01 && gap > 1e-6;
+  }
+  CHECK(told < 4000 && little > 500 && 2 * both > little);
+}
+
+static void what_touches_or_is_not_finite_is_not_told(void)
+{
+  for (int kind = 0; kind < 4; kind++) {
+    trial p = pair_above(kind, 0);
+    const double *from[4], *to[4];
+    for (int a = 0; a < 4; a++) from[a] = p.x0[a], to[a] = p.x1[a];
+    move_first(&p, 0, 0, -1e-9);
+    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    p = pair_above(kind, 1);
+    move_first(&p, 0, 0, -1e-9);
+    CHECK(flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    p.x1[0][1] = NAN;
+    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+    p.x1[0][1] = INFINITY;
+    CHECK(!flesh_hulls_move_little(p.first, p.second, from, to, keep));
+  }
+}
+
 int main(int argc, char **argv)
 {
   return RUN_TESTS(argc, argv, TEST(head_on), TEST(sliding_is_free), TEST(touching_pairs_may_only_part),
                    TEST(common_motion_does_not_count), TEST(what_is_not_finite_stays), TEST(distances_of_hulls),
-                   TEST(random_motions));
+                   TEST(random_motions), TEST(little_motions_are_told_at_once),
+                   TEST(what_touches_or_is_not_finite_is_not_told));
 }
