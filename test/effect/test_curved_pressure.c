@@ -37,7 +37,7 @@ static void closed_surfaces_have_no_net_force(void)
     test_body b;
     int count;
     const double p = 700;
-    double sums[6] = {0}, size = 0, energy;
+    double sums[6], energy;
     make(cells, &b);
     const int *triangles = flesh_mesh_surface(b.mesh, &count);
     flesh_effect *effect = NULL;
@@ -48,13 +48,7 @@ static void closed_surfaces_have_no_net_force(void)
     const flesh_point point = point_of(&b);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     CHECK_OK(effect->operations->energy(effect, &point, &energy));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *f = r + 3 * i;
-        sums[c] += f[c];
-        sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
-        size += fabs(f[c]);
-      }
+    const double size = test_sums(&b, r, sums);
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * size);
     const double rest = flesh_mesh_volume(b.mesh, flesh_mesh_positions(b.mesh));
     const double work = p * (flesh_mesh_volume(b.mesh, b.state.x) - rest);

@@ -84,7 +84,7 @@ static void forces_and_torques_balance(void)
 {
   for (int kind = 0; kind < 2; kind++) {
     test_body b;
-    double sums[6] = {0}, size = 0;
+    double sums[6];
     flesh_derivative_report report;
     make(1e5, 0, &b);
     flesh_effect *effect = join(&b, kind ? (double[]){0.2, 0.1, -0.3} : NULL, 700);
@@ -92,13 +92,7 @@ static void forces_and_torques_balance(void)
     double *r = calloc((size_t)b.n, sizeof *r);
     const flesh_point point = {.load = 1, .x = b.state.x};
     CHECK_OK(effect->operations->residual(effect, &point, r));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *f = r + 3 * i;
-        sums[c] += f[c];
-        sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
-        size += fabs(f[c]);
-      }
+    const double size = test_sums(&b, r, sums);
     CHECK(size > 1);
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-12 * size);
     CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 3, &report));

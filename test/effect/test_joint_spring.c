@@ -85,7 +85,7 @@ static void derivatives_and_balances_hold(void)
   make(1e5, &b);
   test_jitter(b.n, 0.2, 5, b.state.x);
   for (int kind = 0; kind < 4; kind++) {
-    double sums[6] = {0}, size = 0, r[UNKNOWNS] = {0};
+    double sums[6], r[UNKNOWNS] = {0};
     flesh_derivative_report report;
     flesh_effect *effect = NULL;
     CHECK_OK(flesh_effect_joint_spring(&b.body, EACH, low, kind < 2 ? EACH : 2 * EACH, kind < 2 ? high : all,
@@ -93,13 +93,7 @@ static void derivatives_and_balances_hold(void)
                                        &effect));
     const flesh_point point = {.load = 1, .x = b.state.x};
     CHECK_OK(effect->operations->residual(effect, &point, r));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *f = r + 3 * i;
-        sums[c] += f[c];
-        sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
-        size += fabs(f[c]);
-      }
+    const double size = test_sums(&b, r, sums);
     CHECK(size > 1);
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-12 * size);
     CHECK_OK(flesh_effect_check_derivatives(effect, b.mesh, 0, b.state.x, 3, &report));
@@ -211,17 +205,6 @@ static void stiff_blocks_swing_at_their_frequency(void)
   test_body_destroy(&b);
 }
 
-static void momenta(const test_body *b, const double *mass, double sums[6])
-{
-  for (int c = 0; c < 6; c++) sums[c] = 0;
-  for (int i = 0; i < b->n / 3; i++)
-    for (int c = 0; c < 3; c++) {
-      const double *x = b->state.x + 3 * i, *v = b->state.v + 3 * i;
-      sums[c] += mass[i] * v[c];
-      sums[3 + c] += mass[i] * (x[(c + 1) % 3] * v[(c + 2) % 3] - x[(c + 2) % 3] * v[(c + 1) % 3]);
-    }
-}
-
 /* The sum, and in *moving what is not the stress of a block at rest. */
 static double total_energy(const test_body *b, double *moving)
 {
@@ -238,12 +221,11 @@ static double total_energy(const test_body *b, double *moving)
 static double tumble(double h)
 {
   test_body b;
-  double mass[2 * EACH], before[6], after[6], worst = 0, size = 0, scale, now;
+  double before[6], after[6], worst = 0, size = 0, scale, now;
   make(1e6, &b);
   flesh_effect *effect = join(&b, (double[]){0.8, 0.4, 0.9}, (double[]){0.3, 0.9, 2.1}, 2e4, 1);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK_OK(flesh_system_finalize(b.system));
-  flesh_mesh_lumped_mass(b.mesh, b.density, mass);
   for (int i = 0; i < 2 * EACH; i++) {
     const double *X = flesh_mesh_positions(b.mesh) + 3 * i, turn = i < EACH ? 1 : -2;
     b.state.v[3 * i] = turn * (X[2] - 1.5) + 1;
@@ -254,12 +236,12 @@ static double tumble(double h)
   flesh_integrator *integrator = NULL;
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_MIDPOINT, &options, &integrator));
   const double start = total_energy(&b, &scale);
-  momenta(&b, mass, before);
+  test_momenta(&b, before);
   for (double t = 0; t < 0.8 - h / 2; t += h) {
     CHECK_OK(flesh_integrator_step(integrator, &b.state, h, NULL));
     worst = fmax(worst, fabs(total_energy(&b, &now) - start) / scale);
   }
-  momenta(&b, mass, after);
+  test_momenta(&b, after);
   for (int c = 0; c < 6; c++) size = fmax(size, fabs(before[c]));
   for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], before[c], 1e-7 * size);
   printf("# h = %g s: energy %.4g J within %.2g, momenta of %.3g within", h, scale, worst, size);

@@ -180,7 +180,7 @@ static void forces_and_torques_balance(void)
     const int order = 1 + run % 2;
     const double gap = run < 2 ? 0 : run < 4 ? 0.03 : -0.04; /* coincident, apart, overlapping */
     test_body b;
-    double sums[6] = {0}, size = 0, far = 0, energy, turned;
+    double sums[6], far = 0, energy, turned;
     flesh_mesh *lower = box((int[]){2, 3, 1}, (double[]){1, 1, 1}, (double[]){0, 0, 0});
     flesh_mesh *upper = box((int[]){3, 2, 2}, (double[]){1, 1, 1}, (double[]){0.2, -0.1, 1 + gap});
     CHECK_OK(test_body_create(of_order(order, joined(lower, upper)), test_material(FLESH_ENERGY_S, 0.35), 1000,
@@ -201,14 +201,8 @@ static void forces_and_torques_balance(void)
     test_jitter(b.n, 0.5, 3, b.state.x);
     CHECK_OK(effect->operations->residual(effect, &point, r));
     CHECK_OK(effect->operations->energy(effect, &point, &energy));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *f = r + 3 * i;
-        sums[c] += f[c];
-        sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
-        size += fabs(f[c]);
-        far = fmax(far, fabs(x[c]));
-      }
+    for (int d = 0; d < b.n; d++) far = fmax(far, fabs(b.state.x[d]));
+    const double size = test_sums(&b, r, sums);
     for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * far * size);
     for (int i = 0; i < b.n; i += 3) { /* a rotation by 1.1 about y */
       const double x = b.state.x[i], z = b.state.x[i + 2];
@@ -227,15 +221,13 @@ static void forces_and_torques_balance(void)
 static void welded_bodies_keep_their_momentum(void)
 {
   test_body b;
-  double before[6] = {0}, after[6] = {0};
+  double before[6], after[6];
   flesh_mesh *lower = box((int[]){2, 2, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 0});
   flesh_mesh *upper = box((int[]){3, 3, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 1});
   CHECK_OK(test_body_create(joined(lower, upper), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
   flesh_effect *effect = weld(&b, 1e-9, NAN);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK_OK(flesh_system_finalize(b.system));
-  double *mass = malloc((size_t)b.n * sizeof *mass);
-  flesh_mesh_lumped_mass(b.mesh, b.density, mass);
   for (int i = 0; i < b.n / 3; i++) { /* the upper block flies away, turning */
     const double *X = flesh_mesh_positions(b.mesh) + 3 * i;
     b.state.v[3 * i] = -3 * X[1] + 1, b.state.v[3 * i + 1] = 3 * X[0], b.state.v[3 * i + 2] = X[2] > 1 ? 1 : 0;
@@ -245,16 +237,10 @@ static void welded_bodies_keep_their_momentum(void)
   CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_MIDPOINT, &options, &integrator));
   for (int when = 0; when < 2; when++) {
     for (int s = 0; when && s < 60; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.005, NULL));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *v = b.state.v + 3 * i, m = mass[i];
-        (when ? after : before)[c] += m * v[c];
-        (when ? after : before)[3 + c] += m * (x[(c + 1) % 3] * v[(c + 2) % 3] - x[(c + 2) % 3] * v[(c + 1) % 3]);
-      }
+    test_momenta(&b, when ? after : before);
   }
   for (int c = 0; c < 6; c++) CHECK_NEAR(after[c], before[c], 1e-7 * 4000);
   CHECK_BELOW(flesh_integrator_energy_balance(integrator)->gain, 1e-2);
-  free(mass);
   flesh_integrator_destroy(&integrator);
   test_body_destroy(&b);
 }

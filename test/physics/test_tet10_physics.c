@@ -239,21 +239,6 @@ static void free_fall_is_rigid(void)
   }
 }
 
-/* Momentum and angular momentum about the origin. */
-static void momenta_of(const test_body *b, double sums[6])
-{
-  double *p = malloc((size_t)b->n * sizeof *p);
-  test_body_mass_times(b, b->state.v, p);
-  memset(sums, 0, 6 * sizeof *sums);
-  for (int i = 0; i < b->n; i += 3)
-    for (int c = 0; c < 3; c++) {
-      const double *x = b->state.x + i;
-      sums[c] += p[i + c];
-      sums[3 + c] += x[(c + 1) % 3] * p[i + (c + 2) % 3] - x[(c + 2) % 3] * p[i + (c + 1) % 3];
-    }
-  free(p);
-}
-
 /* A free body that tumbles and is stretched; the midpoint rule keeps both momenta as far as its solves go. */
 static void free_bodies_keep_both_momenta(void)
 {
@@ -272,9 +257,9 @@ static void free_bodies_keep_both_momenta(void)
       memcpy(b.state.v + i, (double[]){3 - 6 * X[1] + 4 * X[0], 6 * X[0] - 3 * X[2] - 7, 2 + 3 * X[1] * X[0]},
              3 * sizeof *X);
     }
-    momenta_of(&b, first);
+    test_momenta(&b, first);
     for (int step = 0; step < 20; step++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 1. / 60, NULL));
-    momenta_of(&b, last);
+    test_momenta(&b, last);
     for (int c = 0; c < 6; c++) {
       CHECK_NEAR(last[c], first[c], 1e-11 * test_norm(3, first + c / 3 * 3));
       stretched = fmax(stretched, flesh_mesh_distance_from_rest(b.mesh, b.state.x));
@@ -298,17 +283,11 @@ static void stresses_have_no_resultant(void)
          FLESH_MASS_LUMPED, 0, &b);
     CHECK_OK(flesh_system_finalize(b.system));
     test_jitter(b.n, 0.2, 3, b.state.x);
-    double *r = malloc((size_t)b.n * sizeof *r), sums[6] = {0}, size_of = 0;
+    double *r = malloc((size_t)b.n * sizeof *r), sums[6];
     const flesh_point point = {.load = 1, .x = b.state.x, .v = b.state.v, .a = b.state.v};
     CHECK_OK(flesh_system_residual(b.system, &point, r));
-    for (int i = 0; i < b.n / 3; i++)
-      for (int c = 0; c < 3; c++) {
-        const double *x = b.state.x + 3 * i, *f = r + 3 * i;
-        sums[c] += f[c];
-        sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
-        size_of += fabs(f[c]);
-      }
-    for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * size_of);
+    const double total = test_sums(&b, r, sums);
+    for (int c = 0; c < 6; c++) CHECK_BELOW(fabs(sums[c]), 1e-13 * total);
     free(r);
     test_body_destroy(&b);
   }

@@ -123,6 +123,32 @@ static inline void test_body_mass_times(const test_body *b, const double *x, dou
   free(mass);
 }
 
+/* What forces at the nodes, or momenta, add up to: three sums and three moments about the origin. Returns the sum of the
+ * absolute values of all forces. */
+static inline double test_sums(const test_body *b, const double *force, double sums[6])
+{
+  double size = 0;
+  memset(sums, 0, 6 * sizeof *sums);
+  for (int i = 0; i < b->n; i += 3)
+    for (int c = 0; c < 3; c++) {
+      const double *x = b->state.x + i, *f = force + i;
+      sums[c] += f[c];
+      sums[3 + c] += x[(c + 1) % 3] * f[(c + 2) % 3] - x[(c + 2) % 3] * f[(c + 1) % 3];
+      size += fabs(f[c]);
+    }
+  return size;
+}
+
+/* Momentum, and angular momentum about the origin; returns the sum of all nodes' absolute momenta. */
+static inline double test_momenta(const test_body *b, double sums[6])
+{
+  double *p = malloc((size_t)b->n * sizeof *p);
+  test_body_mass_times(b, b->state.v, p);
+  const double size = test_sums(b, p, sums);
+  free(p);
+  return size;
+}
+
 /* The block matrix as a full one, H[row*n+column]. Returns new, freed by the caller. */
 static inline double *test_dense(const flesh_block_matrix *K)
 {
