@@ -20,12 +20,12 @@ int flesh_team_agree(const flesh_team *team, int status)
 
 void flesh_team_share(const flesh_team *team, double *vector)
 {
-  if (team) team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, vector});
+  if (team) team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
 }
 
 void flesh_team_collect(const flesh_team *team, double *vector)
 {
-  if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector});
+  if (team) team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, vector, 0});
 }
 
 int flesh_team_own(const flesh_team *team, int nodes) { return team ? team->own : nodes; }

@@ -15,7 +15,24 @@ typedef struct flesh_team_vector {
   int width, stride;
   const int *place;
   double *values;
+  int reached; /* 1: of all nodes that the rank reaches; 0: of those that its tets have */
 } flesh_team_vector;
+
+/* Numbers for another rank, and room for those that it sends. Either knows the other's counts. */
+typedef struct flesh_team_message {
+  int rank, send_count, receive_count;
+  const double *send;
+  double *receive;
+} flesh_team_message;
+
+/* Nodes that other ranks reach and this one has, and the other way round, one rank after the other. Both ranks have the
+ * nodes between them in the same order. */
+typedef struct flesh_team_reach {
+  int count; /* other ranks */
+  const int *ranks;
+  const int *first_given, *given; /* [count+1]; nodes of this rank's */
+  const int *first_taken, *taken; /* [count+1]; nodes that this rank reaches */
+} flesh_team_reach;
 
 typedef struct flesh_team_operations {
   /* Each of these numbers becomes its sum over the ranks, added in an order that depends on their count alone; or the
@@ -25,15 +42,19 @@ typedef struct flesh_team_operations {
   /* The worst status of all (fatal, then recoverable, then FLESH_OK), of the first rank that has one as bad, with the
    * sentence of that rank. */
   int (*agree)(const void *data, int status);
-  /* Ghosts take the values of their owners. */
+  /* Ghosts take the values of their owners; so do nodes beyond, where the vector has them. */
   void (*share)(const void *data, const flesh_team_vector *vector);
   /* Owners add the values of their ghosts, by rising rank; ghosts become zero. */
   void (*collect)(const void *data, const flesh_team_vector *vector);
+  /* Sends and receives as many messages as `reach` has ranks, at most. */
+  void (*exchange)(const void *data, int count, const flesh_team_message *messages);
 } flesh_team_operations;
 
 typedef struct flesh_team {
   int nodes, own; /* of this rank; those from `own` on are ghosts */
+  int reached;    /* nodes that its preconditioner goes by: those, then some beyond that only other ranks have */
   double all;     /* nodes of the body, each counted once */
+  flesh_team_reach reach;
   const int *tets; /* of this rank's tets the numbers in the body */
   const void *data;
   const flesh_team_operations *operations;

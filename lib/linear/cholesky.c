@@ -25,9 +25,6 @@
 #include "linear/three.h"
 #include "linear/triangle.h"
 
-/* The weight of the coarse level's correction: displacements that are smooth get one from either level. */
-static const float COARSE_SHARE = 0.5;
-
 /* The share of its diagonal block's trace that a node may lose to what is dropped. */
 static const double SOFTENED = 0.05;
 
@@ -418,7 +415,7 @@ double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, const fl
   substitution s = {self, coarse, r, {0}};
   flesh_threads_run(self->threads, 2, forward_half, &s);
   forward(&s, 2);
-  const double smooth = coarse ? (double)COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
+  const double smooth = coarse ? (double)FLESH_COARSE_SHARE * flesh_coarse_solve(coarse) : 0;
   backward(&s, 2);
   flesh_threads_run(self->threads, 2, backward_half, &s);
   return s.products[0] + s.products[1] + s.products[2] + smooth;
@@ -427,7 +424,7 @@ double flesh_cholesky_solve(flesh_cholesky *self, flesh_coarse *coarse, const fl
 void flesh_cholesky_result(const flesh_cholesky *self, const flesh_coarse *coarse, int begin, int end, float *z)
 {
   const float *y = self->y + 4 * (size_t)begin;
-  if (coarse) flesh_coarse_add(coarse, begin, end, COARSE_SHARE, y, z);
+  if (coarse) flesh_coarse_add(coarse, begin, end, FLESH_COARSE_SHARE, y, z);
   else memcpy(z, y, 4 * (size_t)(end - begin) * sizeof *z);
 }
 

@@ -32,6 +32,8 @@ int flesh_coarse_setup(flesh_coarse *coarse, const flesh_block_matrix *A, double
  * thread at a time; the solve, which is kept inside and returns what is added times r; and z = y + share P times it for
  * begin <= p < end, which y and z begin with. Vectors of four lanes a node in the bisection's order. */
 enum { FLESH_COARSE_PARTS = 2 };
+/* The weight of the correction: displacements that are smooth get one from either level. */
+#define FLESH_COARSE_SHARE 0.5f
 void flesh_coarse_restrict(flesh_coarse *coarse, int part, int begin, int end, const float *r);
 double flesh_coarse_solve(flesh_coarse *coarse);
 void flesh_coarse_add(const flesh_coarse *coarse, int begin, int end, float share, const float *y, float *z);

@@ -250,9 +250,9 @@ static double multiply_in_team(flesh_pcg_space *self, const flesh_block_matrix *
 {
   const flesh_team *team = self->team;
   flesh_threads_run(self->threads, self->chunks, turn_chunk, w);
-  team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->p});
+  team->operations->share(team->data, &(flesh_team_vector){3, 4, self->place, self->p, 0});
   double curvature = flesh_product_multiply(&self->product, A, self->threads, NULL, NULL, self->p, self->z);
-  team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z});
+  team->operations->collect(team->data, &(flesh_team_vector){3, 4, self->place, self->z, 0});
   flesh_team_sum(team, 1, &curvature);
   return curvature;
 }

@@ -13,13 +13,13 @@
 #include "linear/cholesky.h"
 #include "linear/coarse.h"
 #include "linear/lanes.h"
-#include "linear/own_matrix.h"
+#include "linear/overlap.h"
 #include "linear/volume_projection.h"
 
 struct flesh_preconditioner_data {
   flesh_preconditioner kind;
   int rows;
-  flesh_own_matrix own; /* what is preconditioned; of a rank by itself all of A */
+  flesh_overlap overlap; /* what is factored; of a rank by itself all of A */
   float *inverse; /* [9*rows] of the diagonal blocks of scale A */
   flesh_cholesky *cholesky;
   double scale;    /* of the matrix that is factored, or inverted by blocks */
@@ -34,7 +34,9 @@ struct flesh_preconditioner_data {
   flesh_threads *threads;
   int *order;       /* [rows] the mesh's numbers of the nodes as vectors hold them */
   float *r;         /* [4*rows] where vectors come in the mesh's order */
-  float *z;         /* [4*rows] of the last solve by blocks; the others keep it themselves */
+  float *z;         /* [4*rows] of the last solve by blocks or with a team; the others keep it themselves */
+  int *reached;     /* [nodes reached] in the order of the factor; NULL: there is no team */
+  float *wide;      /* [4*nodes reached] */
 };
 
 /* Nodes to a vertex of the coarse level. Fewer give fewer iterations, but the cost of the coarse factor rises faster
@@ -50,6 +52,23 @@ static int vertices_for(const flesh_block_matrix *A, const flesh_team *team)
   const int many = blocks >= LONG * (nodes + 1) ? MORE_NODES : MANY_NODES;
   const double fewer = nodes > many ? sqrt(many / nodes) : 1;
   return (int)(fewer * nodes / VERTEX_NODES);
+}
+
+/* The factor of what a rank reaches, which has an order of its own. */
+static int create_wide(flesh_preconditioner_data *self, int alone)
+{
+  const flesh_block_matrix *A = &self->overlap.matrix;
+  const size_t rows = (size_t)A->rows;
+  flesh_bisection bisection = {0};
+  int status = flesh_bisection_create(A, &bisection);
+  self->reached = flesh_malloc((rows + 1) * sizeof *self->reached);
+  self->wide = flesh_calloc(4 * rows + 1, sizeof *self->wide);
+  if (!status && (!self->reached || !self->wide))
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for the preconditioner of %d nodes", A->rows);
+  if (!status) memcpy(self->reached, bisection.order, rows * sizeof *self->reached);
+  if (!status) status = flesh_cholesky_create(A, &bisection, alone, self->threads, &self->cholesky);
+  flesh_bisection_clear(&bisection);
+  return status;
 }
 
 int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_matrix *A,
@@ -78,9 +97,11 @@ int flesh_preconditioner_create(flesh_preconditioner kind, const flesh_block_mat
   flesh_bisection bisection = {0};
   if (!status) status = flesh_bisection_create(A, &bisection);
   if (!status) memcpy(order, bisection.order, rows * sizeof *order);
-  if (!status) status = flesh_own_matrix_create(A, team, &self->own);
+  status = flesh_team_agree(team, status);
+  if (!status) status = flesh_overlap_create(A, team, &self->overlap);
   if (!status && (kind == FLESH_PRECONDITIONER_IC || kind == FLESH_PRECONDITIONER_TWO_LEVEL))
-    status = flesh_cholesky_create(&self->own.view, &bisection, !coarse, threads, &self->cholesky);
+    status = team ? create_wide(self, !coarse)
+                  : flesh_cholesky_create(A, &bisection, !coarse, threads, &self->cholesky);
   status = flesh_team_agree(team, status);
   if (!status && coarse)
     status = flesh_coarse_create(A, positions, vertices_for(A, team), &bisection, threads, &self->coarse);
@@ -104,7 +125,9 @@ int flesh_preconditioner_project(flesh_preconditioner_data *self, const flesh_bl
 void flesh_preconditioner_destroy(flesh_preconditioner_data **preconditioner)
 {
   if (!preconditioner || !*preconditioner) return;
-  flesh_own_matrix_clear(&(*preconditioner)->own);
+  flesh_overlap_clear(&(*preconditioner)->overlap);
+  flesh_free((*preconditioner)->reached);
+  flesh_free((*preconditioner)->wide);
   flesh_free((*preconditioner)->inverse);
   flesh_free((*preconditioner)->order);
   flesh_free((*preconditioner)->r);
@@ -191,12 +214,13 @@ static void set_cholesky(flesh_preconditioner_data *self, const flesh_block_matr
   set_jacobi(self, A);
 }
 
-/* The coarse level is that of all ranks, or of none. */
+/* The coarse level is that of all ranks, or of none; and so is the factor. */
 static void choose_levels(flesh_preconditioner_data *self, int coarse)
 {
-  double without = !coarse || self->by_diagonal;
-  flesh_team_largest(self->own.team, 1, &without);
-  self->two_levels = without == 0;
+  double without[] = {!coarse, self->by_diagonal};
+  flesh_team_largest(self->overlap.team, 2, without);
+  self->by_diagonal = without[1] > 0;
+  self->two_levels = without[0] + without[1] == 0;
 }
 
 int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_block_matrix *A, const uint8_t *fixed)
@@ -205,18 +229,18 @@ int flesh_preconditioner_setup(flesh_preconditioner_data *self, const flesh_bloc
   const int parts = flesh_parallel_parts(self->threads, self->rows, largest_of_part, &d);
   double largest = 0;
   for (int k = 0; k < parts; k++) largest = fmax(largest, d.largest[k]);
-  flesh_team_largest(self->own.team, 1, &largest);
+  flesh_team_largest(self->overlap.team, 1, &largest);
   if (!(largest < INFINITY)) return FLESH_NONFINITE;
   self->by_diagonal = 0;
   self->scale = flesh_power_to_one(largest);
   if (self->kind == FLESH_PRECONDITIONER_NONE) return FLESH_OK;
   A = project(self, A, fixed);
   const int coarse = self->coarse && !flesh_coarse_setup(self->coarse, A, self->scale, fixed);
-  const flesh_block_matrix *own = flesh_own_matrix_begin(&self->own, A);
-  if (self->kind == FLESH_PRECONDITIONER_JACOBI) set_jacobi(self, own);
-  else set_cholesky(self, own);
-  flesh_own_matrix_end(&self->own, A);
+  const flesh_block_matrix *all = flesh_overlap_update(&self->overlap, A);
+  if (self->kind == FLESH_PRECONDITIONER_JACOBI) set_jacobi(self, all);
+  else set_cholesky(self, all);
   choose_levels(self, coarse);
+  if (self->by_diagonal && self->overlap.team) invert_blocks(self, all);
   return FLESH_OK;
 }
 
@@ -241,16 +265,38 @@ static int by_blocks(const flesh_preconditioner_data *self)
   return self->by_diagonal || self->kind == FLESH_PRECONDITIONER_NONE;
 }
 
+/* By all ranks, each where it reaches. r is zero at ghosts. */
+static double solve_in_team(flesh_preconditioner_data *self, const float *r)
+{
+  flesh_coarse *coarse = self->two_levels ? self->coarse : NULL;
+  const int reached = self->overlap.team->reached;
+  double product = 0;
+  flesh_overlap_restrict(&self->overlap, self->order, r, self->reached, self->wide);
+  flesh_cholesky_solve(self->cholesky, NULL, self->wide);
+  flesh_cholesky_result(self->cholesky, NULL, 0, reached, self->wide);
+  flesh_overlap_add(&self->overlap, self->reached, self->wide, self->order, self->z);
+  if (coarse) {
+    flesh_coarse_restrict(coarse, 0, 0, self->rows, r);
+    flesh_coarse_solve(coarse);
+    flesh_coarse_add(coarse, 0, self->rows, FLESH_COARSE_SHARE, self->z, self->z);
+  }
+  for (size_t p = 0; p < (size_t)self->rows; p++)
+    for (size_t c = 0; c < 3; c++) product += (double)r[4 * p + c] * (double)self->z[4 * p + c];
+  return product;
+}
+
 /* Of what is left without the stiff terms, or of all. */
 static double solve_soft(flesh_preconditioner_data *self, const float *r)
 {
   if (by_blocks(self)) return solve_blocks(self, r);
+  if (self->overlap.team) return solve_in_team(self, r);
   return flesh_cholesky_solve(self->cholesky, self->two_levels ? self->coarse : NULL, r);
 }
 
 static void soft_result(const flesh_preconditioner_data *self, int begin, int end, float *z)
 {
-  if (!by_blocks(self)) flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
+  if (!by_blocks(self) && !self->overlap.team)
+    flesh_cholesky_result(self->cholesky, self->two_levels ? self->coarse : NULL, begin, end, z);
   else if (z != self->z + 4 * (size_t)begin)
     memcpy(z, self->z + 4 * (size_t)begin, 4 * (size_t)(end - begin) * sizeof *z);
 }
@@ -302,7 +348,8 @@ size_t flesh_preconditioner_memory(const flesh_preconditioner_data *self)
 {
   size_t bytes = sizeof *self + (size_t)self->rows * (8 * sizeof(float) + sizeof(int));
   if (self->inverse) bytes += (size_t)self->rows * 9 * sizeof *self->inverse;
-  return bytes + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
+  if (self->wide) bytes += (size_t)self->overlap.matrix.rows * (4 * sizeof(float) + sizeof(int));
+  return bytes + flesh_overlap_memory(&self->overlap) + (self->cholesky ? flesh_cholesky_memory(self->cholesky) : 0) +
          (self->coarse ? flesh_coarse_memory(self->coarse) : 0) +
          (self->projection ? flesh_volume_projection_memory(self->projection) : 0);
 }

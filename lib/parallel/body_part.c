@@ -1,64 +1,69 @@
 /* body_part.c: cuts a rank's mesh out of the whole, and exchanges what nodes have. */
 #include "parallel/body_part.h"
 
-#include <stdint.h>
 #include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "parallel/halo.h"
 #include "parallel/partition.h"
+#include "parallel/reach.h"
 
 struct flesh_body_part {
   flesh_communicator *communicator;
   flesh_mesh *mesh;
   int whole_nodes, tet_count;
-  int *nodes, *tets; /* [team.nodes], [tet_count] numbers in the whole */
-  flesh_halo halo;
+  int *nodes, *tets; /* [team.reached], [tet_count] numbers in the whole */
+  flesh_halo halo;    /* from owners to ghosts */
+  flesh_halo reached; /* from owners to all who reach a node */
+  flesh_halo rows;    /* from all who have a node to all who reach it */
   flesh_team team;
 };
 
-/* Calls each(data, tet, node) for all nodes of the tets of the whole. */
-static void for_nodes(const flesh_mesh *whole, void (*each)(void *data, int tet, int node), void *data)
+/* Where `node` is in the rising `nodes` from `low` to before `high`; -1. */
+static int find(const int *nodes, int low, int high, int node)
 {
-  const int *corners = flesh_mesh_tets(whole), *edges = flesh_mesh_tet_edges(whole);
-  for (int t = 0; t < flesh_mesh_tet_count(whole); t++) {
-    for (int a = 0; a < 4; a++) each(data, t, corners[4 * (size_t)t + (size_t)a]);
-    for (int e = 0; e < 6 && edges; e++)
-      if (edges[6 * (size_t)t + (size_t)e] >= 0) each(data, t, edges[6 * (size_t)t + (size_t)e]);
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    if (nodes[middle] == node) return middle;
+    if (nodes[middle] < node) low = middle + 1;
+    else high = middle;
   }
+  return -1;
 }
 
+/* Layers of nodes beyond those of a rank's tets that it reaches. */
+enum { LAYERS = 1 };
+
+/* Who has which node of the whole, and who reaches it. */
 typedef struct search {
   const int *part;
   int rank;
-  int *owner;    /* [nodes of the whole] the first rank of each; -1: no tet has it */
-  uint8_t *mine; /* [nodes of the whole] this rank has it */
+  flesh_reach have, reach;
 } search;
 
-static void look(void *data, int tet, int node)
-{
-  search *s = data;
-  const int rank = s->part[tet];
-  if (s->owner[node] < 0 || rank < s->owner[node]) s->owner[node] = rank;
-  if (rank == s->rank) s->mine[node] = 1;
-}
+static int owner_of(const search *s, int node) { return s->have.ranks[s->have.first[node]]; }
 
-/* Own nodes, then ghosts. */
+static int is_mine(const search *s, int node) { return flesh_reach_has(&s->have, node, s->rank); }
+
+/* Own nodes, then ghosts, then those beyond. */
 static int list_nodes(flesh_body_part *self, const search *s)
 {
-  int count = 0;
+  flesh_team *team = &self->team;
   for (int i = 0; i < self->whole_nodes; i++) {
-    count += s->mine[i];
-    self->team.own += s->mine[i] && s->owner[i] == s->rank;
-    self->team.all += s->owner[i] >= 0;
+    if (s->have.first[i] == s->have.first[i + 1]) continue;
+    team->all++;
+    team->reached += flesh_reach_has(&s->reach, i, s->rank);
+    team->nodes += is_mine(s, i);
+    team->own += owner_of(s, i) == s->rank;
   }
-  self->team.nodes = count;
-  self->nodes = flesh_malloc(((size_t)count + 1) * sizeof *self->nodes);
+  self->nodes = flesh_malloc(((size_t)team->reached + 1) * sizeof *self->nodes);
   if (!self->nodes) return FLESH_ERR_MEMORY;
-  int own = 0, ghost = self->team.own;
-  for (int i = 0; i < self->whole_nodes; i++)
-    if (s->mine[i]) self->nodes[s->owner[i] == s->rank ? own++ : ghost++] = i;
+  int own = 0, ghost = team->own, beyond = team->nodes;
+  for (int i = 0; i < self->whole_nodes; i++) {
+    if (!flesh_reach_has(&s->reach, i, s->rank)) continue;
+    self->nodes[!is_mine(s, i) ? beyond++ : owner_of(s, i) == s->rank ? own++ : ghost++] = i;
+  }
   return FLESH_OK;
 }
 
@@ -110,34 +115,39 @@ static int make_mesh(flesh_body_part *self, const flesh_mesh *whole)
   return status;
 }
 
-typedef struct pairing {
-  const flesh_body_part *part;
-  const search *search;
-  flesh_shared_nodes *shared;
-} pairing;
-
-/* A node that this rank and that of another tet have, one of them as its owner. */
-static void pair_up(void *data, int tet, int node)
+/* Nodes that go from those who have them, or from their owners alone, to those who `take` them. */
+static int make_halo(flesh_body_part *self, const search *s, const flesh_reach *take, int owners, flesh_halo *halo)
 {
-  const pairing *p = data;
-  const int rank = p->search->part[tet], own = p->search->rank, owner = p->search->owner[node];
-  if (rank == own || !p->search->mine[node] || (owner != own && owner != rank)) return;
-  flesh_shared_nodes_add(p->shared, rank, owner == rank, node, flesh_body_part_find(p->part, node));
+  const flesh_reach *have = &s->have;
+  flesh_shared_nodes shared = {0};
+  for (int i = 0; i < self->team.reached; i++) {
+    const int node = self->nodes[i], first = have->first[node], end = owners ? first + 1 : have->first[node + 1];
+    int gives = 0;
+    for (int k = first; k < end; k++) gives |= have->ranks[k] == s->rank;
+    for (int k = first; k < end && flesh_reach_has(take, node, s->rank); k++)
+      if (have->ranks[k] != s->rank) flesh_shared_nodes_add(&shared, have->ranks[k], 1, node, i);
+    for (int k = take->first[node]; k < take->first[node + 1] && gives; k++)
+      if (take->ranks[k] != s->rank) flesh_shared_nodes_add(&shared, take->ranks[k], 0, node, i);
+  }
+  const int status = flesh_halo_create(self->communicator, &shared, halo);
+  flesh_shared_nodes_clear(&shared);
+  return status;
 }
 
-static int build(flesh_body_part *self, const flesh_mesh *whole, const search *s)
+static int build(flesh_body_part *self, const flesh_mesh *whole, search *s)
 {
-  if (!s->owner || !s->mine) return FLESH_ERR_MEMORY;
-  memset(s->owner, -1, (size_t)self->whole_nodes * sizeof *s->owner);
-  for_nodes(whole, look, (void *)s);
-  int status = list_tets(self, whole, s);
+  int status = flesh_reach_create(whole, s->part, &s->have);
+  if (!status) status = flesh_reach_create(whole, s->part, &s->reach);
+  for (int k = 0; k < LAYERS && !status; k++) status = flesh_reach_grow(whole, &s->reach);
+  if (!status) status = list_tets(self, whole, s);
   if (!status) status = list_nodes(self, s);
   if (!status) status = make_mesh(self, whole);
-  if (status) return status;
-  flesh_shared_nodes shared = {0};
-  for_nodes(whole, pair_up, &(pairing){self, s, &shared});
-  status = flesh_halo_create(self->communicator, &shared, &self->halo);
-  flesh_shared_nodes_clear(&shared);
+  if (!status) status = make_halo(self, s, &s->have, 1, &self->halo);
+  if (!status) status = make_halo(self, s, &s->reach, 1, &self->reached);
+  if (!status) status = make_halo(self, s, &s->reach, 0, &self->rows);
+  const flesh_halo *rows = &self->rows;
+  self->team.reach = (flesh_team_reach){rows->count,       rows->ranks,  rows->first_own,
+                                        rows->own,         rows->first_ghost, rows->ghosts};
   return status;
 }
 
@@ -159,34 +169,40 @@ static int team_agree(const void *data, int status)
 static void team_share(const void *data, const flesh_team_vector *vector)
 {
   const flesh_body_part *self = data;
-  flesh_halo_share(&self->halo, self->communicator, vector);
+  flesh_halo_share(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
 static void team_collect(const void *data, const flesh_team_vector *vector)
 {
   const flesh_body_part *self = data;
-  flesh_halo_collect(&self->halo, self->communicator, vector);
+  flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
+}
+
+static void team_exchange(const void *data, int count, const flesh_team_message *messages)
+{
+  const flesh_body_part *self = data;
+  flesh_communicator_begin(self->communicator, count, messages);
+  flesh_communicator_end(self->communicator);
 }
 
 static const flesh_team_operations team_operations = {
-    .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect};
+    .sum = team_sum, .largest = team_largest, .agree = team_agree, .share = team_share, .collect = team_collect,
+    .exchange = team_exchange};
 
 static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part,
                   flesh_body_part **body_part)
 {
-  const size_t nodes = (size_t)flesh_mesh_node_count(whole);
   flesh_body_part *self = *body_part = flesh_calloc(1, sizeof *self);
-  search s = {.part = part, .rank = flesh_communicator_rank(communicator),
-              .owner = flesh_malloc((nodes + 1) * sizeof *s.owner), .mine = flesh_calloc(nodes + 1, 1)};
+  search s = {.part = part, .rank = flesh_communicator_rank(communicator)};
   int status = FLESH_ERR_MEMORY;
   if (self) {
-    *self = (flesh_body_part){.communicator = communicator, .whole_nodes = (int)nodes,
+    *self = (flesh_body_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
                               .team = {.data = self, .operations = &team_operations}};
     status = build(self, whole, &s);
   }
   if (status == FLESH_ERR_MEMORY) flesh_fail(status, "no memory for the part of a rank");
-  flesh_free(s.owner);
-  flesh_free(s.mine);
+  flesh_reach_clear(&s.have);
+  flesh_reach_clear(&s.reach);
   status = flesh_communicator_agree(communicator, status);
   if (status) flesh_body_part_destroy(body_part);
   return status;
@@ -225,6 +241,8 @@ void flesh_body_part_destroy(flesh_body_part **body_part)
   flesh_free(self->nodes);
   flesh_free(self->tets);
   flesh_halo_clear(&self->halo);
+  flesh_halo_clear(&self->reached);
+  flesh_halo_clear(&self->rows);
   flesh_free(self);
   *body_part = NULL;
 }
@@ -240,18 +258,6 @@ const int *flesh_body_part_tets(const flesh_body_part *self) { return self->tets
 int flesh_body_part_own(const flesh_body_part *self) { return self->team.own; }
 
 int flesh_body_part_neighbours(const flesh_body_part *self) { return self->halo.count; }
-
-/* Where `node` is in the rising `nodes` from `low` to before `high`; -1. */
-static int find(const int *nodes, int low, int high, int node)
-{
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    if (nodes[middle] == node) return middle;
-    if (nodes[middle] < node) low = middle + 1;
-    else high = middle;
-  }
-  return -1;
-}
 
 int flesh_body_part_find(const flesh_body_part *self, int node)
 {

@@ -10,7 +10,7 @@
 #include "base/team.h"
 #include "parallel/communicator.h"
 
-/* Borrowed: what rooms that add up over nodes know of it. */
+/* Borrowed: what rooms that add up over nodes know of it. flesh_body_part_nodes goes on with the nodes beyond. */
 const flesh_team *flesh_body_part_team(const flesh_body_part *body_part);
 
 #endif

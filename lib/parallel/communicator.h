@@ -3,6 +3,7 @@
 #ifndef FLESH_PARALLEL_COMMUNICATOR_H
 #define FLESH_PARALLEL_COMMUNICATOR_H
 
+#include "base/team.h"
 #include "flesh/ranks.h"
 
 /* What all ranks call, in the same order. The numbers of all ranks added up, or the largest: the same bits everywhere,
@@ -12,17 +13,10 @@ void flesh_communicator_largest(flesh_communicator *communicator, int count, dou
 /* The numbers of the first rank become everyone's. */
 void flesh_communicator_spread(flesh_communicator *communicator, int count, int *numbers);
 
-/* Numbers for another rank, and room for those that it sends. Either knows the other's counts. */
-typedef struct flesh_message {
-  int rank, send_count, receive_count;
-  const double *send;
-  double *receive;
-} flesh_message;
-
-/* Room for exchanges of as many messages as this. FLESH_ERR_MEMORY. */
+/* Room for exchanges of as many messages as this, or more. FLESH_ERR_MEMORY. */
 int flesh_communicator_reserve(flesh_communicator *communicator, int messages);
 /* Sends and receives them; the arrays are in use until the end. One exchange at a time. */
-void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_message *messages);
+void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_team_message *messages);
 void flesh_communicator_end(flesh_communicator *communicator);
 
 #endif

@@ -69,7 +69,7 @@ int flesh_communicator_reserve(flesh_communicator *communicator, int messages)
   return FLESH_OK;
 }
 
-void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_message *messages)
+void flesh_communicator_begin(flesh_communicator *communicator, int count, const flesh_team_message *messages)
 {
   (void)communicator, (void)count, (void)messages;
 }

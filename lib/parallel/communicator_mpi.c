@@ -20,7 +20,7 @@ struct flesh_communicator {
   int rank, size, most; /* most: the largest power of two of ranks */
   flesh_communicator_figures figures;
   MPI_Request *requests;
-  int request_count;
+  int request_room, request_count;
   double room[ROOM];
 };
 
@@ -146,13 +146,15 @@ void flesh_communicator_spread(flesh_communicator *self, int n, int *numbers)
 
 int flesh_communicator_reserve(flesh_communicator *self, int messages)
 {
+  if (2 * messages < self->request_room) return FLESH_OK;
   MPI_Request *grown = flesh_realloc(self->requests, (2 * (size_t)messages + 1) * sizeof *grown);
   if (!grown) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d messages", messages);
   self->requests = grown;
+  self->request_room = 2 * messages + 1;
   return FLESH_OK;
 }
 
-void flesh_communicator_begin(flesh_communicator *self, int n, const flesh_message *messages)
+void flesh_communicator_begin(flesh_communicator *self, int n, const flesh_team_message *messages)
 {
   self->request_count = 0;
   for (int k = 0; k < n; k++)

@@ -53,6 +53,7 @@ static int allocate(flesh_halo *self, int neighbours, int own, int ghosts)
   failed |= !(self->ghosts = flesh_malloc(((size_t)ghosts + 1) * sizeof *self->ghosts));
   failed |= !(self->of_own = flesh_malloc(((size_t)own + 1) * FLESH_HALO_WIDTH * sizeof *self->of_own));
   failed |= !(self->of_ghosts = flesh_malloc(((size_t)ghosts + 1) * FLESH_HALO_WIDTH * sizeof *self->of_ghosts));
+  failed |= !(self->ranks = flesh_malloc(((size_t)neighbours + 1) * sizeof *self->ranks));
   failed |= !(self->messages = flesh_calloc((size_t)neighbours + 1, sizeof *self->messages));
   return failed ? FLESH_ERR_MEMORY : FLESH_OK;
 }
@@ -75,7 +76,7 @@ int flesh_halo_create(flesh_communicator *communicator, flesh_shared_nodes *shar
     if (k == 0 || nodes[k].rank != nodes[k - 1].rank) {
       self->first_own[self->count] = own;
       self->first_ghost[self->count] = ghost;
-      self->messages[self->count++].rank = nodes[k].rank;
+      self->ranks[self->count++] = nodes[k].rank;
     }
     if (nodes[k].ghost) self->ghosts[ghost++] = nodes[k].local;
     else self->own[own++] = nodes[k].local;
@@ -87,8 +88,8 @@ int flesh_halo_create(flesh_communicator *communicator, flesh_shared_nodes *shar
 
 void flesh_halo_clear(flesh_halo *self)
 {
-  void *arrays[] = {self->first_own, self->first_ghost, self->own,     self->ghosts,
-                    self->of_own,    self->of_ghosts,   self->messages};
+  void *arrays[] = {self->first_own, self->first_ghost, self->own,      self->ghosts,
+                    self->of_own,    self->of_ghosts,   self->messages, self->ranks};
   for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
   *self = (flesh_halo){0};
 }
@@ -106,44 +107,42 @@ static void pack(const flesh_team_vector *vector, int count, const int *nodes, d
   }
 }
 
-void flesh_halo_share(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+/* What is in `out`, first_out[k] on to neighbour k, into `in` there. */
+static void exchange(const flesh_halo *self, flesh_communicator *communicator, int width, const int *first_out,
+                     const double *out, const int *first_in, double *in)
 {
-  const int width = vector->width, *first = self->first_own, *ghost = self->first_ghost;
-  pack(vector, first[self->count], self->own, self->of_own);
-  for (int k = 0; k < self->count; k++) {
-    flesh_message *m = &self->messages[k];
-    *m = (flesh_message){m->rank, width * (first[k + 1] - first[k]), width * (ghost[k + 1] - ghost[k]),
-                         self->of_own + (size_t)width * (size_t)first[k],
-                         self->of_ghosts + (size_t)width * (size_t)ghost[k]};
-  }
+  for (int k = 0; k < self->count; k++)
+    self->messages[k] = (flesh_team_message){self->ranks[k], width * (first_out[k + 1] - first_out[k]),
+                                             width * (first_in[k + 1] - first_in[k]),
+                                             out + (size_t)width * (size_t)first_out[k],
+                                             in + (size_t)width * (size_t)first_in[k]};
   flesh_communicator_begin(communicator, self->count, self->messages);
   flesh_communicator_end(communicator);
+}
+
+void flesh_halo_share(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
+{
+  pack(vector, self->first_own[self->count], self->own, self->of_own);
+  exchange(self, communicator, vector->width, self->first_own, self->of_own, self->first_ghost, self->of_ghosts);
   const double *packed = self->of_ghosts;
-  for (int k = 0; k < ghost[self->count]; k++) {
+  for (int k = 0; k < self->first_ghost[self->count]; k++) {
     double *to = numbers_of(vector, self->ghosts[k]);
-    for (int c = 0; c < width; c++) to[c] = *packed++;
+    for (int c = 0; c < vector->width; c++) to[c] = *packed++;
   }
 }
 
 void flesh_halo_collect(const flesh_halo *self, flesh_communicator *communicator, const flesh_team_vector *vector)
 {
-  const int width = vector->width, *own = self->first_own, *first = self->first_ghost;
-  pack(vector, first[self->count], self->ghosts, self->of_ghosts);
-  for (int k = 0; k < self->count; k++) {
-    flesh_message *m = &self->messages[k];
-    *m = (flesh_message){m->rank, width * (first[k + 1] - first[k]), width * (own[k + 1] - own[k]),
-                         self->of_ghosts + (size_t)width * (size_t)first[k],
-                         self->of_own + (size_t)width * (size_t)own[k]};
-  }
-  flesh_communicator_begin(communicator, self->count, self->messages);
-  flesh_communicator_end(communicator);
+  const int ghosts = self->first_ghost[self->count];
+  pack(vector, ghosts, self->ghosts, self->of_ghosts);
+  exchange(self, communicator, vector->width, self->first_ghost, self->of_ghosts, self->first_own, self->of_own);
   const double *packed = self->of_own;
-  for (int k = 0; k < own[self->count]; k++) {
+  for (int k = 0; k < self->first_own[self->count]; k++) {
     double *to = numbers_of(vector, self->own[k]);
-    for (int c = 0; c < width; c++) to[c] += *packed++;
+    for (int c = 0; c < vector->width; c++) to[c] += *packed++;
   }
-  for (int k = 0; k < first[self->count]; k++) {
+  for (int k = 0; k < ghosts; k++) {
     double *ghost = numbers_of(vector, self->ghosts[k]);
-    for (int c = 0; c < width; c++) ghost[c] = 0;
+    for (int c = 0; c < vector->width; c++) ghost[c] = 0;
   }
 }

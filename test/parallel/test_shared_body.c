@@ -5,6 +5,7 @@
 #include "base/parallel_vector.h"
 #include "body.h"
 #include "linear/block_matrix.h"
+#include "linear/overlap.h"
 #include "sundials/kinsol.h"
 
 /* The body as a whole, which every rank has, and this rank's part of it. */
@@ -126,23 +127,82 @@ static void check_sums(const bodies *b, const flesh_point points[2])
   free(r[1]);
 }
 
+/* The matrix among the nodes that a rank reaches is the whole's, every block of it, wherever it was computed. */
+static void check_overlap(const bodies *b, const flesh_block_matrix *whole, const flesh_block_matrix *own)
+{
+  const flesh_team *team = flesh_body_part_team(b->part);
+  const int *nodes = flesh_body_part_nodes(b->part);
+  int *place = malloc((size_t)b->nodes * sizeof *place), blocks = 0;
+  double worst = 0, size = largest(9 * whole->row_start[whole->rows], whole->values);
+  flesh_overlap overlap;
+  CHECK_OK(flesh_overlap_create(own, team, &overlap));
+  const flesh_block_matrix *A = flesh_overlap_update(&overlap, own);
+  CHECK(A->rows == team->reached);
+  memset(place, -1, (size_t)b->nodes * sizeof *place);
+  for (int i = 0; i < A->rows; i++) place[nodes[i]] = i;
+  for (int i = 0; i < whole->rows; i++)
+    for (int k = whole->row_start[i]; k < whole->row_end[i]; k++) {
+      const int row = place[i], column = place[whole->column[k]], flipped = row > column;
+      if (row < 0 || column < 0) continue;
+      const int at = flesh_block_find(A, flipped ? column : row, flipped ? row : column);
+      CHECK(at >= 0);
+      for (int e = 0; e < 9 && at >= 0; e++)
+        worst = fmax(worst, fabs(A->values[9 * at + (flipped ? 3 * (e % 3) + e / 3 : e)] - whole->values[9 * k + e]));
+      blocks++;
+    }
+  CHECK(blocks == A->row_start[A->rows]);
+  CHECK_BELOW(worst, 1e-13 * size);
+  flesh_overlap_clear(&overlap);
+  free(place);
+}
+
+/* What ranks find is added up, by weights of which the squares are the roots of how many there are. */
+static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own)
+{
+  const flesh_team *team = flesh_body_part_team(b->part);
+  const int *nodes = flesh_body_part_nodes(b->part);
+  const size_t reached = (size_t)team->reached;
+  double *times = vector(b->nodes);
+  int *order = malloc(reached * sizeof *order);
+  float *r = calloc(4 * reached, sizeof *r), *wide = calloc(4 * reached, sizeof *wide);
+  flesh_overlap overlap;
+  CHECK_OK(flesh_overlap_create(own, team, &overlap));
+  for (int i = 0; i < team->reached; i++) times[nodes[i]] = 1, order[i] = i;
+  flesh_communicator_sum(ranks, b->nodes, times);
+  for (int i = 0; i < 4 * team->own; i++) r[i] = (float)(i % 4 < 3 ? 100 * nodes[i / 4] + i % 4 : 0);
+  flesh_overlap_restrict(&overlap, order, r, order, wide);
+  flesh_overlap_add(&overlap, order, wide, order, r);
+  for (int i = 0; i < 4 * team->nodes; i++) {
+    const double sum = i / 4 < team->own && i % 4 < 3 ? sqrt(times[nodes[i / 4]]) * (100 * nodes[i / 4] + i % 4) : 0;
+    CHECK_NEAR(r[i], sum, 1e-6 * (sum + 1));
+  }
+  flesh_overlap_clear(&overlap);
+  free(times);
+  free(order);
+  free(r);
+  free(wide);
+}
+
 /* The sum of the ranks' products is that of the whole's matrix. */
 static void check_products(const bodies *b, const flesh_point points[2])
 {
   const flesh_shift shift = {.x = 1, .v = 60, .a = 3600};
   const flesh_system *systems[2] = {b->whole.system, b->own.system};
   double *y[2] = {vector(3 * b->nodes), vector(b->own.n)};
+  flesh_block_matrix *K[2] = {NULL};
   for (int k = 0; k < 2; k++) {
-    flesh_block_matrix *K = NULL;
-    CHECK_OK(flesh_system_matrix_create(systems[k], &K));
-    CHECK_OK(flesh_system_jacobian(systems[k], &points[k], &shift, K));
-    flesh_block_multiply(K, points[k].a, y[k]);
-    flesh_block_matrix_destroy(&K);
+    CHECK_OK(flesh_system_matrix_create(systems[k], &K[k]));
+    CHECK_OK(flesh_system_jacobian(systems[k], &points[k], &shift, K[k]));
+    flesh_block_multiply(K[k], points[k].a, y[k]);
   }
+  check_overlap(b, K[0], K[1]);
+  check_sum_of_overlaps(b, K[1]);
   flesh_team_collect(flesh_body_part_team(b->part), y[1]);
   CHECK_BELOW(difference(b, y[1], y[0]), 1e-12);
-  free(y[0]);
-  free(y[1]);
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix_destroy(&K[k]);
+    free(y[k]);
+  }
 }
 
 /* What vectors are asked: places are consistent, so that ghosts would count twice. */

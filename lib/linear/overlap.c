@@ -1,0 +1,270 @@
+/* overlap.c: the pattern of what a rank reaches, and the exchange of blocks and vectors. */
+#include "linear/overlap.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
+#include "linear/block_matrix.h"
+
+/* Blocks of A that other ranks get. */
+typedef struct listing {
+  int count;
+  int *first;     /* [ranks+1] where those of each rank begin */
+  int *blocks;    /* NULL: they are only counted */
+  double *places; /* [2] of each, its row and column in the list of nodes that the rank gets */
+} listing;
+
+/* `place` [rows] is room. */
+static void list_given(const flesh_block_matrix *A, const flesh_team_reach *reach, int *place, listing *list)
+{
+  memset(place, -1, (size_t)A->rows * sizeof *place);
+  list->count = 0;
+  for (int r = 0; r < reach->count; r++) {
+    const int *nodes = reach->given + reach->first_given[r], count = reach->first_given[r + 1] - reach->first_given[r];
+    list->first[r] = list->count;
+    for (int k = 0; k < count; k++) place[nodes[k]] = k;
+    for (int k = 0; k < count; k++)
+      for (int b = A->row_start[nodes[k]]; b < A->row_end[nodes[k]]; b++) {
+        if (place[A->column[b]] < 0) continue;
+        if (list->blocks) {
+          list->blocks[list->count] = b;
+          list->places[2 * list->count] = k;
+          list->places[2 * list->count + 1] = place[A->column[b]];
+        }
+        list->count++;
+      }
+    for (int k = 0; k < count; k++) place[nodes[k]] = -1;
+  }
+  list->first[reach->count] = list->count;
+}
+
+/* So many numbers for each block of `sent`, and into `received`. */
+static void exchange(const flesh_overlap *self, size_t width)
+{
+  const flesh_team *team = self->team;
+  const int *out = self->first_given, *in = self->first_taken;
+  for (int r = 0; r < team->reach.count; r++)
+    self->messages[r] = (flesh_team_message){
+        team->reach.ranks[r], (int)width * (out[r + 1] - out[r]), (int)width * (in[r + 1] - in[r]),
+        self->sent + width * (size_t)out[r], self->received + width * (size_t)in[r]};
+  team->operations->exchange(team->data, team->reach.count, self->messages);
+}
+
+/* first_taken by the other ranks' counts; `counts` [2*ranks] is room. */
+static void exchange_counts(flesh_overlap *self, double *counts)
+{
+  const flesh_team *team = self->team;
+  const int ranks = team->reach.count;
+  for (int r = 0; r < ranks; r++) {
+    counts[r] = self->first_given[r + 1] - self->first_given[r];
+    self->messages[r] = (flesh_team_message){team->reach.ranks[r], 1, 1, counts + r, counts + ranks + r};
+  }
+  team->operations->exchange(team->data, ranks, self->messages);
+  for (int r = 0; r < ranks; r++) self->first_taken[r + 1] = self->first_taken[r] + (int)counts[ranks + r];
+}
+
+/* A block of what a rank reaches. */
+typedef struct entry {
+  int row, column;
+} entry;
+
+static int compare(const void *a, const void *b)
+{
+  const entry *p = a, *q = b;
+  if (p->row != q->row) return p->row < q->row ? -1 : 1;
+  return (p->column > q->column) - (p->column < q->column);
+}
+
+/* Where a received block belongs; `flipped` where it is to be transposed. */
+static entry entry_of(const flesh_overlap *self, int rank, int block, int *flipped)
+{
+  const flesh_team_reach *reach = &self->team->reach;
+  const int *nodes = reach->taken + reach->first_taken[rank];
+  const int row = nodes[(int)self->received[2 * block]], column = nodes[(int)self->received[2 * block + 1]];
+  *flipped = row > column;
+  return *flipped ? (entry){column, row} : (entry){row, column};
+}
+
+/* The matrix's pattern: A's, and `extra` blocks, which are sorted, that A has not. */
+static int make_pattern(flesh_overlap *self, const flesh_block_matrix *A, int extra, const entry *entries)
+{
+  const size_t rows = (size_t)self->team->reached, blocks = (size_t)A->row_start[A->rows] + (size_t)extra;
+  int next = 0, count = 0;
+  self->row_start = flesh_malloc((rows + 1) * sizeof *self->row_start);
+  self->column = flesh_malloc((blocks + 1) * sizeof *self->column);
+  self->matrix.values = flesh_malloc((9 * blocks + 1) * sizeof *self->matrix.values);
+  if (!self->row_start || !self->column || !self->matrix.values) return FLESH_ERR_MEMORY;
+  for (int i = 0; i < (int)rows; i++) {
+    self->row_start[i] = count;
+    int k = i < A->rows ? A->row_start[i] : 0;
+    const int end = i < A->rows ? A->row_end[i] : 0;
+    while (k < end || (next < extra && entries[next].row == i)) {
+      const int from_A = k < end && (next == extra || entries[next].row > i || A->column[k] < entries[next].column);
+      if (from_A) self->own_place[k] = count;
+      self->column[count++] = from_A ? A->column[k++] : entries[next++].column;
+    }
+  }
+  self->row_start[rows] = count;
+  self->matrix.rows = (int)rows;
+  self->matrix.row_start = self->row_start;
+  self->matrix.row_end = self->row_start + 1;
+  self->matrix.column = self->column;
+  return FLESH_OK;
+}
+
+/* From the places that were received. */
+static int make_matrix(flesh_overlap *self, const flesh_block_matrix *A)
+{
+  const int taken = self->first_taken[self->team->reach.count];
+  entry *entries = flesh_malloc(((size_t)taken + 1) * sizeof *entries);
+  int extra = 0, kept = 0, flipped;
+  if (!entries) return FLESH_ERR_MEMORY;
+  for (int r = 0, k = 0; r < self->team->reach.count; r++)
+    for (; k < self->first_taken[r + 1]; k++) {
+      const entry e = entry_of(self, r, k, &flipped);
+      if (e.column >= A->rows || flesh_block_find(A, e.row, e.column) < 0) entries[extra++] = e;
+    }
+  flesh_sort(entries, (size_t)extra, sizeof *entries, compare);
+  for (int k = 0; k < extra; k++)
+    if (k == 0 || compare(&entries[k], &entries[kept - 1])) entries[kept++] = entries[k];
+  const int status = make_pattern(self, A, kept, entries);
+  flesh_free(entries);
+  for (int r = 0, k = 0; !status && r < self->team->reach.count; r++)
+    for (; k < self->first_taken[r + 1]; k++) {
+      const entry e = entry_of(self, r, k, &flipped);
+      const int at = flesh_block_find(&self->matrix, e.row, e.column);
+      self->taken[k] = flipped ? ~at : at;
+    }
+  return status;
+}
+
+static int allocate_given(flesh_overlap *self, const flesh_block_matrix *A, int *place)
+{
+  const size_t ranks = (size_t)self->team->reach.count, blocks = (size_t)A->row_start[A->rows];
+  self->first_given = flesh_calloc(ranks + 1, sizeof *self->first_given);
+  self->first_taken = flesh_calloc(ranks + 1, sizeof *self->first_taken);
+  self->messages = flesh_calloc(ranks + 1, sizeof *self->messages);
+  self->own_place = flesh_malloc((blocks + 1) * sizeof *self->own_place);
+  self->vector = flesh_malloc((3 * (size_t)self->team->reached + 1) * sizeof *self->vector);
+  self->weight = flesh_malloc(((size_t)self->team->reached + 1) * sizeof *self->weight);
+  if (!place || !self->first_given || !self->first_taken || !self->messages || !self->own_place || !self->vector ||
+      !self->weight)
+    return FLESH_ERR_MEMORY;
+  listing list = {.first = self->first_given};
+  list_given(A, &self->team->reach, place, &list);
+  self->given = flesh_malloc(((size_t)list.count + 1) * sizeof *self->given);
+  self->sent = flesh_malloc((9 * (size_t)list.count + 1) * sizeof *self->sent);
+  if (!self->given || !self->sent) return FLESH_ERR_MEMORY;
+  list.blocks = self->given;
+  list.places = self->sent;
+  list_given(A, &self->team->reach, place, &list);
+  return FLESH_OK;
+}
+
+static int allocate_taken(flesh_overlap *self)
+{
+  const size_t blocks = (size_t)self->first_taken[self->team->reach.count];
+  self->taken = flesh_malloc((blocks + 1) * sizeof *self->taken);
+  self->received = flesh_malloc((9 * blocks + 1) * sizeof *self->received);
+  return self->taken && self->received ? FLESH_OK : FLESH_ERR_MEMORY;
+}
+
+/* By how many ranks reach each node. Weights 1 would count corrections where ranks overlap twice, the square roots would
+ * average them; what is between took fewer iterations than either (lib/parallel/README.md). */
+static void set_weights(flesh_overlap *self)
+{
+  const flesh_team *team = self->team;
+  const flesh_team_vector ranks = {1, 1, NULL, self->vector, 1};
+  for (int i = 0; i < team->reached; i++) self->vector[i] = 1;
+  team->operations->collect(team->data, &ranks);
+  team->operations->share(team->data, &ranks);
+  for (int i = 0; i < team->reached; i++) self->weight[i] = (float)pow(self->vector[i], -0.25);
+}
+
+int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *self)
+{
+  *self = (flesh_overlap){.team = team, .matrix = *A};
+  if (!team) return FLESH_OK;
+  self->matrix = (flesh_block_matrix){0};
+  int *place = flesh_malloc(((size_t)A->rows + 1) * sizeof *place);
+  double *counts = flesh_malloc((2 * (size_t)team->reach.count + 1) * sizeof *counts);
+  int status = flesh_team_agree(team, counts ? allocate_given(self, A, place) : FLESH_ERR_MEMORY);
+  if (!status) {
+    exchange_counts(self, counts);
+    status = flesh_team_agree(team, allocate_taken(self));
+  }
+  if (!status) {
+    exchange(self, 2);
+    status = flesh_team_agree(team, make_matrix(self, A));
+  }
+  if (!status) set_weights(self);
+  flesh_free(place);
+  flesh_free(counts);
+  return status ? flesh_fail(status, "no memory for the overlap of %d nodes", A->rows) : FLESH_OK;
+}
+
+void flesh_overlap_clear(flesh_overlap *self)
+{
+  void *arrays[] = {self->row_start, self->column, self->own_place, self->first_given, self->first_taken, self->given,
+                    self->taken,     self->sent,   self->received,  self->messages,    self->vector,      self->weight};
+  for (size_t k = 0; k < sizeof arrays / sizeof arrays[0]; k++) flesh_free(arrays[k]);
+  if (self->team) flesh_free(self->matrix.values);
+  *self = (flesh_overlap){0};
+}
+
+size_t flesh_overlap_memory(const flesh_overlap *self)
+{
+  if (!self->team) return 0;
+  const size_t rows = (size_t)self->matrix.rows, blocks = (size_t)self->row_start[rows],
+               ranks = (size_t)self->team->reach.count,
+               exchanged = (size_t)self->first_given[ranks] + (size_t)self->first_taken[ranks];
+  return (rows + ranks) * (3 * sizeof(double) + 2 * sizeof(int) + sizeof(float)) +
+         blocks * (9 * sizeof(double) + 2 * sizeof(int)) + exchanged * (9 * sizeof(double) + sizeof(int)) + ranks * sizeof *self->messages;
+}
+
+const flesh_block_matrix *flesh_overlap_update(flesh_overlap *self, const flesh_block_matrix *A)
+{
+  if (!self->team) return A;
+  const int ranks = self->team->reach.count;
+  double *values = self->matrix.values;
+  memset(values, 0, 9 * (size_t)self->row_start[self->matrix.rows] * sizeof *values);
+  for (int i = 0; i < A->rows; i++)
+    for (int k = A->row_start[i]; k < A->row_end[i]; k++)
+      memcpy(values + 9 * (size_t)self->own_place[k], A->values + 9 * (size_t)k, 9 * sizeof *values);
+  for (int k = 0; k < self->first_given[ranks]; k++)
+    memcpy(self->sent + 9 * (size_t)k, A->values + 9 * (size_t)self->given[k], 9 * sizeof *values);
+  exchange(self, 9);
+  for (int k = 0; k < self->first_taken[ranks]; k++) {
+    const int at = self->taken[k], flipped = at < 0;
+    const double *block = self->received + 9 * (size_t)k;
+    double *to = values + 9 * (size_t)(flipped ? ~at : at);
+    for (int e = 0; e < 9; e++) to[e] += block[flipped ? 3 * (e % 3) + e / 3 : e];
+  }
+  return &self->matrix;
+}
+
+void flesh_overlap_restrict(const flesh_overlap *self, const int *nodes, const float *r, const int *reached,
+                            float *wide)
+{
+  const flesh_team *team = self->team;
+  for (size_t p = 0; p < (size_t)team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) self->vector[3 * (size_t)nodes[p] + c] = r[4 * p + c];
+  team->operations->share(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  for (size_t p = 0; p < (size_t)team->reached; p++)
+    for (size_t c = 0; c < 3; c++)
+      wide[4 * p + c] = self->weight[reached[p]] * (float)self->vector[3 * (size_t)reached[p] + c];
+}
+
+void flesh_overlap_add(const flesh_overlap *self, const int *reached, const float *wide, const int *nodes, float *z)
+{
+  const flesh_team *team = self->team;
+  for (size_t p = 0; p < (size_t)team->reached; p++)
+    for (size_t c = 0; c < 3; c++)
+      self->vector[3 * (size_t)reached[p] + c] = self->weight[reached[p]] * wide[4 * p + c];
+  team->operations->collect(team->data, &(flesh_team_vector){3, 3, NULL, self->vector, 1});
+  for (size_t p = 0; p < (size_t)team->nodes; p++)
+    for (size_t c = 0; c < 3; c++) z[4 * p + c] = (float)self->vector[3 * (size_t)nodes[p] + c];
+}

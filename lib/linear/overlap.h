@@ -1,0 +1,41 @@
+/* overlap.h: the matrix among the nodes that a rank reaches, for its preconditioner: its own, its ghosts and some layers
+ * beyond (team.h). A rank's matrix is partial; what the other ranks' tets add, and the rows of nodes beyond, come from
+ * those. What each rank finds with its own is added up: additive Schwarz with overlap (Dryja & Widlund 1994). */
+#ifndef FLESH_LINEAR_OVERLAP_H
+#define FLESH_LINEAR_OVERLAP_H
+
+#include <stddef.h>
+
+#include "base/team.h"
+#include "flesh/block_matrix.h"
+
+typedef struct flesh_overlap {
+  const flesh_team *team; /* NULL: there is none, and the matrix is A */
+  flesh_block_matrix matrix;
+  int *row_start, *column, *own_place; /* the matrix's; [blocks of A] which of its blocks they are */
+  int *first_given, *first_taken; /* [ranks+1] of the blocks that each rank gets, and of those that it sends */
+  int *given; /* blocks of A that other ranks get, rank by rank */
+  int *taken; /* blocks of the matrix to which those of other ranks are added; ~block: transposed */
+  double *sent, *received; /* [9] of each */
+  flesh_team_message *messages;
+  double *vector; /* [3*reached] */
+  float *weight;  /* [reached] of what is found with the matrix, on either side of it */
+} flesh_overlap;
+
+/* For A's pattern; `team` may be NULL. Collective, and fails on all ranks or none: FLESH_ERR_MEMORY. To be cleared also
+ * when it fails. */
+int flesh_overlap_create(const flesh_block_matrix *A, const flesh_team *team, flesh_overlap *overlap);
+void flesh_overlap_clear(flesh_overlap *overlap);
+size_t flesh_overlap_memory(const flesh_overlap *overlap);
+
+/* The matrix, of A's values. Collective. */
+const flesh_block_matrix *flesh_overlap_update(flesh_overlap *overlap, const flesh_block_matrix *A);
+
+/* With a team, collective. Vectors of four lanes a node, [4*rows] in the order `nodes` and [4*reached] in the order
+ * `reached`: from r, which own nodes alone have, to those that are reached; and back, z being what all ranks have found
+ * for own nodes, and nothing at ghosts. */
+void flesh_overlap_restrict(const flesh_overlap *overlap, const int *nodes, const float *r, const int *reached,
+                            float *wide);
+void flesh_overlap_add(const flesh_overlap *overlap, const int *reached, const float *wide, const int *nodes, float *z);
+
+#endif

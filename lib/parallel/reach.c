@@ -1,0 +1,140 @@
+/* reach.c: lists of each node's ranks, and their growth from tet to tet. */
+#include "parallel/reach.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
+
+typedef struct pair {
+  int node, rank;
+} pair;
+
+typedef struct pairs {
+  size_t count, room;
+  int failed;
+  pair *list;
+} pairs;
+
+static void add(pairs *self, int node, int rank)
+{
+  if (self->count == self->room && !self->failed) {
+    const size_t room = 2 * self->room + 64;
+    pair *grown = flesh_realloc(self->list, room * sizeof *grown);
+    self->failed = !grown;
+    if (grown) self->list = grown, self->room = room;
+  }
+  if (!self->failed) self->list[self->count++] = (pair){node, rank};
+}
+
+static int compare(const void *a, const void *b)
+{
+  const pair *p = a, *q = b;
+  if (p->node != q->node) return p->node < q->node ? -1 : 1;
+  return (p->rank > q->rank) - (p->rank < q->rank);
+}
+
+void flesh_reach_for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes),
+                          void *data)
+{
+  const int *corners = flesh_mesh_tets(whole), *edges = flesh_mesh_tet_edges(whole);
+  for (int t = 0; t < flesh_mesh_tet_count(whole); t++) {
+    int nodes[10], count = 4;
+    memcpy(nodes, corners + 4 * (size_t)t, 4 * sizeof *nodes);
+    for (int e = 0; e < 6 && edges; e++)
+      if (edges[6 * (size_t)t + (size_t)e] >= 0) nodes[count++] = edges[6 * (size_t)t + (size_t)e];
+    each(data, t, count, nodes);
+  }
+}
+
+/* The lists from pairs, which are sorted and freed. */
+static int make(pairs *all, int nodes, flesh_reach *self)
+{
+  flesh_reach made = {.nodes = nodes, .first = flesh_calloc((size_t)nodes + 1, sizeof *made.first),
+                      .ranks = flesh_malloc((all->count + 1) * sizeof *made.ranks)};
+  if (all->failed || !made.first || !made.ranks) {
+    flesh_free(all->list);
+    flesh_reach_clear(&made);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
+  }
+  flesh_sort(all->list, all->count, sizeof *all->list, compare);
+  int count = 0;
+  for (size_t k = 0; k < all->count; k++) {
+    if (k > 0 && !compare(&all->list[k], &all->list[k - 1])) continue;
+    made.ranks[count++] = all->list[k].rank;
+    made.first[all->list[k].node + 1]++;
+  }
+  for (int i = 0; i < nodes; i++) made.first[i + 1] += made.first[i];
+  flesh_free(all->list);
+  flesh_reach_clear(self);
+  *self = made;
+  return FLESH_OK;
+}
+
+typedef struct search {
+  const int *part;
+  int *last; /* [nodes] the rank that was added last; -1 */
+  pairs pairs;
+} search;
+
+static void look(void *data, int tet, int count, const int *nodes)
+{
+  search *s = data;
+  for (int a = 0; a < count; a++) {
+    if (s->last[nodes[a]] == s->part[tet]) continue;
+    s->last[nodes[a]] = s->part[tet];
+    add(&s->pairs, nodes[a], s->part[tet]);
+  }
+}
+
+int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *self)
+{
+  const int nodes = flesh_mesh_node_count(whole);
+  search s = {.part = part, .last = flesh_malloc(((size_t)nodes + 1) * sizeof *s.last), .pairs = {.failed = 0}};
+  *self = (flesh_reach){0};
+  if (!s.last) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the ranks of %d nodes", nodes);
+  memset(s.last, -1, (size_t)nodes * sizeof *s.last);
+  flesh_reach_for_tets(whole, look, &s);
+  flesh_free(s.last);
+  return make(&s.pairs, nodes, self);
+}
+
+int flesh_reach_has(const flesh_reach *self, int node, int rank)
+{
+  for (int k = self->first[node]; k < self->first[node + 1]; k++)
+    if (self->ranks[k] == rank) return 1;
+  return 0;
+}
+
+typedef struct growth {
+  const flesh_reach *reach;
+  pairs pairs;
+} growth;
+
+static void spread(void *data, int tet, int count, const int *nodes)
+{
+  growth *g = data;
+  const flesh_reach *reach = g->reach;
+  (void)tet;
+  for (int a = 0; a < count; a++)
+    for (int k = reach->first[nodes[a]]; k < reach->first[nodes[a] + 1]; k++)
+      for (int b = 0; b < count; b++)
+        if (!flesh_reach_has(reach, nodes[b], reach->ranks[k])) add(&g->pairs, nodes[b], reach->ranks[k]);
+}
+
+int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *self)
+{
+  growth g = {.reach = self, .pairs = {.failed = 0}};
+  for (int i = 0; i < self->nodes; i++)
+    for (int k = self->first[i]; k < self->first[i + 1]; k++) add(&g.pairs, i, self->ranks[k]);
+  flesh_reach_for_tets(whole, spread, &g);
+  return make(&g.pairs, self->nodes, self);
+}
+
+void flesh_reach_clear(flesh_reach *self)
+{
+  flesh_free(self->first);
+  flesh_free(self->ranks);
+  *self = (flesh_reach){0};
+}

@@ -1,0 +1,27 @@
+/* reach.h: which ranks have a node, or are within some layers of tets from it. */
+#ifndef FLESH_PARALLEL_REACH_H
+#define FLESH_PARALLEL_REACH_H
+
+#include "flesh/mesh.h"
+
+typedef struct flesh_reach {
+  int nodes;
+  int *first; /* [nodes+1] where a node's ranks begin */
+  int *ranks; /* [first[nodes]] each node's by rising number; none where no tet has the node */
+} flesh_reach;
+
+/* Of each node of the whole the ranks whose tets have it; `part` [tets] the rank of each. FLESH_ERR_MEMORY. To be
+ * cleared also when it fails. */
+int flesh_reach_create(const flesh_mesh *whole, const int *part, flesh_reach *reach);
+/* One layer more: every rank of a tet's nodes reaches all of the tet's nodes. The same errors; `reach` is kept then. */
+int flesh_reach_grow(const flesh_mesh *whole, flesh_reach *reach);
+void flesh_reach_clear(flesh_reach *reach);
+
+/* Whether `rank` is one of the node's. */
+int flesh_reach_has(const flesh_reach *reach, int node, int rank);
+
+/* Calls each(data, tet, count, nodes) for all tets, with their corners and mid-edge nodes. */
+void flesh_reach_for_tets(const flesh_mesh *whole, void (*each)(void *data, int tet, int count, const int *nodes),
+                          void *data);
+
+#endif
