@@ -83,6 +83,7 @@ static void archive_state(const flesh_checkpoint_parts *parts, flesh_archive *ar
   flesh_archive_bytes(archive, state->x, vector);
   flesh_archive_bytes(archive, state->v, vector);
   flesh_archive_bytes(archive, state->multipliers, (size_t)state->multiplier_count * sizeof(double));
+  flesh_archive_bytes(archive, state->internal, (size_t)state->internal_count * sizeof(double));
 }
 
 static int archive_trace(flesh_run_trace *trace, flesh_archive *archive)

@@ -124,7 +124,10 @@ static int open_state(flesh_running *r)
   r->state.v = malloc(sizeof(double) * unknowns);
   r->state.multiplier_count = flesh_system_multiplier_count(flesh_scene_system(r->scene));
   if (r->state.multiplier_count) r->state.multipliers = calloc((size_t)r->state.multiplier_count, sizeof(double));
-  if (!r->state.x || !r->state.v || (r->state.multiplier_count && !r->state.multipliers))
+  r->state.internal_count = flesh_system_internal_count(flesh_scene_system(r->scene));
+  if (r->state.internal_count) r->state.internal = calloc((size_t)r->state.internal_count, sizeof(double));
+  if (!r->state.x || !r->state.v || (r->state.multiplier_count && !r->state.multipliers) ||
+      (r->state.internal_count && !r->state.internal))
     return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   flesh_scene_start(r->scene, &r->state);
   r->start_t = r->state.t;
@@ -342,6 +345,7 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   free(r.state.x);
   free(r.state.v);
   free(r.state.multipliers);
+  free(r.state.internal);
   free(r.path);
   flesh_run_trace_clear(&r.trace);
   return outcome->status;

@@ -45,6 +45,7 @@
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
  *   figures        histories, reports of memory, the stress of frames, probes and pictures
  *   proximity      the same as `barrier`, and assembly, whose matrix has a pattern that grows
+ *   internal       integrators, which update internal variables after every accepted step
  *
  * What cannot be written as a potential (the normal force behind friction, a damping matrix that
  * depends on the shape, a load that follows the surface) is lagged: evaluated at the last accepted
@@ -125,6 +126,9 @@ typedef struct flesh_point {
   const struct flesh_proximity *proximity;
   /* That of the effect at hand (flesh_effect_proximity), which the flesh_system_ functions set; NULL: as above. */
   void *near;
+  /* Internal variables (flesh_effect_internal): of all effects, one after the other, in a point handed to a
+   * flesh_system_ function, which hands each effect its own; constant within a step. NULL: all 0, as they begin. */
+  const double *internal;
 } flesh_point;
 
 /* How a change of the unknown u moves the point: dx = x du, dv = v du, da = a du; and what becomes
@@ -284,6 +288,23 @@ typedef struct flesh_effect_proximity {
   size_t (*memory)(const void *near); /* bytes */
 } flesh_effect_proximity;
 
+/* For effects with internal variables: what they remember of the path that led here, such as damage, a plastic strain
+ * or the slip of friction. They are real numbers, all 0 at first, and belong to the state (flesh_state.internal). A step
+ * holds them constant at what the last one has left (flesh_point.internal); at its end, where it is accepted, they are
+ * updated. Statics finds equilibrium again where that has changed anything, until it does not. The adaptive methods and
+ * ODE problems refuse such effects: they keep no steps that something could change between. */
+typedef struct flesh_effect_internal {
+  /* How many; does not change. */
+  int (*count)(const flesh_effect *effect);
+  /* At the end of a step, `point`: internal [count] comes as the step has held them (point->internal) and is updated;
+   * *changed becomes 1 where forces or energy at the same point are others than before. An energy that falls by
+   * it counts as dissipated. */
+  int (*update)(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed);
+  /* A sentence on what they say of a run at its end, for result.json and the program; "" where nothing is to be said.
+   * NULL: nothing. */
+  void (*tell)(const flesh_effect *effect, const double *internal, size_t size, char *text);
+} flesh_effect_internal;
+
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {
   /* Bytes of `data` and what it owns. NULL: not given. */
@@ -328,6 +349,7 @@ typedef struct flesh_effect_operations {
   const flesh_effect_figures *figures;
   const flesh_effect_constraints *constraints;
   const flesh_effect_proximity *proximity;
+  const flesh_effect_internal *internal;
 } flesh_effect_operations;
 
 struct flesh_effect {

@@ -153,10 +153,18 @@ FLESH_API int flesh_effect_buoyancy(const flesh_body *body, double level, double
  * x_2|^2, where x_2 goes with the second one's tet: no energy in affine motions, momentum and angular
  * momentum are kept. It is integrated over the common parts of the triangles: constant stress passes
  * without error; the surfaces part by traction/stiffness. `stiffness`, Pa/m; NaN: 30 times the lesser
- * of 3 mu / edge of the two sides. Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
+ * of 3 mu / edge of the two sides.
+ *
+ * `breaks_at`, Pa: a common part of two triangles no longer holds after a step or equilibrium at whose end
+ * sqrt(<t_n>^2 + t_s^2) is above that, t_n and t_s being the normal and the tangential part of its mean
+ * traction per area at rest, <t_n> 0 in compression. NaN: it holds. Its internal variables
+ * (flesh_system_internal_count) are one for each part, 1 once it is broken, then the energy that was
+ * released, J, the time, s, and the place at rest, m, of the first break; columns of histories are
+ * broken (of the area), released (J) and traction (the largest that counts of what holds, Pa).
+ * Errors: FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY. */
 FLESH_API int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
                                 int second_count, const int *second, double distance,
-                                double stiffness, flesh_effect **effect);
+                                double stiffness, double breaks_at, flesh_effect **effect);
 
 /* The stiffness of a weld, Pa/m, and in *area (may be NULL) how much of the surfaces it ties, m^2;
  * NaN, with *area untouched, for every other effect. */

@@ -158,6 +158,7 @@ FLESH_API const char *flesh_integrator_warning(const flesh_integrator *integrato
 typedef struct flesh_energy_balance {
   int begun;       /* there is a first state */
   double supplied; /* J, W since the first state */
+  double released; /* J that changes of internal variables have dissipated (something broke) */
   double excess;   /* J, now */
   /* The largest excess, less what rounding and the solves' tolerance allow, as a fraction of
    * `scale`; that excess, J; and the times, s, at which E - W was least before and when it was that

@@ -122,6 +122,7 @@ typedef struct flesh_stage {
   const double *multipliers;
   double penalty;
   int softened; /* of the point */
+  const double *internal; /* of the point: internal variables of all effects, borrowed; NULL: 0 */
   /* [3*nodes] dofs that stay at x0, beside the constrained ones; borrowed; NULL: none. */
   const uint8_t *held;
 } flesh_stage;

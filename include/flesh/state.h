@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-/* {t, x, v, multipliers}: owned by the caller, passed along. */
+/* {t, x, v, multipliers, internal variables}: owned by the caller, passed along. */
 typedef struct flesh_state {
   double t;      /* s */
   double *x, *v; /* [3*n] m, m/s */
@@ -17,13 +17,18 @@ typedef struct flesh_state {
    * integrator keeps its own, which begin with 0. */
   double *multipliers;
   int multiplier_count;
+  /* [internal_count] what effects remember of the path that led here, one after the other
+   * (flesh_system_internal_count). NULL, with a count of 0: as above. */
+  double *internal;
+  int internal_count;
 } flesh_state;
 
 /* A state file: rows `x y z vx vy vz`, one per node, '#' comments; a first comment `# t <seconds>`
  * gives the time (else 0). After the rows, comments `# multipliers <count>` and `# <Pa>` for each tet
- * give the multipliers: read where state->multipliers is not NULL, 0 where the file has none. Fills
+ * give the multipliers: read where state->multipliers is not NULL, 0 where the file has none; `# internal
+ * <count>` and `# <number>` likewise the internal variables. Fills
  * the caller's state->x, v [3*nodes]. FLESH_ERR_FILE, with file and line, when a number is missing,
- * wrong or not finite, or the rows or multipliers are not as many as they must be.
+ * wrong or not finite, or the rows, multipliers or internal variables are not as many as they must be.
  * Further errors: FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_state_read(const char *path, int nodes, flesh_state *state);
 /* Writes it so that it reads back bit for bit, whole or not at all. FLESH_ERR_NONFINITE, nothing

@@ -82,6 +82,13 @@ FLESH_API int flesh_system_multiplier_count(const flesh_system *system);
  * gap, stiffness and point->penalty to each. Errors: FLESH_NONFINITE, FLESH_ERR_ARGUMENT. */
 FLESH_API int flesh_system_constraint_gaps(const flesh_system *system, const flesh_point *point,
                                            double *gaps, double *stiffness);
+/* How many internal variables its effects have together (flesh_effect_internal). Cannot fail. */
+FLESH_API int flesh_system_internal_count(const flesh_system *system);
+/* Updates the internal variables [internal_count] at the end of a step, `point`, with which point->internal has their
+ * values in the step (NULL: 0). *changed is 1 where forces or energies become others by it, else 0.
+ * FLESH_ERR_NONFINITE where they have no value there. Further errors: FLESH_ERR_ARGUMENT, what an effect returns. */
+FLESH_API int flesh_system_update_internal(const flesh_system *system, const flesh_point *point,
+                                           double *internal, int *changed);
 /* First time after t at which a constraint or effect stops being smooth; INFINITY if none. */
 FLESH_API double flesh_system_next_event(const flesh_system *system, double t);
 

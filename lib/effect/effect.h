@@ -35,6 +35,11 @@ static inline const flesh_effect_figures *flesh_effect_figures_of(const flesh_ef
   return effect->operations->figures ? effect->operations->figures : &none;
 }
 
+static inline int flesh_effect_internal_count(const flesh_effect *effect)
+{
+  return effect->operations->internal ? effect->operations->internal->count(effect) : 0;
+}
+
 static inline int flesh_effect_has_trait(const flesh_effect *effect, flesh_trait trait)
 {
   return (effect->operations->traits & (unsigned)trait) != 0;

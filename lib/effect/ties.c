@@ -43,16 +43,55 @@ static int compare(const void *a, const void *b)
   return (p->stiffness > q->stiffness) - (p->stiffness < q->stiffness);
 }
 
-int flesh_ties_finish(flesh_ties *ties)
+void flesh_ties_begin_group(flesh_ties *ties)
+{
+  if (ties->failed) return;
+  if (ties->groups + 1 >= ties->group_room) {
+    const int room = 2 * ties->group_room + 64;
+    int *start = realloc(ties->group_start, (size_t)room * sizeof *start);
+    if (!start) {
+      ties->failed = 1;
+      return;
+    }
+    ties->group_start = start;
+    ties->group_room = room;
+  }
+  ties->group_start[ties->groups++] = ties->count;
+  ties->group_start[ties->groups] = ties->count;
+}
+
+/* The pairs from begin to end, with equal ones summed up, from `to` on; returns where they end. */
+static int sum_up(flesh_tie_pair *pairs, int begin, int end, int to)
+{
+  const int first = to;
+  qsort(pairs + begin, (size_t)(end - begin), sizeof *pairs, compare);
+  for (int k = begin; k < end; k++) {
+    const flesh_tie_pair next = pairs[k];
+    flesh_tie_pair *last = to > first ? &pairs[to - 1] : NULL;
+    if (last && last->node[0] == next.node[0] && last->node[1] == next.node[1]) last->stiffness += next.stiffness;
+    else pairs[to++] = next;
+  }
+  return to;
+}
+
+/* The groups' pairs; without groups, all. */
+static int sum_up_groups(flesh_ties *ties)
 {
   int kept = 0;
-  if (!ties->failed) qsort(ties->pairs, (size_t)ties->count, sizeof *ties->pairs, compare);
-  for (int k = 0; k < ties->count && !ties->failed; k++) {
-    const flesh_tie_pair next = ties->pairs[k];
-    flesh_tie_pair *last = kept ? &ties->pairs[kept - 1] : NULL;
-    if (last && last->node[0] == next.node[0] && last->node[1] == next.node[1]) last->stiffness += next.stiffness;
-    else ties->pairs[kept++] = next;
+  if (!ties->groups) return sum_up(ties->pairs, 0, ties->count, 0);
+  ties->group_start[ties->groups] = ties->count;
+  for (int g = 0; g < ties->groups; g++) {
+    const int begin = ties->group_start[g], end = ties->group_start[g + 1];
+    ties->group_start[g] = kept;
+    kept = sum_up(ties->pairs, begin, end, kept);
   }
+  ties->group_start[ties->groups] = kept;
+  return kept;
+}
+
+int flesh_ties_finish(flesh_ties *ties)
+{
+  const int kept = ties->failed ? 0 : sum_up_groups(ties);
   ties->count = kept;
   int *nodes = malloc(((size_t)kept + 1) * 2 * sizeof *nodes);
   if (!nodes || ties->failed) {
@@ -67,18 +106,39 @@ int flesh_ties_finish(flesh_ties *ties)
 void flesh_ties_clear(flesh_ties *ties)
 {
   free((int *)ties->cells.nodes);
+  free(ties->group_start);
   free(ties->pairs);
   *ties = (flesh_ties){0};
 }
 
 size_t flesh_ties_memory(const flesh_ties *ties)
 {
-  return (size_t)ties->room * sizeof *ties->pairs + (size_t)ties->count * 2 * sizeof(int);
+  return (size_t)ties->room * sizeof *ties->pairs + ((size_t)ties->count * 2 + (size_t)ties->group_room) * sizeof(int);
 }
 
-static void add_residual(const flesh_ties *ties, const double *x, double *r)
+/* Pairs that hold together: of one group, or all. */
+typedef struct span {
+  int begin, end;
+} span;
+
+/* The next pairs that hold, from *group (0 at first) on; 0: there are no more. A group is broken where its internal
+ * variable is not 0. */
+static int next_span(const flesh_ties *ties, const double *internal, int *group, span *at)
 {
-  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
+  if (!ties->groups || !internal) {
+    *at = (span){0, ties->count};
+    return (*group)++ == 0;
+  }
+  while (*group < ties->groups && internal[*group] != 0) ++*group;
+  if (*group >= ties->groups) return 0;
+  *at = (span){ties->group_start[*group], ties->group_start[*group + 1]};
+  ++*group;
+  return 1;
+}
+
+static void add_residual(const flesh_ties *ties, const span *at, const double *x, double *r)
+{
+  for (const flesh_tie_pair *p = ties->pairs + at->begin; p < ties->pairs + at->end; p++) {
     const size_t i = 3 * (size_t)p->node[0], j = 3 * (size_t)p->node[1];
     for (size_t c = 0; c < 3; c++) {
       const double f = p->stiffness * (x[i + c] - x[j + c]);
@@ -88,24 +148,39 @@ static void add_residual(const flesh_ties *ties, const double *x, double *r)
   }
 }
 
-static void add_jacobian(const flesh_ties *ties, double factor, flesh_block_matrix *K, const int *slots)
+static void add_jacobian(const flesh_ties *ties, const span *at, double factor, flesh_block_matrix *K, const int *slots)
 {
-  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++, slots += 3)
+  slots += 3 * (size_t)at->begin;
+  for (const flesh_tie_pair *p = ties->pairs + at->begin; p < ties->pairs + at->end; p++, slots += 3)
     for (int block = 0; block < 3; block++)
       for (int c = 0; c < 3; c++)
         K->values[9 * (size_t)slots[block] + 4 * (size_t)c] += (block == 1 ? -factor : factor) * p->stiffness;
 }
 
-static double energy_of(const flesh_ties *ties, const double *x, double *size)
+/* Adds to *value and to the sum of the sizes of its terms. */
+static void add_energy(const flesh_ties *ties, const span *at, const double *x, double *value, double *size)
 {
-  double value = 0;
-  for (const flesh_tie_pair *p = ties->pairs; p < ties->pairs + ties->count; p++) {
+  for (const flesh_tie_pair *p = ties->pairs + at->begin; p < ties->pairs + at->end; p++) {
     const double *a = x + 3 * (size_t)p->node[0], *b = x + 3 * (size_t)p->node[1];
     double square = 0;
     for (int c = 0; c < 3; c++) square += (a[c] - b[c]) * (a[c] - b[c]);
-    value += p->stiffness / 2 * square;
+    *value += p->stiffness / 2 * square;
     *size += fabs(p->stiffness) / 2 * square;
   }
+}
+
+double flesh_ties_group_energy(const flesh_ties *ties, int group, const double *x)
+{
+  double value = 0, size = 0;
+  add_energy(ties, &(span){ties->group_start[group], ties->group_start[group + 1]}, x, &value, &size);
+  return value;
+}
+
+static double energy_of(const flesh_ties *ties, const flesh_point *point, double *size)
+{
+  double value = 0;
+  span at;
+  for (int group = 0; next_span(ties, point->internal, &group, &at);) add_energy(ties, &at, point->x, &value, size);
   return value;
 }
 
@@ -118,7 +193,8 @@ const flesh_cells *flesh_tied_cells(const flesh_effect *effect)
 int flesh_tied_residual(const flesh_effect *effect, const flesh_point *point, double *r)
 {
   const flesh_ties *ties = effect->data;
-  add_residual(ties, point->x, r);
+  span at;
+  for (int group = 0; next_span(ties, point->internal, &group, &at);) add_residual(ties, &at, point->x, r);
   return FLESH_OK;
 }
 
@@ -126,8 +202,9 @@ int flesh_tied_jacobian(const flesh_effect *effect, const flesh_point *point, co
                          flesh_block_matrix *K, const int *slots)
 {
   const flesh_ties *ties = effect->data;
-  (void)point;
-  if (shift->x != 0) add_jacobian(ties, shift->x, K, slots);
+  span at;
+  if (shift->x == 0) return FLESH_OK;
+  for (int group = 0; next_span(ties, point->internal, &group, &at);) add_jacobian(ties, &at, shift->x, K, slots);
   return FLESH_OK;
 }
 
@@ -137,7 +214,7 @@ int flesh_tied_potential(const flesh_effect *effect, const flesh_point *point, c
   const flesh_ties *ties = effect->data;
   double size = 0;
   if (shift->x == 0) return FLESH_OK;
-  *phi += energy_of(ties, point->x, &size) / shift->x;
+  *phi += energy_of(ties, point, &size) / shift->x;
   *magnitude += size / shift->x;
   return FLESH_OK;
 }
@@ -146,6 +223,6 @@ int flesh_tied_energy(const flesh_effect *effect, const flesh_point *point, doub
 {
   const flesh_ties *ties = effect->data;
   double size = 0;
-  *energy = energy_of(ties, point->x, &size);
+  *energy = energy_of(ties, point, &size);
   return FLESH_OK;
 }

@@ -19,14 +19,21 @@ typedef struct flesh_tie_pair {
 typedef struct flesh_ties {
   int count, room, failed;
   flesh_tie_pair *pairs;
+  /* Groups that may break: the pairs from group_start[k] to group_start[k + 1] hold while the effect's k-th internal
+   * variable is 0. NULL: all hold. */
+  int groups, group_room, *group_start;
   flesh_cells cells; /* two nodes each; once finished */
 } flesh_ties;
 
 /* Adds a tie of nodes [count], which may repeat, with weights [count]. What lacks memory fails in _finish. */
 void flesh_ties_add(flesh_ties *ties, int count, const int *nodes, const double *weights, double stiffness);
-/* Sums up equal pairs. FLESH_ERR_MEMORY. */
+/* What is added from now on is another group, which may break by itself. */
+void flesh_ties_begin_group(flesh_ties *ties);
+/* Sums up equal pairs, of groups within each. FLESH_ERR_MEMORY. */
 int flesh_ties_finish(flesh_ties *ties);
 void flesh_ties_clear(flesh_ties *ties);
+/* Of a group's pairs at x, J. */
+double flesh_ties_group_energy(const flesh_ties *ties, int group, const double *x);
 size_t flesh_ties_memory(const flesh_ties *ties);
 
 /* The operations of an effect whose data begin with its ties. */

@@ -7,7 +7,9 @@
  * The integral is the sum over the common parts of the surfaces' triangles (Puso & Laursen 2004, segment to segment),
  * on each of which shape functions of both are polynomials that the rule of quadrature has exactly. So a traction that
  * is the same all over the surface loads the nodes on either side consistently: constant stress passes from mesh to
- * mesh without error, for a constant jump of traction/k. */
+ * mesh without error, for a constant jump of traction/k.
+ *
+ * A weld that breaks keeps the ties of each common part as a group (weld_breaks.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +18,7 @@
 #include "effect/effect.h"
 #include "effect/face_points.h"
 #include "effect/ties.h"
+#include "effect/weld_breaks.h"
 #include "effect/weld_segments.h"
 #include "math/mat3.h"
 #include "mesh/mesh.h"
@@ -31,18 +34,22 @@ enum { PLACE_ITERATIONS = 60, TIE_NODES = FLESH_FACE_NODES + 10 };
 typedef struct weld {
   flesh_ties ties; /* first: flesh_tied_ */
   double area, stiffness; /* m^2, Pa/m */
+  flesh_weld_breaks breaks; /* limit 0: it does not */
 } weld;
 
 static size_t weld_memory(const flesh_effect *effect)
 {
   const weld *self = effect->data;
-  return sizeof *self + flesh_ties_memory(&self->ties);
+  return sizeof *self + flesh_ties_memory(&self->ties) + flesh_weld_breaks_memory(&self->breaks);
 }
 
 static void weld_destroy(void *data)
 {
   weld *self = data;
-  if (self) flesh_ties_clear(&self->ties);
+  if (self) {
+    flesh_ties_clear(&self->ties);
+    flesh_weld_breaks_clear(&self->breaks);
+  }
   free(self);
 }
 
@@ -56,6 +63,46 @@ static const flesh_effect_operations weld_operations = {
     .energy = flesh_tied_energy,
     .destroy = weld_destroy,
     .figures = &(const flesh_effect_figures){.memory = weld_memory},
+};
+
+static int variables(const flesh_effect *effect)
+{
+  const weld *self = effect->data;
+  return flesh_weld_breaks_variables(&self->breaks);
+}
+
+static int update(const flesh_effect *effect, const flesh_point *point, double *internal, int *changed)
+{
+  const weld *self = effect->data;
+  if (flesh_weld_breaks_update(&self->breaks, &self->ties, point->t, point->x, internal)) *changed = 1;
+  return FLESH_OK;
+}
+
+static void tell(const flesh_effect *effect, const double *internal, size_t size, char *text)
+{
+  const weld *self = effect->data;
+  flesh_weld_breaks_tell(&self->breaks, internal, size, text);
+}
+
+static void report(const flesh_effect *effect, const flesh_point *point, double *values)
+{
+  const weld *self = effect->data;
+  flesh_weld_breaks_report(&self->breaks, point->x, point->internal, values);
+}
+
+static const char *const report_names[] = {"broken", "released", "traction", NULL};
+
+static const flesh_effect_operations breaking_operations = {
+    .name = "weld",
+    .traits = FLESH_IS_PASSIVE,
+    .cells = flesh_tied_cells,
+    .residual = flesh_tied_residual,
+    .jacobian = flesh_tied_jacobian,
+    .potential = flesh_tied_potential,
+    .energy = flesh_tied_energy,
+    .destroy = weld_destroy,
+    .figures = &(const flesh_effect_figures){.memory = weld_memory, .report_names = report_names, .report = report},
+    .internal = &(const flesh_effect_internal){.count = variables, .update = update, .tell = tell},
 };
 
 /* The nodes' weights of a point in a tet, or continued from it: of ten nodes x(L) = P is solved by steps of the corners'
@@ -104,8 +151,8 @@ typedef struct making {
   weld *self;
 } making;
 
-/* Adds the tie of a place of face `a`, at L of its triangle, with the tet of triangle b. */
-static int add_tie(making *m, int a, int b, const double L[3], double weight)
+/* Adds the tie of a place of face `a`, at L of its triangle, with the tet of triangle b, for that part of an area. */
+static int add_tie(making *m, int a, int b, const double L[3], double weight, double area)
 {
   const flesh_face_quarter *face = &m->faces.faces[a];
   double N[10], by_L[FLESH_FACE_NODES][3], P[3] = {0}, c[TIE_NODES];
@@ -125,7 +172,8 @@ static int add_tie(making *m, int a, int b, const double L[3], double weight)
     nodes[count] = tet[k];
     c[count++] = -N[k];
   }
-  flesh_ties_add(&m->self->ties, count, nodes, c, weight);
+  flesh_ties_add(&m->self->ties, count, nodes, c, m->self->stiffness * weight * area);
+  if (m->self->breaks.limit > 0) flesh_weld_breaks_add(&m->self->breaks, count, nodes, c, weight * area, P);
   return FLESH_OK;
 }
 
@@ -144,16 +192,20 @@ static int weld_triangles(void *data, int a, int b)
   flesh_vec3_cross(d[0], d[1], normal);
   const double twice = sqrt(flesh_vec3_dot(normal, normal));
   const int flat = flesh_face_is_flat(&m->faces, a) && flesh_mesh_order(m->body->mesh) == 1;
+  const int breaks = m->self->breaks.limit > 0;
+  if (breaks) flesh_ties_begin_group(&m->self->ties);
+  if (breaks) flesh_weld_breaks_begin(&m->self->breaks, m->side[0].triangles + 3 * (size_t)a);
   for (int k = 1; k + 1 < corners; k++) {
     double part[9], at[3], weight;
     for (int i = 0; i < 9; i++) part[i] = L[i / 3 == 0 ? 0 : k + i / 3 - 1][i % 3];
     const double area = fabs(flesh_mat3_determinant(part)) * twice / 2;
     m->self->area += area;
     for (int q = 0; (weight = flesh_face_rule(flat, q, part, at)) > 0; q++) {
-      const int status = add_tie(m, a, b, at, m->self->stiffness * weight * area);
+      const int status = add_tie(m, a, b, at, weight, area);
       if (status) return status;
     }
   }
+  if (breaks) flesh_weld_breaks_end(&m->self->breaks);
   return FLESH_OK;
 }
 
@@ -210,6 +262,8 @@ static int make(making *m, const int count[2], const int *const triangles[2])
     status = flesh_fail(FLESH_ERR_ARGUMENT, "the two surfaces do not face each other anywhere within distance %g m",
                         m->distance);
   if (!status) status = flesh_ties_finish(&m->self->ties);
+  if (!status) status = flesh_weld_breaks_finish(&m->self->breaks);
+  m->self->breaks.stiffness = m->self->stiffness;
   free(boxes);
   for (int s = 0; s < 2; s++) free(m->side[s].numbers);
   flesh_faces_clear(&m->faces);
@@ -217,7 +271,7 @@ static int make(making *m, const int count[2], const int *const triangles[2])
 }
 
 int flesh_effect_weld(const flesh_body *body, int first_count, const int *first, int second_count, const int *second,
-                      double distance, double stiffness, flesh_effect **effect)
+                      double distance, double stiffness, double breaks_at, flesh_effect **effect)
 {
   FLESH_NEED({effect, "effect"});
   *effect = NULL;
@@ -229,21 +283,24 @@ int flesh_effect_weld(const flesh_body *body, int first_count, const int *first,
     return flesh_fail(FLESH_ERR_ARGUMENT, "distance is %g m; it must not be negative", distance);
   if (!(isnan(stiffness) || (stiffness > 0 && stiffness < INFINITY)))
     return flesh_fail(FLESH_ERR_ARGUMENT, "stiffness is %g Pa/m; it must be positive", stiffness);
+  if (!(isnan(breaks_at) || (breaks_at > 0 && breaks_at < INFINITY)))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "breaks_at is %g Pa; it must be positive", breaks_at);
   weld *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a weld");
   self->stiffness = stiffness;
+  self->breaks.limit = isnan(breaks_at) ? 0 : breaks_at;
   making m = {.body = body, .X = flesh_mesh_positions(body->mesh), .distance = distance, .self = self};
   const int status = make(&m, (const int[]){first_count, second_count}, (const int *const[]){first, second});
   if (status) {
     weld_destroy(self);
     return status;
   }
-  return flesh_effect_create(&weld_operations, self, effect);
+  return flesh_effect_create(self->breaks.limit > 0 ? &breaking_operations : &weld_operations, self, effect);
 }
 
 double flesh_effect_weld_stiffness(const flesh_effect *effect, double *area)
 {
-  if (effect->operations != &weld_operations) return NAN;
+  if (effect->operations != &weld_operations && effect->operations != &breaking_operations) return NAN;
   const weld *self = effect->data;
   if (area) *area = self->area;
   return self->stiffness;

@@ -199,6 +199,7 @@ flesh_point flesh_equations_point(flesh_equations *self, const double *u)
                        .clearance = looks ? &self->clearance : NULL, .proximity = &self->proximity,
                        .x_lag = s->x_lag, .v_lag = s->v_lag, .t_lag = s->t_lag,
                        .multipliers = s->multipliers, .penalty = s->penalty, .softened = s->softened,
+                       .internal = s->internal,
                        .x_frozen = self->is_frozen ? self->frozen : s->x0,
                        .v_frozen = self->is_frozen ? self->frozen + self->n : s->v0,
                        .threads = self->threads, .costs = self->costs};

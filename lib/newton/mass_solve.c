@@ -45,7 +45,8 @@ int flesh_newton_acceleration(flesh_newton *self, const flesh_state *state, doub
   int status = assemble_mass(self, t, state->x, state->v);
   if (status) return status;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = equations->v, .a = equations->a,
-                             .multipliers = state->multipliers, .proximity = &equations->proximity,
+                             .multipliers = state->multipliers, .internal = state->internal,
+                             .proximity = &equations->proximity,
                              .threads = self->threads, .costs = equations->costs};
   self->stats.residuals++;
   status = flesh_system_residual(equations->system, &point, r);

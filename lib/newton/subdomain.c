@@ -170,7 +170,7 @@ static int make_mesh(subdomain *self)
 /* Whether an effect is a sum over the subdomain's elements, which are the mesh's tets, and others. */
 static int is_sum(const subdomain *self, const flesh_effect *effect)
 {
-  if (!flesh_effect_shortcuts_of(effect)->restrict_to_cells) return 0;
+  if (!flesh_effect_shortcuts_of(effect)->restrict_to_cells || effect->operations->internal) return 0;
   const flesh_cells *cells = effect->operations->cells(effect), *known = self->cells;
   if (cells->nodes_per_cell != self->per_cell) return 0;
   return !known || (cells->count == known->count &&

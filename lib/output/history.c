@@ -9,6 +9,7 @@
 #include "effect/effect.h"
 #include "output/resume.h"
 #include "output/rows.h"
+#include "system/internal.h"
 #include "system/proximity.h"
 
 struct flesh_history {
@@ -131,6 +132,7 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
     const flesh_effect *effect = flesh_system_effect(record->system, e);
     if (!flesh_effect_figures_of(effect)->report_names) continue;
     point.near = flesh_proximity_of(&history->proximity, e);
+    point.internal = flesh_internal_of(record->system, e, state->internal);
     flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (const char *const *name = report_names(record->system, e); *name; name++) {
       putc(',', history->rows.stream);

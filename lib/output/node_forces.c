@@ -12,7 +12,7 @@
 #include "base/error.h"
 #include "element/element.h"
 #include "mesh/mesh.h"
-#include "system/parts.h"
+#include "system/internal.h"
 
 /* The diagonal of the consistent mass. */
 static void find_diagonal(const flesh_body *body, double *diagonal)
@@ -79,7 +79,8 @@ static flesh_point point_of(const flesh_node_forces *f, const flesh_state *state
 {
   const double *v = f->is_static ? f->zeros : state->v;
   return (flesh_point){.t = state->t, .load = 1, .x = state->x, .v = v, .a = a, .x_lag = state->x, .v_lag = v,
-                       .t_lag = state->t, .x_frozen = state->x, .v_frozen = v, .multipliers = state->multipliers};
+                       .t_lag = state->t, .x_frozen = state->x, .v_frozen = v, .multipliers = state->multipliers,
+                       .internal = state->internal};
 }
 
 /* y = the sum of the residuals of a role's effects; their first status that is not FLESH_OK. */
@@ -89,7 +90,9 @@ static int sum_role(const flesh_node_forces *f, flesh_role role, const flesh_poi
   memset(y, 0, (size_t)flesh_system_unknowns(f->system) * sizeof *y);
   for (int e = 0; e < flesh_system_effect_count(f->system) && !status; e++) {
     const flesh_effect *effect = flesh_system_effect(f->system, e);
-    if (effect->operations->role == role) status = effect->operations->residual(effect, point, y);
+    flesh_point own = *point;
+    own.internal = flesh_internal_of(f->system, e, point->internal);
+    if (effect->operations->role == role) status = effect->operations->residual(effect, &own, y);
   }
   return status;
 }
@@ -166,7 +169,8 @@ void flesh_node_forces_find(flesh_node_forces *f, const flesh_state *state)
 const double *flesh_node_forces_of_contact(flesh_node_forces *f, const flesh_state *state, int effect)
 {
   const int n = flesh_system_unknowns(f->system);
-  const flesh_point point = point_of(f, state, f->zeros);
+  flesh_point point = point_of(f, state, f->zeros);
+  point.internal = flesh_internal_of(f->system, effect, state->internal);
   const flesh_effect *contact = flesh_system_effect(f->system, effect);
   for (int d = 0; d < n; d++) f->one_contact[d] = 0;
   const int status = contact->operations->residual(contact, &point, f->one_contact);

@@ -140,9 +140,14 @@ static int read_start(flesh_scene *scene)
   if (scene->start.multiplier_count)
     scene->start.multipliers =
         flesh_arena_take(&scene->arena, (size_t)scene->start.multiplier_count * sizeof(double));
-  if (!scene->start.x || !scene->start.v || (scene->start.multiplier_count && !scene->start.multipliers))
+  scene->start.internal_count = flesh_system_internal_count(scene->system);
+  if (scene->start.internal_count)
+    scene->start.internal = flesh_arena_take(&scene->arena, (size_t)scene->start.internal_count * sizeof(double));
+  if (!scene->start.x || !scene->start.v || (scene->start.multiplier_count && !scene->start.multipliers) ||
+      (scene->start.internal_count && !scene->start.internal))
     return no_memory(scene->path);
   for (int k = 0; k < scene->start.multiplier_count; k++) scene->start.multipliers[k] = 0;
+  for (int k = 0; k < scene->start.internal_count; k++) scene->start.internal[k] = 0;
   double *velocity = scene->keys.start.velocity;
   if (!scene->keys.start.state) {
     memcpy(scene->start.x, flesh_mesh_positions(scene->mesh), size);
@@ -312,6 +317,8 @@ void flesh_scene_start(const flesh_scene *scene, flesh_state *state)
   memcpy(state->v, scene->start.v, size);
   for (int k = 0; k < state->multiplier_count && k < scene->start.multiplier_count; k++)
     state->multipliers[k] = scene->start.multipliers[k];
+  for (int k = 0; k < state->internal_count && k < scene->start.internal_count; k++)
+    state->internal[k] = scene->start.internal[k];
 }
 
 void flesh_scene_print(const flesh_scene *scene, flesh_text *text)

@@ -45,6 +45,10 @@ static int check_system(const flesh_system *system)
     return flesh_fail(FLESH_ERR_ARGUMENT,
                       "bodies touch each other (contact: between): the pattern of the Jacobian grows where they meet, "
                       "which IDA, CVODE and ARKODE do not know; take a method of fixed steps");
+  if (flesh_system_internal_count(system))
+    return flesh_fail(FLESH_ERR_ARGUMENT,
+                      "an effect has internal variables (a weld that breaks), which change at the ends of steps: IDA, CVODE "
+                      "and ARKODE go on from a history of smooth steps; take a method of fixed steps");
   return FLESH_OK;
 }
 

@@ -128,6 +128,8 @@ void flesh_nonlinear_destroy(flesh_nonlinear **nonlinear)
 
 void flesh_nonlinear_go_on(flesh_nonlinear *self) { self->problem->newton.policy.stage_continues = 1; }
 
+void flesh_nonlinear_internal_changed(flesh_nonlinear *self) { self->problem->newton.equations.reached.there.known = 0; }
+
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *self)
 {
   return N_VGetArrayPointer(self->u);
@@ -339,7 +341,8 @@ int flesh_nonlinear_defined(flesh_nonlinear *self, double t, const double *x, co
   memset(equations->a, 0, (size_t)equations->n * sizeof *equations->a);
   stats->potentials++;
   const flesh_point point = {.t = t, .load = 1, .x = equations->x, .v = v, .a = equations->a,
-                             .multipliers = equations->stage.multipliers, .proximity = &equations->proximity,
+                             .multipliers = equations->stage.multipliers,
+                             .internal = equations->stage.internal, .proximity = &equations->proximity,
                              .threads = equations->threads, .costs = equations->costs};
   int status = flesh_system_energies(equations->system, &point, energies);
   for (int e = 0; !status && e < flesh_system_effect_count(equations->system); e++) sum += energies[e];

@@ -25,6 +25,8 @@ int flesh_nonlinear_solve(flesh_nonlinear *nonlinear, const flesh_stage *stage, 
 void flesh_nonlinear_set_target(flesh_nonlinear *nonlinear, double target);
 /* The next stage goes on smoothly from the last one: what was prepared for that may serve. */
 void flesh_nonlinear_go_on(flesh_nonlinear *nonlinear);
+/* Internal variables are others than in the last stage: potentials known at its positions are not theirs. */
+void flesh_nonlinear_internal_changed(flesh_nonlinear *nonlinear);
 const double *flesh_nonlinear_unknowns(const flesh_nonlinear *nonlinear);
 
 /* `stop` is asked before every Newton iteration and within long linear solves: a negative status ends the solve with

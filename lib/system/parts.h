@@ -18,6 +18,7 @@ typedef struct flesh_system_entry {
   flesh_effect *effect;
   int *slots; /* of its cells; owned by the entry with owns_slots */
   int owns_slots;
+  int internal; /* where its internal variables begin among those of all effects */
 } flesh_system_entry;
 
 /* Which constraint holds each component at time t, counted from 1; 0: none. holder [3*nodes]. */
@@ -26,7 +27,7 @@ void flesh_system_holders(const flesh_system *system, double t, int *holder);
 struct flesh_system {
   const flesh_mesh *mesh;
   int nodes, finished, limits_step; /* limits_step: some effect has a max_feasible_step */
-  int entry_count, constraint_count;
+  int entry_count, constraint_count, internal_count;
   flesh_system_entry *entries;
   flesh_constraint *constraints;
   flesh_pattern pattern;

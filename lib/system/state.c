@@ -25,48 +25,66 @@ static int read_time(flesh_scanner *s, double *t)
   return status ? status : flesh_scan_row_end(&head);
 }
 
-static const char multipliers_word[] = "multipliers";
+/* Numbers that a state has beside those of its nodes: after the rows, as comments, so that what knows only rows reads
+ * these files, too. */
+typedef struct column {
+  const char *word;  /* `# word count` comes before them */
+  const char *one, *form; /* one of them, and its line */
+  const char *owners, *kind; /* how many there must be: owners, the count, their kind */
+  int count;
+  double *values; /* NULL: not asked for */
+} column;
 
-/* Whether the line is `# multipliers <count>`; `line` is at its begin. */
-static int begins_multipliers(flesh_scanner *line)
+enum { COLUMNS = 2 };
+
+static void columns_of(const flesh_state *state, column columns[COLUMNS])
+{
+  columns[0] = (column){"multipliers", "multiplier", "# pascals", "a state has one for each of the mesh's", " tets",
+                        state->multiplier_count, state->multipliers};
+  columns[1] = (column){"internal", "internal variable", "# number", "the effects of the state have", "",
+                        state->internal_count, state->internal};
+}
+
+/* Whether the line is `# word <count>`; `line` is at its begin. */
+static int begins(flesh_scanner *line, const char *word)
 {
   if (line->at >= line->end || *line->at != '#') return 0;
   line->at++;
-  return flesh_scan_next_in_line(line) && flesh_scan_word(line, multipliers_word);
+  return flesh_scan_next_in_line(line) && flesh_scan_word(line, word);
 }
 
-static int read_count(flesh_scanner *line, int count)
+static int read_count(flesh_scanner *line, const column *c)
 {
   int64_t given;
   int status = flesh_scan_integer(line, &given);
   if (!status) status = flesh_scan_row_end(line);
-  if (status || given == count) return status;
-  return flesh_scan_fail(line, "%lld multipliers; a state has one for each of the mesh's %d tets", (long long)given,
-                         count);
+  if (status || given == c->count) return status;
+  return flesh_scan_fail(line, "%lld %ss; %s %d%s", (long long)given, c->one, c->owners, c->count, c->kind);
 }
 
-/* The multipliers, which are comments, so that what knows only rows of nodes reads these. */
-static int read_multipliers(flesh_scanner *s, flesh_state *state)
+static int read_column(flesh_scanner s, const column *c)
 {
-  flesh_scanner line;
+  flesh_scanner line = s;
   int status = FLESH_OK, found = 0;
-  s->item = multipliers_word;
-  s->form = "# multipliers count";
-  s->index = -1;
-  for (; s->at < s->end && !found; flesh_scan_skip_line(s)) {
-    line = *s;
-    found = begins_multipliers(&line);
+  char form[32];
+  snprintf(form, sizeof form, "# %s count", c->word);
+  s.item = c->word;
+  s.form = form;
+  s.index = -1;
+  for (; s.at < s.end && !found; flesh_scan_skip_line(&s)) {
+    line = s;
+    found = begins(&line, c->word);
   }
-  for (int k = 0; k < state->multiplier_count; k++) state->multipliers[k] = 0;
-  if (found) status = read_count(&line, state->multiplier_count);
-  s->item = "multiplier";
-  s->form = "# pascals";
-  for (int k = 0; k < state->multiplier_count && found && !status; k++, flesh_scan_skip_line(s)) {
-    line = *s;
+  for (int k = 0; k < c->count; k++) c->values[k] = 0;
+  if (found) status = read_count(&line, c);
+  s.item = c->one;
+  s.form = c->form;
+  for (int k = 0; k < c->count && found && !status; k++, flesh_scan_skip_line(&s)) {
+    line = s;
     line.index = k;
     if (line.at >= line.end || *line.at++ != '#' || !flesh_scan_next_in_line(&line))
-      return flesh_scan_fail(&line, "the file has only %d of its %d multipliers", k, state->multiplier_count);
-    status = flesh_scan_real(&line, &state->multipliers[k]);
+      return flesh_scan_fail(&line, "the file has only %d of its %d %ss", k, c->count, c->one);
+    status = flesh_scan_real(&line, &c->values[k]);
     if (!status) status = flesh_scan_row_end(&line);
   }
   return status;
@@ -115,7 +133,10 @@ int flesh_state_read(const char *path, int nodes, flesh_state *state)
   flesh_scanner whole = scanner;
   if (!status) status = read_rows(&scanner, nodes, state);
   whole.line = 1;
-  if (!status && state->multipliers) status = read_multipliers(&whole, state);
+  column columns[COLUMNS];
+  columns_of(state, columns);
+  for (int k = 0; k < COLUMNS && !status; k++)
+    if (columns[k].values) status = read_column(whole, &columns[k]);
   flesh_scan_close(&scanner);
   return status;
 }
@@ -129,9 +150,12 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
     if (!isfinite(state->x[i]) || !isfinite(state->v[i]))
       return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: node %d of the state is not finite",
                         path, i / 3);
-  for (int k = 0; k < state->multiplier_count; k++)
-    if (!isfinite(state->multipliers[k]))
-      return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: multiplier %d of the state is not finite", path, k);
+  column columns[COLUMNS];
+  columns_of(state, columns);
+  for (const column *c = columns; c < columns + COLUMNS; c++)
+    for (int k = 0; k < c->count; k++)
+      if (!isfinite(c->values[k]))
+        return flesh_fail(FLESH_ERR_NONFINITE, "%s: not written: %s %d of the state is not finite", path, c->one, k);
   flesh_file file;
   int status = flesh_file_open(path, &file);
   if (status) return status;
@@ -143,11 +167,13 @@ int flesh_state_write(const char *path, int nodes, const flesh_state *state)
       flesh_number_print(file.stream, i < 3 ? state->x[3 * n + i] : state->v[3 * n + i - 3]);
       putc(i < 5 ? ' ' : '\n', file.stream);
     }
-  if (state->multiplier_count) fprintf(file.stream, "# %s %d\n", multipliers_word, state->multiplier_count);
-  for (int k = 0; k < state->multiplier_count; k++) {
-    fprintf(file.stream, "# ");
-    flesh_number_print(file.stream, state->multipliers[k]);
-    putc('\n', file.stream);
+  for (const column *c = columns; c < columns + COLUMNS; c++) {
+    if (c->count) fprintf(file.stream, "# %s %d\n", c->word, c->count);
+    for (int k = 0; k < c->count; k++) {
+      fprintf(file.stream, "# ");
+      flesh_number_print(file.stream, c->values[k]);
+      putc('\n', file.stream);
+    }
   }
   return flesh_file_commit(&file);
 }

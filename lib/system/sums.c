@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "system/clearance.h"
+#include "system/internal.h"
 #include "system/one_effect.h"
 #include "system/parts.h"
 #include "system/position_potential.h"
@@ -69,6 +70,7 @@ static int sum_residuals(const flesh_system *system, int from, int until, const 
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(full.costs);
     full.near = flesh_proximity_of(full.proximity, k);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return flesh_team_agree(system->team, status);
@@ -118,8 +120,8 @@ static void clear_part(void *data, int task)
     memset(c->K->values + 9 * (size_t)left[k], 0, 9 * sizeof *c->K->values);
 }
 
-static int add_jacobian(const flesh_system *system, int k, int anew, flesh_point *full, const flesh_shift *shift,
-                        flesh_block_matrix *K)
+static int add_jacobian(const flesh_system *system, int k, int anew, const double *internal, flesh_point *full,
+                        const flesh_shift *shift, flesh_block_matrix *K)
 {
   const flesh_system_entry *e = &system->entries[k];
   const flesh_effect_operations *can = e->effect->operations;
@@ -127,6 +129,7 @@ static int add_jacobian(const flesh_system *system, int k, int anew, flesh_point
   const double start = cpu_time(full->costs);
   int status = FLESH_OK;
   full->near = flesh_proximity_of(full->proximity, k);
+  full->internal = flesh_internal_of(system, k, internal);
   if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, slots);
   else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, slots);
   count(full->costs, k, CALL_JACOBIAN, start);
@@ -143,10 +146,10 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
   flesh_threads_run(point->threads, CLEARED_PARTS, clear_part,
                     &(clearing){K, layout ? layout->left : system->left,
                                 layout ? layout->left_count : system->left_count});
-  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, &full, shift, K);
+  if (system->leader >= 0) status = add_jacobian(system, system->leader, 1, point->internal, &full, shift, K);
   for (int k = 0; k < system->entry_count && !status; k++)
     if (k != system->leader && system->entries[k].effect->operations->jacobian)
-      status = add_jacobian(system, k, 0, &full, shift, K);
+      status = add_jacobian(system, k, 0, point->internal, &full, shift, K);
   return flesh_team_agree(system->team, status);
 }
 
@@ -175,6 +178,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     flesh_position_potential *sum = &sums[of_position];
     const double start = cpu_time(full.costs);
     full.near = flesh_proximity_of(full.proximity, k);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
@@ -219,6 +223,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = cpu_time(full.costs);
     full.near = flesh_proximity_of(full.proximity, k);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
@@ -263,6 +268,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
     }
     const double start = cpu_time(full.costs);
     full.near = flesh_proximity_of(full.proximity, k);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
     if (status) return flesh_team_agree(system->team, status);
@@ -280,6 +286,7 @@ int flesh_system_role_energies(const flesh_system *system, flesh_role role, cons
     double energy = 0;
     if (effect->operations->role != role) continue;
     full.near = flesh_proximity_of(full.proximity, k);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
     status = flesh_team_agree(system->team, status);
     flesh_team_sum(system->team, 1, &energy);

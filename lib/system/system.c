@@ -174,6 +174,8 @@ int flesh_system_finalize(flesh_system *system)
   for (int k = 0; k < system->entry_count && !status; k++) {
     const flesh_cells *own = cells_of(system->entries[k].effect);
     if (own) status = flesh_pattern_check(system->entries[k].effect->operations->name, system->nodes, own);
+    system->entries[k].internal = system->internal_count;
+    system->internal_count += flesh_effect_internal_count(system->entries[k].effect);
     int known = !own;
     for (int j = 0; j < count && !known; j++) known = same_cells(cells[j], own);
     if (!known) cells[count++] = own;
@@ -313,7 +315,8 @@ int flesh_system_check_team(const flesh_system *system)
 {
   for (int k = 0; system->team && k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
-    if (!flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->constraints)
+    if (!flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->constraints ||
+        effect->operations->internal)
       return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
                         effect->operations->name);
   }

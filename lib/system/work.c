@@ -7,6 +7,7 @@
 
 #include "effect/effect.h"
 #include "system/clearance.h"
+#include "system/internal.h"
 #include "system/position_potential.h"
 #include "system/ranks.h"
 
@@ -51,6 +52,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
       share = u ? 1 : 1 / moment;
     }
     memset(r, 0, n * sizeof *r);
+    full.internal = flesh_internal_of(system, k, point->internal);
     int status = flesh_team_agree(flesh_system_team(system), effect->operations->residual(effect, &full, r));
     if (status) return status;
     for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
@@ -60,8 +62,8 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   return FLESH_OK;
 }
 
-int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const double *x,
-                              const double *v, const double *energies, int at_end, double *work)
+int flesh_system_work_in_time(const flesh_system *system, double t_from, double t_to, const flesh_state *state,
+                              const double *energies, int at_end, double *work)
 {
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
@@ -70,7 +72,9 @@ int flesh_system_work_in_time(const flesh_system *system, double t_from, double 
     double known[2] = {energies ? energies[k] : 0, energies ? energies[k] : 0};
     for (int end = 0; end < 2; end++) {
       const double t = end ? t_to : t_from;
-      const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = v, .x_lag = x, .v_lag = v, .t_lag = t};
+      const double *x = state->x, *v = state->v;
+      const flesh_point point = {.t = t, .load = 1, .x = x, .v = v, .a = v, .x_lag = x, .v_lag = v, .t_lag = t,
+                                 .internal = flesh_internal_of(system, k, state->internal)};
       if (energies && end == at_end) continue;
       known[end] = 0;
       int status = flesh_team_agree(flesh_system_team(system), effect->operations->energy(effect, &point, &known[end]));

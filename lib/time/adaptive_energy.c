@@ -79,7 +79,8 @@ void flesh_adaptive_energy_count(flesh_adaptive_energy *self, double t, const do
   }
   flesh_energy_watch_supply(watch, from, to, to, work, 0);
   for (int end = 0; end < 2 && !status && watch->kinds & FLESH_WORK_IN_TIME; end++) {
-    status = flesh_system_work_in_time(problem->system, from, to, end ? y : self->x, y + problem->n, NULL, 0, &part);
+    const flesh_state state = {.x = (double *)(end ? y : self->x), .v = (double *)y + problem->n}; /* only read */
+    status = flesh_system_work_in_time(problem->system, from, to, &state, NULL, 0, &part);
     watch->balance.supplied += part / 2;
   }
   if (status) watch->known = 0;

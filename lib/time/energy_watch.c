@@ -27,6 +27,8 @@
  *   those of its internal steps. V(t,x) by half the sum of its change at x_0 and at x_1, exact where V is quadratic.
  * At an event, where constraints jump and loads begin and end, the change of E counts as external work.
  *
+ * Where internal variables change at the end of a step (something breaks), E falls by what that dissipates; so does D.
+ *
  * Between their stages, methods that damp little end steps where a stiff barrier is met deeper or has been passed: the
  * energy of one such state says little, and the next step takes it back. So an excess counts where three steps in a row
  * have it.
@@ -42,6 +44,7 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "system/internal.h"
 #include "system/one_effect.h"
 #include "system/ranks.h"
 #include "system/work.h"
@@ -102,7 +105,8 @@ int flesh_energy_watch_knows(const flesh_energy_watch *watch, const flesh_state 
 static flesh_point point_of(const flesh_energy_watch *watch, double t, const flesh_state *state)
 {
   return (flesh_point){.t = t, .load = 1, .x = state->x, .v = state->v, .a = watch->zeros,
-                       .multipliers = state->multipliers, .proximity = watch->proximity,
+                       .multipliers = state->multipliers, .internal = state->internal,
+                       .proximity = watch->proximity,
                        .threads = watch->threads, .costs = watch->costs};
 }
 
@@ -286,12 +290,25 @@ int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_sta
   return status;
 }
 
+int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state)
+{
+  flesh_point point = point_of(watch, state->t, state);
+  double sums[2];
+  point.internal = before;
+  int status = flesh_system_internal_energies(watch->system, &point, watch->energies, &sums[0]);
+  point.internal = state->internal;
+  if (!status) status = flesh_system_internal_energies(watch->system, &point, watch->energies, &sums[1]);
+  if (!status) watch->balance.released += sums[0] - sums[1];
+  if (status || watch->known) add_up(watch, watch->t, state, status);
+  return status < 0 ? status : FLESH_OK;
+}
+
 int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state)
 {
   double work = 0;
   if (!(watch->kinds & FLESH_WORK_IN_TIME) || !watch->known) return FLESH_OK;
   int status =
-      flesh_system_work_in_time(watch->system, t_from, watch->t, state->x, state->v, watch->energies, 1, &work);
+      flesh_system_work_in_time(watch->system, t_from, watch->t, state, watch->energies, 1, &work);
   watch->balance.supplied += work / 2;
   if (status) watch->known = 0;
   return status;

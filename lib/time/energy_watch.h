@@ -72,6 +72,9 @@ void flesh_energy_watch_supply(flesh_energy_watch *watch, double t_from, double 
  * energy are those given. Status as of energies; nothing is known then. */
 int flesh_energy_watch_meet(flesh_energy_watch *watch, double t, const flesh_state *state,
                             const flesh_position_potential *by_position, const double *energies);
+/* The internal variables of effects have changed from `before` to the state's at the state at hand, which may be that
+ * known: what energy falls by has been dissipated. */
+int flesh_energy_watch_release(flesh_energy_watch *watch, const double *before, const flesh_state *state);
 /* Adds the second half of what changes with time at a place: at the step's end, which is the state known, since t_from.
  * */
 int flesh_energy_watch_supply_in_time(flesh_energy_watch *watch, double t_from, const flesh_state *state);

@@ -2,6 +2,7 @@
  * nothing is tangled. */
 #include <string.h>
 
+#include "base/error.h"
 #include "time/integrator.h"
 
 /* A flesh_stage_end's data: what unknowns lead from. */
@@ -21,6 +22,7 @@ static int solve(flesh_integrator *self, flesh_state *state, flesh_stage *stage,
 {
   self->trying.t = stage->t_lag;
   self->trying.h = h;
+  stage->internal = state->internal;
   int status = flesh_multipliers_solve(&self->multipliers, self->nonlinear, stage, state,
                                        &(flesh_stage_end){&(solution){self->n, state->x}, find_end}, NULL, extensions,
                                        stats);
@@ -108,10 +110,32 @@ static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_s
   return status;
 }
 
+/* Equilibrium at t+h with internal variables that it does not change: after those it does change, another. */
+static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
+{
+  enum { REPETITIONS = 1000 };
+  flesh_internals *internals = &self->internals;
+  if (!internals->count) return balance(self, state, h, stats);
+  flesh_internals_remember(internals, state);
+  int changed = 0, status = balance(self, state, h, stats);
+  for (int k = 0; !status; k++) {
+    status = flesh_internals_update(internals, &self->watch, state, &changed);
+    if (status || !changed) break;
+    if (k == REPETITIONS)
+      status = flesh_fail(FLESH_ERR_SOLVE, "%d equilibria at t = %g s one after the other have changed internal variables "
+                                           "(something broke); smaller steps may help", REPETITIONS, state->t);
+    flesh_nonlinear_internal_changed(self->nonlinear);
+    if (!status && (status = balance(self, state, 0, stats)) > 0)
+      status = flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium after something broke: ");
+  }
+  if (status) flesh_internals_give_back(internals, state);
+  return status;
+}
+
 int flesh_integrator_find_equilibrium(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
   flesh_untangler *untangler = self->recovery.untangler;
-  int status = balance(self, state, h, stats);
+  int status = settle(self, state, h, stats);
   if (status || !untangler) return status;
   status = flesh_untangler_after_equilibrium(untangler, state);
   if (status == 1) status = flesh_integrator_relax(self, state, stats);

@@ -76,6 +76,7 @@ int flesh_integrator_create(const flesh_system *system, flesh_method method,
   if (!status) status = flesh_recovery_create(system, options, &self->recovery);
   if (!status) status = flesh_energy_watch_create(system, &self->watch);
   if (!status) status = flesh_multipliers_create(system, options, &self->multipliers);
+  if (!status) status = flesh_internals_create(system, &self->internals);
   if (!status && is_adaptive(method)) status = flesh_adaptive_create(system, options, &self->watch, &self->adaptive);
   status = flesh_team_agree(self->team, status);
   if (status) {
@@ -108,6 +109,7 @@ void flesh_integrator_destroy(flesh_integrator **integrator)
   flesh_extrapolation_clear(&(*integrator)->extrapolation);
   flesh_energy_watch_clear(&(*integrator)->watch);
   flesh_multipliers_clear(&(*integrator)->multipliers);
+  flesh_internals_clear(&(*integrator)->internals);
   free((*integrator)->constrained);
   free(*integrator);
   *integrator = NULL;
@@ -151,6 +153,7 @@ size_t flesh_integrator_memory(const flesh_integrator *integrator)
          flesh_prescribed_memory(&integrator->prescribed) +
          flesh_nonlinear_memory(integrator->nonlinear) + flesh_energy_watch_memory(&integrator->watch) +
          flesh_recovery_memory(&integrator->recovery) + flesh_multipliers_memory(&integrator->multipliers) +
+         flesh_internals_memory(&integrator->internals) +
          (integrator->adaptive ? flesh_adaptive_memory(integrator->adaptive) : 0);
 }
 
@@ -276,6 +279,7 @@ int flesh_integrator_step(flesh_integrator *self, flesh_state *state, double h, 
   if (!(h >= 0 && h < INFINITY) || (h == 0 && self->method != FLESH_METHOD_STATIC))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the step is %g s; it must be positive and finite", h);
   int status = flesh_multipliers_view(&self->multipliers, state, &view);
+  if (!status) status = flesh_internals_view(&self->internals, &view);
   if (status) return status;
   status = take_step(self, &view, h, stats ? stats : &ignored);
   state->t = view.t;

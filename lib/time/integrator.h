@@ -10,6 +10,7 @@
 #include "time/adaptive.h"
 #include "time/energy_watch.h"
 #include "time/extrapolation.h"
+#include "time/internals.h"
 #include "time/method.h"
 #include "time/multipliers.h"
 #include "time/prescribed.h"
@@ -43,6 +44,7 @@ struct flesh_integrator {
   } trying;                 /* the part of a step under way, s */
   flesh_energy_watch watch; /* of methods that step in time */
   flesh_multipliers multipliers;
+  flesh_internals internals;
 };
 
 /* From state->t to state->t + h, in one piece or, for methods of order 2, in pieces between events. A status > 0 with

@@ -23,7 +23,8 @@ static int solve(flesh_integrator *self, flesh_state *state, double h, int softe
   const double rate = h > 0 ? 1 / h : 0;
   flesh_stage stage = {.t = state->t, .load = 1, .prescribed_fraction = 1,
                        .shift = {.x = 1, .v = rate, .a = rate * rate},
-                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softened = softened, .held = held};
+                       .x0 = state->x, .x_lag = state->x, .t_lag = state->t, .softened = softened, .held = held,
+                       .internal = state->internal};
   int status;
   if (softened) {
     status = flesh_nonlinear_solve(self->nonlinear, &stage, NULL, 0, stats);

@@ -66,7 +66,7 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .rest_volume = w->rest_volume,
                               .J = w->J};
   const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
-                             .multipliers = state->multipliers,
+                             .multipliers = state->multipliers, .internal = state->internal,
                              .costs = w->costs};
   int effects = flesh_system_effect_count(w->system);
   const double *known = flesh_integrator_energies(integrator, state);

@@ -9,7 +9,7 @@
 #include "time/integrator.h"
 
 static const char mark[8] = "fleshint";
-enum { FORMAT = 1, ORDER = 0x01020304 };
+enum { FORMAT = 2, ORDER = 0x01020304 };
 
 typedef struct header {
   char mark[8];
@@ -17,7 +17,7 @@ typedef struct header {
   uint32_t sizes;         /* of a double, a long, an int and an address, each in 8 bits */
   int32_t method;
   char version[16], instructions[16];
-  int32_t unknowns, tets, effects, multipliers;
+  int32_t unknowns, tets, effects, multipliers, internals, unused; /* no padding: it would be summed up */
   uint64_t body, solver; /* sums of the mesh and the effects' names; of what the solver's memory is laid out by */
   uint64_t bytes, sum;   /* of what follows; of all, this being 0 */
 } header;
@@ -51,7 +51,7 @@ static header header_of(const flesh_integrator *self, size_t bytes)
               .sizes = sizeof(double) << 24 | sizeof(long) << 16 | sizeof(int) << 8 | sizeof(void *),
               .tets = flesh_mesh_tet_count(flesh_system_mesh(self->system)),
               .effects = flesh_system_effect_count(self->system),
-              .multipliers = flesh_system_multiplier_count(self->system),
+              .multipliers = flesh_system_multiplier_count(self->system), .internals = self->internals.count,
               .body = sum_of_body(self->system), .solver = sum_of_solver(&self->options), .bytes = bytes};
   memcpy(h.mark, mark, sizeof mark);
   snprintf(h.version, sizeof h.version, "%s", flesh_version());
@@ -81,6 +81,7 @@ static int archive_all(flesh_integrator *self, flesh_archive *archive)
   if (self->extrapolation.n) flesh_extrapolation_archive(&self->extrapolation, archive);
   flesh_energy_watch_archive(&self->watch, archive);
   flesh_multipliers_archive(&self->multipliers, archive);
+  flesh_internals_archive(&self->internals, archive);
   FLESH_ARCHIVE(archive, self->recovery.tangled);
   FLESH_ARCHIVE(archive, self->recovery.failure);
   if (self->recovery.untangler) flesh_untangler_archive(self->recovery.untangler, archive);
@@ -137,6 +138,9 @@ static int check_kind(const header *h, const header *own)
                       "and %d",
                       h->unknowns, h->tets, h->effects, h->multipliers, own->unknowns, own->tets, own->effects,
                       own->multipliers);
+  if (h->internals != own->internals)
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the history is of %d internal variables; this system has %d", h->internals,
+                      own->internals);
   if (h->body != own->body)
     return flesh_fail(FLESH_ERR_ARGUMENT, "the history is of another mesh or other effects than this system has");
   if (h->solver != own->solver)

@@ -12,7 +12,8 @@ int flesh_step_energy_begin(flesh_energy_watch *watch, const flesh_prescribed *p
                             double t, double h, const double *a, double *r)
 {
   const flesh_point point = {.t = t, .load = 1, .x = state->x, .v = state->v, .a = a, .threads = watch->threads,
-                             .multipliers = state->multipliers, .proximity = watch->proximity,
+                             .multipliers = state->multipliers, .internal = state->internal,
+                             .proximity = watch->proximity,
                              .costs = watch->costs};
   const flesh_team *team = flesh_system_team(watch->system);
   double power = 0, moves = 0, work;
@@ -91,7 +92,7 @@ int flesh_step_energy_count(const flesh_step_energy *step, const flesh_state *st
   }
   flesh_energy_watch_supply(watch, step->from, step->to, stage->t, work, !step->second);
   if (!status && watch->kinds & FLESH_WORK_IN_TIME && watch->known) {
-    status = flesh_system_work_in_time(watch->system, step->from, step->to, state->x, state->v, watch->energies, 0,
+    status = flesh_system_work_in_time(watch->system, step->from, step->to, state, watch->energies, 0,
                                        &part);
     watch->balance.supplied += step->second ? part / 2 : part;
   }

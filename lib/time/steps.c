@@ -42,6 +42,22 @@ static int start_piece(flesh_integrator *self, flesh_state *state, const piece *
   return flesh_nonlinear_acceleration(self->nonlinear, state, piece->begin, a, stats);
 }
 
+/* The method begins at the state, where it knows nothing of it: at a start, after an event, a caller's change, or where
+ * something broke. */
+static int begin_anew(flesh_integrator *self, flesh_state *state, const piece *piece, double h, flesh_solve_stats *stats)
+{
+  flesh_extrapolation_forget(&self->extrapolation);
+  int status = start_piece(self, state, piece, stats);
+  if (status > 0)
+    flesh_integrator_record_failure(self, &(flesh_stage){.t = piece->begin}, h, 0, status, stats);
+  if (status) return status;
+  self->internals.restart = 0;
+  flesh_energy_watch_jump(&self->watch, piece->begin, state);
+  if (!self->row->acceleration) return FLESH_OK;
+  return flesh_step_energy_begin(&self->watch, &self->prescribed, state, piece->begin, h, self->memory.vectors[0],
+                                 self->guess);
+}
+
 /* What the positions at the end of a part are found from. A flesh_stage_end's data. */
 typedef struct part_end {
   const flesh_integrator *self;
@@ -112,6 +128,7 @@ static void make_stage(flesh_integrator *self, const flesh_method_row *row, cons
   stage->x_lag = state->x;
   stage->v_lag = state->v;
   stage->t_lag = state->t;
+  stage->internal = state->internal;
   stage->frozen_at_solution = second && row == self->row;
   if (!second) return;
   flesh_prescribed_set(&self->prescribed, fmax(state->t, piece->begin), before(part->end, piece->event), state->x);
@@ -170,6 +187,20 @@ static int follow_lag(flesh_integrator *self, flesh_stage *stage, const flesh_st
   return FLESH_OK;
 }
 
+/* Updates the internal variables of a part that has been accepted. Where they change forces, what was known of the motion
+ * is not that of the one to come. */
+static int update_internals(flesh_integrator *self, flesh_state *state)
+{
+  int changed;
+  int status = flesh_internals_update(&self->internals, &self->watch, state, &changed);
+  if (!changed) return status;
+  flesh_nonlinear_internal_changed(self->nonlinear);
+  flesh_extrapolation_forget(&self->extrapolation);
+  self->memory.known = 0;
+  self->internals.restart = 1;
+  return status;
+}
+
 /* One try of a part of a piece by `row`: the method's own, or backward Euler in its stead. */
 static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_state *state, const piece *piece,
                    const flesh_span *part, int depth, flesh_solve_stats *stats, int *blocked)
@@ -206,7 +237,7 @@ static int attempt(flesh_integrator *self, const flesh_method_row *row, flesh_st
                                  was_easy(&before_solve, stats));
   status = flesh_step_energy_judge(&energy, state, stats);
   if (status == FLESH_ERR_ENERGY) flesh_integrator_record_failure(self, &stage, part->h, depth, status, stats);
-  return status;
+  return status ? status : update_internals(self, state);
 }
 
 /* Of flesh_recovery_step. A stage within the step balances what is met on the way, but the line through it ends as far
@@ -219,6 +250,11 @@ static int attempt_part(void *data, const flesh_span *part, int depth)
   const piece_walk *walk = data;
   flesh_integrator *self = walk->self;
   int blocked = 0;
+  if (self->internals.restart && flesh_method_order(self->method) > 1) {
+    const piece rest = {part->begin, walk->piece->end, walk->piece->event};
+    const int restarted = begin_anew(self, walk->state, &rest, part->h, walk->stats);
+    if (restarted) return restarted;
+  }
   int status = attempt(self, self->row, walk->state, walk->piece, part, depth, walk->stats, &blocked);
   if (!blocked) return status;
   status = attempt(self, &flesh_method_backward_euler, walk->state, walk->piece, part, depth, walk->stats, &blocked);
@@ -261,18 +297,7 @@ int flesh_integrator_step_in_time(flesh_integrator *self, flesh_state *state, do
     if (next.event < end - tolerance) next.end = next.event;
     double length = state->t == begin && next.end == end ? h : next.end - state->t, t = state->t;
     flesh_integrator_remember(self, state);
-    if (!self->memory.known) {
-      flesh_extrapolation_forget(&self->extrapolation);
-      status = start_piece(self, state, &next, stats);
-    }
-    if (status > 0)
-      flesh_integrator_record_failure(self, &(flesh_stage){.t = next.begin}, length, 0, status, stats);
-    if (!status && !self->memory.known) {
-      flesh_energy_watch_jump(&self->watch, next.begin, state);
-      if (self->row->acceleration)
-        status = flesh_step_energy_begin(&self->watch, &self->prescribed, state, next.begin, length,
-                                         self->memory.vectors[0], self->guess);
-    }
+    if (!self->memory.known) status = begin_anew(self, state, &next, length, stats);
     if (!status) status = walk(self, state, &next, length, stats);
     if (status && state->t == t) flesh_integrator_give_back(self, state); /* the start has moved nothing */
     if (status || next.event <= state->t + tolerance) self->memory.known = 0;

@@ -144,10 +144,10 @@ static void null_is_refused_by_effects(void)
   REFUSES(flesh_effect_drag, triangles, (any, 1, NULL, 1, any, 1, any));
   REFUSES(flesh_effect_drag, velocity, (any, 1, any, 1, NULL, 1, any));
   REFUSES(flesh_effect_drag, effect, (any, 1, any, 1, any, 1, NULL));
-  REFUSES(flesh_effect_weld, body, (NULL, 1, any, 1, any, 1, 1, any));
-  REFUSES(flesh_effect_weld, first, (any, 1, NULL, 1, any, 1, 1, any));
-  REFUSES(flesh_effect_weld, second, (any, 1, any, 1, NULL, 1, 1, any));
-  REFUSES(flesh_effect_weld, effect, (any, 1, any, 1, any, 1, 1, NULL));
+  REFUSES(flesh_effect_weld, body, (NULL, 1, any, 1, any, 1, 1, 1, any));
+  REFUSES(flesh_effect_weld, first, (any, 1, NULL, 1, any, 1, 1, 1, any));
+  REFUSES(flesh_effect_weld, second, (any, 1, any, 1, NULL, 1, 1, 1, any));
+  REFUSES(flesh_effect_weld, effect, (any, 1, any, 1, any, 1, 1, 1, NULL));
   REFUSES(flesh_effect_joint, body, (NULL, 1, any, 1, any, any, any, 1, any));
   REFUSES(flesh_effect_joint, first, (any, 1, NULL, 1, any, any, any, 1, any));
   REFUSES(flesh_effect_joint, second, (any, 1, any, 1, NULL, any, any, 1, any));

@@ -16,7 +16,7 @@ static const flesh_key side_keys[] = {FLESH_SELECTION_KEYS(side, selection), {0}
 typedef struct parameters {
   const flesh_node *bodies; /* NULL: first and second */
   side first, second;
-  double distance, stiffness;
+  double distance, stiffness, breaks_at;
 } parameters;
 
 static const flesh_key keys[] = {
@@ -35,6 +35,10 @@ static const flesh_key keys[] = {
     {.name = "stiffness", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, stiffness),
      .range = FLESH_RANGE_POSITIVE, .unit = "Pa/m", .default_value = "",
      .doc = "the surfaces part by traction over stiffness; without it 30 times 3 mu over an edge of the softer side"},
+    {.name = "breaks_at", .type = FLESH_KEY_NUMBER, .offset = offsetof(parameters, breaks_at),
+     .range = FLESH_RANGE_POSITIVE, .unit = "Pa", .default_value = "",
+     .doc = "where it is given, each common part of two triangles breaks after a step at whose end the root of tension^2 + "
+            "shear^2 is above it; compression counts nothing. The adaptive methods refuse it"},
     {0}};
 
 static int is_given(const flesh_selection *s)
@@ -77,7 +81,8 @@ static int add(const void *values, const flesh_body *body, flesh_system *system)
   int count[2], *triangles[2] = {NULL, NULL}, status = read_sides(p, sides);
   for (int s = 0; s < 2 && !status; s++) status = flesh_selection_triangles(&sides[s], body, &count[s], &triangles[s]);
   if (!status) {
-    status = flesh_effect_weld(body, count[0], triangles[0], count[1], triangles[1], p->distance, p->stiffness, &effect);
+    status = flesh_effect_weld(body, count[0], triangles[0], count[1], triangles[1], p->distance, p->stiffness,
+                               p->breaks_at, &effect);
     if (status && p->bodies) flesh_fail_within(status, "%s and %s: ", sides[0].body, sides[1].body);
   }
   for (int s = 0; s < 2; s++) free(triangles[s]);

@@ -65,10 +65,12 @@ static const unsigned others =
     FLESH_ROLES_ALL & ~(FLESH_ROLE_BIT(FLESH_ROLE_ELASTICITY) | FLESH_ROLE_BIT(FLESH_ROLE_INERTIA));
 
 /* Adds up, in `r`, what effects of these roles do to nodes that stand still at x. */
-static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, unsigned roles)
+static int forces(flesh_untangler *self, double t, const double *x, const double *multipliers, const double *internal,
+                  unsigned roles)
 {
   const flesh_point point = {.t = t, .load = 1, .x = x, .v = self->zero, .a = self->zero,
-                             .x_lag = x, .v_lag = self->zero, .t_lag = t, .multipliers = multipliers};
+                             .x_lag = x, .v_lag = self->zero, .t_lag = t, .multipliers = multipliers,
+                             .internal = internal};
   return flesh_system_roles_residual(self->system, roles, &point, self->r);
 }
 
@@ -81,13 +83,13 @@ static double force_scale(flesh_untangler *self, int *stressed)
   unsigned long long random = 1;
   double sum = 0;
   *stressed = 1;
-  if (forces(self, 0, X, NULL, elastic)) return 0;
+  if (forces(self, 0, X, NULL, NULL, elastic)) return 0;
   memcpy(self->saved, self->r, sizeof(double) * (size_t)self->n);
   for (int d = 0; d < self->n; d++) {
     random = random * 6364136223846793005ULL + 1442695040888963407ULL; /* Knuth's, for its sign */
     self->a[d] = X[d] + part * self->edge * (random >> 63 ? 1 : -1);
   }
-  if (forces(self, 0, self->a, NULL, elastic)) return 0;
+  if (forces(self, 0, self->a, NULL, NULL, elastic)) return 0;
   for (int d = 0; d < self->n; d++) sum += fabs(self->r[d] - self->saved[d]);
   double force = sum / self->n / part;
   *stressed = flesh_largest(NULL, self->n, self->saved) > 1e-6 * force;
@@ -197,7 +199,7 @@ static int is_quasi_static(flesh_untangler *self, const flesh_state *state, doub
 static int is_balanced(flesh_untangler *self, const flesh_state *state)
 {
   flesh_system_fixed(self->system, state->t, self->fixed);
-  if (forces(self, state->t, state->x, state->multipliers, elastic | others)) return 0;
+  if (forces(self, state->t, state->x, state->multipliers, state->internal, elastic | others)) return 0;
   for (int d = 0; d < self->n; d++)
     if (!self->fixed[d] && fabs(self->r[d]) > 2 * quasi_static_force * self->force) return 0;
   return 1;
@@ -207,7 +209,7 @@ static int is_balanced(flesh_untangler *self, const flesh_state *state)
  * holds it. */
 static int is_held(flesh_untangler *self, const flesh_state *state, const uint8_t *tangled)
 {
-  if (forces(self, state->t, state->x, NULL, others)) return 1;
+  if (forces(self, state->t, state->x, NULL, state->internal, others)) return 1;
   for (int t = 0; t < flesh_mesh_piece_count(self->mesh); t++) {
     int node[4];
     flesh_mesh_piece(self->mesh, t, node);
@@ -231,7 +233,8 @@ static int has_collapsed(const flesh_untangler *self, const flesh_state *state, 
 /* The potential of the body that stands still there, and the size of its terms, J. */
 static int potential(flesh_untangler *self, const flesh_state *state, double *phi, double *magnitude)
 {
-  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero};
+  const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = self->zero, .a = self->zero,
+                             .internal = state->internal};
   return flesh_system_potential(self->system, &point, &(flesh_shift){.x = 1}, phi, magnitude);
 }
 

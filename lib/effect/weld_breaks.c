@@ -1,0 +1,161 @@
+/* weld_breaks.c: which segments of a weld break, and what that releases. */
+#include "effect/weld_breaks.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/error.h"
+#include "math/mat3.h"
+
+enum { RELEASED, FIRST_T, FIRST_PLACE, OF_ALL = FIRST_PLACE + 3 }; /* after the parts' */
+
+void flesh_weld_breaks_begin(flesh_weld_breaks *self, const int triangle[3])
+{
+  if (self->failed) return;
+  if (self->count + 1 >= self->room) {
+    const int room = 2 * self->room + 64;
+    flesh_weld_part *parts = realloc(self->parts, (size_t)room * sizeof *parts);
+    if (!parts) {
+      self->failed = 1;
+      return;
+    }
+    self->parts = parts;
+    self->room = room;
+  }
+  flesh_weld_part *part = &self->parts[self->count];
+  *part = (flesh_weld_part){.begin = self->entries};
+  memcpy(part->triangle, triangle, sizeof part->triangle);
+}
+
+static int make_room(flesh_weld_breaks *self, int count)
+{
+  if (self->entries + count <= self->entry_room) return 1;
+  const int room = 2 * self->entry_room + count + 64;
+  int *nodes = realloc(self->nodes, (size_t)room * sizeof *nodes);
+  if (nodes) self->nodes = nodes;
+  double *weights = nodes ? realloc(self->weights, (size_t)room * sizeof *weights) : NULL;
+  if (weights) self->weights = weights;
+  self->failed = !weights;
+  if (weights) self->entry_room = room;
+  return !self->failed;
+}
+
+void flesh_weld_breaks_add(flesh_weld_breaks *self, int count, const int *nodes, const double *weights, double area,
+                           const double place[3])
+{
+  if (self->failed || !make_room(self, count)) return;
+  flesh_weld_part *part = &self->parts[self->count];
+  part->area += area;
+  for (int c = 0; c < 3; c++) part->middle[c] += area * place[c];
+  for (int a = 0; a < count; a++) {
+    int k = part->begin;
+    while (k < self->entries && self->nodes[k] != nodes[a]) k++;
+    if (k == self->entries) {
+      self->nodes[k] = nodes[a];
+      self->weights[k] = 0;
+      self->entries++;
+    }
+    self->weights[k] += area * weights[a];
+  }
+}
+
+void flesh_weld_breaks_end(flesh_weld_breaks *self)
+{
+  if (self->failed) return;
+  flesh_weld_part *part = &self->parts[self->count];
+  for (int k = part->begin; k < self->entries; k++) self->weights[k] /= part->area;
+  for (int c = 0; c < 3; c++) part->middle[c] /= part->area;
+  self->area += part->area;
+  self->parts[++self->count].begin = self->entries;
+}
+
+int flesh_weld_breaks_finish(const flesh_weld_breaks *self)
+{
+  return self->failed ? flesh_fail(FLESH_ERR_MEMORY, "no memory for the %d parts of a weld", self->count) : FLESH_OK;
+}
+
+void flesh_weld_breaks_clear(flesh_weld_breaks *self)
+{
+  free(self->parts);
+  free(self->nodes);
+  free(self->weights);
+  *self = (flesh_weld_breaks){0};
+}
+
+size_t flesh_weld_breaks_memory(const flesh_weld_breaks *self)
+{
+  return (size_t)self->room * sizeof *self->parts +
+         (size_t)self->entry_room * (sizeof *self->nodes + sizeof *self->weights);
+}
+
+int flesh_weld_breaks_variables(const flesh_weld_breaks *self) { return self->count + OF_ALL; }
+
+/* What counts of a part's traction at x, Pa. */
+static double traction_of(const flesh_weld_breaks *self, int k, const double *x)
+{
+  const flesh_weld_part *part = &self->parts[k];
+  const double *origin = x + 3 * (size_t)part->triangle[0];
+  double d[2][3], n[3], t[3] = {0};
+  for (int i = part->begin; i < self->parts[k + 1].begin; i++)
+    for (int c = 0; c < 3; c++)
+      t[c] -= self->stiffness * self->weights[i] * (x[3 * (size_t)self->nodes[i] + (size_t)c] - origin[c]);
+  for (int s = 0; s < 2; s++)
+    for (int c = 0; c < 3; c++) d[s][c] = x[3 * (size_t)part->triangle[s + 1] + (size_t)c] - origin[c];
+  flesh_vec3_cross(d[0], d[1], n);
+  const double length = sqrt(flesh_vec3_dot(n, n)), normal = length > 0 ? flesh_vec3_dot(t, n) / length : 0;
+  for (int c = 0; c < 3 && normal < 0; c++) t[c] -= normal * n[c] / length;
+  return sqrt(flesh_vec3_dot(t, t));
+}
+
+static int is_broken(const flesh_weld_breaks *self, const double *internal)
+{
+  for (int k = 0; k < self->count; k++)
+    if (internal[k] != 0) return 1;
+  return 0;
+}
+
+int flesh_weld_breaks_update(const flesh_weld_breaks *self, const flesh_ties *ties, double t, const double *x,
+                             double *internal)
+{
+  double *of_all = internal + self->count, largest = 0;
+  const int first = !is_broken(self, internal);
+  int broken = 0;
+  for (int k = 0; k < self->count; k++) {
+    const double traction = internal[k] != 0 ? 0 : traction_of(self, k, x);
+    if (!(traction > self->limit)) continue;
+    internal[k] = 1;
+    of_all[RELEASED] += flesh_ties_group_energy(ties, k, x);
+    broken++;
+    if (!first || !(traction > largest)) continue;
+    largest = traction;
+    of_all[FIRST_T] = t;
+    memcpy(of_all + FIRST_PLACE, self->parts[k].middle, sizeof self->parts[k].middle);
+  }
+  return broken;
+}
+
+void flesh_weld_breaks_report(const flesh_weld_breaks *self, const double *x, const double *internal, double values[3])
+{
+  double area = 0, largest = 0;
+  for (int k = 0; k < self->count; k++) {
+    if (internal && internal[k] != 0) area += self->parts[k].area;
+    else largest = fmax(largest, traction_of(self, k, x));
+  }
+  values[0] = area / self->area;
+  values[1] = internal ? internal[self->count + RELEASED] : 0;
+  values[2] = largest;
+}
+
+void flesh_weld_breaks_tell(const flesh_weld_breaks *self, const double *internal, size_t size, char *text)
+{
+  const double *of_all = internal + self->count, *place = of_all + FIRST_PLACE;
+  double area = 0;
+  *text = 0;
+  if (!is_broken(self, internal)) return;
+  for (int k = 0; k < self->count; k++) area += internal[k] != 0 ? self->parts[k].area : 0;
+  snprintf(text, size, "%.3g %% of %.4g m^2 broke, first at t = %.6g s at (%.4g, %.4g, %.4g) of the rest shape; %.4g J "
+           "were released", 100 * area / self->area, self->area, of_all[FIRST_T], place[0], place[1], place[2],
+           of_all[RELEASED]);
+}

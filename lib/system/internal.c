@@ -1,0 +1,52 @@
+/* internal.c: counts and updates the internal variables of a system's effects. */
+#include "system/internal.h"
+
+#include "base/error.h"
+#include "effect/effect.h"
+#include "system/proximity.h"
+
+int flesh_system_internal_count(const flesh_system *system) { return system->internal_count; }
+
+/* The point as effect k sees it. */
+static flesh_point point_of(const flesh_system *system, int k, const flesh_point *point)
+{
+  flesh_point full = *point;
+  if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
+  if (!full.v_lag) full.v_lag = full.v;
+  if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
+  full.near = flesh_proximity_of(full.proximity, k);
+  full.internal = flesh_internal_of(system, k, point->internal);
+  return full;
+}
+
+int flesh_system_update_internal(const flesh_system *system, const flesh_point *point, double *internal, int *changed)
+{
+  FLESH_NEED({system, "system"}, {point, "point"}, {internal, "internal"}, {changed, "changed"});
+  int status = FLESH_OK;
+  *changed = 0;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    const flesh_effect_internal *can = effect->operations->internal;
+    if (!can) continue;
+    const flesh_point full = point_of(system, k, point);
+    status = can->update(effect, &full, internal + system->entries[k].internal, changed);
+    if (status > 0)
+      status = flesh_fail(FLESH_ERR_NONFINITE, "the internal variables of effect %s have no value at t = %g s",
+                          effect->operations->name, point->t);
+  }
+  return status;
+}
+
+int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum)
+{
+  int status = FLESH_OK;
+  *sum = 0;
+  for (int k = 0; k < system->entry_count && !status; k++) {
+    const flesh_effect *effect = system->entries[k].effect;
+    if (!effect->operations->internal || !effect->operations->energy) continue;
+    const flesh_point full = point_of(system, k, point);
+    status = effect->operations->energy(effect, &full, &energies[k]);
+    *sum += energies[k];
+  }
+  return status;
+}

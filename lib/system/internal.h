@@ -1,0 +1,17 @@
+/* internal.h: the internal variables of a system's effects, which stand one after the other. */
+#ifndef FLESH_SYSTEM_INTERNAL_H
+#define FLESH_SYSTEM_INTERNAL_H
+
+#include "system/parts.h"
+
+/* Those of effect k among those of all effects (NULL: 0, as they begin). */
+static inline const double *flesh_internal_of(const flesh_system *system, int k, const double *internal)
+{
+  return internal ? internal + system->entries[k].internal : NULL;
+}
+
+/* The energies of the effects that have internal variables, into their places of energies [effect_count], J, and the
+ * sum of these. */
+int flesh_system_internal_energies(const flesh_system *system, const flesh_point *point, double *energies, double *sum);
+
+#endif

@@ -1,0 +1,36 @@
+/* internals.h: internal variables of effects over a run: constant within a step, updated once it is accepted. */
+#ifndef FLESH_TIME_INTERNALS_H
+#define FLESH_TIME_INTERNALS_H
+
+#include "time/energy_watch.h"
+
+typedef struct flesh_internals {
+  const flesh_system *system;
+  int count, n;      /* 0 variables: no effect has any, and nothing below is allocated */
+  double *own;       /* [count] of states without any */
+  double *next;      /* [count] what an update makes of them */
+  double *zeros;     /* [n] the acceleration of updates */
+  /* What a static step began with: [count], [n], [n], s. */
+  double *before, *x, *v, t;
+  int restart;       /* they have changed since the method started: its acceleration is another one */
+} flesh_internals;
+
+/* FLESH_ERR_MEMORY. */
+int flesh_internals_create(const flesh_system *system, flesh_internals *internals);
+void flesh_internals_clear(flesh_internals *internals);
+size_t flesh_internals_memory(const flesh_internals *internals);
+/* What states without any have. */
+void flesh_internals_archive(flesh_internals *internals, flesh_archive *archive);
+
+/* *view gets internal variables of its own where it has none. FLESH_ERR_ARGUMENT for another number of them. */
+int flesh_internals_view(const flesh_internals *internals, flesh_state *view);
+
+/* Updates those of an accepted state. *changed: forces or energies are others than before; what energy falls by is counted.
+ * A negative status ends the run. */
+int flesh_internals_update(flesh_internals *internals, flesh_energy_watch *watch, flesh_state *state, int *changed);
+
+/* The state where a static step begins, and the way back to it. */
+void flesh_internals_remember(flesh_internals *internals, const flesh_state *state);
+void flesh_internals_give_back(const flesh_internals *internals, flesh_state *state);
+
+#endif
