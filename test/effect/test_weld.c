@@ -3,87 +3,7 @@
 
 #include "body.h"
 #include "test.h"
-
-/* Two meshes of four-node tets as one. */
-static flesh_mesh *joined(flesh_mesh *first, flesh_mesh *second)
-{
-  const int n = flesh_mesh_node_count(first), m = flesh_mesh_node_count(second);
-  const int e = flesh_mesh_tet_count(first), f = flesh_mesh_tet_count(second);
-  double *X = malloc(3 * (size_t)(n + m) * sizeof *X);
-  int *tets = malloc(4 * (size_t)(e + f) * sizeof *tets), *regions = calloc((size_t)(e + f), sizeof *regions);
-  flesh_mesh *mesh = NULL;
-  memcpy(X, flesh_mesh_positions(first), 3 * (size_t)n * sizeof *X);
-  memcpy(X + 3 * n, flesh_mesh_positions(second), 3 * (size_t)m * sizeof *X);
-  for (int k = 0; k < 4 * e; k++) tets[k] = flesh_mesh_tets(first)[k];
-  for (int k = 0; k < 4 * f; k++) tets[4 * e + k] = n + flesh_mesh_tets(second)[k];
-  for (int k = e; k < e + f; k++) regions[k] = 1;
-  CHECK_OK(flesh_mesh_create(n + m, X, e + f, tets, regions, &mesh));
-  free(X);
-  free(tets);
-  free(regions);
-  flesh_mesh_destroy(&first);
-  flesh_mesh_destroy(&second);
-  return mesh;
-}
-
-static flesh_mesh *box(const int cells[3], const double size[3], const double origin[3])
-{
-  flesh_mesh *mesh = NULL;
-  CHECK_OK(flesh_mesh_box(cells, size, origin, &mesh));
-  return mesh;
-}
-
-/* The same mesh with other places. */
-static flesh_mesh *moved(flesh_mesh *mesh, void (*move)(double *x))
-{
-  const int n = flesh_mesh_node_count(mesh), e = flesh_mesh_tet_count(mesh);
-  double *X = malloc(3 * (size_t)n * sizeof *X);
-  flesh_mesh *result = NULL;
-  memcpy(X, flesh_mesh_positions(mesh), 3 * (size_t)n * sizeof *X);
-  for (int i = 0; i < n; i++) move(X + 3 * i);
-  CHECK_OK(flesh_mesh_create(n, X, e, flesh_mesh_tets(mesh), flesh_mesh_regions(mesh), &result));
-  free(X);
-  flesh_mesh_destroy(&mesh);
-  return result;
-}
-
-static flesh_mesh *of_order(int order, flesh_mesh *mesh)
-{
-  flesh_mesh *raised = NULL;
-  if (order == 1) return mesh;
-  CHECK_OK(flesh_mesh_raise_order(mesh, &raised));
-  flesh_mesh_destroy(&mesh);
-  return raised;
-}
-
-/* Surface triangles of the region whose nodes are all so, or all of the region's. */
-static int triangles_of(const flesh_mesh *mesh, int region, int (*so)(const double *X), int *triangles)
-{
-  int all, count = 0;
-  const int *surface = flesh_mesh_surface(mesh, &all), *tet = flesh_mesh_surface_tets(mesh);
-  const double *X = flesh_mesh_positions(mesh);
-  for (int k = 0; k < all; k++) {
-    const int *n = surface + 3 * (size_t)k;
-    if (flesh_mesh_regions(mesh)[tet[k]] != region) continue;
-    if (so && !(so(X + 3 * n[0]) && so(X + 3 * n[1]) && so(X + 3 * n[2]))) continue;
-    memcpy(triangles + 3 * (size_t)count++, n, 3 * sizeof *n);
-  }
-  return count;
-}
-
-/* Ties all of region 0's surface to all of region 1's, where they lie on each other. */
-static flesh_effect *weld(const test_body *b, double distance, double stiffness)
-{
-  int all;
-  flesh_effect *effect = NULL;
-  flesh_mesh_surface(b->mesh, &all);
-  int *triangles[2] = {malloc(3 * (size_t)all * sizeof(int)), malloc(3 * (size_t)all * sizeof(int))}, count[2];
-  for (int s = 0; s < 2; s++) count[s] = triangles_of(b->mesh, s, NULL, triangles[s]);
-  CHECK_OK(flesh_effect_weld(&b->body, count[0], triangles[0], count[1], triangles[1], distance, stiffness, NAN, &effect));
-  free(triangles[0]);
-  free(triangles[1]);
-  return effect;
-}
+#include "welded.h"
 
 /* The plane between two blocks, z = 1 before, is inclined; places in it are scattered. */
 static void incline(double *x) { x[2] += (0.3 * x[0] + 0.2 * x[1]) * (1 - fabs(x[2] - 1)); }
@@ -136,7 +56,7 @@ static void patch(int order)
                             1000, FLESH_MASS_LUMPED, 0, &b));
   CHECK_OK(flesh_material_stress(&b.material, F, P));
   load_with(&b, P);
-  flesh_effect *effect = weld(&b, 1e-9, NAN);
+  flesh_effect *effect = welded(&b, 1e-9, NAN, NAN);
   const double k = flesh_effect_weld_stiffness(effect, &area), length = sqrt(1.13);
   CHECK_NEAR(area, length, 1e-12);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
@@ -185,7 +105,7 @@ static void forces_and_torques_balance(void)
     flesh_mesh *upper = box((int[]){3, 2, 2}, (double[]){1, 1, 1}, (double[]){0.2, -0.1, 1 + gap});
     CHECK_OK(test_body_create(of_order(order, joined(lower, upper)), test_material(FLESH_ENERGY_S, 0.35), 1000,
                               FLESH_MASS_LUMPED, 0, &b));
-    flesh_effect *effect = weld(&b, 0.05, 1e6);
+    flesh_effect *effect = welded(&b, 0.05, 1e6, NAN);
     double *r = calloc((size_t)b.n, sizeof *r);
     flesh_point point = {.load = 1, .x = b.state.x};
     for (int d = 0; d < b.n; d += 3) { /* an affine motion */
@@ -225,7 +145,7 @@ static void welded_bodies_keep_their_momentum(void)
   flesh_mesh *lower = box((int[]){2, 2, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 0});
   flesh_mesh *upper = box((int[]){3, 3, 2}, (double[]){1, 1, 1}, (double[]){0, 0, 1});
   CHECK_OK(test_body_create(joined(lower, upper), test_material(FLESH_ENERGY_S, 0.4), 1000, FLESH_MASS_LUMPED, 1, &b));
-  flesh_effect *effect = weld(&b, 1e-9, NAN);
+  flesh_effect *effect = welded(&b, 1e-9, NAN, NAN);
   CHECK_OK(flesh_system_add_effect(b.system, &effect));
   CHECK_OK(flesh_system_finalize(b.system));
   for (int i = 0; i < b.n / 3; i++) { /* the upper block flies away, turning */
@@ -264,10 +184,10 @@ static bent sag(int order, const int left[3], const int right[3], double factor)
   else mesh = box(left, (double[]){4, 1, 1}, (double[]){0, 0, 0});
   CHECK_OK(test_body_create(of_order(order, mesh), test_material(FLESH_ENERGY_S, 0.4), 200, FLESH_MASS_LUMPED, 0, &b));
   if (factor > 0) {
-    flesh_effect *effect = weld(&b, 1e-9, NAN);
+    flesh_effect *effect = welded(&b, 1e-9, NAN, NAN);
     const double k = flesh_effect_weld_stiffness(effect, NULL);
     flesh_effect_destroy(&effect);
-    effect = weld(&b, 1e-9, factor * k);
+    effect = welded(&b, 1e-9, factor * k, NAN);
     CHECK_OK(flesh_system_add_effect(b.system, &effect));
   }
   CHECK_OK(test_body_gravity(&b, 0, 0, -1));
@@ -322,13 +242,15 @@ static void nonsense_is_refused(void)
 #define REFUSED(text, ...)                                                                                             \
   CHECK(flesh_effect_weld(&b.body, __VA_ARGS__, &effect) == FLESH_ERR_ARGUMENT && !effect);                            \
   CHECK_TEXT(flesh_error_text(), text)
-  REFUSED("do not face each other", 12, t, 12, t + 36, 0.4, NAN);
-  REFUSED("distance is -1", 12, t, 12, t + 36, -1, NAN);
-  REFUSED("stiffness is 0", 12, t, 12, t + 36, 1, 0);
-  REFUSED("there are 12 and 0", 12, t, 0, t + 36, 1, NAN);
-  REFUSED("is not one of the mesh's surface", 1, ((int[]){0, 1, 15}), 12, t + 36, 1, NAN);
+  REFUSED("do not face each other", 12, t, 12, t + 36, 0.4, NAN, NAN);
+  REFUSED("distance is -1", 12, t, 12, t + 36, -1, NAN, NAN);
+  REFUSED("stiffness is 0", 12, t, 12, t + 36, 1, 0, NAN);
+  REFUSED("there are 12 and 0", 12, t, 0, t + 36, 1, NAN, NAN);
+  REFUSED("is not one of the mesh's surface", 1, ((int[]){0, 1, 15}), 12, t + 36, 1, NAN, NAN);
+  REFUSED("breaks_at is -1 Pa", 12, t, 12, t + 36, 1, NAN, -1);
+  REFUSED("breaks_at is 0 Pa", 12, t, 12, t + 36, 1, NAN, 0);
   b.body.materials = NULL;
-  REFUSED("stiffness is missing", 12, t, 12, t + 36, 1, NAN);
+  REFUSED("stiffness is missing", 12, t, 12, t + 36, 1, NAN, NAN);
   test_body_destroy(&b);
 }
 

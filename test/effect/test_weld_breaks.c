@@ -1,0 +1,405 @@
+/* test_weld_breaks.c: welds that break: where, when, what is released and kept; refused steps, states, compression. */
+#include "temporary.h" /* first */
+
+#include "flesh/ida.h"
+#include "welded.h"
+
+static const double young = 1e5;
+
+/* Two cubes of 1 m, one on the other. */
+static void two_cubes(int order, const int lower[3], const int upper[3], int inertia, test_body *b)
+{
+  flesh_mesh *mesh = joined(box(lower, (double[]){1, 1, 1}, (double[]){0, 0, 0}),
+                            box(upper, (double[]){1, 1, 1}, (double[]){0, 0, 1}));
+  CHECK_OK(test_body_create(of_order(order, mesh), test_material(FLESH_ENERGY_S, 0.3), 1000, FLESH_MASS_LUMPED, inertia,
+                            b));
+}
+
+static void hold_corner(test_body *b, double x, double z, unsigned axes, const flesh_motion *motion)
+{
+  for (int i = 0; i < b->n / 3; i++) {
+    const double *X = flesh_mesh_positions(b->mesh) + 3 * i;
+    if (X[0] != x || X[1] != 0 || X[2] != z) continue;
+    if (!motion) CHECK_OK(flesh_system_add_pin(b->system, 1, &i, axes, -INFINITY, INFINITY));
+    else CHECK_OK(flesh_system_add_prescribed_motion(b->system, 1, &i, axes, motion, -INFINITY, INFINITY));
+  }
+}
+
+/* Internal variables for the state. */
+static void give_internal(test_body *b)
+{
+  b->state.internal_count = flesh_system_internal_count(b->system);
+  b->state.internal = calloc((size_t)b->state.internal_count + 1, sizeof *b->state.internal);
+}
+
+static void end(test_body *b)
+{
+  free(b->state.internal);
+  test_body_destroy(b);
+}
+
+/* Pulls the top up by `most` m in a second; the bars narrow freely. */
+static void begin_pull(int order, const int lower[3], const int upper[3], double most, double breaks_at, test_body *b)
+{
+  const flesh_keyframe keys[] = {{.t = 0}, {.t = 1, .translation = {0, 0, most}}};
+  const flesh_motion motion = {.count = 2, .keyframes = keys};
+  two_cubes(order, lower, upper, 0, b);
+  flesh_effect *effect = welded(b, 1e-9, NAN, breaks_at);
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(test_body_hold(b, 2, 0, FLESH_AXIS_Z, NULL, -INFINITY, INFINITY));
+  CHECK_OK(test_body_hold(b, 2, 2, FLESH_AXIS_Z, &motion, -INFINITY, INFINITY));
+  for (int end = 0; end < 2; end++) {
+    hold_corner(b, 0, 2 * end, FLESH_AXIS_X | FLESH_AXIS_Y, NULL);
+    hold_corner(b, 1, 2 * end, FLESH_AXIS_Y, NULL);
+  }
+  CHECK_OK(flesh_system_finalize(b->system));
+  give_internal(b);
+}
+
+/* The force that pulls at the top, N. */
+static double pull_of(const test_body *b)
+{
+  double *r = calloc(2 * (size_t)b->n, sizeof *r), *zeros = r + b->n, force = 0;
+  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = zeros, .a = zeros,
+                             .internal = b->state.internal};
+  CHECK_OK(flesh_system_residual(b->system, &point, r));
+  for (int i = 0; i < b->n / 3; i++)
+    if (flesh_mesh_positions(b->mesh)[3 * i + 2] == 2) force += r[3 * i + 2];
+  free(r);
+  return force;
+}
+
+static double broken_of(const test_body *b)
+{
+  const flesh_effect *weld = flesh_system_effect(b->system, flesh_system_effect_count(b->system) - 1);
+  const double *zeros = b->state.v;
+  double values[3];
+  weld->operations->figures->report(weld, &(flesh_point){.x = b->state.x, .v = zeros, .internal = b->state.internal}, values);
+  return values[0];
+}
+
+static flesh_integrator *integrator_of(const test_body *b, flesh_method method, double tolerance)
+{
+  flesh_solver_options options = test_options(tolerance);
+  flesh_integrator *integrator = NULL;
+  CHECK_OK(flesh_integrator_create(b->system, method, &options, &integrator));
+  return integrator;
+}
+
+/* A twin that holds has the force at which the weld must break: in the first increment that ends beyond breaks_at times
+ * the area it breaks all at once, and not before, however the meshes meet. */
+static void two_bars_break_at_the_force(void)
+{
+  enum { STEPS = 20 };
+  const double most = 0.5, breaks_at = 0.13 * young;
+  for (int run = 0; run < 3; run++) {
+    const int order = run == 2 ? 2 : 1, lower[3] = {2, 2, 1}, upper[3] = {run ? 3 : 2, run ? 1 : 2, 1};
+    test_body b, twin;
+    begin_pull(order, lower, upper, most, breaks_at, &b);
+    begin_pull(order, lower, upper, most, NAN, &twin);
+    CHECK(b.state.internal_count > 0 && twin.state.internal_count == 0);
+    flesh_integrator *breaks = integrator_of(&b, FLESH_METHOD_STATIC, 1e-10);
+    flesh_integrator *holds = integrator_of(&twin, FLESH_METHOD_STATIC, 1e-10);
+    int beyond = 0;
+    double held = 0;
+    for (int s = 0; s < STEPS && beyond < 3; s++) {
+      CHECK_OK(flesh_integrator_step(breaks, &b.state, 1. / STEPS, NULL));
+      CHECK_OK(flesh_integrator_step(holds, &twin.state, 1. / STEPS, NULL));
+      const double force = pull_of(&b), wanted = pull_of(&twin);
+      beyond += wanted > breaks_at;
+      CHECK_NEAR(force, beyond ? 0 : wanted, 1e-6 * breaks_at);
+      CHECK(broken_of(&b) == (beyond ? 1 : 0));
+      if (beyond == 1) printf("# run %d: %.6g N held, %.6g N did not, of %.6g N\n", run, held, wanted, breaks_at);
+      held = force;
+    }
+    CHECK(beyond == 3);
+    flesh_integrator_destroy(&breaks);
+    flesh_integrator_destroy(&holds);
+    end(&b);
+    end(&twin);
+  }
+}
+
+
+/* A rotation by an angle about an axis of length 1. */
+static void turn(const double axis[3], double angle, const double *p, double *q)
+{
+  const double along = axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2], s = sin(angle), c = cos(angle);
+  for (int k = 0; k < 3; k++)
+    q[k] = c * p[k] + (1 - c) * along * axis[k] + s * (axis[(k + 1) % 3] * p[(k + 2) % 3] - axis[(k + 2) % 3] * p[(k + 1) % 3]);
+}
+
+/* [nodes] 1 for those of the upper cube. */
+static char *nodes_of_upper(const test_body *b)
+{
+  char *upper = calloc((size_t)b->n / 3, 1);
+  for (int e = 0; e < flesh_mesh_tet_count(b->mesh); e++)
+    for (int a = 0; flesh_mesh_regions(b->mesh)[e] && a < (flesh_mesh_order(b->mesh) == 2 ? 10 : 4); a++)
+      upper[a < 4 ? flesh_mesh_tets(b->mesh)[4 * e + a] : flesh_mesh_tet_edges(b->mesh)[6 * e + a - 4]] = 1;
+  return upper;
+}
+
+/* The upper cube is shifted as a whole, which is the same traction all over; then everything is turned. The root of
+ * tension^2 + shear^2 decides, to rounding, for tension, compression and all ratios of shear to them. */
+static void tension_and_shear_count_together(void)
+{
+  const double stiffness = 1e6, breaks_at = 1e4, axis[3] = {2. / 3, -1. / 3, 2. / 3};
+  for (int order = 1; order <= 2; order++) {
+    test_body b;
+    two_cubes(order, (int[]){2, 3, 1}, (int[]){3, 2, 1}, 0, &b);
+    flesh_effect *weld = welded(&b, 1e-9, stiffness, breaks_at);
+    CHECK_OK(flesh_system_add_effect(b.system, &weld));
+    CHECK_OK(flesh_system_finalize(b.system));
+    give_internal(&b);
+    double *x = malloc((size_t)b.n * sizeof *x);
+    char *upper = nodes_of_upper(&b);
+    const double *X = flesh_mesh_positions(b.mesh);
+    for (int run = 0; run < 72; run++) {
+      const double elevation = (run / 2 % 12 - 5.5) / 6 * M_PI / 2, azimuth = 2.1 * (run / 2), normal = sin(elevation);
+      const double counts = normal > 0 ? 1 : cos(elevation), size = (1 + (run % 2 ? 1e-7 : -1e-7)) * breaks_at / stiffness;
+      const double shift[3] = {cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), normal};
+      for (int i = 0; i < b.n / 3; i++) {
+        double p[3];
+        for (int c = 0; c < 3; c++) p[c] = X[3 * i + c] + (upper[i] ? size / counts * shift[c] : 0);
+        turn(axis, 0.3 * run, p, x + 3 * i);
+      }
+      int changed;
+      const flesh_point point = {.t = 7, .load = 1, .x = x, .v = x, .a = x};
+      memset(b.state.internal, 0, (size_t)b.state.internal_count * sizeof *b.state.internal);
+      CHECK_OK(flesh_system_update_internal(b.system, &point, b.state.internal, &changed));
+      CHECK(changed == run % 2);
+      CHECK(broken_of(&b) == run % 2);
+    }
+    free(x);
+    free(upper);
+    end(&b);
+  }
+}
+
+/* Mass times velocity, and its moment about the origin. */
+static void momenta(const test_body *b, double sums[6])
+{
+  double *mass = malloc((size_t)b->n * sizeof *mass);
+  flesh_mesh_lumped_mass(b->mesh, b->density, mass);
+  memset(sums, 0, 6 * sizeof *sums);
+  for (int i = 0; i < b->n / 3; i++)
+    for (int c = 0; c < 3; c++) {
+      const double *x = b->state.x + 3 * i, *v = b->state.v + 3 * i;
+      sums[c] += mass[i] * v[c];
+      sums[3 + c] += mass[i] * (x[(c + 1) % 3] * v[(c + 2) % 3] - x[(c + 2) % 3] * v[(c + 1) % 3]);
+    }
+  free(mass);
+}
+
+/* Of all effects, J, above the rest shape at rest; *rounding: of the sum of its terms. */
+static double energy_of(const test_body *b, double *rounding)
+{
+  double energies[3], rest[3], sum = 0, phi, *zeros = calloc((size_t)b->n, sizeof *zeros);
+  const flesh_point point = {.t = b->state.t, .load = 1, .x = b->state.x, .v = b->state.v, .a = b->state.v,
+                             .internal = b->state.internal};
+  const flesh_point at_rest = {.load = 1, .x = flesh_mesh_positions(b->mesh), .v = zeros, .a = zeros};
+  CHECK_OK(flesh_system_energies(b->system, &point, energies));
+  CHECK_OK(flesh_system_energies(b->system, &at_rest, rest));
+  CHECK_OK(flesh_system_potential(b->system, &at_rest, &(flesh_shift){.x = 1}, &phi, rounding));
+  *rounding *= 1e-14;
+  for (int e = 0; e < 3; e++) sum += energies[e] - rest[e];
+  free(zeros);
+  return sum;
+}
+
+/* Two free cubes that fly apart, turning: the peel begins at an edge. `further` (may be NULL) is taken. */
+static void begin_peel(double breaks_at, flesh_effect *further, test_body *b)
+{
+  two_cubes(1, (int[]){2, 2, 1}, (int[]){3, 3, 1}, 1, b);
+  if (further) CHECK_OK(flesh_system_add_effect(b->system, &further));
+  flesh_effect *effect = welded(b, 1e-9, NAN, breaks_at);
+  CHECK_OK(flesh_system_add_effect(b->system, &effect));
+  CHECK_OK(flesh_system_finalize(b->system));
+  give_internal(b);
+  for (int i = 0; i < b->n / 3; i++) {
+    const double *X = flesh_mesh_positions(b->mesh) + 3 * i;
+    const double apart = flesh_mesh_positions(b->mesh)[3 * i + 2] > 1 ? 0.2 * (0.5 + X[0]) : 0;
+    b->state.v[3 * i] = 0.1 * X[1], b->state.v[3 * i + 1] = -0.1 * X[0], b->state.v[3 * i + 2] = apart;
+  }
+}
+
+/* In every method of fixed steps: part of the weld breaks first, momenta are kept, and energy with what was released is
+ * that of the start where the method keeps it (strains are about a thousandth, so that the midpoint rule does to 1e-5).
+ * What the integrator has counted is the sum over the weld's parts. */
+static void broken_welds_keep_momenta_and_books(void)
+{
+  const flesh_method methods[] = {FLESH_METHOD_MIDPOINT, FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_BDF2,
+                                  FLESH_METHOD_NEWMARK, FLESH_METHOD_HHT};
+  for (int m = 0; m < 5; m++) {
+    test_body b;
+    double before[6], after[6], first = 0, last = 0, rounding;
+    begin_peel(600, NULL, &b);
+    momenta(&b, before);
+    const double start = energy_of(&b, &rounding);
+    flesh_integrator *integrator = integrator_of(&b, methods[m], 1e-11);
+    for (int s = 0; s < 60; s++) {
+      CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.004, NULL));
+      last = broken_of(&b);
+      if (first == 0) first = last;
+    }
+    momenta(&b, after);
+    const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
+    const double *of_all = b.state.internal + b.state.internal_count - 5, released = of_all[0];
+    const double left = energy_of(&b, &rounding) + released - start;
+    printf("# %s: %.3g then %.3g broken, first at %g s at (%g, %g, %g); %.6g J of %.6g J released, %.3g left over\n",
+           flesh_method_name(methods[m]), first, last, of_all[1], of_all[2], of_all[3], of_all[4], released, start,
+           left / start);
+    CHECK(first > 0 && first < last);
+    CHECK(of_all[1] > 0 && of_all[1] < 0.24 && of_all[2] > 0.5 && of_all[4] == 1);
+    for (int c = 0; c < (m ? 3 : 6); c++) CHECK_NEAR(after[c], before[c], 1e-9);
+    CHECK_NEAR(balance->released, released, rounding);
+    CHECK_BELOW(fabs(balance->supplied), rounding);
+    if (m == 0) CHECK_NEAR(left, 0, 1e-5 * start);
+    flesh_integrator_destroy(&integrator);
+    end(&b);
+  }
+}
+
+/* An effect that has no value at the end of a step longer than 3 ms, so that steps of 4 ms are halved. */
+static int refuse_long(const flesh_effect *effect, const flesh_point *point, double *r)
+{
+  (void)effect, (void)r;
+  return point->t - point->t_lag > 0.003 ? FLESH_UNDEFINED : FLESH_OK;
+}
+
+static const flesh_effect_operations refusing = {.name = "refusing", .traits = FLESH_IS_PASSIVE, .residual = refuse_long};
+
+/* Steps that are refused and halved break the same parts at the same time as steps of half the length; a step that fails
+ * leaves what is broken as it was. */
+static void halved_steps_break_the_same(void)
+{
+  test_body b[2];
+  flesh_integrator *integrators[2];
+  int failed = 0;
+  for (int k = 0; k < 2; k++) {
+    flesh_effect *effect = NULL;
+    CHECK_OK(flesh_effect_create(&refusing, NULL, &effect));
+    begin_peel(600, k ? NULL : effect, &b[k]);
+    integrators[k] = integrator_of(&b[k], FLESH_METHOD_BACKWARD_EULER, 1e-11);
+    if (k) flesh_effect_destroy(&effect);
+  }
+  for (int s = 0; s < 8; s++) {
+    flesh_solve_stats stats = {0};
+    CHECK_OK(flesh_integrator_step(integrators[0], &b[0].state, 0.004, &stats));
+    CHECK(stats.steps == 2);
+    for (int half = 0; half < 2; half++) CHECK_OK(flesh_integrator_step(integrators[1], &b[1].state, 0.002, NULL));
+    const int parts = b[0].state.internal_count - 5;
+    for (int k = 0; k < parts; k++) CHECK(b[0].state.internal[k] == b[1].state.internal[k]);
+    CHECK_NEAR(b[0].state.internal[parts + 1], b[1].state.internal[parts + 1], 1e-12);
+    CHECK_BELOW(test_distance(b[0].n, b[0].state.x, b[1].state.x), 1e-9);
+  }
+  CHECK(broken_of(&b[0]) > 0);
+  flesh_solver_options options = test_options(1e-11);
+  options.max_cutbacks = 0;
+  flesh_integrator_destroy(&integrators[0]);
+  CHECK_OK(flesh_integrator_create(b[0].system, FLESH_METHOD_BACKWARD_EULER, &options, &integrators[0]));
+  const size_t bytes = (size_t)b[0].state.internal_count * sizeof(double);
+  double *before = malloc(bytes);
+  memcpy(before, b[0].state.internal, bytes);
+  failed = flesh_integrator_step(integrators[0], &b[0].state, 0.004, NULL);
+  CHECK(failed && !memcmp(before, b[0].state.internal, bytes));
+  free(before);
+  for (int k = 0; k < 2; k++) {
+    flesh_integrator_destroy(&integrators[k]);
+    end(&b[k]);
+  }
+}
+
+static void check_same(const test_body *a, const test_body *b)
+{
+  const size_t bytes = (size_t)a->n * sizeof(double);
+  CHECK(!memcmp(a->state.x, b->state.x, bytes) && !memcmp(a->state.v, b->state.v, bytes));
+  if (b->state.internal)
+    CHECK(!memcmp(a->state.internal, b->state.internal, (size_t)a->state.internal_count * sizeof(double)));
+}
+
+/* What has broken is in the state and its file, and goes on with the same bits; also where the integrator keeps it. */
+static void a_broken_weld_goes_on_with_the_same_bits(void)
+{
+  const flesh_method methods[] = {FLESH_METHOD_BACKWARD_EULER, FLESH_METHOD_NEWMARK, FLESH_METHOD_BDF2};
+  for (int m = 0; m < 3; m++) {
+    test_body b[3];
+    flesh_integrator *integrators[3], *other;
+    char folder[400], path[512];
+    size_t size;
+    CHECK(!test_folder_make(folder, sizeof folder));
+    snprintf(path, sizeof path, "%s/state.txt", folder);
+    for (int k = 0; k < 3; k++) {
+      begin_peel(600, NULL, &b[k]);
+      integrators[k] = integrator_of(&b[k], methods[m], 1e-9);
+    }
+    free(b[2].state.internal);
+    b[2].state.internal = NULL;
+    b[2].state.internal_count = 0;
+    for (int s = 0; s < 12; s++) {
+      for (int k = 0; k < 3; k++) CHECK_OK(flesh_integrator_step(integrators[k], &b[k].state, 0.004, NULL));
+      check_same(&b[0], &b[1]);
+      check_same(&b[0], &b[2]);
+      CHECK_OK(flesh_state_write(path, b[1].n / 3, &b[1].state));
+      memset(b[1].state.internal, 0, (size_t)b[1].state.internal_count * sizeof(double));
+      CHECK_OK(flesh_state_read(path, b[1].n / 3, &b[1].state));
+      for (int k = 1; k < 3; k++) {
+        CHECK_OK(flesh_integrator_save(integrators[k], 0, NULL, &size));
+        void *data = malloc(size);
+        CHECK_OK(flesh_integrator_save(integrators[k], size, data, &size));
+        other = integrator_of(&b[k], methods[m], 1e-9);
+        CHECK_OK(flesh_integrator_load(other, data, size));
+        flesh_integrator_destroy(&integrators[k]);
+        integrators[k] = other;
+        free(data);
+      }
+    }
+    test_folder_remove(folder);
+    CHECK(broken_of(&b[0]) > 0 && broken_of(&b[0]) < 1);
+    for (int k = 0; k < 3; k++) {
+      flesh_integrator_destroy(&integrators[k]);
+      end(&b[k]);
+    }
+  }
+}
+
+/* Pressed to less than three quarters of the height, with over a hundred times the traction that breaks it in tension. */
+static void compression_breaks_nothing(void)
+{
+  test_body b;
+  begin_pull(1, (int[]){2, 2, 1}, (int[]){3, 1, 1}, -0.6, 200, &b);
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_STATIC, 1e-10);
+  for (int s = 0; s < 4; s++) CHECK_OK(flesh_integrator_step(integrator, &b.state, 0.25, NULL));
+  CHECK(pull_of(&b) < -100 * 200 && broken_of(&b) == 0);
+  flesh_integrator_destroy(&integrator);
+  end(&b);
+}
+
+/* Methods that go on from a history of smooth steps say why they do not have it. */
+static void adaptive_methods_refuse_it(void)
+{
+  test_body b;
+  flesh_solver_options options = test_options(1e-6);
+  flesh_integrator *integrator = NULL;
+  flesh_ida_problem *problem = NULL;
+  begin_peel(600, NULL, &b);
+  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "internal variables");
+  CHECK(flesh_integrator_create(b.system, FLESH_METHOD_EULER_THEN_ADAPTIVE, &options, &integrator) == FLESH_ERR_ARGUMENT);
+  CHECK(flesh_ida_problem_create(b.system, &options, &problem) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "a method of fixed steps");
+  b.state.internal_count--;
+  CHECK_OK(flesh_integrator_create(b.system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
+  CHECK(flesh_integrator_step(integrator, &b.state, 0.001, NULL) == FLESH_ERR_ARGUMENT);
+  CHECK_TEXT(flesh_error_text(), "internal variables; the system has");
+  flesh_integrator_destroy(&integrator);
+  end(&b);
+}
+
+int main(int argc, char **argv)
+{
+  return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(tension_and_shear_count_together),
+                   TEST(broken_welds_keep_momenta_and_books), TEST(halved_steps_break_the_same),
+                   TEST(a_broken_weld_goes_on_with_the_same_bits), TEST(compression_breaks_nothing),
+                   TEST(adaptive_methods_refuse_it));
+}
