@@ -58,6 +58,7 @@ void flesh_report_judge_run(json_t *part, const char *name, const json_t *result
   else flesh_report_say(part, "%s.", words);
   if (*text_of(result, "warning"))
     flesh_report_say(part, "%s: %s", name, text_of(result, "warning"));
+  if (*text_of(result, "notes")) flesh_report_say(part, "%s: %s.", name, text_of(result, "notes"));
   if (figure(result, "solves_unconverged") > 0)
     flesh_report_say(part, "%s: %.0f of %.0f solves did not reach the tolerance.", name,
                      figure(result, "solves_unconverged"), figure(result, "solves"));

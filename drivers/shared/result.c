@@ -287,6 +287,7 @@ json_t *flesh_figures_json(const flesh_figures *figures, const flesh_system *sys
   set_integer(object, "residuals", figures->residuals);
   const flesh_energy_balance *balance = &figures->balance;
   set(object, "work_put_in", balance->begun ? balance->supplied : NAN);
+  set(object, "energy_released", balance->released);
   set(object, "energy_gain", balance->begun ? balance->gain : NAN);
   set(object, "energy_gain_J", balance->begun ? balance->largest : NAN);
   set(object, "energy_gain_t", balance->gain > 0 ? balance->t_largest : NAN);
@@ -348,6 +349,7 @@ json_t *flesh_outcome_json(const flesh_outcome *outcome)
   json_t *message = json_string(outcome->message);
   json_object_set_new(object, "message", message ? message : json_string("(not UTF-8)"));
   json_object_set_new(object, "warning", outcome->warning[0] ? json_string(outcome->warning) : json_null());
+  json_object_set_new(object, "notes", outcome->notes[0] ? json_string(outcome->notes) : json_null());
   if (!outcome->has_failure) {
     json_object_set_new(object, "failure", json_null());
     return object;

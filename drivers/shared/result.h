@@ -52,6 +52,7 @@ typedef struct flesh_outcome {
   flesh_failure failure;
   const char *advice;
   char warning[800]; /* what is to be known although nothing failed; empty: nothing */
+  char notes[800];   /* what effects say of the run: what has broken; empty: nothing */
 } flesh_outcome;
 
 /* "complete", "failed", "interrupted", "out of budget". */

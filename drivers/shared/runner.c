@@ -17,6 +17,7 @@
 #include "shared/output.h"
 #include "shared/running.h"
 #include "shared/stressed_rest.h"
+#include "system/internal.h"
 
 enum { OBSERVER_LIMIT = 16 };
 
@@ -178,12 +179,30 @@ static void warn(const flesh_running *r, flesh_outcome *outcome, int spoken, con
   if (spoken && !r->options->quiet) fprintf(stderr, "flesh: warning: %s\n", words);
 }
 
+/* What effects say of their internal variables. */
+static void tell_effects(const flesh_running *r, flesh_outcome *outcome)
+{
+  const flesh_system *system = flesh_scene_system(r->scene);
+  for (int e = 0; r->state.internal && e < flesh_system_effect_count(system); e++) {
+    char words[300] = "";
+    const flesh_effect *effect = flesh_system_effect(system, e);
+    const flesh_effect_internal *can = effect->operations->internal;
+    const size_t length = strlen(outcome->notes);
+    if (can && can->tell) can->tell(effect, flesh_internal_of(system, e, r->state.internal), sizeof words, words);
+    if (!*words) continue;
+    snprintf(outcome->notes + length, sizeof outcome->notes - length, "%s%s: %s", length ? "; " : "",
+             effect->operations->name, words);
+    if (!r->options->quiet) printf("%s: %s\n", effect->operations->name, words);
+  }
+}
+
 /* What a user should know of the run, whether it failed or not. */
 static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, flesh_outcome *outcome)
 {
   char words[240];
   if (r->progress) fputs("\r\033[K", stderr);
   figures->balance = *flesh_integrator_energy_balance(r->integrator);
+  tell_effects(r, outcome);
   const char *warning = flesh_integrator_warning(r->integrator);
   if (warning) warn(r, outcome, status != FLESH_ERR_ENERGY, warning);
   if (!status) figures->stressed_rest = flesh_stressed_rest(r->scene, &r->trace, &r->state);

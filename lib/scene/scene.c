@@ -123,6 +123,14 @@ static int settle_time(flesh_scene *scene)
                            "0.5); it must be a method of fixed steps, or poisson below 0.5",
                            time->name, key->name, flesh_method_name(method));
   }
+  if (flesh_system_internal_count(scene->system) &&
+      (method == FLESH_METHOD_ADAPTIVE || method == FLESH_METHOD_EULER_THEN_ADAPTIVE)) {
+    const flesh_key *key =
+        flesh_key_at(time->children, offsetof(flesh_scene_keys, time.method) - time->offset);
+    return flesh_node_fail(flesh_scene_place(place, time->children, key->offset),
+                           "%s.%s is %s, which goes on from a history of smooth steps; with a weld that breaks it must "
+                           "be a method of fixed steps", time->name, key->name, flesh_method_name(method));
+  }
   scene->time = (flesh_scene_time){(flesh_method)scene->keys.time.method, scene->keys.time.step,
                                    scene->keys.time.end, scene->keys.time.max_energy_gain,
                                    scene->keys.time.options, scene->keys.time.adaptive};

@@ -58,7 +58,8 @@
  * flesh_derivative_report_passes flesh_method_order flesh_mesh_node_count flesh_mesh_tet_count flesh_mesh_order
  * flesh_scene_material_count flesh_surface_vertex_count flesh_surface_face_count flesh_system_unknowns
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
- * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count flesh_integrator_saves_all
+ * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count
+ * flesh_system_internal_count flesh_integrator_saves_all
  * flesh_communicator_rank flesh_communicator_size flesh_body_part_own flesh_body_part_neighbours
  * flesh_body_part_find. */
 
@@ -349,8 +350,7 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_body_part_gather, vector, (any, NULL, any));
   REFUSES(flesh_body_part_gather, whole, (any, any, NULL));
   REFUSES(flesh_system_set_part, system, (NULL, any)), REFUSES(flesh_system_set_part, body_part, (any, NULL));
-  REFUSES(flesh_system_create, mesh, (NULL, any));
-  REFUSES(flesh_system_create, system, (any, NULL));
+  REFUSES(flesh_system_create, mesh, (NULL, any)), REFUSES(flesh_system_create, system, (any, NULL));
   REFUSES(flesh_system_add_pin, system, (NULL, 1, any, 1, 1, 1));
   REFUSES(flesh_system_add_pin, nodes, (any, 1, NULL, 1, 1, 1));
   REFUSES(flesh_system_add_prescribed_motion, system, (NULL, 1, any, 1, any, 1, 1));
@@ -360,11 +360,13 @@ static void null_is_refused_by_systems(void)
   REFUSES(flesh_system_constraint_gaps, system, (NULL, any, any, any));
   REFUSES(flesh_system_constraint_gaps, point, (any, NULL, any, any));
   REFUSES(flesh_system_constraint_gaps, gaps, (any, any, NULL, any));
+  REFUSES(flesh_system_update_internal, system, (NULL, any, any, any));
+  REFUSES(flesh_system_update_internal, point, (any, NULL, any, any));
+  REFUSES(flesh_system_update_internal, internal, (any, any, NULL, any));
+  REFUSES(flesh_system_update_internal, changed, (any, any, any, NULL));
   REFUSES(flesh_system_residual, system, (NULL, any, any));
-  REFUSES(flesh_system_residual, point, (any, NULL, any));
-  REFUSES(flesh_system_residual, r, (any, any, NULL));
-  REFUSES(flesh_system_load, system, (NULL, any, any));
-  REFUSES(flesh_system_load, point, (any, NULL, any));
+  REFUSES(flesh_system_residual, point, (any, NULL, any)), REFUSES(flesh_system_residual, r, (any, any, NULL));
+  REFUSES(flesh_system_load, system, (NULL, any, any)), REFUSES(flesh_system_load, point, (any, NULL, any));
   REFUSES(flesh_system_load, r, (any, any, NULL));
   REFUSES(flesh_system_jacobian, system, (NULL, any, any, any));
   REFUSES(flesh_system_jacobian, point, (any, NULL, any, any));

@@ -256,13 +256,16 @@ class Weld(Effect):
     Args:
         distance: m, within which they do at rest, apart or overlapping.
         stiffness: Pa/m; None: 30 times 3 mu over an edge of the softer side.
+        breaks_at: Pa; common parts of two triangles break after a step at whose end the root of tension^2 + shear^2 is
+            above it; None: they hold.
     """
 
-    def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None):
+    def __init__(self, body: Body, first, second, distance: float = 1e-6, stiffness: Optional[float] = None,
+                 breaks_at: Optional[float] = None):
         sides = [integers(side, (None, 3), name) for side, name in ((first, "first"), (second, "second"))]
-        given = np.nan if stiffness is None else float(stiffness)
+        given = [np.nan if value is None else float(value) for value in (stiffness, breaks_at)]
         self._take(create("flesh_effect", lib.flesh_effect_weld, body._struct, len(sides[0]), pointer(sides[0], "int"),
-                          len(sides[1]), pointer(sides[1], "int"), float(distance), given), body)
+                          len(sides[1]), pointer(sides[1], "int"), float(distance), *given), body)
 
     @property
     def stiffness(self) -> float:

@@ -146,6 +146,7 @@ class EnergyBalance(Record):
     _ctype = "flesh_energy_balance"
     begun: int = Field("there is a first state")
     supplied: float = Field("work put in since the first state, J")
+    released: float = Field("what changes of internal variables have dissipated (something broke), J")
     excess: float = Field("spurious energy now, J")
     gain: float = Field("largest excess beyond rounding and tolerance, as a share of `scale`")
     largest: float = Field("with the excess, J")

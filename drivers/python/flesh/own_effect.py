@@ -22,10 +22,13 @@ class PointView:
         x, v, a: [nodes, 3] m, m/s, m/s^2.
         x_lag, v_lag, t_lag: the last accepted state.
         x_frozen, v_frozen: where what has no potential is frozen; v_frozen is None where that is at rest.
+        internal: [internal_count] the effect's internal variables.
     """
-    __slots__ = ("t", "load", "x", "v", "a", "x_lag", "v_lag", "t_lag", "x_frozen", "v_frozen")
+    __slots__ = ("t", "load", "x", "v", "a", "x_lag", "v_lag", "t_lag", "x_frozen", "v_frozen", "internal")
 
-    def __init__(self, point, nodes):
+    def __init__(self, point, nodes, internal_count=0):
+        self.internal = view(point.internal, (internal_count,), "double", None) if point.internal else \
+            np.zeros(internal_count)
         self.t, self.load, self.t_lag = point.t, point.load, point.t_lag
         for name in ("x", "v", "a", "x_lag", "v_lag", "x_frozen", "v_frozen"):
             address = getattr(point, name)
@@ -41,6 +44,7 @@ _TRAITS = {"passive": "FLESH_IS_PASSIVE", "is_follower_load": "FLESH_IS_FOLLOWER
 _CORE = ("residual", "jacobian", "potential", "energy")
 _TIME = ("next_event", "carry")
 _BARRIER = ("max_feasible_step", "push_out", "tunnelled", "check", "clearance", "approach")
+_INTERNAL = ("count", "update", "tell")
 
 
 def _member_type(struct, name):
@@ -75,12 +79,16 @@ class OwnEffect(Effect):
         stress(self, t, tet, F): where its force is that of a stress in the tets, a function of shape and time: the
             Kirchhoff stress J sigma [3, 3], Pa, at a place of a tet with the deformation gradient F [3, 3]; frames and
             probes add it to the elastic one
+        update(self, point): at the end of an accepted step, the new internal variables [internal_count], where
+            point.internal are those that it held
+        tell(self, internal): a sentence on what they say at a run's end, "" for none
 
     Raising UndefinedError or NonFiniteError in them lets the library try a shorter step. Any other exception ends the
     call and comes out of it. They are called in the thread that steps, with the interpreter's lock.
 
     Class attributes: `name`; `role`, one of flesh.ROLES; `passive`, `is_follower_load`, `freezes`,
-    `depends_on_position_only` (see include/flesh/effect.h); `report_names`, columns of histories.
+    `depends_on_position_only` (see include/flesh/effect.h); `report_names`, columns of histories;
+    `internal_count`, how many internal variables it has, all 0 at first, which a step holds constant.
 
     Args:
         mesh: of the body.
@@ -90,6 +98,7 @@ class OwnEffect(Effect):
     role: str = "other"
     passive = is_follower_load = freezes = depends_on_position_only = is_sum_over_tets = False
     report_names = ()
+    internal_count = 0
 
     def __init__(self, mesh: Mesh, cells=None):
         self.mesh = mesh
@@ -111,6 +120,14 @@ class OwnEffect(Effect):
                 for name in names:
                     self._set(part, name)
                 setattr(operations, table, part)
+        if self.internal_count:
+            if not self._defines("update"):
+                raise ArgumentError(f"{type(self).__name__} has internal variables, but no method update")
+            part = operations.internal = self._hold(ffi.new("flesh_effect_internal *"))
+            for name in _INTERNAL:
+                if name == "count" or self._defines(name):
+                    make = _callbacks.status_callback if name == "update" else _callbacks.value_callback
+                    setattr(part, name, self._hold(make(_member_type(part, name), getattr(self, f"_call_{name}"))))
         if self.report_names or self._defines("stress"):
             self._set_figures(operations)
         self._take(create("flesh_effect", lib.flesh_effect_create, operations, ffi.NULL), self._alive, operations)
@@ -167,7 +184,7 @@ class OwnEffect(Effect):
         return view(address, (self._nodes, 3), "double", None, read_only=not writable)
 
     def _point(self, point):
-        return PointView(point, self._nodes)
+        return PointView(point, self._nodes, self.internal_count)
 
     @staticmethod
     def _shift(shift):
@@ -238,6 +255,20 @@ class OwnEffect(Effect):
         given = np.atleast_1d(np.asarray(self.report(self._point(point)), dtype=float))
         view(values, (len(self.report_names),), "double", None, read_only=False)[...] = \
             self._shaped(given, (len(self.report_names),), "report")
+
+    def _call_count(self, _effect):
+        return int(self.internal_count)
+
+    def _call_update(self, _effect, point, internal, changed):
+        at, shape = self._point(point), (self.internal_count,)
+        now = view(internal, shape, "double", None, read_only=False)
+        given = self._shaped(self.update(at), shape, "update")
+        changed[0] |= int((given != now).any())
+        now[...] = given
+
+    def _call_tell(self, _effect, internal, size, text):
+        given = self.tell(view(internal, (self.internal_count,), "double", None)).encode()[:size - 1] + b"\0"
+        ffi.memmove(text, given, len(given))
 
     def _call_stress(self, _effect, t, tet, F, tau):
         given = self._shaped(self.stress(t, tet, view(F, (3, 3), "double", None)), (3, 3), "stress")

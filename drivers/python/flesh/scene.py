@@ -195,8 +195,10 @@ class Scene:
 
     def start(self) -> State:
         """A new state where the scene starts."""
-        count = lib.flesh_system_multiplier_count(lib.flesh_scene_system(self._pointer))
-        state = State(self.mesh.positions, multipliers=np.zeros(count) if count else None)
+        system = lib.flesh_scene_system(self._pointer)
+        counts = lib.flesh_system_multiplier_count(system), lib.flesh_system_internal_count(system)
+        multipliers, internal = (np.zeros(count) if count else None for count in counts)
+        state = State(self.mesh.positions, multipliers=multipliers, internal=internal)
         lib.flesh_scene_start(self._pointer, state._struct)
         return state
 

@@ -101,7 +101,7 @@ class KinsolProblem(_Problem):
     def set_stage(self, x0, v0=None, a0=None, t: float = 0.0, load: float = 1.0, prescribed_fraction: float = 1.0,
                   shift: Shift = Shift(), *, x_lag=None, v_lag=None, t_lag: Optional[float] = None,
                   frozen_at_solution: bool = False, multipliers=None, penalty: float = 1.0,
-                  softened: int = 0, held=None) -> None:
+                  softened: int = 0, held=None, internal=None) -> None:
         """How u moves the point from x0, v0, a0 [nodes, 3], and when; `held` [nodes, 3] stay at x0, beside what is
         constrained; see flesh.Point for the other arguments."""
         shape = (self.system.mesh.node_count, 3)
@@ -120,6 +120,9 @@ class KinsolProblem(_Problem):
         if multipliers is not None:
             self._multipliers = doubles(multipliers, (self.system.multiplier_count,), "multipliers").copy()
             stage.multipliers = pointer(self._multipliers)
+        if internal is not None:
+            self._internal = doubles(internal, (self.system.internal_count,), "internal").copy()
+            stage.internal = pointer(self._internal)
         stage.shift = Shift(*shift)._struct()[0]
         for name, array in self._base.items():
             setattr(stage, name, pointer(array))

@@ -28,18 +28,22 @@ class State:
         v: [nodes, 3] velocities, m/s; None: at rest.
         t: s.
         multipliers: [System.multiplier_count] pressures of incompressible tets, Pa; None: the integrator keeps its own.
+        internal: [System.internal_count] internal variables of effects (what has broken); None: likewise.
     """
 
-    def __init__(self, x, v=None, t: float = 0.0, multipliers=None):
+    def __init__(self, x, v=None, t: float = 0.0, multipliers=None, internal=None):
         self.x = doubles(x, (None, 3), "x").copy()
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v").copy()
         self._struct = ffi.new("flesh_state *", {"t": float(t), "x": pointer(self.x), "v": pointer(self.v)})
         self.multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers").copy()
+        self.internal = None if internal is None else doubles(internal, (None,), "internal").copy()
         self._set_multipliers()
 
     def _set_multipliers(self):
         self._struct.multipliers = pointer(self.multipliers)
         self._struct.multiplier_count = 0 if self.multipliers is None else len(self.multipliers)
+        self._struct.internal = pointer(self.internal)
+        self._struct.internal_count = 0 if self.internal is None else len(self.internal)
 
     @property
     def t(self) -> float:
@@ -56,9 +60,12 @@ class State:
         return cls(mesh.positions)
 
     @classmethod
-    def read(cls, path, nodes: int, multipliers: int = 0) -> "State":
-        """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes, and as many multipliers as are asked for."""
-        state = cls(np.zeros((nodes, 3)), multipliers=np.zeros(multipliers) if multipliers else None)
+    def read(cls, path, nodes: int, multipliers: int = 0, internal: int = 0) -> "State":
+        """Reads a state file (rows `x y z vx vy vz`) of `nodes` nodes.
+
+        And as many multipliers and internal variables as are asked for."""
+        state = cls(np.zeros((nodes, 3)), multipliers=np.zeros(multipliers) if multipliers else None,
+                    internal=np.zeros(internal) if internal else None)
         call(lib.flesh_state_read, path_bytes(path), nodes, state._struct)
         return state
 
@@ -68,7 +75,7 @@ class State:
 
     def copy(self) -> "State":
         """One of its own."""
-        return State(self.x, self.v, self.t, self.multipliers)
+        return State(self.x, self.v, self.t, self.multipliers, self.internal)
 
     def _checked(self, nodes):
         """The struct, whose arrays are those that the attributes name: they may have been replaced."""
@@ -81,6 +88,8 @@ class State:
             setattr(self._struct, name, pointer(array))
         if self.multipliers is not None:
             self.multipliers = doubles(self.multipliers, (None,), "state.multipliers")
+        if self.internal is not None:
+            self.internal = doubles(self.internal, (None,), "state.internal")
         self._set_multipliers()
         return self._struct
 
@@ -134,12 +143,13 @@ class Point:
         x_frozen, v_frozen: where effects freeze what has no potential; None: x and v.
         multipliers, penalty: [System.multiplier_count] Pa, pressures of incompressible tets; the factor on penalties.
         softened: 1: materials resist changes of volume as at a Poisson's ratio of 0; 0: as they are.
+        internal: [System.internal_count] internal variables of the effects; None: all 0.
         threads: who helps; results do not depend on it.
     """
 
     def __init__(self, x, v=None, a=None, t: float = 0.0, load: float = 1.0, *, x_lag=None, v_lag=None,
                  t_lag: Optional[float] = None, x_frozen=None, v_frozen=None, multipliers=None, penalty: float = 1.0,
-                 softened: int = 0, threads: Optional[Threads] = None):
+                 softened: int = 0, internal=None, threads: Optional[Threads] = None):
         self.x = doubles(x, (None, 3), "x")
         self.v = np.zeros_like(self.x) if v is None else doubles(v, self.x.shape, "v")
         self.a = np.zeros_like(self.x) if a is None else doubles(a, self.x.shape, "a")
@@ -156,6 +166,8 @@ class Point:
         self._multipliers = None if multipliers is None else doubles(multipliers, (None,), "multipliers")
         self._struct.multipliers, self._struct.penalty = pointer(self._multipliers), float(penalty)
         self._struct.softened = int(softened)
+        self._internal = None if internal is None else doubles(internal, (None,), "internal")
+        self._struct.internal = pointer(self._internal)
         if threads is not None:
             self._struct.threads = threads._pointer
 
@@ -295,6 +307,20 @@ class System:
         """How many pressures hold incompressible tets: one for each tet, or 0 where none is incompressible."""
         return lib.flesh_system_multiplier_count(self._ready())
 
+    @property
+    def internal_count(self) -> int:
+        """How many internal variables the effects have together."""
+        return lib.flesh_system_internal_count(self._ready())
+
+    def update_internal(self, x, v=None, a=None, **point) -> Tuple[np.ndarray, bool]:
+        """The internal variables after a step that ends at the point, and whether forces or energies change by it.
+
+        point.internal are those that the step has held."""
+        at, changed = self._point(x, v, a, point), ffi.new("int *")
+        internal = np.zeros(self.internal_count) if at._internal is None else at._internal.copy()
+        call(lib.flesh_system_update_internal, self._ready(), at._struct, pointer(internal), changed)
+        return internal, bool(changed[0])
+
     def constraint_gaps(self, x, v=None, a=None, **point) -> Tuple[np.ndarray, np.ndarray]:
         """[multiplier_count] mean of J less 1 of incompressible tets, and the penalty's stiffness, Pa."""
         at, gaps, stiffness = self._point(x, v, a, point), *(np.zeros(self.multiplier_count) for _ in range(2))
@@ -305,6 +331,8 @@ class System:
         point = x if isinstance(x, Point) else Point(x, v, a, **options)
         if point._multipliers is not None and len(point._multipliers) != self.multiplier_count:
             raise ArgumentError(f"multipliers has {len(point._multipliers)} values; there are {self.multiplier_count}")
+        if point._internal is not None and len(point._internal) != self.internal_count:
+            raise ArgumentError(f"internal has {len(point._internal)} values; there are {self.internal_count}")
         if point.x.shape != (self.mesh.node_count, 3):
             raise ArgumentError(f"x has shape {point.x.shape}; it must be ({self.mesh.node_count}, 3)")
         return point

@@ -70,8 +70,8 @@ def test_every_function_is_wrapped_or_left_out():
 
 def test_every_operation_of_an_effect_is_offered_or_left_out():
     offered = {"name", "role", "traits", "cells", "report_names", "report", "stress", "time", "barrier", "shortcuts",
-               "figures", *own_effect._CORE, *own_effect._TIME, *own_effect._BARRIER}
-    for table in ("operations", "time", "barrier", "shortcuts", "figures"):
+               "figures", "internal", *own_effect._CORE, *own_effect._TIME, *own_effect._BARRIER, *own_effect._INTERNAL}
+    for table in ("operations", "time", "barrier", "shortcuts", "figures", "internal"):
         for member, _field in ffi.typeof(f"flesh_effect_{table}").fields:
             left_out = {f"flesh_effect_{table}.{member}", f"flesh_effect_{table}.*"} & set(LEFT_OUT)
             assert member in offered or left_out, f"{table}.{member}"
