@@ -71,6 +71,15 @@ midpoint_goes_on() { killed_and_resumed --method midpoint; }
 newmark_goes_on() { killed_and_resumed --method newmark; }
 hht_goes_on() { killed_and_resumed --method hht; }
 static_goes_on() { killed_and_resumed --method static --set effects.inertia=null; }
+# Part of it has broken by then, the rest breaks after it.
+a_weld_that_breaks_goes_on() {
+  "$flesh" mesh box --cells 3,3,3 --size 3,1,1 --out fine.msh >/dev/null || return 1
+  killed_and_resumed --set body.name=bar --set 'bodies=[{name: other, mesh: fine.msh, translation: [3, 0, 0]}]' \
+    --set 'effects.weld.bodies=[other, bar]' --set effects.weld.breaks_at=900 &&
+    has whole/result.json '"notes": "weld: 100 % of 1 m^2 broke, first at t = 0.0833333 s at' &&
+    awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == "weld_broken") at = c }
+      NR == 8 { exit !($at > 0 && $at < 1) }' whole/history.csv
+}
 # The pattern of the matrix has grown by then.
 bodies_that_touch_go_on() {
   killed_and_resumed --set 'bodies=[{name: other, mesh: bar.msh, translation: [0.3, 0.2, 1.02], rotation: [0, 0, 0.2]}]' \
@@ -218,6 +227,7 @@ files_are_on_the_disk_first() {
 }
 
 run_tests backward_euler_goes_on bdf2_goes_on midpoint_goes_on newmark_goes_on hht_goes_on static_goes_on bodies_that_touch_go_on \
+  a_weld_that_breaks_goes_on \
   incompressible_tets_go_on euler_then_adaptive_goes_on adaptive_agrees_and_says_so any_moment_will_do \
   sigterm_writes_one a_spent_budget_goes_on what_cannot_go_on_is_refused a_complete_run_says_so \
   a_new_run_drops_an_old_checkpoint files_are_on_the_disk_first

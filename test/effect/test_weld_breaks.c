@@ -224,7 +224,7 @@ static void begin_peel(double breaks_at, flesh_effect *further, test_body *b)
 }
 
 /* In every method of fixed steps: part of the weld breaks first, momenta are kept, and energy with what was released is
- * that of the start where the method keeps it (strains are about a thousandth, so that the midpoint rule does to 1e-5).
+ * that of the start where the method keeps it (strains are small, so that the midpoint rule and Newmark's do to 1e-5).
  * What the integrator has counted is the sum over the weld's parts. */
 static void broken_welds_keep_momenta_and_books(void)
 {
@@ -254,7 +254,7 @@ static void broken_welds_keep_momenta_and_books(void)
     for (int c = 0; c < (m ? 3 : 6); c++) CHECK_NEAR(after[c], before[c], 1e-9);
     CHECK_NEAR(balance->released, released, rounding);
     CHECK_BELOW(fabs(balance->supplied), rounding);
-    if (m == 0) CHECK_NEAR(left, 0, 1e-5 * start);
+    if (m == 0 || m == 3) CHECK_NEAR(left, 0, 1e-5 * start); /* these keep energy */
     flesh_integrator_destroy(&integrator);
     end(&b);
   }
@@ -271,17 +271,16 @@ static const flesh_effect_operations refusing = {.name = "refusing", .traits = F
 
 /* Steps that are refused and halved break the same parts at the same time as steps of half the length; a step that fails
  * leaves what is broken as it was. */
-static void halved_steps_break_the_same(void)
+static void compare_halved_steps(flesh_method method)
 {
   test_body b[2];
   flesh_integrator *integrators[2];
-  int failed = 0;
+  double worst = 0;
   for (int k = 0; k < 2; k++) {
     flesh_effect *effect = NULL;
-    CHECK_OK(flesh_effect_create(&refusing, NULL, &effect));
-    begin_peel(600, k ? NULL : effect, &b[k]);
-    integrators[k] = integrator_of(&b[k], FLESH_METHOD_BACKWARD_EULER, 1e-11);
-    if (k) flesh_effect_destroy(&effect);
+    if (!k) CHECK_OK(flesh_effect_create(&refusing, NULL, &effect));
+    begin_peel(600, effect, &b[k]);
+    integrators[k] = integrator_of(&b[k], method, 1e-11);
   }
   for (int s = 0; s < 8; s++) {
     flesh_solve_stats stats = {0};
@@ -291,23 +290,31 @@ static void halved_steps_break_the_same(void)
     const int parts = b[0].state.internal_count - 5;
     for (int k = 0; k < parts; k++) CHECK(b[0].state.internal[k] == b[1].state.internal[k]);
     CHECK_NEAR(b[0].state.internal[parts + 1], b[1].state.internal[parts + 1], 1e-12);
-    CHECK_BELOW(test_distance(b[0].n, b[0].state.x, b[1].state.x), 1e-9);
+    worst = fmax(worst, test_distance(b[0].n, b[0].state.x, b[1].state.x));
   }
-  CHECK(broken_of(&b[0]) > 0);
+  printf("# %s: %.3g broken, places are within %.2g m\n", flesh_method_name(method), broken_of(&b[0]), worst);
+  CHECK_BELOW(worst, 1e-9);
+  CHECK(broken_of(&b[0]) > 0 && broken_of(&b[0]) < 1);
   flesh_solver_options options = test_options(1e-11);
   options.max_cutbacks = 0;
   flesh_integrator_destroy(&integrators[0]);
-  CHECK_OK(flesh_integrator_create(b[0].system, FLESH_METHOD_BACKWARD_EULER, &options, &integrators[0]));
+  CHECK_OK(flesh_integrator_create(b[0].system, method, &options, &integrators[0]));
   const size_t bytes = (size_t)b[0].state.internal_count * sizeof(double);
   double *before = malloc(bytes);
   memcpy(before, b[0].state.internal, bytes);
-  failed = flesh_integrator_step(integrators[0], &b[0].state, 0.004, NULL);
-  CHECK(failed && !memcmp(before, b[0].state.internal, bytes));
+  CHECK(flesh_integrator_step(integrators[0], &b[0].state, 0.004, NULL) == FLESH_ERR_SOLVE);
+  CHECK(!memcmp(before, b[0].state.internal, bytes));
   free(before);
   for (int k = 0; k < 2; k++) {
     flesh_integrator_destroy(&integrators[k]);
     end(&b[k]);
   }
+}
+
+static void halved_steps_break_the_same(void)
+{
+  compare_halved_steps(FLESH_METHOD_BACKWARD_EULER);
+  compare_halved_steps(FLESH_METHOD_NEWMARK);
 }
 
 static void check_same(const test_body *a, const test_body *b)
