@@ -76,7 +76,7 @@ a_weld_that_breaks_goes_on() {
   "$flesh" mesh box --cells 3,3,3 --size 3,1,1 --out fine.msh >/dev/null || return 1
   killed_and_resumed --set body.name=bar --set 'bodies=[{name: other, mesh: fine.msh, translation: [3, 0, 0]}]' \
     --set 'effects.weld.bodies=[other, bar]' --set effects.weld.breaks_at=900 &&
-    has whole/result.json '"notes": "weld: 100 % of 1 m^2 broke, first at t = 0.0833333 s at' &&
+    has whole/result.json '"notes": "weld: 100 % of 1 m^2 broke, first at t = 0.0666667 s at' &&
     awk -F, 'NR == 1 { for (c = 1; c <= NF; c++) if ($c == "weld_broken") at = c }
       NR == 8 { exit !($at > 0 && $at < 1) }' whole/history.csv
 }

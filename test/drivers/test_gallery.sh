@@ -90,9 +90,17 @@ welds_that_make_no_sense_are_refused() {
     refused 'bodies is [soft, soft]; a weld ties two different bodies' '{bodies: [soft, soft]}' &&
     refused "body is 'hard'; the scene has no body of that name" '{bodies: [soft, hard]}' &&
     refused 'give bodies: [a, b]' '{first: {body: soft}}' &&
-    refused 'breaks_at is 0; it must be' '{bodies: [soft, stiff], breaks_at: 0}' &&
     refused 'bodies is given, and first or second, too' '{bodies: [soft, stiff], first: {body: soft}}' &&
     refused 'soft and stiff: the two surfaces do not face each other' '{bodies: [soft, stiff]}' 's/translation: .*/translation: [4.1, 0, 0]/'
+}
+
+# A traction that is none, and a method that cannot have it.
+breaking_that_makes_no_sense_is_refused() {
+  sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 0}|; s|\.\./meshes|$scenes/../meshes|" "$scenes/welded.yaml" >weld.yaml
+  expect 2 "$flesh" run weld.yaml --quiet && has stderr.txt '18:46: effects\[3\].weld.breaks_at is 0; it must be a number > 0' ||
+    return 1
+  sed 's/breaks_at: 0/breaks_at: 6e4/; s/bdf2/adaptive/' weld.yaml >adaptive.yaml
+  expect 2 "$flesh" run adaptive.yaml --quiet && has stderr.txt 'time.method is adaptive, which goes on from a history of smooth'
 }
 
 fist() { short fist --set time.end=0.05; }
@@ -107,5 +115,6 @@ a_scene_run_in_its_own_folder_repeats() {
 }
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
-  what_hangs_pulls_with_its_weight welds_that_make_no_sense_are_refused fist fold funnel soft_and_stiff \
+  what_hangs_pulls_with_its_weight welds_that_make_no_sense_are_refused \
+  breaking_that_makes_no_sense_is_refused fist fold funnel soft_and_stiff \
   a_scene_run_in_its_own_folder_repeats

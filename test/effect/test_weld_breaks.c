@@ -176,21 +176,6 @@ static void tension_and_shear_count_together(void)
   }
 }
 
-/* Mass times velocity, and its moment about the origin. */
-static void momenta(const test_body *b, double sums[6])
-{
-  double *mass = malloc((size_t)b->n * sizeof *mass);
-  flesh_mesh_lumped_mass(b->mesh, b->density, mass);
-  memset(sums, 0, 6 * sizeof *sums);
-  for (int i = 0; i < b->n / 3; i++)
-    for (int c = 0; c < 3; c++) {
-      const double *x = b->state.x + 3 * i, *v = b->state.v + 3 * i;
-      sums[c] += mass[i] * v[c];
-      sums[3 + c] += mass[i] * (x[(c + 1) % 3] * v[(c + 2) % 3] - x[(c + 2) % 3] * v[(c + 1) % 3]);
-    }
-  free(mass);
-}
-
 /* Of all effects, J, above the rest shape at rest; *rounding: of the sum of its terms. */
 static double energy_of(const test_body *b, double *rounding)
 {
@@ -234,7 +219,7 @@ static void broken_welds_keep_momenta_and_books(void)
     test_body b;
     double before[6], after[6], first = 0, last = 0, rounding;
     begin_peel(600, NULL, &b);
-    momenta(&b, before);
+    test_momenta(&b, before);
     const double start = energy_of(&b, &rounding);
     flesh_integrator *integrator = integrator_of(&b, methods[m], 1e-11);
     for (int s = 0; s < 60; s++) {
@@ -242,7 +227,7 @@ static void broken_welds_keep_momenta_and_books(void)
       last = broken_of(&b);
       if (first == 0) first = last;
     }
-    momenta(&b, after);
+    const double size = test_momenta(&b, after);
     const flesh_energy_balance *balance = flesh_integrator_energy_balance(integrator);
     const double *of_all = b.state.internal + b.state.internal_count - 5, released = of_all[0];
     const double left = energy_of(&b, &rounding) + released - start;
@@ -251,7 +236,10 @@ static void broken_welds_keep_momenta_and_books(void)
            left / start);
     CHECK(first > 0 && first < last);
     CHECK(of_all[1] > 0 && of_all[1] < 0.24 && of_all[2] > 0.5 && of_all[4] == 1);
-    for (int c = 0; c < (m ? 3 : 6); c++) CHECK_NEAR(after[c], before[c], 1e-9);
+    double off = 0;
+    for (int c = 0; c < (m ? 3 : 6); c++) off = fmax(off, fabs(after[c] - before[c]) / size);
+    printf("# momenta are off by %.2g of their terms\n", off);
+    CHECK_BELOW(off, 1e-11);
     CHECK_NEAR(balance->released, released, rounding);
     CHECK_BELOW(fabs(balance->supplied), rounding);
     if (m == 0 || m == 3) CHECK_NEAR(left, 0, 1e-5 * start); /* these keep energy */
