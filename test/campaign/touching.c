@@ -1,9 +1,13 @@
 /* touching.c: runs a scene in which bodies touch and looks after every step for surfaces that go through each other, by
  * exact predicates over all edges and faces, and for energy that nothing put in.
  *   touching SCENE SEED STEPS [KEY=VALUE ...]
- * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. One line: scene, steps done, crossings,
- * worst gain of energy, Newton iterations, how it ended. Exit code 1 where anything crossed, rose or failed. */
+ * The seed (0: none) gives all free nodes a random velocity of up to 0.5 m/s. One line: scene, steps done, pairs that
+ * touch (of all steps in all, and the most of one step), crossings, steps in which the energy rose higher above what
+ * was put in than before, worst gain, Newton iterations, how it ended. Exit code 1 where anything crossed, rose or
+ * failed. */
 #include "touching.h"
+
+#include "effect/surface_contact.h"
 
 /* The gain that counts as rising: the solves' tolerance and rounding are taken off it already. */
 static const double RISES = 1e-6;
@@ -17,24 +21,59 @@ static void shake(touching *m, unsigned long long seed)
   free(fixed);
 }
 
+/* What is known of the surfaces near each other, of the first effect that keeps bodies out of each other. */
+static int watch(const touching *m, flesh_surface_near **near)
+{
+  *near = NULL;
+  for (int k = 0; k < m->effects; k++) {
+    const flesh_effect *effect = flesh_system_effect(flesh_scene_system(m->scene), k);
+    if (effect->operations == &flesh_surface_contact_operations)
+      return flesh_surface_near_create(effect->data, NULL, near);
+  }
+  return FLESH_OK;
+}
+
+typedef struct counts {
+  long pairs, most;
+  int rises;
+  double gain;
+} counts;
+
+static int step(touching *m, flesh_surface_near *near, counts *c)
+{
+  int status = touching_step(m);
+  if (!status && near) status = flesh_surface_near_meet(near, m->state.x);
+  if (status) return status;
+  const long pairs = near ? near->set.count : 0;
+  const double gain = flesh_integrator_energy_balance(m->integrator)->gain;
+  c->pairs += pairs;
+  c->most = pairs > c->most ? pairs : c->most;
+  c->rises += gain > fmax(c->gain, RISES);
+  c->gain = gain;
+  return FLESH_OK;
+}
+
 int main(int argc, char **argv)
 {
   if (argc < 4) return fprintf(stderr, "touching: SCENE SEED STEPS [KEY=VALUE ...]\n"), 2;
   touching m = {0};
+  counts c = {0};
+  flesh_surface_near *near = NULL;
   int status = flesh_scene_read(argv[1], argc - 4, (const char *const *)argv + 4, &m.scene);
   if (!status) status = touching_start(1000, &m);
+  if (!status) status = watch(&m, &near);
   if (status) return fprintf(stderr, "touching: %s\n", flesh_error_text()), 2;
   const flesh_scene_time *time = flesh_scene_times(m.scene);
-  const int is_motion = time->method != FLESH_METHOD_STATIC, steps = atoi(argv[3]);
+  const int steps = atoi(argv[3]);
   shake(&m, strtoull(argv[2], NULL, 10));
-  while (!status && m.steps < steps && m.state.t < time->end - m.h / 2) status = touching_step(&m);
-  const double gain = is_motion ? flesh_integrator_energy_balance(m.integrator)->gain : 0;
-  printf("%s seed %s: %d steps, %d crossings, gain %.2g, %.2f Newton; %s", argv[1], argv[2], m.steps, m.crossings, gain,
-         (double)m.newton / (m.steps ? m.steps : 1), status ? flesh_error_text() : "ok");
+  while (!status && m.steps < steps && m.state.t < time->end - m.h / 2) status = step(&m, near, &c);
+  printf("%s seed %s: %d steps, %ld pairs, %ld at most, %d crossings, %d rises, gain %.2g, %.2f Newton; %s", argv[1],
+         argv[2], m.steps, c.pairs, c.most, m.crossings, c.rises, c.gain, (double)m.newton / (m.steps ? m.steps : 1),
+         status ? flesh_error_text() : "ok");
   for (int k = 4; k < argc; k++) printf(" %s", argv[k]);
   puts("");
-  const int euler = time->method == FLESH_METHOD_BACKWARD_EULER;
-  const int bad = status || m.crossings || (euler && gain > RISES);
+  const int euler = time->method == FLESH_METHOD_BACKWARD_EULER, bad = status || m.crossings || (euler && c.rises);
+  flesh_surface_near_destroy(near);
   touching_end(&m);
   return bad;
 }
