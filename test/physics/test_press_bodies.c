@@ -1,32 +1,22 @@
 /* test_press_bodies.c: a press: two equal blocks face to face, pressed together by prescribed motion, bear the force of
  * one block of their joint height, to the thickness of the barrier between them. Statics, and then every method
  * of fixed steps, which stays where that has put it. */
-#include "geometry/barrier.h"
+#include "barrier_gap.h"
+#include "grids.h"
 #include "press.h"
 
 static const double THICKNESS = 0.02, STIFFNESS = 1e5, APART = 0.025, DEPTH = 0.125;
+
+static void raise(const void *height, double x[3]) { x[2] += *(const double *)height; }
 
 /* Blocks of 1 m, the second APART, more than the thickness, above the first, of so many cells along x and y and two
  * along z; one of 2 m where the second has none. */
 static flesh_mesh *make_blocks(int first, int second)
 {
-  flesh_mesh *low = test_box(first, first, 2, 1, 1, second ? 1 : 2), *up = NULL, *both = NULL;
-  if (!second) return low;
-  up = test_box(second, second, 2, 1, 1, 1);
-  const int nodes = flesh_mesh_node_count(low), more = flesh_mesh_node_count(up), tets = flesh_mesh_tet_count(low),
-            extra = flesh_mesh_tet_count(up);
-  double *x = malloc(3 * (size_t)(nodes + more) * sizeof *x);
-  int *corners = malloc(4 * (size_t)(tets + extra) * sizeof *corners);
-  memcpy(x, flesh_mesh_positions(low), 3 * (size_t)nodes * sizeof *x);
-  memcpy(corners, flesh_mesh_tets(low), 4 * (size_t)tets * sizeof *corners);
-  for (int d = 0; d < 3 * more; d++) x[3 * nodes + d] = flesh_mesh_positions(up)[d] + (d % 3 == 2 ? 1 + APART : 0);
-  for (int k = 0; k < 4 * extra; k++) corners[4 * tets + k] = nodes + flesh_mesh_tets(up)[k];
-  CHECK_OK(flesh_mesh_create(nodes + more, x, tets + extra, corners, NULL, &both));
-  flesh_mesh_destroy(&low);
-  flesh_mesh_destroy(&up);
-  free(x);
-  free(corners);
-  return both;
+  const double low = 0, up = 1 + APART;
+  flesh_body_part parts[2];
+  if (!second) return test_box(first, first, 2, 1, 1, 2);
+  return grids_join(grid_of(first, first, 2, raise, &low), grid_of(second, second, 2, raise, &up), parts);
 }
 
 /* What the body does to what holds its base, downward. */
@@ -69,19 +59,6 @@ static double force_of_one(double depth)
   return force;
 }
 
-/* How far apart flat faces are that press each other with `pressure`: where k |B'(d/w)| is that. */
-static double gap_at(double pressure, double thickness)
-{
-  double low = 0, high = 1;
-  for (int k = 0; k < 60; k++) {
-    const double s = (low + high) / 2;
-    double value, first, second;
-    flesh_barrier_law(s, &value, &first, &second);
-    *(-STIFFNESS * first > pressure ? &low : &high) = s;
-  }
-  return thickness * low;
-}
-
 static void press_pair(int first, int second, double thickness, test_body *b, flesh_keyframe keys[2])
 {
   flesh_contact_options options;
@@ -109,8 +86,8 @@ static void two_blocks_are_one_to_the_thickness(void)
       test_body b;
       flesh_keyframe keys[2];
       press_pair(cells[k][0], cells[k][1], thickness, &b, keys);
-      const double force = force_on_base(&b), least = force_of_one(depth + gap_at(force, thickness)),
-                   most = force_of_one(depth + gap_at(force / 2, thickness));
+      const double force = force_on_base(&b), least = force_of_one(depth + barrier_gap(force, STIFFNESS, thickness)),
+                   most = force_of_one(depth + barrier_gap(force / 2, STIFFNESS, thickness));
       printf("# %d and %d cells, thickness %g m: %.7g N; one block with the law's gap %.7g N, that of half the pressure "
              "%.7g N\n",
              cells[k][0], cells[k][1], thickness, force, least, most);
