@@ -50,5 +50,6 @@ awk -F' [|] ' '
     print "|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= scenes; k++) { s = order[k]
       printf "| %s | %d | %d | %.0f | %d | %d | %d | %d |\n", s, runs[s], sum[s, "steps"],
-        sum[s, "pairs"] / (sum[s, "steps"] + !sum[s, "steps"]), most[s], sum[s, "crossings"], sum[s, "rises"], failed[s] }
+        sum[s, "pairs"] / (sum[s, "steps"] + !sum[s, "steps"]), most[s], sum[s, "crossings"], sum[s, "rises"],
+        failed[s] }
     exit failed["in all"] > 0 }' "$record"

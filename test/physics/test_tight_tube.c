@@ -1,6 +1,6 @@
-/* test_tight_tube.c: a plug in a tube whose bore is narrower is held by the pressure of Lamé's thick-walled tubes, and is
- * pushed through it against the friction of that. A quarter of both is solved for; no cross-section leaves its plane, so
- * that both ends are like the middle. Plug and tube are so light that they rest at the end of every step. */
+/* test_tight_tube.c: a plug in a tube whose bore is narrower is held by the pressure of Lamé's thick-walled tubes, and
+ * is pushed through it against the friction of that. A quarter of both is solved for; no cross-section leaves its plane,
+ * so that both ends are like the middle. Plug and tube are so light that they rest at the end of every step. */
 #include "barrier_gap.h"
 #include "grids.h"
 
@@ -126,8 +126,8 @@ static void push(int around, double *pressing, double *rubbing)
   free(self.x0);
 }
 
-/* Circles are polygons: the error of the pressure is of the second order and gone in its limit, and normals lean by up to
- * half an angle between two facets, for which friction may be off by .5 and .12 %. */
+/* Circles are polygons: the error of the pressure is of the second order and gone in its limit, and normals lean by up
+ * to half an angle between two facets, for which friction may be off by .5 and .12 %. */
 static void a_plug_is_pushed_against_the_friction_of_its_fit(void)
 {
   double pressing[2], rubbing[2];
