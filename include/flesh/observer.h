@@ -27,6 +27,7 @@ typedef struct flesh_step_record {
   const double *J;                /* [tets] */
   double min_J;
   int min_J_tet, inverted; /* inverted: tets with J <= 0 */
+  const struct flesh_proximity *proximity; /* what the run knows of nodes near each other (effect.h), or NULL */
 } flesh_step_record;
 
 /* Called after every accepted step; a negative status ends the run with it. */

@@ -6,6 +6,7 @@
 #include "geometry/contact_friction.h"
 #include "geometry/contact_secant.h"
 #include "geometry/contact_set.h"
+#include "geometry/near_drift.h"
 #include "geometry/near_pairs.h"
 
 typedef struct flesh_surface_contact {
@@ -25,8 +26,12 @@ typedef struct flesh_surface_near {
   const flesh_surface_contact *contact; /* borrowed */
   flesh_threads *threads;               /* borrowed, may be NULL */
   flesh_near_finder *finder;
-  flesh_near_pairs around; /* serve where no node is farther than the slack from where they were found */
+  flesh_near_pairs around; /* serve while nothing has come nearer by more than the slack, see surface_reach.c */
   int around_known;
+  flesh_near_drift drift;
+  double *x_shown; /* [3*nodes] of the surface's; what is at most `shown` apart there is among those around */
+  double shown;    /* m; 0: not known */
+  double *x_from;  /* [3*nodes] where a step begins */
   flesh_near_pairs on_way; /* of a step that leads farther */
   flesh_contact_set set;
   int set_known;
@@ -59,6 +64,15 @@ void flesh_surface_near_destroy(void *near);
 int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, flesh_surface_near **near, int *own);
 /* near->set becomes that at x [3*n]. FLESH_UNDEFINED where surfaces meet. */
 int flesh_surface_near_meet(flesh_surface_near *near, const double *x);
+/* The surface's places [3*nodes of the surface] out of x [3*n]. */
+void flesh_surface_near_gather(const flesh_surface_near *near, const double *x, double *places);
+/* x [3*n] without the mean displacement from places `from` [3*nodes of the surface] or, NULL, x_from [3*n]: near->moved. */
+const double *flesh_surface_near_without_mean(flesh_surface_near *near, const double *from, const double *x_from,
+                                              const double *x);
+/* Whether all pairs at most `within` [m] apart at x, are among near->around. */
+int flesh_surface_near_serves(flesh_surface_near *near, const double *x, double within);
+/* How far apart at x_from, at most, what limits a step from there to x_to is, m; NaN or more where it is not known. */
+double flesh_surface_near_on_way(flesh_surface_near *near, const double *x_from, const double *x_to);
 /* near->rubs becomes that of x_lag, and near->set that at x, where there is friction. */
 int flesh_surface_near_rub(flesh_surface_near *near, const flesh_point *point);
 /* Hessians of near->set, that at x, become those of secants to the gaps at which the solve is expected to end. */

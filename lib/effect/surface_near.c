@@ -22,14 +22,16 @@ int flesh_surface_near_create(const flesh_surface_contact *contact, flesh_thread
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes", contact->surface.node_count);
   self->contact = contact;
   self->threads = threads;
-  self->x_set = calloc(3 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
+  self->x_set = calloc(5 * places + 3 * (size_t)contact->surface.mesh_nodes + 1, sizeof *self->x_set);
   int status = self->x_set ? FLESH_OK
                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for what is near %d nodes",
                                         contact->surface.node_count);
   if (!status) {
     self->x_rubs = self->x_set + places;
     self->x_secant = self->x_rubs + places;
-    self->moved = self->x_secant + places;
+    self->x_shown = self->x_secant + places;
+    self->x_from = self->x_shown + places;
+    self->moved = self->x_from + places;
     status = flesh_contact_secant_create(&contact->surface, &self->secant);
   }
   if (!status) status = flesh_contact_set_create(&contact->surface, X, &contact->law, &self->set);
@@ -49,6 +51,7 @@ void flesh_surface_near_destroy(void *data)
   flesh_near_finder_destroy(&self->finder);
   flesh_near_pairs_clear(&self->around);
   flesh_near_pairs_clear(&self->on_way);
+  flesh_near_drift_clear(&self->drift);
   flesh_contact_set_clear(&self->set);
   flesh_contact_friction_clear(&self->rubs);
   flesh_contact_secant_clear(&self->secant);
@@ -65,8 +68,7 @@ int flesh_surface_near_of(const flesh_effect *effect, const flesh_point *point, 
   return *own ? flesh_surface_near_create(effect->data, point->threads, result) : FLESH_OK;
 }
 
-/* The surface's places out of x [3*n]. */
-static void gather(const near *self, const double *x, double *places)
+void flesh_surface_near_gather(const near *self, const double *x, double *places)
 {
   const flesh_contact_surface *surface = &self->contact->surface;
   for (int k = 0; k < surface->node_count; k++)
@@ -82,33 +84,11 @@ static int is_at(const near *self, const double *x, const double *places)
   return 1;
 }
 
-/* self->moved = x without the mean displacement of the surface from where it was, at the places `from` [3*nodes] of its
- * own or, NULL, at x_from: distances do not depend on a motion that all share, and what is thrown needs no search. Only
- * the surface's nodes of it are set. */
-static const double *without_mean(near *self, const double *from, const double *x_from, const double *x)
-{
-  const flesh_contact_surface *surface = &self->contact->surface;
-  double mean[3] = {0};
-  for (int k = 0; k < surface->node_count; k++) {
-    const double *at = from ? from + 3 * (size_t)k : x_from + 3 * (size_t)surface->nodes[k];
-    for (int c = 0; c < 3; c++) mean[c] += (x[3 * (size_t)surface->nodes[k] + c] - at[c]) / surface->node_count;
-  }
-  for (int k = 0; k < surface->node_count; k++)
-    for (size_t d = 3 * (size_t)surface->nodes[k], c = 0; c < 3; c++) self->moved[d + c] = x[d + c] - mean[c];
-  return self->moved;
-}
-
-/* Whether what has been found serves at x. */
-static int serves(near *self, const double *x)
-{
-  const double *moved = self->around_known ? without_mean(self, self->around.x, NULL, x) : NULL;
-  return moved && flesh_near_pairs_reach(self->finder, &self->around, moved) >= self->contact->law.thickness;
-}
-
 static int search_around(near *self, const double *x)
 {
   const flesh_surface_contact *contact = self->contact;
   self->around_known = 0;
+  self->shown = 0;
   /* Two nodes that both come nearer by the slack. */
   int status = flesh_near_pairs_find(self->finder, x, NULL, contact->law.thickness + 2 * contact->slack, self->threads,
                                      &self->around);
@@ -126,11 +106,11 @@ int flesh_surface_near_meet(near *self, const double *x)
 {
   if (self->set_known && is_at(self, x, self->x_set)) return FLESH_OK;
   self->set_known = 0;
-  int status = serves(self, x) ? FLESH_OK : search_around(self, x);
+  int status = flesh_surface_near_serves(self, x, self->contact->law.thickness) ? FLESH_OK : search_around(self, x);
   const flesh_contact_candidates candidates = candidates_of(self);
   if (!status) status = flesh_contact_set_update(&self->set, &candidates, x, self->threads);
   if (status) return status;
-  gather(self, x, self->x_set);
+  flesh_surface_near_gather(self, x, self->x_set);
   self->set_known = 1;
   return FLESH_OK;
 }
@@ -146,7 +126,7 @@ int flesh_surface_near_rub(near *self, const flesh_point *point)
   self->rubs.slip_speed = self->contact->slip_speed;
   status = flesh_contact_friction_update(&self->rubs, &self->set, point->x_lag);
   if (status) return status;
-  gather(self, point->x_lag, self->x_rubs);
+  flesh_surface_near_gather(self, point->x_lag, self->x_rubs);
   self->rubs_known = 1;
   return FLESH_OK;
 }
@@ -155,7 +135,7 @@ void flesh_surface_near_expect(near *self, const flesh_point *point)
 {
   if (!self->secant_known || !is_at(self, point->x_lag, self->x_secant)) {
     flesh_contact_secant_forget(&self->secant);
-    gather(self, point->x_lag, self->x_secant);
+    flesh_surface_near_gather(self, point->x_lag, self->x_secant);
     self->secant_known = 1;
   }
   flesh_contact_secant_update(&self->secant, &self->set, point->x, point->x_lag);
@@ -270,17 +250,25 @@ static int coupled(const flesh_effect *effect, const flesh_point *point, const f
   return FLESH_OK;
 }
 
+/* The pairs that may limit a step: those around, from a search here where that will serve at its end, too, or those on
+ * the way. NULL: there are none. */
+static const flesh_near_pairs *pairs_of_step(near *self, const double *x_from, const double *x_to)
+{
+  const double apart = flesh_surface_near_on_way(self, x_from, x_to);
+  if (flesh_surface_near_serves(self, x_from, apart)) return &self->around;
+  if (apart <= 2 * self->contact->slack) return search_around(self, x_from) ? NULL : &self->around;
+  const double *moved = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+  return flesh_near_pairs_find(self->finder, x_from, moved, 0, self->threads, &self->on_way) ? NULL : &self->on_way;
+}
+
 static double max_feasible_step(const flesh_effect *effect, void *memory, const double *x_from, const double *x_to)
 {
   near *self = memory;
-  const flesh_near_pairs *pairs = NULL;
   double fraction = 0; /* without memory nothing is known */
   if (!self && flesh_surface_near_create(effect->data, NULL, &self)) return 0;
-  const int known = serves(self, x_from) && serves(self, x_to);
-  x_to = without_mean(self, NULL, x_from, x_to);
-  if (known) pairs = &self->around;
-  else if (!flesh_near_pairs_find(self->finder, x_from, x_to, 0, self->threads, &self->on_way)) pairs = &self->on_way;
-  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, x_to, KEPT, self->threads);
+  const flesh_near_pairs *pairs = pairs_of_step(self, x_from, x_to);
+  const double *to = flesh_surface_near_without_mean(self, NULL, x_from, x_to);
+  if (pairs) fraction = flesh_near_pairs_feasible_step(self->finder, pairs, x_from, to, KEPT, self->threads);
   if (!memory) flesh_surface_near_destroy(self);
   return fraction;
 }
@@ -288,9 +276,9 @@ static double max_feasible_step(const flesh_effect *effect, void *memory, const 
 static size_t memory_of(const void *memory)
 {
   const near *self = memory;
-  return sizeof *self + 3 * sizeof(double) * (3 * (size_t)self->contact->surface.node_count +
+  return sizeof *self + 3 * sizeof(double) * (5 * (size_t)self->contact->surface.node_count +
                                               (size_t)self->contact->surface.mesh_nodes) +
-         flesh_near_finder_memory(self->finder) + flesh_near_pairs_memory(self->finder, &self->around) +
+         flesh_near_finder_memory(self->finder) + flesh_near_drift_memory(&self->drift) + flesh_near_pairs_memory(self->finder, &self->around) +
          flesh_near_pairs_memory(self->finder, &self->on_way) + flesh_contact_set_memory(&self->set) +
          ((size_t)self->contact->surface.node_count + 1) * sizeof *self->secant.nodes +
          (size_t)self->rubs.capacity * sizeof *self->rubs.rubs + 4 * (size_t)self->cell_room * sizeof(int) +

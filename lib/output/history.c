@@ -16,7 +16,6 @@ struct flesh_history {
   int reports;     /* columns of what effects report */
   double *values;  /* [reports] */
   double *zeros;   /* [3*n] accelerations, where there are any reports */
-  flesh_proximity proximity; /* of the effects that report: what is near at one step mostly is at the next */
   flesh_rows rows;
 };
 
@@ -50,11 +49,9 @@ static int create(const char *path, const flesh_system *system, flesh_history **
   if (history->reports) {
     history->values = calloc((size_t)history->reports, sizeof(double));
     history->zeros = calloc((size_t)flesh_system_unknowns(system), sizeof(double));
-    int status = history->values && history->zeros ? FLESH_OK : flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
-    if (!status) status = flesh_proximity_create(system, NULL, &history->proximity);
-    if (status) {
+    if (!history->values || !history->zeros) {
       flesh_history_close(&history);
-      return status;
+      return flesh_fail(FLESH_ERR_MEMORY, "%s: out of memory", path);
     }
   }
   *result = history;
@@ -108,7 +105,6 @@ int flesh_history_close(flesh_history **history)
 {
   if (!history || !*history) return FLESH_OK;
   int status = flesh_rows_close(&(*history)->rows);
-  flesh_proximity_clear(&(*history)->proximity);
   free((*history)->values);
   free((*history)->zeros);
   free(*history);
@@ -131,7 +127,7 @@ static void put_reports(flesh_history *history, const flesh_step_record *record)
   for (int e = 0; e < flesh_system_effect_count(record->system); e++) {
     const flesh_effect *effect = flesh_system_effect(record->system, e);
     if (!flesh_effect_figures_of(effect)->report_names) continue;
-    point.near = flesh_proximity_of(&history->proximity, e);
+    point.near = flesh_proximity_of(record->proximity, e);
     point.internal = flesh_internal_of(record->system, e, state->internal);
     flesh_effect_figures_of(effect)->report(effect, &point, values);
     for (const char *const *name = report_names(record->system, e); *name; name++) {

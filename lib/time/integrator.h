@@ -1,5 +1,5 @@
 /* integrator.h: what an integrator is made of: shared by its life (integrator.c), its steps in time (steps.c) and its
- * equilibria (equilibrium.c), and by nothing else. */
+ * equilibria (equilibrium.c), and by nothing else but runs, which ask it for what is near. */
 #ifndef FLESH_TIME_INTEGRATOR_H
 #define FLESH_TIME_INTEGRATOR_H
 

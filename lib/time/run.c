@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "system/feasible_step.h"
+#include "time/integrator.h"
 
 /* What records point to; nothing is allocated after the start. */
 typedef struct watch {
@@ -64,9 +65,11 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
                               .energies = w->energies,
                               .rest_energies = w->rest_energies,
                               .rest_volume = w->rest_volume,
-                              .J = w->J};
+                              .J = w->J,
+                              .proximity = integrator->watch.proximity};
   const flesh_point point = {.t = state->t, .load = 1, .x = state->x, .v = state->v, .a = w->zeros,
                              .multipliers = state->multipliers, .internal = state->internal,
+                             .proximity = record.proximity,
                              .costs = w->costs};
   int effects = flesh_system_effect_count(w->system);
   const double *known = flesh_integrator_energies(integrator, state);

@@ -1,0 +1,255 @@
+/* near_drift.c: displacements of what is near each other, cube by cube. */
+#include "geometry/near_drift.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "math/mat3.h"
+
+/* Cubes along an axis, at most, so that their numbers are integers. */
+static const double most_cubes = 1e6;
+
+/* Of rounding, in what is bounded. */
+static const double slack = 1e-9;
+
+typedef struct flesh_near_drift_leaf {
+  double low[3], high[3];       /* around its faces, with half of the distance */
+  double middle[3], displacement[3]; /* means over its corners */
+  double squares[9], products[9];    /* of what its corners' places and displacements (rows) are off these means */
+} leaf;
+
+/* The leaves that a cube meets: sums over them, then the motion fitted to them and the box of what it leaves over. */
+typedef struct flesh_near_drift_cell {
+  int place[3];
+  double count, middle[3], displacement[3]; /* sums, then means; places are relative to the cube's corner */
+  double squares[9], products[9];           /* of places with places, of displacements (rows) with places */
+  double low[3], high[3];
+} cell;
+
+typedef struct job {
+  flesh_near_drift *drift;
+  const flesh_near_finder *finder;
+  const double *from, *x;
+  double origin[3], side;
+} job;
+
+static int make_room(void **list, int *room, int wanted, size_t size)
+{
+  if (wanted <= *room) return 1;
+  void *more = realloc(*list, (size_t)wanted * size);
+  if (!more) return 0;
+  *list = more;
+  *room = wanted;
+  return 1;
+}
+
+static void displacement_of(const job *j, int node, double u[3])
+{
+  const double *from = j->from + 3 * (size_t)j->finder->surface->node_place[node], *x = j->x + 3 * (size_t)node;
+  for (int c = 0; c < 3; c++) u[c] = x[c] - from[c];
+}
+
+/* Adds what the leaf's corners are off its means. */
+static void add_corners(const job *j, const flesh_box_branch *branch, leaf *l)
+{
+  const flesh_box_tree *tree = j->finder->tree;
+  const double part = 1. / (3 * (branch->end - branch->begin));
+  for (int k = 3 * branch->begin; k < 3 * branch->end; k++) {
+    const int node = tree->nodes[3 * (size_t)tree->order[k / 3] + (size_t)(k % 3)];
+    double u[3], x[3];
+    displacement_of(j, node, u);
+    for (int c = 0; c < 3; c++) x[c] = j->x[3 * (size_t)node + (size_t)c] - l->middle[c], u[c] -= l->displacement[c];
+    for (int c = 0; c < 3; c++)
+      for (int d = 0; d < 3; d++) l->squares[3 * c + d] += part * x[c] * x[d], l->products[3 * c + d] += part * u[c] * x[d];
+  }
+}
+
+/* Returns 0 where a place is not finite. */
+static int measure_leaf(const job *j, const flesh_box_branch *branch, double inflation, leaf *l)
+{
+  const flesh_box_tree *tree = j->finder->tree;
+  double sound = 0;
+  *l = (leaf){.low = {INFINITY, INFINITY, INFINITY}, .high = {-INFINITY, -INFINITY, -INFINITY}};
+  for (int p = branch->begin; p < branch->end; p++)
+    for (int k = 0; k < 3; k++) {
+      const int node = tree->nodes[3 * (size_t)tree->order[p] + (size_t)k];
+      const double *x = j->x + 3 * (size_t)node, part = 1. / (3 * (branch->end - branch->begin));
+      double u[3];
+      displacement_of(j, node, u);
+      for (int c = 0; c < 3; c++) {
+        l->low[c] = x[c] < l->low[c] ? x[c] : l->low[c];
+        l->high[c] = x[c] > l->high[c] ? x[c] : l->high[c];
+        l->middle[c] += part * x[c];
+        l->displacement[c] += part * u[c];
+        sound += 0 * u[c];
+      }
+    }
+  for (int c = 0; c < 3; c++) l->low[c] -= inflation, l->high[c] += inflation;
+  add_corners(j, branch, l);
+  return sound == 0;
+}
+
+/* Boxes of all leaves, and cubes as large as the largest. Returns 0 where there is none, or too many. */
+static int measure_leaves(job *j, double within)
+{
+  const flesh_box_tree *tree = j->finder->tree;
+  double high[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (int c = 0; c < 3; c++) j->origin[c] = INFINITY;
+  for (int k = 0; k < tree->leaf_count; k++) {
+    leaf *l = &j->drift->leaves[k];
+    if (!measure_leaf(j, &tree->branches[tree->leaves[k]], within / 2 * (1 + slack), l)) return 0;
+    for (int c = 0; c < 3; c++) {
+      j->side = fmax(j->side, l->high[c] - l->low[c]);
+      j->origin[c] = fmin(j->origin[c], l->low[c]);
+      high[c] = fmax(high[c], l->high[c]);
+    }
+  }
+  for (int c = 0; c < 3; c++)
+    if (!(high[c] - j->origin[c] < most_cubes * j->side)) return 0;
+  return 1;
+}
+
+/* The cube at a place, new where there was none; NULL: there is no memory. */
+static cell *cell_at(flesh_near_drift *drift, const int place[3])
+{
+  const unsigned mask = (unsigned)drift->table_size - 1;
+  unsigned at = (unsigned)place[0] * 73856093u ^ (unsigned)place[1] * 19349663u ^ (unsigned)place[2] * 83492791u;
+  for (at = (at ^ at >> 15) & mask; drift->table[at] >= 0; at = (at + 1) & mask) {
+    cell *known = &drift->cells[drift->table[at]];
+    if (known->place[0] == place[0] && known->place[1] == place[1] && known->place[2] == place[2]) return known;
+  }
+  void *cells = drift->cells;
+  const int wanted = drift->cell_count < drift->cell_room ? 0 : drift->cell_count / 2 * 3 + 64;
+  if (2 * drift->cell_count >= drift->table_size || !make_room(&cells, &drift->cell_room, wanted, sizeof(cell))) return NULL;
+  drift->cells = cells;
+  drift->table[at] = drift->cell_count;
+  cell *made = &drift->cells[drift->cell_count++];
+  *made = (cell){.place = {place[0], place[1], place[2]}, .low = {INFINITY, INFINITY, INFINITY},
+                 .high = {-INFINITY, -INFINITY, -INFINITY}};
+  return made;
+}
+
+static double corner_of(const job *j, const cell *at, int c) { return j->origin[c] + at->place[c] * j->side; }
+
+static void add_to_sums(const job *j, const leaf *l, cell *to)
+{
+  double x[3];
+  for (int c = 0; c < 3; c++) x[c] = l->middle[c] - corner_of(j, to, c);
+  to->count++;
+  for (int c = 0; c < 3; c++) {
+    to->middle[c] += x[c];
+    to->displacement[c] += l->displacement[c];
+    for (int d = 0; d < 3; d++) {
+      to->squares[3 * c + d] += l->squares[3 * c + d] + x[c] * x[d];
+      to->products[3 * c + d] += l->products[3 * c + d] + l->displacement[c] * x[d];
+    }
+  }
+}
+
+/* The box gets what the motion leaves over at the leaf's corners. */
+static void add_to_box(const job *j, const flesh_box_branch *branch, cell *to)
+{
+  const flesh_box_tree *tree = j->finder->tree;
+  for (int k = 3 * branch->begin; k < 3 * branch->end; k++) {
+    const int node = tree->nodes[3 * (size_t)tree->order[k / 3] + (size_t)(k % 3)];
+    double u[3], x[3];
+    displacement_of(j, node, u);
+    for (int c = 0; c < 3; c++) x[c] = j->x[3 * (size_t)node + (size_t)c] - corner_of(j, to, c) - to->middle[c];
+    for (int c = 0; c < 3; c++) {
+      const double left = u[c] - to->displacement[c] - flesh_vec3_dot(to->products + 3 * c, x);
+      to->low[c] = left < to->low[c] ? left : to->low[c];
+      to->high[c] = left > to->high[c] ? left : to->high[c];
+    }
+  }
+}
+
+/* Adds every leaf to the cubes that its box meets. Returns 0 where there is no memory for them. */
+static int add_leaves(const job *j, int fitted)
+{
+  const flesh_box_tree *tree = j->finder->tree;
+  for (int k = 0; k < tree->leaf_count; k++) {
+    const leaf *l = &j->drift->leaves[k];
+    int first[3], last[3], place[3];
+    for (int c = 0; c < 3; c++) {
+      first[c] = (int)floor((l->low[c] - j->origin[c]) / j->side - slack);
+      last[c] = (int)floor((l->high[c] - j->origin[c]) / j->side + slack);
+    }
+    for (place[0] = first[0]; place[0] <= last[0]; place[0]++)
+      for (place[1] = first[1]; place[1] <= last[1]; place[1]++)
+        for (place[2] = first[2]; place[2] <= last[2]; place[2]++) {
+          cell *to = cell_at(j->drift, place);
+          if (!to) return 0;
+          if (fitted) add_to_box(j, &tree->branches[tree->leaves[k]], to);
+          else add_to_sums(j, l, to);
+        }
+  }
+  return 1;
+}
+
+/* products = the motion's gradient, from the sums. A little is added to the squares: faces in one plane tell nothing of
+ * what is across it. */
+static void fit(cell *at)
+{
+  double S[9], P[9], inverse[9], trace = 0;
+  for (int c = 0; c < 3; c++) at->middle[c] /= at->count, at->displacement[c] /= at->count;
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      S[3 * c + d] = at->squares[3 * c + d] - at->count * at->middle[c] * at->middle[d];
+      P[3 * c + d] = at->products[3 * c + d] - at->count * at->displacement[c] * at->middle[d];
+      trace += c == d ? at->squares[3 * c + d] : 0;
+    }
+  for (int c = 0; c < 3; c++) S[4 * c] += 1e-6 * trace;
+  flesh_vec3_cross(S + 3, S + 6, inverse);
+  flesh_vec3_cross(S + 6, S, inverse + 3);
+  flesh_vec3_cross(S, S + 3, inverse + 6);
+  const double determinant = flesh_vec3_dot(S, inverse);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      at->products[3 * c + d] = determinant > 0 ? flesh_vec3_dot(P + 3 * c, inverse + 3 * d) / determinant : 0;
+}
+
+static double bound_of(const cell *at, double within)
+{
+  double square = 0, diagonal = 0;
+  for (int k = 0; k < 9; k++) square += at->products[k] * at->products[k];
+  for (int c = 0; c < 3; c++) diagonal += (at->high[c] - at->low[c]) * (at->high[c] - at->low[c]);
+  return sqrt(square) * within + sqrt(diagonal);
+}
+
+double flesh_near_drift_bound(flesh_near_drift *drift, const flesh_near_finder *finder, const double *from,
+                              const double *x, double within)
+{
+  job j = {.drift = drift, .finder = finder, .from = from, .x = x};
+  const int leaves = finder->tree->leaf_count;
+  int size = 64;
+  while (size < 16 * leaves && size < 1 << 28) size *= 2;
+  void *list = drift->leaves, *table = drift->table;
+  const int enough = make_room(&list, &drift->leaf_room, leaves, sizeof(leaf)) &&
+                     make_room(&table, &drift->table_size, size, sizeof *drift->table);
+  drift->leaves = list;
+  drift->table = table;
+  if (!enough || !(within >= 0) || !measure_leaves(&j, within)) return INFINITY;
+  drift->cell_count = 0;
+  memset(drift->table, -1, (size_t)drift->table_size * sizeof *drift->table);
+  if (!add_leaves(&j, 0)) return INFINITY;
+  for (int k = 0; k < drift->cell_count; k++) fit(&drift->cells[k]);
+  if (!add_leaves(&j, 1)) return INFINITY;
+  double bound = 0;
+  for (int k = 0; k < drift->cell_count; k++) bound = fmax(bound, bound_of(&drift->cells[k], within));
+  return bound * (1 + slack) + slack * j.side;
+}
+
+void flesh_near_drift_clear(flesh_near_drift *drift)
+{
+  free(drift->leaves);
+  free(drift->cells);
+  free(drift->table);
+  *drift = (flesh_near_drift){0};
+}
+
+size_t flesh_near_drift_memory(const flesh_near_drift *drift)
+{
+  return (size_t)drift->leaf_room * sizeof(leaf) + (size_t)drift->cell_room * sizeof(cell) +
+         (size_t)drift->table_size * sizeof *drift->table;
+}
