@@ -112,14 +112,29 @@ double flesh_contact_pair_force(const flesh_contact_pair *pair, const double *x,
   return -pair->weight * first * (find_mollifier(pair, x, &m) ? m.value : 1);
 }
 
+/* The barrier's derivatives that the Hessian has: its tangent, or its secant and the force that is expected, which turns
+ * with the features. */
+static void find_derivatives(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *first,
+                             double *second)
+{
+  const double s = at->distance / pair->thickness;
+  double law, tangent;
+  if (!(pair->expected > 0)) {
+    flesh_barrier_law(s, &law, first, second);
+    return;
+  }
+  *second = flesh_barrier_secant(s, pair->expected);
+  *first = 0;
+  if (pair->expected < 1) flesh_barrier_law(pair->expected, &law, first, &tangent);
+}
+
 /* The barrier's Hessian in the basis that contact_pair.h names [q*q], q = 2*dimension + 1, and the eigenvalue of c m. */
 static void small_hessian(const flesh_contact_closest *at, const flesh_contact_pair *pair, double *M, double *across)
 {
   const double thickness = pair->thickness, weight = pair->weight;
-  double law, first, second, norm = 0, own[3], turned[2][3];
+  double first, second, norm = 0, own[3], turned[2][3];
   const int rows = at->count - 1, q = rows + at->dimension;
-  flesh_barrier_law(at->distance / thickness, &law, &first, &second);
-  if (pair->expected > 0) second = flesh_barrier_secant(at->distance / thickness, pair->expected);
+  find_derivatives(at, pair, &first, &second);
   for (int a = 0; a < at->count; a++) norm += at->share[a] * at->share[a];
   for (int i = 0; i < rows; i++) {
     own[i] = turned[0][i] = turned[1][i] = 0;

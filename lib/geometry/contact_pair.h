@@ -26,7 +26,7 @@ typedef struct flesh_contact_pair {
   double weight;    /* N; negative in signed sums */
   double thickness; /* m, > 0 */
   double parallel;  /* m^4, of two edges; 0: no mollifier */
-  double expected;  /* the gap over the thickness to which the Hessian has the barrier's secant; 0: its tangent */
+  double expected;  /* the gap over the thickness to which the Hessian has the barrier's secant, and of whose force it is; 0: its tangent */
 } flesh_contact_pair;
 
 /* The threshold of the mollifier for edges with these squares of their rest lengths: 1e-3 of their product (Li et al.

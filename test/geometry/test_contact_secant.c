@@ -81,6 +81,39 @@ static void secants_lead_to_the_force_before(void)
   clear_sheets(&set, &secant);
 }
 
+/* The change of the forces across the sheets as these tilt: the sum of the sizes of all that couples what is along them
+ * with what is across. */
+static double turning_of(const flesh_contact_set *set, const double *x, double expected)
+{
+  double sum = 0, H[144];
+  for (int k = 0; k < set->count; k++) {
+    flesh_contact_pair pair = set->pairs[k];
+    pair.expected = expected;
+    CHECK_OK(flesh_contact_pair_hessian(&pair, x, FLESH_FILTER_NONE, H));
+    for (int a = 0; a < 4; a++)
+      for (int b = 0; b < 4; b++) sum += fabs(H[12 * (3 * a + 2) + 3 * b]);
+  }
+  return sum / law.stiffness;
+}
+
+/* The force that turns with the features is the expected one, as the secant leads there: from any gap as from there. */
+static void expected_forces_turn(void)
+{
+  static double x[3 * FACING_NODES];
+  flesh_contact_set set;
+  flesh_contact_secant secant;
+  make_sheets(&set, &secant);
+  place(0.8, 0.1, x);
+  CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
+  const double there = turning_of(&set, x, 0);
+  CHECK(there > 1e-3 && turning_of(&set, x, 1) <= 1e-12 * there && turning_of(&set, x, 2) <= 1e-12 * there);
+  place(0.3, 0.1, x);
+  CHECK_OK(flesh_contact_set_update(&set, &f.candidates, x, NULL));
+  CHECK_NEAR(turning_of(&set, x, 0.8), there, 1e-9 * there);
+  CHECK(turning_of(&set, x, 0) > 10 * there);
+  clear_sheets(&set, &secant);
+}
+
 /* A weight on the upper sheet, and a spring beside it of so many times the weight over a thickness: iterations to
  * 1e-9 of the weight, from half of the thickness. Tangents take one more for each quarter of the weight: 15 and more for the lightest. */
 static int count_iterations(double weight, double spring, double lag)
@@ -116,5 +149,6 @@ static void iterations_do_not_grow_with_depth(void)
 
 int main(int argc, char **argv)
 {
-  return RUN_TESTS(argc, argv, TEST(secants_lead_to_the_force_before), TEST(iterations_do_not_grow_with_depth));
+  return RUN_TESTS(argc, argv, TEST(secants_lead_to_the_force_before), TEST(expected_forces_turn),
+                   TEST(iterations_do_not_grow_with_depth));
 }
