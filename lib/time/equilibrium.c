@@ -1,5 +1,6 @@
 /* equilibrium.c: the static method: the full load, or increments of it, until what follows the shape stands still and
  * nothing is tangled. */
+#include <math.h>
 #include <string.h>
 
 #include "base/error.h"
@@ -110,6 +111,26 @@ static int balance(flesh_integrator *self, flesh_state *state, double h, flesh_s
   return status;
 }
 
+/* What is held by nothing has no equilibrium under a load; a solve that goes on for it ends where round-off hides the
+ * load, far away. A body that something holds goes no farther than its size. FLESH_ERR_SOLVE with the first node that is
+ * ten times as far from where the step began. */
+static int check_held(const flesh_internals *internals, const flesh_state *state)
+{
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0;
+  for (int d = 0; d < internals->n; d++) {
+    low[d % 3] = fmin(low[d % 3], internals->x[d]);
+    high[d % 3] = fmax(high[d % 3], internals->x[d]);
+  }
+  for (int c = 0; c < 3; c++) size = fmax(size, high[c] - low[c]);
+  for (int d = 0; d < internals->n; d++) {
+    const double far = fabs(state->x[d] - internals->x[d]);
+    if (far <= 10 * size) continue;
+    return flesh_fail(FLESH_ERR_SOLVE, "no equilibrium at t = %g s after something broke: node %d would be %.3g m away; what "
+                                       "it belongs to is held by nothing", state->t, d / 3, far);
+  }
+  return FLESH_OK;
+}
+
 /* Equilibrium at t+h with internal variables that it does not change: after those it does change, another. */
 static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_solve_stats *stats)
 {
@@ -127,6 +148,7 @@ static int settle(flesh_integrator *self, flesh_state *state, double h, flesh_so
     flesh_nonlinear_internal_changed(self->nonlinear);
     if (!status && (status = balance(self, state, 0, stats)) > 0)
       status = flesh_fail_within(flesh_recovery_fail(&self->recovery), "no equilibrium after something broke: ");
+    if (!status) status = check_held(internals, state);
   }
   if (status) flesh_internals_give_back(internals, state);
   return status;

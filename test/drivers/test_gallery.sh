@@ -103,6 +103,13 @@ breaking_that_makes_no_sense_is_refused() {
   expect 2 "$flesh" run adaptive.yaml --quiet && has stderr.txt 'time.method is adaptive, which goes on from a history of smooth'
 }
 
+# In statics what has fallen off has no equilibrium.
+what_falls_off_is_said() {
+  sed "s|- weld: .*|- weld: {bodies: [soft, stiff], breaks_at: 6e4}|; s|\.\./meshes|$scenes/../meshes|; /inertia/d; /damping/d
+    s/time: .*/time: {method: static}/" "$scenes/welded.yaml" >falls.yaml
+  expect 4 "$flesh" run falls.yaml --quiet --out falls && has falls/result.json 'no equilibrium .*something broke'
+}
+
 fist() { short fist --set time.end=0.05; }
 fold() { short fold --set time.end=0.1; }
 funnel() { short funnel --set time.end=0.02; }
@@ -116,5 +123,5 @@ a_scene_run_in_its_own_folder_repeats() {
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
   what_hangs_pulls_with_its_weight welds_that_make_no_sense_are_refused \
-  breaking_that_makes_no_sense_is_refused fist fold funnel soft_and_stiff \
+  breaking_that_makes_no_sense_is_refused what_falls_off_is_said fist fold funnel soft_and_stiff \
   a_scene_run_in_its_own_folder_repeats

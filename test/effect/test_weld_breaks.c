@@ -102,11 +102,14 @@ static void two_bars_break_at_the_force(void)
     flesh_integrator *holds = integrator_of(&twin, FLESH_METHOD_STATIC, 1e-10);
     int beyond = 0;
     double held = 0;
+    const double k = flesh_effect_weld_stiffness(flesh_system_effect(b.system, 1), NULL);
     for (int s = 0; s < STEPS && beyond < 3; s++) {
       CHECK_OK(flesh_integrator_step(breaks, &b.state, 1. / STEPS, NULL));
       CHECK_OK(flesh_integrator_step(holds, &twin.state, 1. / STEPS, NULL));
       const double force = pull_of(&b), wanted = pull_of(&twin);
       beyond += wanted > breaks_at;
+      if (beyond == 1) /* what such a traction stores in springs of stiffness k, m^2 by m^2 */
+        CHECK_NEAR(flesh_integrator_energy_balance(breaks)->released, wanted * wanted / (2 * k), 1e-6 * breaks_at * breaks_at / k);
       CHECK_NEAR(force, beyond ? 0 : wanted, 1e-6 * breaks_at);
       CHECK(broken_of(&b) == (beyond ? 1 : 0));
       if (beyond == 1) printf("# run %d: %.6g N held, %.6g N did not, of %.6g N\n", run, held, wanted, breaks_at);
@@ -370,6 +373,27 @@ static void compression_breaks_nothing(void)
   end(&b);
 }
 
+/* A cube that falls off in statics has no equilibrium, which is said; nothing is broken then. */
+static void what_falls_off_has_no_equilibrium(void)
+{
+  test_body b;
+  two_cubes(1, (int[]){2, 2, 1}, (int[]){3, 1, 1}, 0, &b);
+  flesh_effect *effect = welded(&b, 1e-9, NAN, 500);
+  CHECK_OK(flesh_system_add_effect(b.system, &effect));
+  CHECK_OK(test_body_gravity(&b, 0, 0, 1));
+  CHECK_OK(test_body_hold(&b, 2, 0, FLESH_AXES_ALL, NULL, -INFINITY, INFINITY));
+  CHECK_OK(flesh_system_finalize(b.system));
+  give_internal(&b);
+  flesh_integrator *integrator = integrator_of(&b, FLESH_METHOD_STATIC, 1e-6);
+  CHECK(flesh_integrator_step(integrator, &b.state, 1, NULL) == FLESH_ERR_SOLVE);
+  printf("# %s\n", flesh_error_text());
+  CHECK_TEXT(flesh_error_text(), "after something broke");
+  for (int k = 0; k < b.state.internal_count; k++) CHECK(b.state.internal[k] == 0);
+  CHECK(b.state.t == 0 && !memcmp(b.state.x, flesh_mesh_positions(b.mesh), (size_t)b.n * sizeof(double)));
+  flesh_integrator_destroy(&integrator);
+  end(&b);
+}
+
 /* Methods that go on from a history of smooth steps say why they do not have it. */
 static void adaptive_methods_refuse_it(void)
 {
@@ -396,5 +420,5 @@ int main(int argc, char **argv)
   return RUN_TESTS(argc, argv, TEST(two_bars_break_at_the_force), TEST(tension_and_shear_count_together),
                    TEST(broken_welds_keep_momenta_and_books), TEST(halved_steps_break_the_same),
                    TEST(a_broken_weld_goes_on_with_the_same_bits), TEST(compression_breaks_nothing),
-                   TEST(adaptive_methods_refuse_it));
+                   TEST(what_falls_off_has_no_equilibrium), TEST(adaptive_methods_refuse_it));
 }

@@ -290,3 +290,71 @@ def test_it_lives_as_long_as_its_system_and_no_longer(mesh):
 def test_cells_of_tets_are_ascending(mesh):
     cells = flesh.OwnEffect.tet_cells(mesh)
     assert np.array_equal(cells, np.sort(mesh.tets, axis=1))
+
+
+class Tearing(flesh.OwnEffect):
+    """Springs of 9 N/m that hold nodes at their rest places, until one is longer than half a metre."""
+    name, role, passive, report_names = "tearing", "other", True, ("torn",)
+
+    def __init__(self, mesh):
+        self.internal_count = mesh.node_count
+        super().__init__(mesh)
+
+    def stretched(self, point):
+        return (point.x - self.mesh.positions) * (point.internal == 0)[:, None]
+
+    def residual(self, point):
+        return 9 * self.stretched(point)
+
+    def jacobian(self, point, shift):
+        return 9 * shift.x * (point.internal == 0)[:, None, None] * np.eye(3)
+
+    def potential(self, point, shift):
+        return 4.5 * self.stretched(point)**2 / shift.x
+
+    def energy(self, point):
+        return (4.5 * self.stretched(point)**2).sum()
+
+    def update(self, point):
+        return np.maximum(point.internal, np.linalg.norm(self.stretched(point), axis=1) > 0.5)
+
+    def tell(self, internal):
+        return f"{int(internal.sum())} tore"
+
+    def report(self, point):
+        return point.internal.sum()
+
+
+def test_internal_variables_change_after_accepted_steps(mesh, body, tmp_path):
+    system = flesh.System(mesh, [flesh.Inertia(body), Tearing(mesh)])
+    assert system.internal_count == mesh.node_count
+    far = mesh.positions + (0.6, 0, 0)
+    torn, changed = system.update_internal(far)
+    assert changed and (torn == 1).all() and not system.update_internal(far, internal=torn)[1]
+    assert np.abs(system.residual(far)).max() > 5 and not system.residual(far, internal=torn).any()
+    with pytest.raises(flesh.ArgumentError, match="internal has 3 values"):
+        system.residual(far, internal=np.zeros(3))
+    # The quicker half of the nodes tears, and flies on.
+    fast = mesh.positions[:, 0] > mesh.positions[:, 0].mean()
+    speed = np.where(fast, 60, 1)[:, None] * np.array([0, 0, 1.0])
+    state = flesh.State(mesh.positions, speed, internal=np.zeros(system.internal_count))
+    stepper = flesh.Integrator(system, "backward-euler")
+    for _ in range(3):
+        stepper.step(state, 0.01)
+    assert (state.internal == fast).all()
+    assert stepper.energy_balance.released == pytest.approx(fast.sum() * 4.5 * 0.6**2, rel=1e-2)
+    state.write(tmp_path / "torn.txt")
+    again = flesh.State.read(tmp_path / "torn.txt", mesh.node_count, internal=system.internal_count)
+    assert (again.internal == state.internal).all() and (again.copy().internal == fast).all()
+    with pytest.raises(flesh.ArgumentError, match="internal variables"):
+        flesh.Integrator(system, "adaptive")
+    problem = flesh.KinsolProblem(system)
+    problem.set_stage(far, internal=torn)
+    assert not problem.residual(np.zeros(problem.size)).any()
+
+
+def test_internal_variables_need_an_update(mesh):
+    class Forgetful(Nail):
+        internal_count = 2
+    with pytest.raises(flesh.ArgumentError, match="has internal variables, but no method update"):
+        Forgetful(mesh)

@@ -142,7 +142,7 @@ def effects_of(mesh, body):
             flesh.Traction(body, top, (0, 0, 9)), flesh.Pressure(body, surface, 100),
             flesh.Muscle(body, (1, 0.5, 0), flesh.Fibre("thelen", 1e4, optimal_stretch=0.9), amplitude, [0, 2, 5]),
             flesh.Drag(body, surface, 1.2, (1, -3, 2)), flesh.Buoyancy(body, 0.6),
-            flesh.Weld(body, top, surface, distance=2),
+            flesh.Weld(body, top, surface, distance=2), flesh.Weld(body, top, surface, distance=2, breaks_at=1e4),
             flesh.Joint(body, range(0, mesh.node_count, 2), range(1, mesh.node_count, 2), (0.5, 0.5, 0.5), 2e3, (0, 0.5, 0)),
             flesh.JointSpring(body, range(0, mesh.node_count, 2), range(1, mesh.node_count, 2), (0, 0, 0), (1, 1, 1),
                               2e3),
