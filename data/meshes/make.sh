@@ -24,6 +24,7 @@ make_mesh limb 0.022 limb_coarse.msh
 make_mesh ball 0.02 ball.msh
 make_mesh spindle 0.007 spindle.msh
 make_mesh tentacle 0.014 tentacle.msh
+make_mesh tube 0.014 tube.msh
 # Hard cases are run on these.
 make_mesh dumbbell 0.022 dumbbell.msh
 make_mesh plate_with_holes 0.013 plate_with_holes.msh

@@ -24,6 +24,7 @@ draw fist --time 0,0.4,0.8,1.2 --colour J --width 210
 draw fold --time 0,1.5,3,4 --colour none --width 210
 draw funnel --time 0,0.6,1.2,2 --colour none --width 210
 draw soft_and_stiff --time 0,0.1,0.2,0.6 --colour stress --width 210
+draw tube --time 0,0.6,1.2,2 --colour stress --width 210
 draw muscle_spindle --time 0,0.5,1.5,2.5 --colour none --width 200
 draw tentacle --time 0,0.5,0.95,1.6 --colour none --width 220
 draw limb_antagonists --time 0.3,0.9,1.6,2.4 --colour none --width 240

@@ -10,7 +10,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 touching=${1:-$here/../../build}/test/touching
 most=${2:-100000}
 [ $# -gt 2 ] && shift 2 && scenes=$* ||
-  scenes='cubes two_bodies soft_and_stiff fold stack fist funnel'
+  scenes='cubes two_bodies soft_and_stiff fold stack fist tube funnel'
 own=$(mktemp)
 one=$(mktemp)
 trap 'rm -f "$own" "$one"' EXIT

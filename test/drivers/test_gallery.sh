@@ -115,6 +115,12 @@ fold() { short fold --set time.end=0.1; }
 funnel() { short funnel --set time.end=0.02; }
 soft_and_stiff() { short soft_and_stiff --set time.end=0.03; }
 
+# The ball is in the tube's mouth by then, and widens it.
+tube() {
+  short tube --set time.end=0.2 --set time.step=1/40 || return 1
+  column contact_pairs tube/history.csv | awk '{ exit !($1 > 6) }'
+}
+
 # Its resolved scene names the obstacle's file so that it is found from anywhere.
 a_scene_run_in_its_own_folder_repeats() {
   (cd "$scenes" && "$flesh" run jelly_drop.yaml --out "$work/here" --set time.end=1/60 --quiet) || return 1
@@ -123,5 +129,5 @@ a_scene_run_in_its_own_folder_repeats() {
 
 run_tests hand_pull hand_ball_with_its_skin jelly_drop twist inflated_sphere limb muscle_spindle tentacle limb_antagonists \
   what_hangs_pulls_with_its_weight welds_that_make_no_sense_are_refused \
-  breaking_that_makes_no_sense_is_refused what_falls_off_is_said fist fold funnel soft_and_stiff \
+  breaking_that_makes_no_sense_is_refused what_falls_off_is_said fist fold funnel soft_and_stiff tube \
   a_scene_run_in_its_own_folder_repeats
