@@ -27,9 +27,9 @@
   } while (0)
 
 /* The system of a part: inertia, elasticity and gravity on its tets, and pins where it has nodes of the held end. */
-static flesh_system *make_system(const flesh_body_part *part, const flesh_body *body)
+static flesh_system *make_system(const flesh_rank_part *part, const flesh_body *body)
 {
-  const flesh_mesh *mesh = flesh_body_part_mesh(part);
+  const flesh_mesh *mesh = flesh_rank_part_mesh(part);
   const int nodes = flesh_mesh_node_count(mesh);
   flesh_system *system;
   flesh_effect *effect;
@@ -51,19 +51,19 @@ static flesh_system *make_system(const flesh_body_part *part, const flesh_body *
 }
 
 /* Steps of backward Euler; the first rank prints where the middle of the free end is. */
-static void swing(const flesh_system *system, const flesh_body_part *part, const flesh_mesh *whole, int first)
+static void swing(const flesh_system *system, const flesh_rank_part *part, const flesh_mesh *whole, int first)
 {
   const int n = flesh_system_unknowns(system), tip = (1 * 3 + 1) * 17 + 16; /* node (16,1,1) of the whole */
   flesh_state state = {.t = 0, .x = malloc((size_t)n * sizeof(double)), .v = calloc((size_t)n, sizeof(double))};
   double *x = malloc(3 * (size_t)flesh_mesh_node_count(whole) * sizeof *x);
-  memcpy(state.x, flesh_mesh_positions(flesh_body_part_mesh(part)), (size_t)n * sizeof *state.x);
+  memcpy(state.x, flesh_mesh_positions(flesh_rank_part_mesh(part)), (size_t)n * sizeof *state.x);
   flesh_solver_options options;
   flesh_solver_options_default(&options);
   flesh_integrator *integrator;
   TRY(flesh_integrator_create(system, FLESH_METHOD_BACKWARD_EULER, &options, &integrator));
   for (int step = 1; step <= 30; step++) {
     TRY(flesh_integrator_step(integrator, &state, 1. / 60, NULL));
-    TRY(flesh_body_part_gather(part, state.x, x));
+    TRY(flesh_rank_part_gather(part, state.x, x));
     if (step % 10 == 0 && first)
       printf("t = %.4f s: tip at (%.3f, %.3f, %.3f) m\n", state.t, x[3 * tip], x[3 * tip + 1], x[3 * tip + 2]);
   }
@@ -84,18 +84,18 @@ int main(int argc, char **argv)
 
   /* 2. The whole, and this rank's part of it. */
   flesh_mesh *whole;
-  flesh_body_part *part;
+  flesh_rank_part *part;
   TRY(flesh_mesh_box((int[]){16, 2, 2}, (double[]){2, 0.25, 0.25}, (double[]){0, 0, 0}, &whole));
-  TRY(flesh_body_part_create(communicator, whole, NULL, &part));
+  TRY(flesh_rank_part_create(communicator, whole, NULL, &part));
   if (first) printf("%d tets on %d ranks\n", flesh_mesh_tet_count(whole), flesh_communicator_size(communicator));
 
   /* 3. The body on the part's tets. */
-  const int tets = flesh_mesh_tet_count(flesh_body_part_mesh(part));
+  const int tets = flesh_mesh_tet_count(flesh_rank_part_mesh(part));
   flesh_material material;
   TRY(flesh_material_from_young(FLESH_ENERGY_S, FLESH_CONSTANTS_MATCHED, 1e5, 0.45, &material));
   double *density = malloc((size_t)tets * sizeof *density);
   for (int e = 0; e < tets; e++) density[e] = 1000; /* kg/m^3 */
-  const flesh_body body = {.mesh = flesh_body_part_mesh(part), .density = density, .materials = &material};
+  const flesh_body body = {.mesh = flesh_rank_part_mesh(part), .density = density, .materials = &material};
   flesh_system *system = make_system(part, &body);
 
   /* 4. The motion. */
@@ -103,7 +103,7 @@ int main(int argc, char **argv)
 
   /* 5. The communicator goes before MPI does. */
   flesh_system_destroy(&system);
-  flesh_body_part_destroy(&part);
+  flesh_rank_part_destroy(&part);
   flesh_mesh_destroy(&whole);
   free(density);
   flesh_communicator_destroy(&communicator);

@@ -11,7 +11,8 @@ extern "C" {
 #endif
 
 /* An accepted step as observers see it; step 0 is the start. Everything is borrowed for the
- * call. */
+ * call. Of a part of a body (flesh/ranks.h) the system, the state and J are those of the rank; everything else is of the
+ * body, min_J_tet too. */
 typedef struct flesh_step_record {
   int step;
   int last; /* 1 when the run ends here: at its end or stopped in order */
@@ -139,7 +140,8 @@ FLESH_API int flesh_skin_frames_add(flesh_skin_frames *frames, int number,
  * never adds a tiny step), calling the observers, first with the start. A static integrator on a
  * system that does not move makes one solve, to `end`. `stop` (may be NULL) is asked between
  * and within steps: a negative status ends the run with it, in order. *steps (may be NULL) receives
- * the accepted steps. The state is always that of the last success. */
+ * the accepted steps. The state is always that of the last success. Of a part of a body every rank calls it, and all go
+ * on or end together: what an observer or `stop` returns on one rank ends the run on all. */
 typedef struct flesh_run_options {
   double h, end; /* s; h > 0, end >= state->t, fewer than INT_MAX steps */
   int observer_count;

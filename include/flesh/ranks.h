@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 typedef struct flesh_communicator flesh_communicator;
-typedef struct flesh_body_part flesh_body_part;
+typedef struct flesh_rank_part flesh_rank_part;
 
 /* What this rank has exchanged so far. */
 typedef struct flesh_communicator_figures {
@@ -48,25 +48,25 @@ FLESH_API int flesh_communicator_agree(flesh_communicator *communicator, int sta
  * rank; a node is owned by the first of the ranks whose tets have it, and a ghost of the others. Borrows `communicator`.
  * Returns new. Collective, and fails on all ranks or none: FLESH_ERR_ARGUMENT for a rank without a tet, or where METIS
  * is wanted and flesh is built without it. Further errors: FLESH_ERR_MEMORY. */
-FLESH_API int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
-                                     flesh_body_part **body_part);
-/* NULL-safe; sets *body_part to NULL. Not collective. */
-FLESH_API void flesh_body_part_destroy(flesh_body_part **body_part);
+FLESH_API int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
+                                     flesh_rank_part **rank_part);
+/* NULL-safe; sets *rank_part to NULL. Not collective. */
+FLESH_API void flesh_rank_part_destroy(flesh_rank_part **rank_part);
 
 /* Borrowed. Own nodes come first, then ghosts, both as they are numbered in the whole; so do the tets. Its surface has
  * the faces between the ranks, too. */
-FLESH_API const flesh_mesh *flesh_body_part_mesh(const flesh_body_part *body_part);
+FLESH_API const flesh_mesh *flesh_rank_part_mesh(const flesh_rank_part *rank_part);
 /* How many of its nodes this rank owns, and with how many other ranks it exchanges nodes. Cannot fail. */
-FLESH_API int flesh_body_part_own(const flesh_body_part *body_part);
-FLESH_API int flesh_body_part_neighbours(const flesh_body_part *body_part);
+FLESH_API int flesh_rank_part_own(const flesh_rank_part *rank_part);
+FLESH_API int flesh_rank_part_neighbours(const flesh_rank_part *rank_part);
 /* [nodes], [tets] of its mesh: the numbers in the whole. */
-FLESH_API const int *flesh_body_part_nodes(const flesh_body_part *body_part);
-FLESH_API const int *flesh_body_part_tets(const flesh_body_part *body_part);
+FLESH_API const int *flesh_rank_part_nodes(const flesh_rank_part *rank_part);
+FLESH_API const int *flesh_rank_part_tets(const flesh_rank_part *rank_part);
 /* This rank's number of a node of the whole; -1: it has none. Cannot fail. */
-FLESH_API int flesh_body_part_find(const flesh_body_part *body_part, int node);
+FLESH_API int flesh_rank_part_find(const flesh_rank_part *rank_part, int node);
 /* The whole's vector [3*nodes of the whole] on all ranks, from what each owns of `vector` [3*nodes of its mesh]; nodes
  * that no rank has get 0. Collective. Errors: FLESH_ERR_ARGUMENT. */
-FLESH_API int flesh_body_part_gather(const flesh_body_part *body_part, const double *vector, double *whole);
+FLESH_API int flesh_rank_part_gather(const flesh_rank_part *rank_part, const double *vector, double *whole);
 
 #ifdef __cplusplus
 }

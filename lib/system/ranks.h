@@ -1,4 +1,4 @@
-/* ranks.h: a system on the part of a body that a rank computes (parallel/body_part.h). Its effects and constraints are
+/* ranks.h: a system on the part of a body that a rank computes (parallel/rank_part.h). Its effects and constraints are
  * those of the rank's tets and nodes; residuals that it returns are collected (base/team.h), and potentials and energies
  * are sums over all ranks. Jacobians stay partial: the matrix of the body is the sum of those of the ranks. Calls of the
  * system are then collective, and all ranks get the same status. */
@@ -11,8 +11,9 @@
 /* That of its part; NULL: there is none, and the rank is by itself. */
 const flesh_team *flesh_system_team(const flesh_system *system);
 
-/* FLESH_ERR_ARGUMENT where the system has a team and an effect that ranks cannot share out yet: one that is no
- * sum over tets, or has multipliers. */
+/* FLESH_ERR_ARGUMENT where ranks cannot share out the effect yet: one that is no sum over tets, or has multipliers. */
+int flesh_system_check_shared(const flesh_effect *effect);
+/* The same of all effects of a system that has a team. */
 int flesh_system_check_team(const flesh_system *system);
 
 #endif

@@ -8,7 +8,7 @@
 #include "base/huge_pages.h"
 #include "base/memory.h"
 #include "effect/effect.h"
-#include "parallel/body_part.h"
+#include "parallel/rank_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
 #include "system/ranks.h"
@@ -78,7 +78,7 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
 {
   int status = still_open(system);
   if (status) return status;
-  if (count < 1 || axes == 0 || axes > FLESH_AXES_ALL)
+  if ((count < 1 && !system->team) || axes == 0 || axes > FLESH_AXES_ALL)
     return flesh_fail(FLESH_ERR_ARGUMENT, "a constraint needs at least one node and one axis");
   if (!(until > from))
     return flesh_fail(FLESH_ERR_ARGUMENT, "until is %g s; it must be after from, %g s", until, from);
@@ -93,12 +93,12 @@ static int add_constraint(flesh_system *system, int count, const int *nodes, uns
   flesh_constraint *c = &grown[system->constraint_count];
   *c = (flesh_constraint){.count = count, .axes = axes, .from = from, .until = until};
   if (motion && (status = flesh_motion_copy(motion, &c->motion))) return status;
-  c->nodes = flesh_malloc((size_t)count * sizeof *c->nodes);
+  c->nodes = flesh_malloc(((size_t)count + 1) * sizeof *c->nodes);
   if (!c->nodes) {
     flesh_motion_clear(&c->motion);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d constrained nodes", count);
   }
-  memcpy(c->nodes, nodes, (size_t)count * sizeof *c->nodes);
+  if (count) memcpy(c->nodes, nodes, (size_t)count * sizeof *c->nodes);
   system->constraint_count++;
   return FLESH_OK;
 }
@@ -300,27 +300,32 @@ int flesh_system_moves(const flesh_system *system)
 
 int flesh_system_limits_step(const flesh_system *system) { return system->limits_step; }
 
-int flesh_system_set_part(flesh_system *system, const flesh_body_part *body_part)
+int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part)
 {
-  FLESH_NEED({system, "system"}, {body_part, "body_part"});
-  if (system->mesh != flesh_body_part_mesh(body_part))
-    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_body_part_mesh's");
-  system->team = flesh_body_part_team(body_part);
+  FLESH_NEED({system, "system"}, {rank_part, "rank_part"});
+  if (system->mesh != flesh_rank_part_mesh(rank_part))
+    return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
+  system->team = flesh_rank_part_team(rank_part);
   return FLESH_OK;
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }
 
+int flesh_system_check_shared(const flesh_effect *effect)
+{
+  if (flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) && !effect->operations->constraints &&
+      !effect->operations->internal)
+    return FLESH_OK;
+  return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
+                    effect->operations->name);
+}
+
 int flesh_system_check_team(const flesh_system *system)
 {
-  for (int k = 0; system->team && k < system->entry_count; k++) {
-    const flesh_effect *effect = system->entries[k].effect;
-    if (!flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->constraints ||
-        effect->operations->internal)
-      return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
-                        effect->operations->name);
-  }
-  return FLESH_OK;
+  int status = FLESH_OK;
+  for (int k = 0; system->team && !status && k < system->entry_count; k++)
+    status = flesh_system_check_shared(system->entries[k].effect);
+  return status;
 }
 
 double flesh_system_max_feasible_step(const flesh_system *system, const flesh_proximity *proximity, double t_from,

@@ -8,12 +8,14 @@
 
 #include "base/error.h"
 #include "system/feasible_step.h"
+#include "system/ranks.h"
 #include "time/integrator.h"
 
 /* What records point to; nothing is allocated after the start. */
 typedef struct watch {
   const flesh_system *system;
   const flesh_mesh *mesh;
+  const flesh_team *team; /* NULL: none */
   const flesh_run_options *options;
   double *zeros; /* [3*n] accelerations: energies do not depend on them */
   double *J, *energies, *rest_energies;
@@ -29,6 +31,23 @@ static void watch_close(watch *w)
   free(w->rest_energies);
 }
 
+/* Elastic energies and the volume at rest. */
+static int find_rest(watch *w)
+{
+  const double *rest = flesh_mesh_positions(w->mesh);
+  w->rest_volume = flesh_mesh_volume(w->mesh, rest);
+  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
+                             .x_lag = rest, .v_lag = w->zeros};
+  for (int e = 0; e < flesh_system_effect_count(w->system); e++) {
+    const flesh_effect *effect = flesh_system_effect(w->system, e);
+    /* Only elasticity's formula has an arbitrary constant. */
+    if (!effect->operations->energy || effect->operations->role != FLESH_ROLE_ELASTICITY) continue;
+    int status = effect->operations->energy(effect, &point, &w->rest_energies[e]);
+    if (status < 0) return status;
+  }
+  return FLESH_OK;
+}
+
 static int watch_open(watch *w)
 {
   size_t effects = (size_t)flesh_system_effect_count(w->system);
@@ -36,20 +55,32 @@ static int watch_open(watch *w)
   w->J = malloc(sizeof(double) * (size_t)flesh_mesh_tet_count(w->mesh));
   w->energies = calloc(effects + 1, sizeof(double));
   w->rest_energies = calloc(effects + 1, sizeof(double));
-  if (!w->zeros || !w->J || !w->energies || !w->rest_energies)
-    return flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
-  const double *rest = flesh_mesh_positions(w->mesh);
-  w->rest_volume = flesh_mesh_volume(w->mesh, rest);
-  const flesh_point point = {.load = 1, .x = rest, .v = w->zeros, .a = w->zeros,
-                             .x_lag = rest, .v_lag = w->zeros};
-  for (size_t e = 0; e < effects; e++) {
-    const flesh_effect *effect = flesh_system_effect(w->system, (int)e);
-    /* Only elasticity's formula has an arbitrary constant. */
-    if (!effect->operations->energy || effect->operations->role != FLESH_ROLE_ELASTICITY) continue;
-    int status = effect->operations->energy(effect, &point, &w->rest_energies[e]);
-    if (status < 0) return status;
-  }
+  int status = w->zeros && w->J && w->energies && w->rest_energies
+                   ? find_rest(w)
+                   : flesh_fail(FLESH_ERR_MEMORY, "run: out of memory");
+  status = flesh_team_agree(w->team, status);
+  if (status) return status;
+  flesh_team_sum(w->team, (int)effects, w->rest_energies);
+  flesh_team_sum(w->team, 1, &w->rest_volume);
   return FLESH_OK;
+}
+
+/* The body's shape, of all ranks: volume, and the tets with J <= 0 and the smallest J. */
+static void look_at_shape(watch *w, const flesh_state *state, flesh_step_record *record)
+{
+  record->volume = flesh_mesh_volume(w->mesh, state->x);
+  record->min_J = flesh_mesh_jacobians(w->mesh, state->x, w->J, &record->min_J_tet, &record->inverted);
+  if (!w->team) return;
+  double sums[2] = {record->volume, record->inverted}, least = -record->min_J, tet;
+  flesh_team_sum(w->team, 2, sums);
+  flesh_team_largest(w->team, 1, &least);
+  /* Of several with that J the first, as on one rank. */
+  tet = -record->min_J == least || isnan(record->min_J) ? -w->team->tets[record->min_J_tet] : -INFINITY;
+  flesh_team_largest(w->team, 1, &tet);
+  record->volume = sums[0];
+  record->inverted = (int)sums[1];
+  record->min_J = -least;
+  record->min_J_tet = (int)-tet;
 }
 
 static int call_observers(watch *w, const flesh_integrator *integrator, int step, int last, double h,
@@ -81,25 +112,26 @@ static int call_observers(watch *w, const flesh_integrator *integrator, int step
    * record. */
   if (status > 0)
     for (int e = 0; e < effects; e++) w->energies[e] = NAN;
-  record.volume = flesh_mesh_volume(w->mesh, state->x);
-  record.min_J = flesh_mesh_jacobians(w->mesh, state->x, w->J, &record.min_J_tet, &record.inverted);
-  for (int o = 0; o < w->options->observer_count; o++) {
+  look_at_shape(w, state, &record);
+  status = FLESH_OK;
+  for (int o = 0; o < w->options->observer_count && status >= 0; o++) {
     const flesh_observer *observer = &w->options->observers[o];
     status = observer->observe(observer->data, &record);
-    if (status < 0) return status;
   }
-  return FLESH_OK;
+  return flesh_team_agree(w->team, status < 0 ? status : FLESH_OK);
 }
 
-static int ask(const flesh_run_options *options)
+static int ask(const watch *w)
 {
-  return options->stop ? options->stop(options->stop_data) : FLESH_OK;
+  const flesh_run_options *options = w->options;
+  return flesh_team_agree(w->team, options->stop ? options->stop(options->stop_data) : FLESH_OK);
 }
 
-static int is_finite(const flesh_state *state, int unknowns)
+static int is_finite(const watch *w, const flesh_state *state)
 {
   double sum = 0; /* one overflow, infinity or NaN stays in it */
-  for (int d = 0; d < unknowns; d++) sum += 0 * state->x[d] + 0 * state->v[d];
+  for (int d = 0; d < flesh_system_unknowns(w->system); d++) sum += 0 * state->x[d] + 0 * state->v[d];
+  flesh_team_sum(w->team, 1, &sum);
   return sum == 0;
 }
 
@@ -129,7 +161,7 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
   int done = single ? *steps > 0 : state->t >= end, status = FLESH_OK;
   flesh_solve_stats stats = {0};
   if (fresh) status = call_observers(w, integrator, 0, done, 0, state, &stats);
-  if (!status) status = ask(options);
+  if (!status) status = ask(w);
   for (int step = *steps + 1; !status && !done; step++) {
     /* The grid start + k h is multiplied out, so that rounding does not pile up; a step that ends
      * within a millionth of h of the end ends there. */
@@ -148,9 +180,9 @@ static int run_steps(watch *w, flesh_integrator *integrator, int fresh, double s
     if (status) break;
     state->t = target;
     *steps = step;
-    if (!is_finite(state, flesh_system_unknowns(w->system)))
+    if (!is_finite(w, state))
       return flesh_fail(FLESH_ERR_NONFINITE, "the state at t = %g s is not finite", state->t);
-    int stop = done ? FLESH_OK : ask(options);
+    int stop = done ? FLESH_OK : ask(w);
     status = call_observers(w, integrator, step, done || stop, h, state, &stats);
     if (!status) status = stop;
   }
@@ -185,8 +217,8 @@ static int run(const flesh_system *system, flesh_integrator *integrator, const f
   int status = check_steps(options, step, begin, state);
   if (status) return status;
   *steps = step;
-  watch w = {.system = system, .mesh = flesh_system_mesh(system), .options = options,
-             .costs = flesh_integrator_costs(integrator)};
+  watch w = {.system = system, .mesh = flesh_system_mesh(system), .team = flesh_system_team(system),
+             .options = options, .costs = flesh_integrator_costs(integrator)};
   if (options->observer_count) status = watch_open(&w);
   if (options->unfinished) *options->unfinished = (flesh_solve_stats){0};
   flesh_integrator_set_stop(integrator, options->stop, options->stop_data);

@@ -21,10 +21,10 @@ static double seconds(void)
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-static void make(const flesh_body_part *part, int moves, test_body *b)
+static void make(const flesh_rank_part *part, int moves, test_body *b)
 {
   const flesh_material material = test_material(FLESH_ENERGY_E, 0.45);
-  CHECK_OK(test_body_create((flesh_mesh *)flesh_body_part_mesh(part), material, 1000, FLESH_MASS_LUMPED, moves, b));
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(part), material, 1000, FLESH_MASS_LUMPED, moves, b));
   CHECK_OK(test_body_gravity(b, 0, 0, -9.81));
   int count = 0, *nodes = malloc((size_t)b->n * sizeof *nodes);
   for (int i = 0; i < b->n / 3; i++)
@@ -35,7 +35,7 @@ static void make(const flesh_body_part *part, int moves, test_body *b)
   CHECK_OK(flesh_system_set_part(b->system, part));
 }
 
-static void measure(const flesh_mesh *whole, const flesh_body_part *part, int moves)
+static void measure(const flesh_mesh *whole, const flesh_rank_part *part, int moves)
 {
   test_body b;
   flesh_integrator *integrator = NULL;
@@ -67,9 +67,9 @@ static void cost(void)
   flesh_mesh *whole = NULL;
   const double size[3] = {1, (double)cells[1] / cells[0], (double)cells[2] / cells[0]};
   CHECK_OK(flesh_mesh_box(cells, size, (const double[]){0, 0, 0}, &whole));
-  flesh_body_part *part = ranks_cut(whole);
+  flesh_rank_part *part = ranks_cut(whole);
   for (int moves = 0; moves <= 1; moves++) measure(whole, part, moves);
-  flesh_body_part_destroy(&part);
+  flesh_rank_part_destroy(&part);
   flesh_mesh_destroy(&whole);
 }
 

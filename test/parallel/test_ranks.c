@@ -69,11 +69,11 @@ static flesh_mesh *make_bar(int order)
 }
 
 /* Every tet and, by its owner, every node of the whole is counted once; places are those of the whole. */
-static void check_part(const flesh_mesh *whole, flesh_body_part *part)
+static void check_part(const flesh_mesh *whole, flesh_rank_part *part)
 {
-  const flesh_mesh *mesh = flesh_body_part_mesh(part);
-  const flesh_team *team = flesh_body_part_team(part);
-  const int *nodes = flesh_body_part_nodes(part), *tets = flesh_body_part_tets(part);
+  const flesh_mesh *mesh = flesh_rank_part_mesh(part);
+  const flesh_team *team = flesh_rank_part_team(part);
+  const int *nodes = flesh_rank_part_nodes(part), *tets = flesh_rank_part_tets(part);
   double counts[4] = {flesh_mesh_tet_count(mesh), team->own, flesh_mesh_volume(mesh, flesh_mesh_positions(mesh)), 0};
   for (int t = 0; t < flesh_mesh_tet_count(mesh); t++)
     for (int a = 0; a < 4; a++)
@@ -86,16 +86,16 @@ static void check_part(const flesh_mesh *whole, flesh_body_part *part)
   CHECK_NEAR(team->all, flesh_mesh_node_count(whole), 0);
   CHECK(team->nodes == flesh_mesh_node_count(mesh));
   for (int i = 0; i < team->nodes; i++) {
-    CHECK(flesh_body_part_find(part, nodes[i]) == i);
+    CHECK(flesh_rank_part_find(part, nodes[i]) == i);
     CHECK(memcmp(flesh_mesh_positions(mesh) + 3 * i, flesh_mesh_positions(whole) + 3 * nodes[i], 3 * sizeof(double)) == 0);
   }
 }
 
 /* Ghosts get what their owners have; owners get what their ghosts have. */
-static void check_halo(const flesh_mesh *whole, flesh_body_part *part)
+static void check_halo(const flesh_mesh *whole, flesh_rank_part *part)
 {
-  const flesh_team *team = flesh_body_part_team(part);
-  const int *nodes = flesh_body_part_nodes(part), all = flesh_mesh_node_count(whole);
+  const flesh_team *team = flesh_rank_part_team(part);
+  const int *nodes = flesh_rank_part_nodes(part), all = flesh_mesh_node_count(whole);
   double *vector = calloc((size_t)team->nodes, 3 * sizeof *vector), *gathered = calloc((size_t)all, 3 * sizeof *gathered),
          *times = calloc((size_t)all, sizeof *times);
   for (int d = 0; d < 3 * team->own; d++) vector[d] = 3 * nodes[d / 3] + d % 3;
@@ -107,7 +107,7 @@ static void check_halo(const flesh_mesh *whole, flesh_body_part *part)
   flesh_team_collect(team, vector);
   for (int d = 0; d < 3 * team->nodes; d++)
     CHECK_NEAR(vector[d], d < 3 * team->own ? times[nodes[d / 3]] * (3 * nodes[d / 3] + d % 3) : 0, 0);
-  flesh_body_part_gather(part, vector, gathered);
+  flesh_rank_part_gather(part, vector, gathered);
   for (int d = 0; d < 3 * all; d++) CHECK_NEAR(gathered[d], times[d / 3] * d, 0);
   free(vector);
   free(gathered);
@@ -118,11 +118,11 @@ static void every_tet_and_node_is_counted_once(void)
 {
   for (int order = 1; order <= 2; order++) {
     flesh_mesh *whole = make_bar(order);
-    flesh_body_part *part = ranks_cut(whole);
+    flesh_rank_part *part = ranks_cut(whole);
     check_part(whole, part);
     check_halo(whole, part);
-    CHECK((flesh_body_part_neighbours(part) > 0) == (size() > 1));
-    flesh_body_part_destroy(&part);
+    CHECK((flesh_rank_part_neighbours(part) > 0) == (size() > 1));
+    flesh_rank_part_destroy(&part);
     flesh_mesh_destroy(&whole);
   }
 }
@@ -131,13 +131,13 @@ static void every_tet_and_node_is_counted_once(void)
 static void scattered_parts_serve(void)
 {
   flesh_mesh *whole = make_bar(1);
-  flesh_body_part *part = NULL;
+  flesh_rank_part *part = NULL;
   int *of_tets = calloc((size_t)flesh_mesh_tet_count(whole), sizeof *of_tets);
   for (int t = 0; t < flesh_mesh_tet_count(whole); t++) of_tets[t] = t % size();
-  CHECK_OK(flesh_body_part_create(ranks, whole, of_tets, &part));
+  CHECK_OK(flesh_rank_part_create(ranks, whole, of_tets, &part));
   check_part(whole, part);
   check_halo(whole, part);
-  flesh_body_part_destroy(&part);
+  flesh_rank_part_destroy(&part);
   free(of_tets);
   flesh_mesh_destroy(&whole);
 }
@@ -146,7 +146,7 @@ static void scattered_parts_serve(void)
 static void no_rank_is_empty(void)
 {
   flesh_mesh *cube = NULL;
-  flesh_body_part *part = NULL;
+  flesh_rank_part *part = NULL;
   int of_tets[6];
   CHECK_OK(flesh_mesh_box((const int[]){1, 1, 1}, (const double[]){1, 1, 1}, (const double[]){0, 0, 0}, &cube));
   for (int parts = 1; parts <= 6; parts++) {
@@ -158,11 +158,11 @@ static void no_rank_is_empty(void)
   CHECK(flesh_partition_tets(cube, 7, of_tets) == FLESH_ERR_ARGUMENT);
   CHECK_TEXT(flesh_error_text(), "1 to 6 serve");
   memset(of_tets, 0, sizeof of_tets);
-  const int status = flesh_body_part_create(ranks, cube, of_tets, &part);
+  const int status = flesh_rank_part_create(ranks, cube, of_tets, &part);
   CHECK(status == (size() == 1 ? FLESH_OK : FLESH_ERR_ARGUMENT));
   if (size() > 1) CHECK_TEXT(flesh_error_text(), "rank 1 has no tet");
   CHECK((part != NULL) == (size() == 1));
-  flesh_body_part_destroy(&part);
+  flesh_rank_part_destroy(&part);
   flesh_mesh_destroy(&cube);
 }
 

@@ -11,7 +11,7 @@
 /* The body as a whole, which every rank has, and this rank's part of it. */
 typedef struct bodies {
   flesh_mesh *mesh;
-  flesh_body_part *part;
+  flesh_rank_part *part;
   test_body whole, own;
   int nodes;
 } bodies;
@@ -45,7 +45,7 @@ static void make(int order, const int cells[3], double poisson, bodies *b)
   *b = (bodies){.mesh = mesh, .part = ranks_cut(mesh), .nodes = flesh_mesh_node_count(mesh)};
   const flesh_material material = test_material(FLESH_ENERGY_E, poisson);
   CHECK_OK(test_body_create(mesh, material, 1000, FLESH_MASS_CONSISTENT, 1, &b->whole));
-  CHECK_OK(test_body_create((flesh_mesh *)flesh_body_part_mesh(b->part), material, 1000, FLESH_MASS_CONSISTENT, 1, &b->own));
+  CHECK_OK(test_body_create((flesh_mesh *)flesh_rank_part_mesh(b->part), material, 1000, FLESH_MASS_CONSISTENT, 1, &b->own));
   CHECK_OK(add_effects(&b->whole));
   CHECK_OK(add_effects(&b->own));
   CHECK_OK(flesh_system_set_part(b->own.system, b->part));
@@ -56,13 +56,13 @@ static void drop(bodies *b)
   b->own.mesh = NULL; /* the part's */
   test_body_destroy(&b->own);
   test_body_destroy(&b->whole);
-  flesh_body_part_destroy(&b->part);
+  flesh_rank_part_destroy(&b->part);
 }
 
 /* This rank's part of a vector of the whole. */
 static void take(const bodies *b, const double *whole, double *own)
 {
-  for (int d = 0; d < b->own.n; d++) own[d] = whole[3 * flesh_body_part_nodes(b->part)[d / 3] + d % 3];
+  for (int d = 0; d < b->own.n; d++) own[d] = whole[3 * flesh_rank_part_nodes(b->part)[d / 3] + d % 3];
 }
 
 static double largest(int n, const double *x)
@@ -76,7 +76,7 @@ static double largest(int n, const double *x)
 static double difference(const bodies *b, const double *own, const double *whole)
 {
   double *gathered = malloc(3 * (size_t)b->nodes * sizeof *gathered);
-  flesh_body_part_gather(b->part, own, gathered);
+  flesh_rank_part_gather(b->part, own, gathered);
   for (int d = 0; d < 3 * b->nodes; d++) gathered[d] -= whole[d];
   const double worst = largest(3 * b->nodes, gathered) / largest(3 * b->nodes, whole);
   free(gathered);
@@ -130,8 +130,8 @@ static void check_sums(const bodies *b, const flesh_point points[2])
 /* The matrix among the nodes that a rank reaches is the whole's, every block of it, wherever it was computed. */
 static void check_overlap(const bodies *b, const flesh_block_matrix *whole, const flesh_block_matrix *own)
 {
-  const flesh_team *team = flesh_body_part_team(b->part);
-  const int *nodes = flesh_body_part_nodes(b->part);
+  const flesh_team *team = flesh_rank_part_team(b->part);
+  const int *nodes = flesh_rank_part_nodes(b->part);
   int *place = malloc((size_t)b->nodes * sizeof *place), blocks = 0;
   double worst = 0, size = largest(9 * whole->row_start[whole->rows], whole->values);
   flesh_overlap overlap;
@@ -159,8 +159,8 @@ static void check_overlap(const bodies *b, const flesh_block_matrix *whole, cons
 /* What ranks find is added up, by weights of which the squares are the roots of how many there are. */
 static void check_sum_of_overlaps(const bodies *b, const flesh_block_matrix *own)
 {
-  const flesh_team *team = flesh_body_part_team(b->part);
-  const int *nodes = flesh_body_part_nodes(b->part);
+  const flesh_team *team = flesh_rank_part_team(b->part);
+  const int *nodes = flesh_rank_part_nodes(b->part);
   const size_t reached = (size_t)team->reached;
   double *times = vector(b->nodes);
   int *order = malloc(reached * sizeof *order);
@@ -197,7 +197,7 @@ static void check_products(const bodies *b, const flesh_point points[2])
   }
   check_overlap(b, K[0], K[1]);
   check_sum_of_overlaps(b, K[1]);
-  flesh_team_collect(flesh_body_part_team(b->part), y[1]);
+  flesh_team_collect(flesh_rank_part_team(b->part), y[1]);
   CHECK_BELOW(difference(b, y[1], y[0]), 1e-12);
   for (int k = 0; k < 2; k++) {
     flesh_block_matrix_destroy(&K[k]);
@@ -214,7 +214,7 @@ static void check_vectors(const bodies *b, const flesh_point points[2])
   CHECK_OK(flesh_threads_create(1, &threads));
   double whole[] = {flesh_dot(threads, n[0], points[0].x, points[0].v), flesh_norm(threads, n[0], points[0].x),
                     flesh_largest(threads, n[0], points[0].x), flesh_bound_apart(threads, n[0], points[0].x, points[0].v)};
-  flesh_threads_set_team(threads, flesh_body_part_team(b->part));
+  flesh_threads_set_team(threads, flesh_rank_part_team(b->part));
   const double own[] = {flesh_dot(threads, n[1], points[1].x, points[1].v), flesh_norm(threads, n[1], points[1].x),
                         flesh_largest(threads, n[1], points[1].x), flesh_bound_apart(threads, n[1], points[1].x, points[1].v)};
   for (int k = 0; k < 4; k++) CHECK_NEAR(own[k], whole[k], 1e-13 * whole[1]);

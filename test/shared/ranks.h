@@ -8,7 +8,7 @@
 #include <mpi.h>
 #include <stdlib.h>
 
-#include "parallel/body_part.h"
+#include "parallel/rank_part.h"
 #include "parallel/partition.h"
 #include "test.h"
 
@@ -41,10 +41,10 @@ static inline int ranks_run_all(int argc, char **argv, const test_case *cases, i
                 (int)(sizeof((const test_case[]){__VA_ARGS__}) / sizeof(test_case)))
 
 /* The part of this rank, by METIS; new. */
-static inline flesh_body_part *ranks_cut(const flesh_mesh *whole)
+static inline flesh_rank_part *ranks_cut(const flesh_mesh *whole)
 {
-  flesh_body_part *part = NULL;
-  CHECK_OK(flesh_body_part_create(ranks, whole, NULL, &part));
+  flesh_rank_part *part = NULL;
+  CHECK_OK(flesh_rank_part_create(ranks, whole, NULL, &part));
   return part;
 }
 

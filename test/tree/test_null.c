@@ -25,7 +25,7 @@
  * u, flesh_kinsol_preconditioner_solve uscale, flesh_kinsol_preconditioner_solve fval,
  * flesh_kinsol_preconditioner_solve fscale, flesh_material_from_psi user, flesh_material_small_strain mu,
  * flesh_material_small_strain lambda, flesh_material_small_strain rest_stress, flesh_mesh_create regions,
- * flesh_mesh_create_quadratic regions, flesh_communicator_create mpi_comm, flesh_body_part_create ranks,
+ * flesh_mesh_create_quadratic regions, flesh_communicator_create mpi_comm, flesh_rank_part_create ranks,
  * flesh_history_close history, flesh_probes_close probes, flesh_frames_close frames, flesh_run steps, flesh_run_resume
  * steps, flesh_integrator_save data, flesh_ode_jacobian fy, flesh_ode_jacobian w1, flesh_ode_jacobian w2,
  * flesh_ode_jacobian w3, flesh_ode_jacobian_times_setup fy, flesh_ode_jacobian_times y, flesh_ode_jacobian_times fy,
@@ -60,8 +60,8 @@
  * flesh_system_effect_count flesh_system_has_role flesh_system_moves flesh_system_has_follower_loads
  * flesh_system_freezes flesh_system_fixed flesh_system_holds flesh_system_multiplier_count
  * flesh_system_internal_count flesh_integrator_saves_all
- * flesh_communicator_rank flesh_communicator_size flesh_body_part_own flesh_body_part_neighbours
- * flesh_body_part_find. */
+ * flesh_communicator_rank flesh_communicator_size flesh_rank_part_own flesh_rank_part_neighbours
+ * flesh_rank_part_find. */
 
 /* Something that is not NULL: nothing looks at it before all pointers have been looked at. */
 static union {
@@ -343,13 +343,13 @@ static void null_is_refused_by_systems(void)
 {
   REFUSES(flesh_communicator_create, communicator, (NULL, NULL));
   REFUSES(flesh_communicator_agree, communicator, (NULL, 0));
-  REFUSES(flesh_body_part_create, communicator, (NULL, any, any, any));
-  REFUSES(flesh_body_part_create, whole, (any, NULL, any, any));
-  REFUSES(flesh_body_part_create, body_part, (any, any, any, NULL));
-  REFUSES(flesh_body_part_gather, body_part, (NULL, any, any));
-  REFUSES(flesh_body_part_gather, vector, (any, NULL, any));
-  REFUSES(flesh_body_part_gather, whole, (any, any, NULL));
-  REFUSES(flesh_system_set_part, system, (NULL, any)), REFUSES(flesh_system_set_part, body_part, (any, NULL));
+  REFUSES(flesh_rank_part_create, communicator, (NULL, any, any, any));
+  REFUSES(flesh_rank_part_create, whole, (any, NULL, any, any));
+  REFUSES(flesh_rank_part_create, rank_part, (any, any, any, NULL));
+  REFUSES(flesh_rank_part_gather, rank_part, (NULL, any, any));
+  REFUSES(flesh_rank_part_gather, vector, (any, NULL, any));
+  REFUSES(flesh_rank_part_gather, whole, (any, any, NULL));
+  REFUSES(flesh_system_set_part, system, (NULL, any)), REFUSES(flesh_system_set_part, rank_part, (any, NULL));
   REFUSES(flesh_system_create, mesh, (NULL, any)), REFUSES(flesh_system_create, system, (any, NULL));
   REFUSES(flesh_system_add_pin, system, (NULL, 1, any, 1, 1, 1));
   REFUSES(flesh_system_add_pin, nodes, (any, 1, NULL, 1, 1, 1));

@@ -1,5 +1,5 @@
-/* body_part.c: cuts a rank's mesh out of the whole, and exchanges what nodes have. */
-#include "parallel/body_part.h"
+/* rank_part.c: cuts a rank's mesh out of the whole, and exchanges what nodes have. */
+#include "parallel/rank_part.h"
 
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #include "parallel/partition.h"
 #include "parallel/reach.h"
 
-struct flesh_body_part {
+struct flesh_rank_part {
   flesh_communicator *communicator;
   flesh_mesh *mesh;
   int whole_nodes, tet_count;
@@ -47,7 +47,7 @@ static int owner_of(const search *s, int node) { return s->have.ranks[s->have.fi
 static int is_mine(const search *s, int node) { return flesh_reach_has(&s->have, node, s->rank); }
 
 /* Own nodes, then ghosts, then those beyond. */
-static int list_nodes(flesh_body_part *self, const search *s)
+static int list_nodes(flesh_rank_part *self, const search *s)
 {
   flesh_team *team = &self->team;
   for (int i = 0; i < self->whole_nodes; i++) {
@@ -67,7 +67,7 @@ static int list_nodes(flesh_body_part *self, const search *s)
   return FLESH_OK;
 }
 
-static int list_tets(flesh_body_part *self, const flesh_mesh *whole, const search *s)
+static int list_tets(flesh_rank_part *self, const flesh_mesh *whole, const search *s)
 {
   const int tets = flesh_mesh_tet_count(whole);
   for (int t = 0; t < tets; t++) self->tet_count += s->part[t] == s->rank;
@@ -81,17 +81,17 @@ static int list_tets(flesh_body_part *self, const flesh_mesh *whole, const searc
 }
 
 /* Nodes of a tet of the part, in its own numbers: corners, then edges. */
-static void take_tet(const flesh_body_part *self, const flesh_mesh *whole, int tet, int *nodes)
+static void take_tet(const flesh_rank_part *self, const flesh_mesh *whole, int tet, int *nodes)
 {
   const int *edges = flesh_mesh_tet_edges(whole);
-  for (size_t a = 0; a < 4; a++) nodes[a] = flesh_body_part_find(self, flesh_mesh_tets(whole)[4 * (size_t)tet + a]);
+  for (size_t a = 0; a < 4; a++) nodes[a] = flesh_rank_part_find(self, flesh_mesh_tets(whole)[4 * (size_t)tet + a]);
   for (size_t e = 0; e < 6 && edges; e++) {
     const int node = edges[6 * (size_t)tet + e];
-    nodes[4 + e] = node < 0 ? -1 : flesh_body_part_find(self, node);
+    nodes[4 + e] = node < 0 ? -1 : flesh_rank_part_find(self, node);
   }
 }
 
-static int make_mesh(flesh_body_part *self, const flesh_mesh *whole)
+static int make_mesh(flesh_rank_part *self, const flesh_mesh *whole)
 {
   const size_t nodes = (size_t)self->team.nodes, tets = (size_t)self->tet_count;
   const int order = flesh_mesh_order(whole), per_tet = order == 2 ? 10 : 4;
@@ -116,7 +116,7 @@ static int make_mesh(flesh_body_part *self, const flesh_mesh *whole)
 }
 
 /* Nodes that go from those who have them, or from their owners alone, to those who `take` them. */
-static int make_halo(flesh_body_part *self, const search *s, const flesh_reach *take, int owners, flesh_halo *halo)
+static int make_halo(flesh_rank_part *self, const search *s, const flesh_reach *take, int owners, flesh_halo *halo)
 {
   const flesh_reach *have = &s->have;
   flesh_shared_nodes shared = {0};
@@ -134,7 +134,7 @@ static int make_halo(flesh_body_part *self, const search *s, const flesh_reach *
   return status;
 }
 
-static int build(flesh_body_part *self, const flesh_mesh *whole, search *s)
+static int build(flesh_rank_part *self, const flesh_mesh *whole, search *s)
 {
   int status = flesh_reach_create(whole, s->part, &s->have);
   if (!status) status = flesh_reach_create(whole, s->part, &s->reach);
@@ -153,34 +153,34 @@ static int build(flesh_body_part *self, const flesh_mesh *whole, search *s)
 
 static void team_sum(const void *data, int count, double *numbers)
 {
-  flesh_communicator_sum(((const flesh_body_part *)data)->communicator, count, numbers);
+  flesh_communicator_sum(((const flesh_rank_part *)data)->communicator, count, numbers);
 }
 
 static void team_largest(const void *data, int count, double *numbers)
 {
-  flesh_communicator_largest(((const flesh_body_part *)data)->communicator, count, numbers);
+  flesh_communicator_largest(((const flesh_rank_part *)data)->communicator, count, numbers);
 }
 
 static int team_agree(const void *data, int status)
 {
-  return flesh_communicator_agree(((const flesh_body_part *)data)->communicator, status);
+  return flesh_communicator_agree(((const flesh_rank_part *)data)->communicator, status);
 }
 
 static void team_share(const void *data, const flesh_team_vector *vector)
 {
-  const flesh_body_part *self = data;
+  const flesh_rank_part *self = data;
   flesh_halo_share(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
 static void team_collect(const void *data, const flesh_team_vector *vector)
 {
-  const flesh_body_part *self = data;
+  const flesh_rank_part *self = data;
   flesh_halo_collect(vector->reached ? &self->reached : &self->halo, self->communicator, vector);
 }
 
 static void team_exchange(const void *data, int count, const flesh_team_message *messages)
 {
-  const flesh_body_part *self = data;
+  const flesh_rank_part *self = data;
   flesh_communicator_begin(self->communicator, count, messages);
   flesh_communicator_end(self->communicator);
 }
@@ -190,13 +190,13 @@ static const flesh_team_operations team_operations = {
     .exchange = team_exchange};
 
 static int create(flesh_communicator *communicator, const flesh_mesh *whole, const int *part,
-                  flesh_body_part **body_part)
+                  flesh_rank_part **rank_part)
 {
-  flesh_body_part *self = *body_part = flesh_calloc(1, sizeof *self);
+  flesh_rank_part *self = *rank_part = flesh_calloc(1, sizeof *self);
   search s = {.part = part, .rank = flesh_communicator_rank(communicator)};
   int status = FLESH_ERR_MEMORY;
   if (self) {
-    *self = (flesh_body_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
+    *self = (flesh_rank_part){.communicator = communicator, .whole_nodes = flesh_mesh_node_count(whole),
                               .team = {.data = self, .operations = &team_operations}};
     status = build(self, whole, &s);
   }
@@ -204,7 +204,7 @@ static int create(flesh_communicator *communicator, const flesh_mesh *whole, con
   flesh_reach_clear(&s.have);
   flesh_reach_clear(&s.reach);
   status = flesh_communicator_agree(communicator, status);
-  if (status) flesh_body_part_destroy(body_part);
+  if (status) flesh_rank_part_destroy(rank_part);
   return status;
 }
 
@@ -221,22 +221,22 @@ static int cut(flesh_communicator *communicator, const flesh_mesh *whole, int **
   return status;
 }
 
-int flesh_body_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
-                           flesh_body_part **body_part)
+int flesh_rank_part_create(flesh_communicator *communicator, const flesh_mesh *whole, const int *ranks,
+                           flesh_rank_part **rank_part)
 {
-  FLESH_NEED({body_part, "body_part"});
-  *body_part = NULL;
+  FLESH_NEED({rank_part, "rank_part"});
+  *rank_part = NULL;
   FLESH_NEED({communicator, "communicator"}, {whole, "whole"});
   int *made = NULL, status = ranks ? FLESH_OK : cut(communicator, whole, &made);
-  if (!status) status = create(communicator, whole, ranks ? ranks : made, body_part);
+  if (!status) status = create(communicator, whole, ranks ? ranks : made, rank_part);
   flesh_free(made);
   return status;
 }
 
-void flesh_body_part_destroy(flesh_body_part **body_part)
+void flesh_rank_part_destroy(flesh_rank_part **rank_part)
 {
-  if (!body_part || !*body_part) return;
-  flesh_body_part *self = *body_part;
+  if (!rank_part || !*rank_part) return;
+  flesh_rank_part *self = *rank_part;
   flesh_mesh_destroy(&self->mesh);
   flesh_free(self->nodes);
   flesh_free(self->tets);
@@ -244,30 +244,30 @@ void flesh_body_part_destroy(flesh_body_part **body_part)
   flesh_halo_clear(&self->reached);
   flesh_halo_clear(&self->rows);
   flesh_free(self);
-  *body_part = NULL;
+  *rank_part = NULL;
 }
 
-const flesh_mesh *flesh_body_part_mesh(const flesh_body_part *self) { return self->mesh; }
+const flesh_mesh *flesh_rank_part_mesh(const flesh_rank_part *self) { return self->mesh; }
 
-const flesh_team *flesh_body_part_team(const flesh_body_part *self) { return &self->team; }
+const flesh_team *flesh_rank_part_team(const flesh_rank_part *self) { return &self->team; }
 
-const int *flesh_body_part_nodes(const flesh_body_part *self) { return self->nodes; }
+const int *flesh_rank_part_nodes(const flesh_rank_part *self) { return self->nodes; }
 
-const int *flesh_body_part_tets(const flesh_body_part *self) { return self->tets; }
+const int *flesh_rank_part_tets(const flesh_rank_part *self) { return self->tets; }
 
-int flesh_body_part_own(const flesh_body_part *self) { return self->team.own; }
+int flesh_rank_part_own(const flesh_rank_part *self) { return self->team.own; }
 
-int flesh_body_part_neighbours(const flesh_body_part *self) { return self->halo.count; }
+int flesh_rank_part_neighbours(const flesh_rank_part *self) { return self->halo.count; }
 
-int flesh_body_part_find(const flesh_body_part *self, int node)
+int flesh_rank_part_find(const flesh_rank_part *self, int node)
 {
   const int own = find(self->nodes, 0, self->team.own, node);
   return own >= 0 ? own : find(self->nodes, self->team.own, self->team.nodes, node);
 }
 
-int flesh_body_part_gather(const flesh_body_part *self, const double *vector, double *whole)
+int flesh_rank_part_gather(const flesh_rank_part *self, const double *vector, double *whole)
 {
-  FLESH_NEED({self, "body_part"}, {vector, "vector"}, {whole, "whole"});
+  FLESH_NEED({self, "rank_part"}, {vector, "vector"}, {whole, "whole"});
   memset(whole, 0, 3 * (size_t)self->whole_nodes * sizeof *whole);
   for (size_t i = 0; i < (size_t)self->team.own; i++)
     memcpy(whole + 3 * (size_t)self->nodes[i], vector + 3 * i, 3 * sizeof *whole);

@@ -1,0 +1,102 @@
+/* gather.c: each rank sends what it owns to the first one, which knows where in the whole it belongs. */
+#include "parallel/gather.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "parallel/communicator.h"
+
+struct flesh_gather {
+  flesh_communicator *communicator;
+  int rank, size, own, received; /* nodes: of this rank, and of all others where it is the first */
+  const int *nodes;              /* [own] of this rank, in the whole; the part's */
+  int *first;                    /* [size+1] where those of each rank begin among the received; the first's are not there */
+  int *places;                   /* [received] in the whole */
+  double *numbers;               /* [3*received] on the first rank; [3*own] on others */
+  flesh_team_message *messages;       /* [size] */
+};
+
+/* Sends `width` numbers a node of this rank, or receives those of the others. */
+static void send_to_first(flesh_gather *self, int width)
+{
+  int count = 0;
+  if (self->rank)
+    self->messages[count++] = (flesh_team_message){.send_count = width * self->own, .send = self->numbers};
+  for (int k = 1; self->rank == 0 && k < self->size; k++)
+    self->messages[count++] = (flesh_team_message){.rank = k,
+                                              .receive_count = width * (self->first[k + 1] - self->first[k]),
+                                              .receive = self->numbers + (size_t)width * (size_t)self->first[k]};
+  flesh_communicator_begin(self->communicator, count, self->messages);
+  flesh_communicator_end(self->communicator);
+}
+
+/* How many nodes each rank owns, into numbers [size]. */
+static int allocate(flesh_gather *self, double *counts)
+{
+  counts[self->rank] = self->own;
+  flesh_communicator_sum(self->communicator, self->size, counts);
+  for (int k = 0; k < self->size; k++) self->first[k + 1] = self->first[k] + (k ? (int)counts[k] : 0);
+  self->received = self->rank ? 0 : self->first[self->size];
+  const size_t numbers = (size_t)(self->rank ? self->own : self->received);
+  self->numbers = flesh_malloc((3 * numbers + 1) * sizeof *self->numbers);
+  self->places = flesh_malloc(((size_t)self->received + 1) * sizeof *self->places);
+  if (!self->numbers || !self->places) return FLESH_ERR_MEMORY;
+  return flesh_communicator_reserve(self->communicator, self->size);
+}
+
+int flesh_gather_create(flesh_communicator *communicator, const flesh_rank_part *part, flesh_gather **gather)
+{
+  const size_t size = (size_t)flesh_communicator_size(communicator);
+  double *counts = flesh_calloc(size, sizeof *counts);
+  flesh_gather *self = *gather = flesh_calloc(1, sizeof *self);
+  int status = counts && self ? FLESH_OK : FLESH_ERR_MEMORY;
+  if (self)
+    *self = (flesh_gather){.communicator = communicator, .rank = flesh_communicator_rank(communicator), .size = (int)size,
+                           .own = flesh_rank_part_own(part), .nodes = flesh_rank_part_nodes(part),
+                           .first = flesh_calloc(size + 1, sizeof *self->first),
+                           .messages = flesh_calloc(size, sizeof *self->messages)};
+  if (!status && !(self->first && self->messages)) status = FLESH_ERR_MEMORY;
+  if (status) flesh_fail(status, "no memory to gather from %d ranks", (int)size);
+  status = flesh_communicator_agree(communicator, status);
+  if (!status) {
+    status = allocate(self, counts);
+    if (status) flesh_fail(status, "no memory to gather %d nodes", self->received);
+    status = flesh_communicator_agree(communicator, status);
+  }
+  if (!status) { /* a double has every int exactly */
+    for (int i = 0; self->rank && i < self->own; i++) self->numbers[i] = self->nodes[i];
+    send_to_first(self, 1);
+    for (int i = 0; i < self->received; i++) self->places[i] = (int)self->numbers[i];
+  }
+  flesh_free(counts);
+  if (status) flesh_gather_destroy(gather);
+  return status;
+}
+
+void flesh_gather_destroy(flesh_gather **gather)
+{
+  if (!gather || !*gather) return;
+  flesh_gather *self = *gather;
+  flesh_free(self->first);
+  flesh_free(self->places);
+  flesh_free(self->numbers);
+  flesh_free(self->messages);
+  flesh_free(self);
+  *gather = NULL;
+}
+
+static void put(int count, const int *places, const double *numbers, double *whole)
+{
+  for (size_t i = 0; i < (size_t)count; i++)
+    memcpy(whole + 3 * (size_t)places[i], numbers + 3 * i, 3 * sizeof *whole);
+}
+
+void flesh_gather_vector(flesh_gather *self, const double *vector, double *whole)
+{
+  if (self->rank) memcpy(self->numbers, vector, 3 * (size_t)self->own * sizeof *vector);
+  send_to_first(self, 3);
+  if (self->rank) return;
+  put(self->own, self->nodes, vector, whole);
+  put(self->received, self->places, self->numbers, whole);
+}

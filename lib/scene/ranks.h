@@ -1,0 +1,25 @@
+/* ranks.h: a scene whose body several ranks share out. */
+#ifndef FLESH_SCENE_RANKS_H
+#define FLESH_SCENE_RANKS_H
+
+#include "flesh/ranks.h"
+#include "flesh/scene.h"
+
+/* What a rank has of a scene's body. */
+typedef struct flesh_scene_share flesh_scene_share;
+
+/* This rank's part of the scene's body and a system on it, with the effects and constraints of the scene's, in the same
+ * order. Every rank has read the scene, whose own system stays that of the whole. Borrows both. Returns new. Collective,
+ * and fails on all ranks or none: FLESH_ERR_ARGUMENT, with the place in the scene, for an effect that ranks cannot share
+ * out, or more ranks than tets; FLESH_ERR_MEMORY. */
+int flesh_scene_share_create(const flesh_scene *scene, flesh_communicator *communicator, flesh_scene_share **share);
+/* NULL-safe; sets *share to NULL. */
+void flesh_scene_share_destroy(flesh_scene_share **share);
+
+/* Borrowed. */
+const flesh_rank_part *flesh_scene_share_part(const flesh_scene_share *share);
+const flesh_system *flesh_scene_share_system(const flesh_scene_share *share);
+/* Fills in what the part has of the scene's start, as flesh_scene_start does of the whole. */
+void flesh_scene_share_start(const flesh_scene_share *share, flesh_state *state);
+
+#endif
