@@ -114,7 +114,7 @@ static void describe_bodies(const flesh_scene *scene)
 }
 
 /* What will be simulated. */
-static void describe(const flesh_scene *scene)
+static void describe(const flesh_scene *scene, const flesh_ranks *ranks)
 {
   flesh_mesh_info info;
   flesh_mesh_inspect(flesh_scene_mesh(scene), &info);
@@ -130,8 +130,9 @@ static void describe(const flesh_scene *scene)
   flesh_materials_print(stdout, scene);
   describe_springs(flesh_scene_system(scene));
   flesh_warn_of_locking(scene, stdout);
-  const char *preconditioner = flesh_preconditioner_used(scene);
+  const char *preconditioner = flesh_preconditioner_used(scene, ranks != NULL);
   if (preconditioner) printf("preconditioner: %s\n", preconditioner);
+  if (ranks) printf("ranks: %d\n", ranks->count);
   fflush(stdout);
 }
 
@@ -146,6 +147,7 @@ static int read_scene(const char *path, const char *start_state, const char *met
 
 /* What the command line gave. */
 typedef struct given {
+  flesh_ranks *ranks; /* NULL: one */
   flesh_runner_options options;
   flesh_overrides overrides;
   const char *start_state, *method, *checkpoint, *resume;
@@ -155,6 +157,9 @@ typedef struct given {
 static int check(given *g, int positionals)
 {
   const char *folder = g->resume;
+  if (g->ranks && (g->checkpoint || folder))
+    return flesh_command_refuse("run", "--%s is for one rank so far; ranks go on from a run's state.txt (--start-state)",
+                                folder ? "resume" : "checkpoint");
   if (g->checkpoint && flesh_checkpoint_times_read(g->checkpoint, &g->options.checkpoint))
     return flesh_option_refuse("run", "checkpoint", g->checkpoint, "a number of seconds or steps, as 60s or 100steps");
   if (!folder)
@@ -212,13 +217,37 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
-  if (!options->quiet) describe(scene);
+  if (!options->quiet) describe(scene, options->ranks);
   flesh_runner_run(scene, options, &figures, &outcome);
-  if (outcome.status) fprintf(stderr, "flesh run: %s\n", outcome.message);
-  if (outcome.has_failure) flesh_failure_print(stderr, &outcome, scene);
+  const int first = flesh_ranks_first(options->ranks);
+  if (outcome.status && first) fprintf(stderr, "flesh run: %s\n", outcome.message);
+  if (outcome.has_failure && first) flesh_failure_print(stderr, &outcome, scene);
   if (!options->quiet && isfinite(figures.wall_s)) report(&figures, &outcome, options->out);
   flesh_figures_close(&figures);
-  return outcome.exit_code;
+  return flesh_ranks_follow(options->ranks, outcome.exit_code);
+}
+
+/* The exit code of what has failed on all ranks; the first says it. */
+static int fail(const flesh_ranks *ranks, int status)
+{
+  return flesh_ranks_first(ranks) ? flesh_command_fail("run", status) : flesh_exit_code(status);
+}
+
+/* What the command line gives; the first rank reads it before the others, so that one tells of what is wrong with it. */
+static int read_options(given *g, const flesh_usage *usage, int argc, char **argv)
+{
+  int code = FLESH_OPTIONS_GO_ON;
+  for (int others = 0; others < (g->ranks ? 2 : 1) && code == FLESH_OPTIONS_GO_ON; others++) {
+    int positionals;
+    if (flesh_ranks_first(g->ranks) == !others) {
+      code = flesh_options_read(usage, argc, argv, &positionals);
+      if (code == FLESH_OPTIONS_GO_ON) code = check(g, positionals);
+    }
+    code = flesh_ranks_largest(g->ranks, code);
+  }
+  g->options.ranks = g->ranks;
+  g->options.quiet |= !flesh_ranks_first(g->ranks);
+  return code;
 }
 
 static int read_and_run(given *g, int argc, char **argv)
@@ -245,19 +274,20 @@ static int read_and_run(given *g, int argc, char **argv)
       {0}};
   const flesh_usage usage = {
       "run", "[SCENE]", "Simulates a scene (see `flesh schema` for its keys).", details, 0, 1, rows, NULL};
-  int positionals, code = flesh_options_read(&usage, argc, argv, &positionals);
+  int code = read_options(g, &usage, argc, argv);
   flesh_checkpoint checkpoint = {0};
   flesh_scene *scene = NULL;
   char *made = NULL; /* a name */
-  if (code == FLESH_OPTIONS_GO_ON) code = check(g, positionals);
   if (code != FLESH_OPTIONS_GO_ON) return code;
   flesh_interrupt_watch();
   if (g->resume) {
     code = take_up(g, &checkpoint, &made, &scene);
   } else {
     options->scene_path = argv[1];
-    const int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
-    if (status) code = flesh_command_fail("run", status);
+    int status = read_scene(argv[1], g->start_state, g->method, &g->overrides, &scene);
+    status = flesh_ranks_agree(g->ranks, status);
+    if (!status && g->ranks) status = flesh_ranks_share(g->ranks, scene);
+    if (status) code = fail(g->ranks, status);
     else if (!options->out) options->out = made = default_folder(argv[1]);
   }
   if (code == FLESH_OPTIONS_GO_ON) code = run_scene(scene, options);
@@ -270,8 +300,12 @@ static int read_and_run(given *g, int argc, char **argv)
 int flesh_command_run(int argc, char **argv)
 {
   given g = {0};
-  int status = flesh_overrides_open(&g.overrides, argc);
-  if (status) return flesh_command_fail("run", status);
+  int status = flesh_ranks_open(&g.ranks);
+  if (!status) status = flesh_ranks_agree(g.ranks, flesh_overrides_open(&g.overrides, argc));
+  if (status) {
+    flesh_ranks_close(&g.ranks);
+    return flesh_command_fail("run", status);
+  }
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
   int code;
   if (words) {
@@ -282,6 +316,7 @@ int flesh_command_run(int argc, char **argv)
   } else {
     code = flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
   }
+  flesh_ranks_close(&g.ranks);
   flesh_overrides_close(&g.overrides);
   free(words);
   return code;

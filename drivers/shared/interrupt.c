@@ -32,6 +32,11 @@ void flesh_interrupt_watch(void)
   if (hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, NULL); /* not under nohup */
 }
 
+void flesh_interrupt_adopt(int signal_number)
+{
+  if (!remembered) remembered = signal_number;
+}
+
 int flesh_interrupt_signal(void) { return remembered; }
 
 const char *flesh_interrupt_name(void)

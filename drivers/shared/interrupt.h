@@ -8,6 +8,8 @@ void flesh_interrupt_watch(void);
 
 /* The remembered signal, or 0. */
 int flesh_interrupt_signal(void);
+/* As if it had come here; where one is remembered, that one stays. 0: nothing. */
+void flesh_interrupt_adopt(int signal_number);
 /* Its name, and the exit code that says so: 130 for SIGINT, 143 for SIGTERM, 129 for SIGHUP. */
 const char *flesh_interrupt_name(void);
 int flesh_interrupt_exit_code(void);

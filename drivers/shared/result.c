@@ -168,11 +168,11 @@ static int takes_volumes_out(const flesh_scene *scene)
   return projects;
 }
 
-const char *flesh_preconditioner_used(const flesh_scene *scene)
+const char *flesh_preconditioner_used(const flesh_scene *scene, int on_ranks)
 {
   const flesh_solver_options *solver = flesh_scene_solver(scene);
   if (solver->linear_solver != FLESH_LINEAR_PCG) return NULL;
-  if (takes_volumes_out(scene)) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
+  if (!on_ranks && takes_volumes_out(scene)) return flesh_preconditioner_name(FLESH_PRECONDITIONER_VOLUME_PROJECTION);
   return flesh_preconditioner_name(flesh_preconditioner_choose(
       solver->preconditioner, flesh_mesh_node_count(flesh_scene_mesh(scene))));
 }

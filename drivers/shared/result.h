@@ -67,8 +67,8 @@ void flesh_failure_print(FILE *stream, const flesh_outcome *outcome, const flesh
 /* What a skin is bound to, in a line or two. */
 void flesh_skin_print(FILE *stream, const char *surface, const flesh_skin_info *info);
 
-/* Name of the kind that a scene's solves use; NULL: a direct solver. */
-const char *flesh_preconditioner_used(const flesh_scene *scene);
+/* Name of the kind that a scene's solves use, by one process or on ranks; NULL: a direct solver. */
+const char *flesh_preconditioner_used(const flesh_scene *scene, int on_ranks);
 
 /* Constants of every material in force, as text or as a new array. */
 void flesh_materials_print(FILE *stream, const flesh_scene *scene);

@@ -104,6 +104,7 @@ json_t *flesh_running_result(flesh_running *r, json_t *outcome, const flesh_figu
   if (r->resumed) json_object_set(outcome, "resumed", r->resumed);
   json_object_set(outcome, "inputs", r->inputs);
   json_object_set(outcome, "program", r->program);
+  if (r->ranks) json_object_set(outcome, "ranks", r->ranks);
   return outcome;
 }
 
@@ -142,8 +143,11 @@ static int open_state(flesh_running *r)
 static int create_integrator(flesh_running *r)
 {
   const flesh_scene_time *time = flesh_scene_times(r->scene);
-  int status = flesh_integrator_create(flesh_scene_system(r->scene), time->method, flesh_scene_solver(r->scene),
-                                       &r->integrator);
+  const flesh_ranks *ranks = r->options->ranks;
+  flesh_solver_options solver = *flesh_scene_solver(r->scene);
+  if (ranks) solver.threads = flesh_ranks_threads(ranks, r->scene);
+  int status =
+      flesh_integrator_create(flesh_ranks_system(ranks, r->scene), time->method, &solver, &r->integrator);
   if (!status) status = flesh_integrator_set_adaptive(r->integrator, &time->adaptive);
   if (!status) status = flesh_integrator_set_method_options(r->integrator, &time->options);
   if (!status) status = flesh_integrator_set_max_energy_gain(r->integrator, time->max_energy_gain);
@@ -227,15 +231,18 @@ static void tell_outcome(flesh_running *r, int status, flesh_figures *figures, f
 static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *outcome)
 {
   const flesh_scene_time *time = flesh_scene_times(r->scene);
+  const flesh_ranks *ranks = r->options->ranks;
   flesh_observer observers[OBSERVER_LIMIT];
+  const flesh_observer of_ranks = {flesh_running_observe_ranks, r};
+  const int count = flesh_ranks_first(ranks) ? list_observers(r, figures, observers) : 0;
   flesh_solve_stats unfinished;
   int status = r->integrator ? FLESH_OK : create_integrator(r);
   if (status) return status;
   const flesh_run_options run = {.unfinished = &unfinished,
                                  .h = time->step,
                                  .end = time->end,
-                                 .observer_count = list_observers(r, figures, observers),
-                                 .observers = observers,
+                                 .observer_count = ranks ? 1 : count,
+                                 .observers = ranks ? &of_ranks : observers,
                                  .stop = stop,
                                  .stop_data = r};
   r->cpu_begin = flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID);
@@ -243,16 +250,18 @@ static int simulate(flesh_running *r, flesh_figures *figures, flesh_outcome *out
   r->last_step = r->checkpoint.at;
   r->next_word = r->last_step + first_word;
   r->started = r->checkpoint.at - (r->options->resume ? r->options->resume->head.wall_s : 0);
-  const flesh_system *system = flesh_scene_system(r->scene);
+  const flesh_system *system = flesh_ranks_system(ranks, r->scene);
+  r->observers = observers;
+  r->observer_count = count;
   status = r->options->resume
                ? flesh_run_resume(system, r->integrator, &run, r->step, r->start_t, &r->state, NULL)
-               : flesh_run(system, r->integrator, &run, &r->state, NULL);
+               : flesh_run(system, r->integrator, &run, ranks ? &r->own : &r->state, NULL);
   flesh_figures_add_unfinished(figures, &unfinished);
   figures->wall_s = flesh_running_seconds(CLOCK_MONOTONIC) - r->started;
   figures->cpu_s = r->cpu_before + flesh_running_seconds(CLOCK_PROCESS_CPUTIME_ID) - r->cpu_begin;
   struct rusage usage;
   if (!getrusage(RUSAGE_SELF, &usage)) figures->peak_memory_kB = usage.ru_maxrss;
-  tell_outcome(r, status, figures, outcome);
+  if (flesh_ranks_first(ranks)) tell_outcome(r, status, figures, outcome);
   return status;
 }
 
@@ -323,49 +332,76 @@ static int go_on(flesh_running *r, flesh_figures *figures, flesh_folder_claim *c
   return status;
 }
 
+/* What ended well before this did not. */
+static void add_note(flesh_outcome *outcome, int status)
+{
+  if (status && !outcome->status) note(outcome, status);
+}
+
+/* What the first rank, or a process by itself, needs before the run. */
+static int prepare(flesh_running *r, flesh_figures *figures, flesh_folder_claim *claim)
+{
+  const flesh_runner_options *options = r->options;
+  int status = open_state(r);
+  if (!status && options->out) status = flesh_running_bind_skin(r);
+  if (!status && options->save_state) status = probe(options->save_state);
+  return status ? status : (options->resume ? go_on : begin)(r, figures, claim);
+}
+
+/* The results. Each of them is written even when another could not be. */
+static void finish(flesh_running *r, int prepared, const flesh_figures *figures, flesh_outcome *outcome)
+{
+  if (prepared) add_note(outcome, keep_state(r));
+  add_note(outcome, flesh_history_close(&r->history));
+  add_note(outcome, flesh_probes_close(&r->probes));
+  flesh_frames_close(&r->frames);
+  add_note(outcome, flesh_skin_frames_close(&r->skin_frames));
+  flesh_skin_destroy(&r->skin);
+  flesh_surface_destroy(&r->surface);
+  if (r->running) add_note(outcome, keep_result(r, outcome, figures));
+  if (prepared && r->checkpoint.on && !outcome->status) add_note(outcome, flesh_running_drop_checkpoint(r));
+  if (r->integrator && r->options->profile && !r->options->quiet)
+    flesh_costs_print(stdout, flesh_integrator_costs(r->integrator), flesh_scene_system(r->scene));
+}
+
+static void close_running(flesh_running *r)
+{
+  flesh_integrator_destroy(&r->integrator);
+  json_decref(r->program);
+  json_decref(r->inputs);
+  json_decref(r->resumed);
+  json_decref(r->ranks);
+  free(r->state.x);
+  free(r->state.v);
+  free(r->state.multipliers);
+  free(r->state.internal);
+  free(r->own.x);
+  free(r->own.v);
+  free(r->J);
+  free(r->path);
+  flesh_run_trace_clear(&r->trace);
+}
+
 int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *options,
                      flesh_figures *figures, flesh_outcome *outcome)
 {
   flesh_running r = {.scene = scene, .options = options, .progress = !options->quiet && isatty(STDERR_FILENO),
                      .figures = figures, .checkpoint = {.times = options->checkpoint, .step = -1}};
+  const int first = flesh_ranks_first(options->ranks);
+  flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
   int status = flesh_figures_open(figures, flesh_scene_system(scene));
-  if (!status) status = open_state(&r);
-  if (!status && options->out) status = flesh_running_bind_skin(&r);
-  if (!status && options->save_state) status = probe(options->save_state);
-  flesh_folder_claim claim = {.descriptor = -1};
-  if (!status) status = (options->resume ? go_on : begin)(&r, figures, &claim);
-  int prepared = !status;
+  if (!status && options->ranks) status = flesh_running_share(&r);
+  if (!status && first) status = prepare(&r, figures, &claim);
+  status = flesh_ranks_agree(options->ranks, status);
+  const int prepared = !status && first;
   if (!status) status = simulate(&r, figures, outcome);
+  if (status == FLESH_ERR_INTERRUPTED)
+    flesh_interrupt_adopt(flesh_ranks_largest(options->ranks, flesh_interrupt_signal()));
   note(outcome, status);
-  /* Each of these is written even when another could not be. */
-  int kept[5] = {FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK, FLESH_OK};
-  if (prepared) kept[0] = keep_state(&r);
-  if (kept[0] && !outcome->status) note(outcome, kept[0]);
-  kept[1] = flesh_history_close(&r.history);
-  if (kept[1] && !outcome->status) note(outcome, kept[1]);
-  kept[4] = flesh_probes_close(&r.probes);
-  if (kept[4] && !outcome->status) note(outcome, kept[4]);
-  flesh_frames_close(&r.frames);
-  kept[3] = flesh_skin_frames_close(&r.skin_frames);
-  if (kept[3] && !outcome->status) note(outcome, kept[3]);
-  flesh_skin_destroy(&r.skin);
-  flesh_surface_destroy(&r.surface);
-  if (r.running) kept[2] = keep_result(&r, outcome, figures);
-  if (kept[2] && !outcome->status) note(outcome, kept[2]);
-  if (prepared && r.checkpoint.on && !outcome->status && (kept[2] = flesh_running_drop_checkpoint(&r))) note(outcome, kept[2]);
-  if (r.integrator && options->profile && !options->quiet)
-    flesh_costs_print(stdout, flesh_integrator_costs(r.integrator), flesh_scene_system(scene));
-  flesh_integrator_destroy(&r.integrator);
+  r.ranks = flesh_ranks_json(options->ranks);
+  if (first) finish(&r, prepared, figures, outcome);
+  close_running(&r);
   flesh_folder_claim_release(&claim);
-  json_decref(r.program);
-  json_decref(r.inputs);
-  json_decref(r.resumed);
-  free(r.state.x);
-  free(r.state.v);
-  free(r.state.multipliers);
-  free(r.state.internal);
-  free(r.path);
-  flesh_run_trace_clear(&r.trace);
   return outcome->status;
 }

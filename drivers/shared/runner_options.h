@@ -3,6 +3,7 @@
 #define FLESH_SHARED_RUNNER_OPTIONS_H
 
 #include "shared/checkpoint.h"
+#include "shared/ranks.h"
 #include "shared/result.h"
 
 typedef struct flesh_runner_options {
@@ -12,6 +13,7 @@ typedef struct flesh_runner_options {
   double max_seconds;     /* 0: no limit */
   flesh_checkpoint_times checkpoint;
   struct flesh_checkpoint *resume; /* of `out`, from where the run goes on; NULL: it begins */
+  const flesh_ranks *ranks; /* that have shared out the scene; every one runs it. NULL: one process */
   int no_frames;
   int profile; /* clocks are read around every call of an effect, and a table is printed */
   int quiet; /* no report on stdout, no progress line */

@@ -6,7 +6,6 @@
 
 #include "base/error.h"
 #include "base/sync.h"
-#include "base/threads.h"
 #include "output/resume.h"
 #include "shared/provenance.h"
 #include "shared/running.h"
@@ -75,10 +74,8 @@ static int write_running(flesh_running *r, flesh_figures *figures)
 {
   const flesh_runner_options *options = r->options;
   r->program = flesh_provenance_program(options->argc, options->argv);
-  const flesh_solver_options *solver = flesh_scene_solver(r->scene);
-  int threads = solver->threads ? solver->threads : flesh_threads_available();
-  json_object_set_new(r->program, "threads", json_integer(threads));
-  const char *preconditioner = flesh_preconditioner_used(r->scene);
+  json_object_set_new(r->program, "threads", json_integer(flesh_ranks_threads(options->ranks, r->scene)));
+  const char *preconditioner = flesh_preconditioner_used(r->scene, options->ranks != NULL);
   json_object_set_new(r->program, "preconditioner",
                       preconditioner ? json_string(preconditioner) : json_null());
   if (!r->inputs) r->inputs = flesh_provenance_scene(r->scene, options->scene_path);

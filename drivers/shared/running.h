@@ -21,7 +21,13 @@ typedef struct flesh_running {
   flesh_skin *skin;
   flesh_skin_frames *skin_frames;
   flesh_integrator *integrator;
-  flesh_state state;
+  flesh_state state; /* of the whole; on ranks but the first t alone */
+  /* On ranks, with the next three: this one's part of the state. */
+  flesh_state own;
+  double *J; /* [tets] of the whole, on the first */
+  int observer_count;
+  const flesh_observer *observers; /* of the whole, on the first */
+  json_t *ranks; /* what result.json says of them */
   double started; /* monotonic seconds */
   double last_progress;
   double last_step, next_word; /* monotonic seconds: the last step's end; when a long one is spoken of */
@@ -55,6 +61,11 @@ int flesh_running_bind_skin(flesh_running *running);
 int flesh_running_open(flesh_running *running, flesh_figures *figures);
 /* The same where a run goes on: its files as they were at the checkpoint. */
 int flesh_running_reopen(flesh_running *running, flesh_figures *figures, const flesh_checkpoint_head *head);
+
+/* Memory of this rank's part of the run, with its start. */
+int flesh_running_share(flesh_running *running);
+/* Has the first rank's observers observe the whole. */
+int flesh_running_observe_ranks(void *running, const flesh_step_record *record);
 
 /* Everything but the files is as at the checkpoint of options->resume, which is refused where a file that the scene names
  * has changed. *head is the checkpoint's. */

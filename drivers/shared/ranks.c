@@ -1,0 +1,135 @@
+/* ranks.c: what a run needs of the ranks that share out its scene. */
+#include "shared/ranks.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+
+#include "base/error.h"
+#include "base/threads.h"
+#include "parallel/communicator.h"
+#include "shared/ranks_join.h"
+
+/* What launchers say of themselves: Open MPI's, those with PMI (MPICH, Intel MPI), MVAPICH's, and Slurm's with PMIx. */
+static int launched(void)
+{
+  static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE"};
+  for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+    const char *size = getenv(sizes[k]);
+    if (size && atoi(size) > 1) return 1;
+  }
+  const char *tasks = getenv("SLURM_STEP_NUM_TASKS");
+  return getenv("PMIX_RANK") && tasks && atoi(tasks) > 1;
+}
+
+int flesh_ranks_open(flesh_ranks **ranks)
+{
+  *ranks = NULL;
+  if (!launched()) return FLESH_OK;
+  flesh_ranks *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  int status = flesh_ranks_join(&self->communicator, &self->neighbours_here);
+  if (!status) {
+    self->rank = flesh_communicator_rank(self->communicator);
+    self->count = flesh_communicator_size(self->communicator);
+  }
+  *ranks = self;
+  if (status || self->count == 1) flesh_ranks_close(ranks);
+  return status;
+}
+
+void flesh_ranks_close(flesh_ranks **ranks)
+{
+  if (!ranks || !*ranks) return;
+  flesh_ranks *self = *ranks;
+  flesh_gather_destroy(&self->gather);
+  flesh_scene_share_destroy(&self->share);
+  fflush(NULL); /* a launcher may end all once the first has left */
+  flesh_ranks_leave(&self->communicator);
+  free(self);
+  *ranks = NULL;
+}
+
+int flesh_ranks_first(const flesh_ranks *ranks) { return !ranks || ranks->rank == 0; }
+
+int flesh_ranks_agree(const flesh_ranks *ranks, int status)
+{
+  return ranks ? flesh_communicator_agree(ranks->communicator, status) : status;
+}
+
+int flesh_ranks_follow(const flesh_ranks *ranks, int number)
+{
+  if (ranks) flesh_communicator_spread(ranks->communicator, 1, &number);
+  return number;
+}
+
+int flesh_ranks_largest(const flesh_ranks *ranks, int number)
+{
+  double largest = number;
+  if (ranks) flesh_communicator_largest(ranks->communicator, 1, &largest);
+  return (int)largest;
+}
+
+int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene)
+{
+  int status = flesh_scene_share_create(scene, ranks->communicator, &ranks->share);
+  return status ? status
+                : flesh_gather_create(ranks->communicator, flesh_scene_share_part(ranks->share), &ranks->gather);
+}
+
+const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene)
+{
+  return ranks ? flesh_scene_share_system(ranks->share) : flesh_scene_system(scene);
+}
+
+int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene)
+{
+  const int given = flesh_scene_solver(scene)->threads, available = flesh_threads_available();
+  if (given || !ranks) return given ? given : available;
+  return available > ranks->neighbours_here ? available / ranks->neighbours_here : 1;
+}
+
+/* What each rank says of itself. */
+enum { NODES, OWN, TETS, NEIGHBOURS, MESSAGES, BYTES, REDUCTIONS, PEAK, NUMBERS };
+
+static void describe(const flesh_ranks *ranks, double *row)
+{
+  const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
+  const flesh_communicator_figures exchanged = flesh_communicator_exchanged(ranks->communicator);
+  struct rusage usage;
+  row[NODES] = flesh_mesh_node_count(flesh_rank_part_mesh(part));
+  row[OWN] = flesh_rank_part_own(part);
+  row[TETS] = flesh_mesh_tet_count(flesh_rank_part_mesh(part));
+  row[NEIGHBOURS] = flesh_rank_part_neighbours(part);
+  row[MESSAGES] = (double)exchanged.messages;
+  row[BYTES] = exchanged.bytes;
+  row[REDUCTIONS] = (double)exchanged.reductions;
+  row[PEAK] = getrusage(RUSAGE_SELF, &usage) ? 0 : (double)usage.ru_maxrss;
+}
+
+json_t *flesh_ranks_json(const flesh_ranks *ranks)
+{
+  static const char *const names[NUMBERS] = {"nodes",    "own_nodes", "tets",       "neighbours",
+                                             "messages", "bytes",     "reductions", "peak_memory_kB"};
+  double *rows = ranks && ranks->share ? calloc((size_t)ranks->count * NUMBERS, sizeof *rows) : NULL;
+  if (ranks && flesh_ranks_agree(ranks, rows ? FLESH_OK : FLESH_ERR_MEMORY)) {
+    free(rows);
+    return NULL;
+  }
+  if (!rows) return NULL;
+  describe(ranks, rows + (size_t)ranks->rank * NUMBERS);
+  flesh_communicator_sum(ranks->communicator, ranks->count * NUMBERS, rows);
+  json_t *parts = json_array();
+  for (int k = 0; k < ranks->count; k++) {
+    json_t *part = json_object();
+    for (int c = 0; c < NUMBERS; c++)
+      json_object_set_new(part, names[c], json_integer((json_int_t)rows[(size_t)k * NUMBERS + (size_t)c]));
+    json_array_append_new(parts, part);
+  }
+  free(rows);
+  if (!flesh_ranks_first(ranks)) {
+    json_decref(parts);
+    return NULL;
+  }
+  return json_pack("{siso}", "count", ranks->count, "parts", parts);
+}

@@ -1,0 +1,43 @@
+/* ranks.h: the ranks that mpirun starts, to run one scene together. NULL stands for a process by itself. */
+#ifndef FLESH_SHARED_RANKS_H
+#define FLESH_SHARED_RANKS_H
+
+#include <jansson.h>
+
+#include "parallel/gather.h"
+#include "scene/ranks.h"
+
+typedef struct flesh_ranks {
+  flesh_communicator *communicator;
+  int rank, count;
+  int neighbours_here; /* ranks on this machine, this one included */
+  flesh_scene_share *share; /* with the next, once a scene is shared out */
+  flesh_gather *gather;
+} flesh_ranks;
+
+/* Joins the ranks where a launcher of MPI has started two or more (its environment says so); *ranks is NULL else. Returns
+ * a status. */
+int flesh_ranks_open(flesh_ranks **ranks);
+/* Everything that was printed is out before. NULL-safe; sets *ranks to NULL. */
+void flesh_ranks_close(flesh_ranks **ranks);
+
+/* Whether this one prints and writes. */
+int flesh_ranks_first(const flesh_ranks *ranks);
+/* The worst status of all, with its sentence. */
+int flesh_ranks_agree(const flesh_ranks *ranks, int status);
+/* The first one's number on all. */
+int flesh_ranks_follow(const flesh_ranks *ranks, int number);
+
+/* The largest number of all. */
+int flesh_ranks_largest(const flesh_ranks *ranks, int number);
+
+/* Shares out the scene's body. Status. */
+int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene);
+/* The system that this process steps, and the threads that it takes for it. */
+const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);
+int flesh_ranks_threads(const flesh_ranks *ranks, const flesh_scene *scene);
+
+/* What result.json says of them, on the first; NULL on the others. Every rank calls it. New. */
+json_t *flesh_ranks_json(const flesh_ranks *ranks);
+
+#endif
