@@ -300,22 +300,16 @@ static int read_and_run(given *g, int argc, char **argv)
 int flesh_command_run(int argc, char **argv)
 {
   given g = {0};
-  int status = flesh_ranks_open(&g.ranks);
-  if (!status) status = flesh_ranks_agree(g.ranks, flesh_overrides_open(&g.overrides, argc));
-  if (status) {
-    flesh_ranks_close(&g.ranks);
-    return flesh_command_fail("run", status);
-  }
+  int status = flesh_ranks_open(&g.ranks), code;
+  if (status) return flesh_command_fail("run", status);
+  status = flesh_overrides_open(&g.overrides, argc);
   char **words = malloc(sizeof *words * (size_t)(argc + 1)); /* argv is permuted below */
-  int code;
-  if (words) {
-    for (int a = 0; a < argc; a++) words[a] = argv[a];
-    g.options.argc = argc;
-    g.options.argv = words;
-    code = read_and_run(&g, argc, argv);
-  } else {
-    code = flesh_command_fail("run", flesh_fail(FLESH_ERR_MEMORY, "out of memory"));
-  }
+  if (!words && !status) status = flesh_fail(FLESH_ERR_MEMORY, "out of memory");
+  for (int a = 0; a < argc && words; a++) words[a] = argv[a];
+  g.options.argc = argc;
+  g.options.argv = words;
+  status = flesh_ranks_agree(g.ranks, status);
+  code = status ? fail(g.ranks, status) : read_and_run(&g, argc, argv);
   flesh_ranks_close(&g.ranks);
   flesh_overrides_close(&g.overrides);
   free(words);

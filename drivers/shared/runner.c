@@ -391,7 +391,11 @@ int flesh_runner_run(const flesh_scene *scene, const flesh_runner_options *optio
   flesh_folder_claim claim = {.descriptor = -1};
   *outcome = (flesh_outcome){.advice = ""};
   int status = flesh_figures_open(figures, flesh_scene_system(scene));
-  if (!status && options->ranks) status = flesh_running_share(&r);
+  if (options->ranks) {
+    if (!status) status = flesh_running_share(&r);
+    status = flesh_ranks_agree(options->ranks, status);
+    if (!status) status = create_integrator(&r); /* what ranks cannot do is refused before anything is written */
+  }
   if (!status && first) status = prepare(&r, figures, &claim);
   status = flesh_ranks_agree(options->ranks, status);
   const int prepared = !status && first;

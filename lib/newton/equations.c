@@ -97,9 +97,10 @@ int flesh_equations_find_constrained(flesh_equations *self, double t, const uint
   memcpy(before, self->constrained, (size_t)self->n);
   flesh_system_fixed(self->system, t, self->constrained);
   for (int d = 0; d < self->n && held; d++) self->constrained[d] |= held[d];
-  if (!memcmp(before, self->constrained, (size_t)self->n)) return 0;
-  list_constrained(self);
-  return 1;
+  double changed = memcmp(before, self->constrained, (size_t)self->n) != 0;
+  if (changed > 0) list_constrained(self);
+  flesh_team_largest(self->team, 1, &changed); /* all ranks go on alike */
+  return changed > 0;
 }
 
 int flesh_equations_archive(flesh_equations *self, int matrix, flesh_archive *archive)

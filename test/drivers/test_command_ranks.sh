@@ -1,0 +1,147 @@
+# test_command_ranks.sh: `mpirun -n N flesh run SCENE` against the same scene on one rank, what it refuses, and how it ends.
+# FLESH names the program, MPIRUN the launcher. `quick` takes few scenes, each on one number of ranks: launchers are slow.
+set -u
+. "$(dirname -- "$0")/../shared/command.sh"
+launcher=${MPIRUN:?MPIRUN must name the launcher of MPI}
+scenes=$source_folder/../data/scenes
+case ${1-} in quick) quick=1 ;; *) quick= ;; esac
+
+# Times before anything is called a hang.
+on_ranks() {
+  count=$1
+  shift
+  timeout 120 "$launcher" -n "$count" "$@"
+}
+
+# agree RANKS SCENE ARGUMENT...: the solves are so exact that what is left of them stays far below the limit; in a full run
+# on 2, 3, 5 and 8 ranks.
+agree() {
+  numbers=${quick:+$1}
+  scene=$2
+  shift 2
+  "$flesh" run "$scene" "$@" --quiet --set solver.newton_tolerance=1e-9 --out alone || return 1
+  for ranks in ${numbers:-2 3 5 8}; do
+    expect 0 on_ranks "$ranks" "$flesh" run "$scene" "$@" --quiet --set solver.newton_tolerance=1e-9 --out shared || return 1
+    python3 "$source_folder/shared/compare_runs.py" alone shared 1e-6 || return 1
+    (cd alone && find . -type f | sort) >files_1
+    (cd shared && find . -type f | sort) >files_2
+    diff files_1 files_2 || return 1
+  done
+}
+
+statics() { agree 3 "$scenes/swing_coarse.yaml" --set effects.inertia=null; }
+damping() { agree 5 "$scenes/damped_bar.yaml" --set time.end=0.05 --no-frames; }
+prescribed_motion() { agree 2 "$scenes/viscous_spin.yaml" --set time.end=0.02 --no-frames; }
+several_bodies() { agree 3 "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=0.05; }
+newmark() { agree 2 "$scenes/swing_coarse.yaml" --method newmark --set time.end=0.1; }
+ten_nodes() { agree 3 "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set time.end=0.05; }
+
+# Regions, probes of every kind, frames with fields and a skin are the first rank's, of the whole.
+outputs() {
+  "$flesh" mesh box --cells 4,2,2 --size 4,1,1 --out bar.msh >/dev/null && "$flesh" mesh surface bar.msh skin.obj >/dev/null || return 1
+  cat >bar.yaml <<'END'
+body:
+  mesh: bar.msh
+  density: 1000
+  material: {energy: S, young: 2e4, poisson: 0.3}
+effects:
+  - inertia: {}
+  - gravity: {acceleration: [0, 0, -9.81]}
+  - pin: {box: [[-1, -1, -1], [1e-9, 2, 2]], until: 0.05}
+time: {step: 1/60, end: 0.1}
+output:
+  frame_interval: 2
+  fields: [stress, reaction]
+  skin: {surface: skin.obj, formats: [obj, vtu, pc2]}
+  reactions: true
+  probes: [{name: probe_tip, point: [4, 0.5, 0.5], quantities: [position, stress]}]
+END
+  agree 3 bar.yaml || return 1
+  python3 - shared/result.json <<'END'
+import json, sys
+result = json.load(open(sys.argv[1]))
+ranks = result["ranks"]
+assert result["status"] == "complete" and ranks["count"] == len(ranks["parts"]), ranks
+assert sum(part["tets"] for part in ranks["parts"]) == 96 and sum(part["own_nodes"] for part in ranks["parts"]) == 45, ranks
+assert all(part["messages"] > 0 and part["bytes"] > 0 and part["peak_memory_kB"] > 0 for part in ranks["parts"]), ranks
+END
+}
+
+# A state is that of the whole, whoever wrote it.
+a_state_goes_on_on_others() {
+  for ranks in 1 2; do
+    expect 0 on_ranks "$ranks" "$flesh" run "$scenes/swing_coarse.yaml" --quiet --no-frames --out "begin_$ranks" \
+      --set solver.newton_tolerance=1e-9 --set time.end=0.05 || return 1
+  done
+  "$flesh" run "$scenes/swing_coarse.yaml" --quiet --no-frames --start-state begin_1/state.txt --out end_1 \
+    --set solver.newton_tolerance=1e-9 --set time.end=0.1 || return 1
+  expect 0 on_ranks 3 "$flesh" run "$scenes/swing_coarse.yaml" --quiet --no-frames --start-state begin_2/state.txt \
+    --out end_3 --set solver.newton_tolerance=1e-9 --set time.end=0.1 || return 1
+  python3 "$source_folder/shared/compare_runs.py" end_1 end_3 1e-6
+}
+
+# refused CODE WORDS ARGUMENT...: by one sentence of one rank.
+refused() {
+  code=$1 words=$2
+  shift 2
+  expect "$code" on_ranks 3 "$flesh" run "$@" --out refused || return 1
+  has stderr.txt "$words" && [ "$(grep -c "^flesh run: " stderr.txt)" -eq 1 ] && [ ! -e refused/history.csv ]
+}
+
+what_is_not_there_is_refused() {
+  refused 2 'effect contact is not shared out' "$scenes/two_bodies.yaml" &&
+    refused 2 'adaptive methods are not shared out' "$scenes/swing_coarse.yaml" --method adaptive || return 1
+  [ -z "$quick" ] || return 0
+  refused 2 'ranks go on from' "$scenes/swing_coarse.yaml" --checkpoint 1s &&
+    refused 3 'nowhere.yaml' nowhere.yaml &&
+    refused 2 'unknown' "$scenes/swing_coarse.yaml" --never
+}
+
+# begin RANKS: a run without end, with the processes of its ranks in pid_0, pid_1 ...
+begin() {
+  cat >rank.sh <<'END'
+echo $$ >"pid_$OMPI_COMM_WORLD_RANK.part" && mv "pid_$OMPI_COMM_WORLD_RANK.part" "pid_$OMPI_COMM_WORLD_RANK" || exit 1
+exec "$@"
+END
+  rm -rf endless pid_*
+  on_ranks "$1" sh rank.sh "$flesh" run "$scenes/swing_coarse.yaml" --out endless --set time.end=1e4 --quiet --no-frames \
+    >stdout.txt 2>stderr.txt &
+  launched=$!
+  wait_until "$launched" test -s endless/history.csv
+}
+
+# A rank that is asked to stop stops all, in order.
+a_signal_to_one_rank_ends_all() {
+  begin 3 || return 1
+  kill -TERM "$(cat pid_1)" || return 1
+  wait "$launched"
+  [ $? -eq 143 ] || { echo 'not 143'; cat stderr.txt; return 1; }
+  has stderr.txt 'interrupted by SIGTERM at t = ' && has endless/result.json '"status": "interrupted"' &&
+    [ "$(grep -c '^flesh run: ' stderr.txt)" -eq 1 ] && rows endless/state.txt 81
+}
+
+# One that is killed leaves nobody waiting, and what was written is valid.
+a_killed_rank_ends_all() {
+  begin 3 || return 1
+  kill -KILL "$(cat pid_2)" || return 1
+  wait "$launched"
+  code=$?
+  case $code in 0 | 124) echo "ended with $code"; return 1 ;; esac
+  for rank in 0 1 2; do
+    ! grep -q '^State:.[^Z]' "/proc/$(cat pid_$rank)/status" 2>/dev/null || { echo "rank $rank lives on"; return 1; }
+  done
+  has endless/result.json '"status": "running"' || return 1
+  python3 -c 'import csv; rows = list(csv.DictReader(open("endless/history.csv"))); [float(n) for row in rows for n in row.values()]'
+}
+
+a_budget_ends_all() {
+  expect 6 on_ranks 2 "$flesh" run "$scenes/swing_coarse.yaml" --out short --set time.end=1e4 --max-seconds 0.3 --quiet \
+    --no-frames && has short/result.json '"status": "out of budget"'
+}
+
+if [ -n "$quick" ]; then
+  run_tests several_bodies outputs what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all
+else
+  run_tests statics damping prescribed_motion several_bodies newmark ten_nodes outputs a_state_goes_on_on_others \
+    what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+fi
