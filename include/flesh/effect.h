@@ -39,11 +39,13 @@
  *                  the line search, which stores the potential of positions already evaluated; the
  *                  energy balance, which takes it for the energy where one effect has this trait:
  *                  `energy` must be the potential times shift.x. FLESH_IS_SUM_OVER_TETS: bodies that
- *                  are shared out among ranks of MPI, whose other effects are refused
+ *                  are shared out among ranks of MPI; such an effect is made anew on each part
  *   time           integrators, which end a step at an event; the energy balance (`carry`)
  *   barrier        the line search and first iterates, which keep the body out of obstacles
  *   shortcuts      sums, assembly and nonlinear elimination, which are faster by them
  *   figures        histories, reports of memory, the stress of frames, probes and pictures
+ *   ranks          bodies that are shared out among ranks of MPI, whose effects without this and without
+ *                  FLESH_IS_SUM_OVER_TETS are refused
  *   proximity      the same as `barrier`, and assembly, whose matrix has a pattern that grows
  *   internal       integrators, which update internal variables after every accepted step
  *
@@ -305,6 +307,16 @@ typedef struct flesh_effect_internal {
   void (*tell)(const flesh_effect *effect, const double *internal, size_t size, char *text);
 } flesh_effect_internal;
 
+/* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. */
+struct flesh_rank_part;
+typedef struct flesh_effect_ranks {
+  /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for this
+   * rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer than
+   * `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
+  int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
+                          flesh_effect **restricted);
+} flesh_effect_ranks;
+
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {
   /* Bytes of `data` and what it owns. NULL: not given. */
@@ -350,6 +362,7 @@ typedef struct flesh_effect_operations {
   const flesh_effect_constraints *constraints;
   const flesh_effect_proximity *proximity;
   const flesh_effect_internal *internal;
+  const flesh_effect_ranks *ranks;
 } flesh_effect_operations;
 
 struct flesh_effect {

@@ -28,6 +28,13 @@ int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy 
   return status;
 }
 
+int flesh_amplitude_copy_of(const flesh_amplitude_copy *amplitude, flesh_amplitude_copy *copy)
+{
+  *copy = *amplitude;
+  copy->curve = (flesh_motion){0};
+  return amplitude->curve.count ? flesh_motion_copy(&amplitude->curve, &copy->curve) : FLESH_OK;
+}
+
 void flesh_amplitude_clear(flesh_amplitude_copy *amplitude) { flesh_motion_clear(&amplitude->curve); }
 
 double flesh_amplitude_at(const flesh_amplitude_copy *amplitude, double t)

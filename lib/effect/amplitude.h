@@ -12,6 +12,8 @@ typedef struct flesh_amplitude_copy {
 
 /* Checks and copies; NULL: 1 at all times. Free with flesh_amplitude_clear. */
 int flesh_amplitude_take(const flesh_amplitude *amplitude, flesh_amplitude_copy *copy);
+/* Another copy, to be freed as well. FLESH_ERR_MEMORY. */
+int flesh_amplitude_copy_of(const flesh_amplitude_copy *amplitude, flesh_amplitude_copy *copy);
 void flesh_amplitude_clear(flesh_amplitude_copy *amplitude);
 
 /* The factor at t; 0 outside of from <= t < until. */

@@ -192,7 +192,7 @@ static double mean_square_depth(const buoyancy *self, const double *x)
       term_at(self, x, k, q, &t);
       sum += t.M;
     }
-  return sum / (double)count;
+  return count ? sum / (double)count : 0;
 }
 
 static int buoyancy_jacobian(const flesh_effect *effect, const flesh_point *point, const flesh_shift *shift,
@@ -262,6 +262,19 @@ static void buoyancy_destroy(void *data)
   flesh_free(self);
 }
 
+static int buoyancy_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                         flesh_effect **restricted)
+{
+  const buoyancy *from = whole->data;
+  buoyancy *self = flesh_malloc(sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a buoyancy");
+  *self = *from;
+  const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  buoyancy_destroy(self);
+  return status;
+}
+
 static const flesh_effect_operations buoyancy_operations = {
     .name = "buoyancy",
     .role = FLESH_ROLE_LOAD,
@@ -273,6 +286,7 @@ static const flesh_effect_operations buoyancy_operations = {
     .energy = buoyancy_energy,
     .destroy = buoyancy_destroy,
     .figures = &(const flesh_effect_figures){.memory = buoyancy_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = buoyancy_restrict},
 };
 
 int flesh_effect_buoyancy(const flesh_body *body, double level, double density, const double acceleration[3],

@@ -347,4 +347,5 @@ const flesh_effect_operations flesh_contact_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = contact_evaluate},
     .figures = &(const flesh_effect_figures){.report_names = contact_report_names, .report = contact_report,
                                              .memory = flesh_contact_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = flesh_contact_restrict},
 };

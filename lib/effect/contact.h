@@ -3,14 +3,17 @@
 #define FLESH_EFFECT_CONTACT_H
 
 #include "flesh/contact.h"
+#include "flesh/ranks.h"
 #include "geometry/contact_core.h"
 
 typedef struct flesh_contact {
   flesh_obstacle *obstacle;
+  int borrows_obstacle; /* from the effect on the whole body */
   double thickness, friction, slip_speed;
   int count;      /* nodes of tets */
   int *nodes;     /* [count] ascending */
   double *weight; /* [count] stiffness times the node's area, N */
+  int *names;     /* [count] of a rank's part: their numbers in the whole; NULL: `nodes` are */
   flesh_contact_core core;
 } flesh_contact;
 
@@ -37,6 +40,8 @@ int flesh_contact_barrier_at(const flesh_contact *contact, const flesh_frame *fr
 double flesh_contact_clearance(const flesh_effect *effect, double t, const double *x);
 double flesh_contact_approach(const flesh_effect *effect, double t_from, double t_to, const double low[3],
                               const double high[3]);
+int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                           flesh_effect **restricted);
 size_t flesh_contact_memory(const flesh_effect *effect);
 void flesh_contact_destroy(void *data);
 

@@ -110,18 +110,19 @@ static int contact_check(const flesh_effect *effect, double t, const double *x)
     if (!flesh_contact_barrier_at(self, &frame, x + 3 * self->nodes[k], &barrier)) continue;
     flesh_frame_enter(&frame, x + 3 * self->nodes[k], y);
     depth = flesh_obstacle_depth(self->obstacle, y);
-    if (depth > deepest) deepest = depth, worst = 3 * self->nodes[k];
+    if (depth > deepest) deepest = depth, worst = k;
     inside++;
   }
   if (!inside && flesh_contact_core_add(&self->core, &frame, x, NULL, NULL))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the middle of a %s that the body must stay out of lies in one of its faces",
                       flesh_obstacle_name(self->obstacle));
   if (!inside) return FLESH_OK;
+  const double *place = x + 3 * (size_t)self->nodes[worst];
   return flesh_fail(FLESH_ERR_ARGUMENT,
                     "%d nodes are in the %s that they must stay out of; the deepest is node %d at "
                     "(%.6g, %.6g, %.6g), %.3g m below its surface",
-                    inside, flesh_obstacle_name(self->obstacle), worst / 3, x[worst], x[worst + 1],
-                    x[worst + 2], deepest);
+                    inside, flesh_obstacle_name(self->obstacle), (self->names ? self->names : self->nodes)[worst],
+                    place[0], place[1], place[2], deepest);
 }
 
 const flesh_effect_barrier flesh_contact_barrier = {

@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/contact.h"
 #include "effect/effect.h"
+#include "effect/rank_share.h"
 #include "geometry/obstacle.h"
 #include "math/mat3.h"
 #include "mesh/pieces.h"
@@ -28,10 +30,11 @@ void flesh_contact_destroy(void *data)
 {
   flesh_contact *self = data;
   if (!self) return;
-  flesh_obstacle_destroy(&self->obstacle);
+  if (!self->borrows_obstacle) flesh_obstacle_destroy(&self->obstacle);
   flesh_contact_core_clear(&self->core);
   free(self->nodes);
   free(self->weight);
+  free(self->names);
   free(self);
 }
 
@@ -157,4 +160,48 @@ int flesh_effect_contact(const flesh_body *body, const flesh_contact_options *op
   self->friction = own.friction;
   self->slip_speed = own.slip_speed;
   return flesh_effect_create(&flesh_contact_operations, self, effect);
+}
+
+/* The faces near the core that are of the rank's tets. */
+static int restrict_core(const flesh_contact_core *whole, const flesh_rank_part *part, const flesh_body *body,
+                         flesh_contact_core *core)
+{
+  int found = 0, *kept = NULL, *corners = NULL;
+  if (!whole->points) return FLESH_OK;
+  int status = flesh_rank_share_faces(part, whole->faces.count, whole->faces.nodes, &found, &kept, &corners);
+  if (!status && found) status = flesh_contact_core_restrict(whole, found, kept, corners, body->mesh, core);
+  if (!status) flesh_free(kept), flesh_free(corners);
+  return status;
+}
+
+/* The nodes that the rank owns. */
+int flesh_contact_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                           flesh_effect **restricted)
+{
+  const flesh_contact *from = whole->data;
+  const size_t count = (size_t)from->count;
+  int *kept = malloc((count + 1) * sizeof *kept);
+  flesh_contact *self = calloc(1, sizeof *self);
+  if (self) {
+    *self = (flesh_contact){.obstacle = from->obstacle, .borrows_obstacle = 1, .thickness = from->thickness,
+                            .friction = from->friction, .slip_speed = from->slip_speed};
+    self->nodes = malloc((count + 1) * sizeof *self->nodes);
+    self->names = malloc((count + 1) * sizeof *self->names);
+    self->weight = malloc((count + 1) * sizeof *self->weight);
+  }
+  int status = kept && self && self->nodes && self->names && self->weight
+                   ? restrict_core(&from->core, part, body, &self->core)
+                   : flesh_fail(FLESH_ERR_MEMORY, "no memory for a contact effect");
+  if (!status) {
+    self->count = flesh_rank_share_nodes(part, from->count, from->nodes, kept, self->nodes);
+    for (int k = 0; k < self->count; k++) {
+      self->names[k] = from->nodes[kept[k]];
+      self->weight[k] = from->weight[kept[k]];
+    }
+    status = flesh_effect_create(&flesh_contact_operations, self, restricted);
+  } else {
+    flesh_contact_destroy(self);
+  }
+  free(kept);
+  return status;
 }

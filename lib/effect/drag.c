@@ -126,6 +126,19 @@ static void drag_destroy(void *data)
   flesh_free(self);
 }
 
+static int drag_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                         flesh_effect **restricted)
+{
+  const drag *from = whole->data;
+  drag *self = flesh_malloc(sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a drag");
+  *self = *from;
+  const int status = flesh_faces_restrict(&from->faces, part, body->mesh, &self->faces);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  drag_destroy(self);
+  return status;
+}
+
 static const flesh_effect_operations drag_operations = {
     .name = "drag",
     .role = FLESH_ROLE_LOAD,
@@ -136,6 +149,7 @@ static const flesh_effect_operations drag_operations = {
     .potential = drag_potential,
     .destroy = drag_destroy,
     .figures = &(const flesh_effect_figures){.memory = drag_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = drag_restrict},
 };
 
 int flesh_effect_drag(const flesh_body *body, int count, const int *triangles, double density,

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "effect/rank_share.h"
 
 /* Barycentric coordinates and weight. Degree 2, and degree 6 (Dunavant 1985). */
 typedef struct rule_point {
@@ -102,6 +103,27 @@ int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, 
     make_cell(flesh_face_nodes(faces, k), size, faces->faces[k].node, cells + (size_t)size * (size_t)k,
               faces->rank + FLESH_FACE_NODES * (size_t)k);
   for (int kind = 0; kind < FLESH_FACE_KINDS; kind++) make_points(kind, faces->points[kind]);
+  return status;
+}
+
+int flesh_faces_restrict(const flesh_faces *whole, const flesh_rank_part *part, const flesh_mesh *mesh,
+                         flesh_faces *faces)
+{
+  /* A face's corners and, after each, the node of the edge from it: the triangles that are its quarters, and itself. */
+  static const int corners[FLESH_FACE_KINDS][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}, {0, 1, 2}};
+  int found = 0, *kept = NULL, *local = NULL;
+  int *triangles = flesh_malloc((3 * (size_t)whole->count + 1) * sizeof *triangles);
+  *faces = (flesh_faces){0};
+  if (!triangles) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", whole->count);
+  for (size_t k = 0; k < 3 * (size_t)whole->count; k++)
+    triangles[k] = whole->faces[k / 3].node[corners[whole->faces[k / 3].quarter][k % 3]];
+  int status = flesh_rank_share_faces(part, whole->count, triangles, &found, &kept, &local);
+  if (!status) {
+    status = flesh_faces_create(mesh, found, local, faces);
+    flesh_free(kept);
+    flesh_free(local);
+  }
+  flesh_free(triangles);
   return status;
 }
 

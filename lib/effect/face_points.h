@@ -7,6 +7,7 @@
 #include "effect/face_shares.h"
 #include "flesh/block_matrix.h"
 #include "flesh/body.h"
+#include "flesh/ranks.h"
 
 /* A rule that is exact for degree 6 has 12 points; a flat triangle has 3 of degree 2. */
 enum { FLESH_FACE_NODES = 6, FLESH_FACE_POINTS = 12, FLESH_FLAT_POINTS = 3 };
@@ -28,6 +29,9 @@ typedef struct flesh_faces {
 /* The faces that triangles [3*count] are, as flesh_face_shares takes them. FLESH_ERR_ARGUMENT, FLESH_ERR_MEMORY; _clear
  * frees what was made in any case. */
 int flesh_faces_create(const flesh_mesh *mesh, int count, const int *triangles, flesh_faces *faces);
+/* Those of them that are of a rank's tets, in the numbers of its part, whose mesh is `mesh`. The same errors. */
+int flesh_faces_restrict(const flesh_faces *whole, const flesh_rank_part *part, const flesh_mesh *mesh,
+                         flesh_faces *faces);
 void flesh_faces_clear(flesh_faces *faces);
 size_t flesh_faces_memory(const flesh_faces *faces);
 

@@ -2,12 +2,14 @@
  * reference area of surface triangles. r_a = -share_a vector(t), V = -sum share_a vector.(x_a - X_a). */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
 #include "effect/face_shares.h"
+#include "effect/rank_share.h"
 
 typedef struct load {
   int count;
@@ -76,6 +78,36 @@ static void load_destroy(void *data)
   flesh_free(self);
 }
 
+/* Of each node that the rank owns the whole's share. */
+static int load_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                         flesh_effect **restricted)
+{
+  const load *from = whole->data;
+  const size_t count = (size_t)from->count;
+  int *kept = flesh_malloc((count + 1) * sizeof *kept);
+  load *self = flesh_calloc(1, sizeof *self);
+  int status = FLESH_ERR_MEMORY;
+  if (self) {
+    self->nodes = flesh_malloc((count + 1) * sizeof *self->nodes);
+    self->shares = flesh_malloc((count + 1) * sizeof *self->shares);
+    self->X = flesh_mesh_positions(body->mesh);
+    memcpy(self->vector, from->vector, sizeof self->vector);
+    status = flesh_amplitude_copy_of(&from->amplitude, &self->amplitude);
+  }
+  if (!status && kept && self->nodes && self->shares) {
+    self->count = flesh_rank_share_nodes(part, from->count, from->nodes, kept, self->nodes);
+    for (int k = 0; k < self->count; k++) self->shares[k] = from->shares[kept[k]];
+    status = flesh_effect_create(whole->operations, self, restricted);
+  } else {
+    status = flesh_fail(FLESH_ERR_MEMORY, "no memory for a load on %d nodes", from->count);
+    load_destroy(self);
+  }
+  flesh_free(kept);
+  return status;
+}
+
+static const flesh_effect_ranks load_ranks = {.restrict_to_part = load_restrict};
+
 static const flesh_effect_operations force_operations = {
     .name = "force",
     .role = FLESH_ROLE_LOAD,
@@ -85,6 +117,7 @@ static const flesh_effect_operations force_operations = {
     .destroy = load_destroy,
     .time = &(const flesh_effect_time){.next_event = load_next_event},
     .figures = &(const flesh_effect_figures){.memory = load_memory},
+    .ranks = &load_ranks,
 };
 
 static const flesh_effect_operations traction_operations = {
@@ -96,6 +129,7 @@ static const flesh_effect_operations traction_operations = {
     .destroy = load_destroy,
     .time = &(const flesh_effect_time){.next_event = load_next_event},
     .figures = &(const flesh_effect_figures){.memory = load_memory},
+    .ranks = &load_ranks,
 };
 
 /* With room for `count` nodes, and their numbers where `nodes` is not NULL. */

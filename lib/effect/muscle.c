@@ -6,11 +6,13 @@
  * balance counts it as external work, as the effect is not passive and has an energy. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
+#include "effect/rank_share.h"
 #include "element/tet_batches.h"
 #include "material/fibre.h"
 #include "mesh/mesh.h"
@@ -131,6 +133,39 @@ static void muscle_destroy(void *data)
   flesh_free(self);
 }
 
+/* The rank's tets that have fibres; where none has, one without pulls at nothing. */
+static int muscle_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                           flesh_effect **restricted)
+{
+  const muscle *from = whole->data;
+  const int own = flesh_mesh_tet_count(body->mesh), *numbers = flesh_rank_part_tets(part);
+  muscle *self = flesh_calloc(1, sizeof *self);
+  int *tets = flesh_malloc(((size_t)own + 1) * sizeof *tets), count = 0;
+  int status = FLESH_ERR_MEMORY;
+  if (self) {
+    self->fibre = from->fibre;
+    self->mesh_tets = own;
+    self->directions = flesh_calloc(3 * (size_t)own + 1, sizeof *self->directions);
+    status = flesh_amplitude_copy_of(&from->activation, &self->activation);
+  }
+  if (!status && (!tets || !self->directions)) status = FLESH_ERR_MEMORY;
+  if (status) flesh_fail(status, "no memory for a muscle");
+  for (int t = 0; t < own && !status; t++) {
+    const double *a = from->directions + 3 * (size_t)numbers[t];
+    if (a[0] == 0 && a[1] == 0 && a[2] == 0) continue;
+    memcpy(self->directions + 3 * (size_t)t, a, 3 * sizeof *a);
+    tets[count++] = t;
+  }
+  if (!status && !count) tets[count++] = 0;
+  if (!status)
+    status = flesh_tets_create_fibres(
+        body, &(flesh_tets_choice){.count = count, .tets = tets, .directions = self->directions}, &self->tets);
+  flesh_free(tets);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  muscle_destroy(self);
+  return status;
+}
+
 static const flesh_effect_operations muscle_operations = {
     .name = "muscle",
     .role = FLESH_ROLE_LOAD,
@@ -144,6 +179,7 @@ static const flesh_effect_operations muscle_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = muscle_evaluate, .instructions = muscle_instructions},
     .figures = &(const flesh_effect_figures){
         .memory = muscle_memory, .report_names = report_names, .report = muscle_report, .stress = muscle_stress},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = muscle_restrict},
 };
 
 /* That the activation is one, and the tets are some of the mesh's, each once, ascending. */

@@ -8,11 +8,14 @@
  * derivative. What is left out is of the size of an edge; statics repeat a solve until it no longer changes. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/error.h"
+#include "base/memory.h"
 #include "effect/amplitude.h"
 #include "effect/effect.h"
 #include "effect/pressure_curved.h"
+#include "effect/rank_share.h"
 #include "math/mat3.h"
 
 /* Of an edge the far nodes of the triangles that go along it from its lower to its higher node, and back; -1 on
@@ -30,6 +33,9 @@ typedef struct pressure {
   int *rim;          /* [2*rim_count] edges as their triangles go round */
   double pressure;   /* Pa */
   double volume;     /* W at rest, where there is no rim */
+  /* Of a rank's part of a closed surface, c, the same for all: thirds of area normals are the sum of what the ranks have. */
+  int has_centre;
+  double centre[3];
   flesh_amplitude_copy amplitude;
 } pressure;
 
@@ -47,6 +53,10 @@ static double pressure_at(const pressure *self, const flesh_point *point)
 /* The mean of the rim's nodes, or of all. */
 static void middle(const pressure *self, const double *x, double c[3])
 {
+  if (self->has_centre) {
+    memcpy(c, self->centre, sizeof self->centre);
+    return;
+  }
   int count = self->rim_count ? 2 * self->rim_count : 3 * self->triangle_count;
   const int *nodes = self->rim_count ? self->rim : self->triangles;
   c[0] = c[1] = c[2] = 0;
@@ -215,19 +225,6 @@ static void pressure_destroy(void *data)
   free(self);
 }
 
-static const flesh_effect_operations closed_operations = {
-    .name = "pressure",
-    .role = FLESH_ROLE_LOAD,
-    .cells = pressure_cells,
-    .residual = pressure_residual,
-    .jacobian = pressure_jacobian,
-    .potential = pressure_potential,
-    .energy = pressure_energy,
-    .destroy = pressure_destroy,
-    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
-    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
-};
-
 /* A surface with a rim has no energy. */
 static const flesh_effect_operations open_operations = {
     .name = "pressure",
@@ -257,11 +254,11 @@ static int compare_sides(const void *a, const void *b)
 /* Pairs the sides that go along an edge with those that come back; what is left is the rim. */
 static int find_edges(pressure *self)
 {
-  int count = 3 * self->triangle_count, *nodes = malloc((size_t)count * 2 * sizeof *nodes);
-  side *sides = malloc((size_t)count * sizeof *sides);
+  int count = 3 * self->triangle_count, *nodes = malloc(((size_t)count * 2 + 1) * sizeof *nodes);
+  side *sides = malloc(((size_t)count + 1) * sizeof *sides);
   self->edges = (flesh_cells){.count = 0, .nodes_per_cell = 2, .nodes = nodes};
-  self->wings = malloc((size_t)count * sizeof *self->wings);
-  self->rim = malloc((size_t)count * 2 * sizeof *self->rim);
+  self->wings = malloc(((size_t)count + 1) * sizeof *self->wings);
+  self->rim = malloc(((size_t)count * 2 + 1) * sizeof *self->rim);
   if (!sides || !nodes || !self->wings || !self->rim) {
     free(sides);
     return flesh_fail(FLESH_ERR_MEMORY, "no memory for the edges of %d triangles", self->triangle_count);
@@ -295,7 +292,7 @@ static int take_triangles(pressure *self, const flesh_mesh *mesh, int count, con
 {
   int total = flesh_mesh_node_count(mesh);
   self->triangle_count = count;
-  self->triangles = malloc((size_t)count * 3 * sizeof *self->triangles);
+  self->triangles = malloc(((size_t)count * 3 + 1) * sizeof *self->triangles);
   if (!self->triangles) return flesh_fail(FLESH_ERR_MEMORY, "no memory for %d triangles", count);
   for (int k = 0; k < 3 * count; k++) {
     int next = triangles[k % 3 == 2 ? k - 2 : k + 1];
@@ -308,6 +305,51 @@ static int take_triangles(pressure *self, const flesh_mesh *mesh, int count, con
   }
   return FLESH_OK;
 }
+
+/* The triangles of the rank's tets. Their rim is within the surface: an edge between two ranks has one wing on each, and
+ * the edge's middle in place of the other, which is the same on both, so that the sum has the difference of the wings. */
+static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                             flesh_effect **restricted)
+{
+  const pressure *from = whole->data;
+  const double *X = flesh_mesh_positions(body->mesh);
+  int *kept = NULL, *local = NULL, found = 0;
+  double size = 0;
+  pressure *self = calloc(1, sizeof *self);
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a pressure");
+  self->pressure = from->pressure;
+  self->has_centre = 1;
+  memcpy(self->centre, from->centre, sizeof self->centre);
+  int status = flesh_amplitude_copy_of(&from->amplitude, &self->amplitude);
+  if (!status) {
+    status = flesh_rank_share_faces(part, from->triangle_count, from->triangles, &found, &kept, &local);
+    if (!status) status = take_triangles(self, body->mesh, found, local);
+    if (!status) status = find_edges(self);
+    flesh_free(kept);
+    flesh_free(local);
+  }
+  if (status) {
+    pressure_destroy(self);
+    return status;
+  }
+  self->rim_count = 0;
+  self->volume = volume_of(self, X, self->centre, &size);
+  return flesh_effect_create(whole->operations, self, restricted);
+}
+
+static const flesh_effect_operations closed_operations = {
+    .name = "pressure",
+    .role = FLESH_ROLE_LOAD,
+    .cells = pressure_cells,
+    .residual = pressure_residual,
+    .jacobian = pressure_jacobian,
+    .potential = pressure_potential,
+    .energy = pressure_energy,
+    .destroy = pressure_destroy,
+    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
+    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict},
+};
 
 int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles, double value,
                           const flesh_amplitude *amplitude, flesh_effect **effect)
@@ -333,6 +375,7 @@ int flesh_effect_pressure(const flesh_body *body, int count, const int *triangle
   if (self->rim_count) return flesh_effect_create(&open_operations, self, effect);
   double c[3], size = 0;
   middle(self, flesh_mesh_positions(body->mesh), c);
+  memcpy(self->centre, c, sizeof c);
   self->volume = volume_of(self, flesh_mesh_positions(body->mesh), c, &size);
   return flesh_effect_create(&closed_operations, self, effect);
 }

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "effect/effect.h"
+#include "effect/rank_share.h"
 #include "effect/spring_weights.h"
 #include "geometry/motion.h"
 #include "math/nearest.h"
@@ -182,6 +183,55 @@ static void spring_destroy(void *data)
   flesh_free(self);
 }
 
+static void sort_nodes(spring *self)
+{
+  for (int i = 1; i < self->count; i++)
+    for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
+      int node = self->nodes[j];
+      double weight = self->weights[j];
+      self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
+      self->nodes[j - 1] = node, self->weights[j - 1] = weight;
+    }
+}
+
+/* Of a region the rank's own nodes; of a point all of its nodes where the rank has the tet. */
+static int spring_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                           flesh_effect **restricted)
+{
+  const spring *from = whole->data;
+  const int count = from->count;
+  int *kept = flesh_malloc(((size_t)count + 1) * sizeof *kept);
+  spring *self = flesh_calloc(1, sizeof *self);
+  if (self) {
+    *self = *from;
+    self->X = flesh_mesh_positions(body->mesh);
+    self->nodes = flesh_malloc(((size_t)count + 1) * sizeof *self->nodes);
+    self->weights = flesh_malloc(((size_t)count + 1) * sizeof *self->weights);
+    self->target = (flesh_motion){0};
+  }
+  int status = kept && self && self->nodes && self->weights ? flesh_motion_copy(&from->target, &self->target)
+                                                            : flesh_fail(FLESH_ERR_MEMORY, "no memory for a spring");
+  if (!status && self->radius > 0) {
+    self->count = flesh_rank_share_nodes(part, count, from->nodes, kept, self->nodes);
+    for (int k = 0; k < self->count; k++) self->weights[k] = from->weights[kept[k]];
+  } else if (!status) {
+    const int here = flesh_rank_share_tet(part, from->tet) >= 0;
+    self->count = here ? count : 0;
+    self->stiffness = here ? from->stiffness : 0;
+    for (int k = 0; k < self->count; k++) {
+      self->nodes[k] = flesh_rank_part_find(part, from->nodes[k]);
+      self->weights[k] = from->weights[k];
+    }
+    sort_nodes(self);
+    self->cells = (flesh_cells){.count = here, .nodes_per_cell = here ? count : 1, .nodes = self->nodes};
+  }
+  flesh_free(kept);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  spring_destroy(self);
+  return status;
+}
+
+static const flesh_effect_ranks spring_ranks = {.restrict_to_part = spring_restrict};
 static const flesh_effect_time times = {.next_event = spring_next_event};
 static const flesh_effect_figures figures = {.memory = spring_memory};
 
@@ -196,6 +246,7 @@ static const flesh_effect_operations point_operations = {
     .destroy = spring_destroy,
     .time = &times,
     .figures = &figures,
+    .ranks = &spring_ranks,
 };
 
 /* Diagonal blocks alone. */
@@ -209,6 +260,7 @@ static const flesh_effect_operations region_operations = {
     .destroy = spring_destroy,
     .time = &times,
     .figures = &figures,
+    .ranks = &spring_ranks,
 };
 
 /* Barycentric weights of p in the tet with corners X0..X3. */
@@ -302,13 +354,7 @@ static int attach(const flesh_mesh *mesh, const double p[3], spring *self)
   if (flesh_mesh_order(mesh) == 2) status = attach_quadratic(mesh, p, self);
   else attach_inside(mesh, p, self);
   if (!status && !self->count) attach_surface(mesh, p, self);
-  for (int i = 1; i < self->count; i++)
-    for (int j = i; j > 0 && self->nodes[j] < self->nodes[j - 1]; j--) {
-      int node = self->nodes[j];
-      double weight = self->weights[j];
-      self->nodes[j] = self->nodes[j - 1], self->weights[j] = self->weights[j - 1];
-      self->nodes[j - 1] = node, self->weights[j - 1] = weight;
-    }
+  sort_nodes(self);
   return status;
 }
 

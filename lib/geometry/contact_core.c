@@ -62,6 +62,41 @@ int flesh_contact_core_create(const flesh_mesh *mesh, const flesh_obstacle *obst
                                &core->vertex_weight);
 }
 
+/* Corners `from` of the whole's face in the new numbering, ascending, with the shares of edges, each from its corner to the
+ * next, and of vertices. */
+static void place_face(const flesh_contact_core *whole, int face, const int from[3], flesh_contact_core *core, int k)
+{
+  int order[3] = {0, 1, 2};
+  for (int i = 1; i < 3; i++)
+    for (int j = i; j > 0 && from[order[j]] < from[order[j - 1]]; j--) {
+      const int swap = order[j];
+      order[j] = order[j - 1], order[j - 1] = swap;
+    }
+  for (int i = 0; i < 3; i++) {
+    const int opposite = 3 - order[i] - order[(i + 1) % 3];
+    ((int *)core->faces.nodes)[3 * (size_t)k + (size_t)i] = from[order[i]];
+    core->vertex_weight[3 * (size_t)k + (size_t)i] = whole->vertex_weight[3 * (size_t)face + (size_t)order[i]];
+    core->edge_weight[3 * (size_t)k + (size_t)i] = whole->edge_weight[3 * (size_t)face + (size_t)(opposite + 1) % 3];
+  }
+}
+
+int flesh_contact_core_restrict(const flesh_contact_core *whole, int count, const int *kept, const int *corners,
+                                const flesh_mesh *mesh, flesh_contact_core *core)
+{
+  const size_t faces = (size_t)count, points = (size_t)whole->points;
+  *core = (flesh_contact_core){.points = whole->points, .radius = whole->radius, .thickness = whole->thickness,
+                               .weight = whole->weight};
+  core->centres = malloc(3 * points * sizeof *core->centres);
+  core->faces = (flesh_cells){.count = count, .nodes_per_cell = 3, .nodes = malloc(3 * faces * sizeof(int))};
+  core->edge_weight = malloc(3 * faces * sizeof *core->edge_weight);
+  core->vertex_weight = malloc(3 * faces * sizeof *core->vertex_weight);
+  if (!core->centres || !core->faces.nodes || !core->edge_weight || !core->vertex_weight)
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for the contact of %d faces", count);
+  memcpy(core->centres, whole->centres, 3 * points * sizeof *core->centres);
+  for (int k = 0; k < count; k++) place_face(whole, kept[k], corners + 3 * (size_t)k, core, k);
+  return collect_nodes(flesh_mesh_node_count(mesh), core);
+}
+
 void flesh_contact_core_clear(flesh_contact_core *core)
 {
   free(core->centres);

@@ -137,6 +137,7 @@ int flesh_equations_set_stage(flesh_equations *self, const flesh_stage *stage)
     *u = stage->prescribed_fraction * (*u - stage->x0[dofs[k]]) / stage->shift.x;
     self->constrained_displacement = fmax(self->constrained_displacement, fabs(*u));
   }
+  if (self->clearance.free) flesh_team_largest(self->team, 1, &self->constrained_displacement);
   flesh_clearance_begin(&self->clearance, stage->t, stage->x0, self->stage.t_lag, self->stage.x_lag);
   return changed;
 }

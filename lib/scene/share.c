@@ -68,13 +68,22 @@ static int take_constraint(flesh_scene_share *self, const flesh_constraint *whol
   return status;
 }
 
+static int take_effect(flesh_scene_share *self, const flesh_effect_entry *entry)
+{
+  const flesh_effect *whole = entry->effect ? flesh_system_effect(self->scene->system, entry->effect - 1) : NULL;
+  flesh_effect *restricted = NULL;
+  if (!whole || !whole->operations->ranks) return entry->row->add(entry->parameters, &self->body, self->system);
+  const int status = whole->operations->ranks->restrict_to_part(whole, self->part, &self->body, &restricted);
+  return status ? status : flesh_system_add_effect(self->system, &restricted);
+}
+
 static int take_entry(flesh_scene_share *self, const flesh_effect_entry *entry)
 {
   const flesh_system *whole = self->scene->system;
   int status = FLESH_OK;
   if (entry->constraint) return take_constraint(self, &whole->constraints[entry->constraint - 1]);
   if (entry->effect) status = flesh_system_check_shared(flesh_system_effect(whole, entry->effect - 1));
-  if (!status) status = entry->row->add(entry->parameters, &self->body, self->system);
+  if (!status) status = take_effect(self, entry);
   return status ? flesh_node_fail_within(status, entry->node ? entry->node : self->scene->root, "%s: ", entry->path)
                 : FLESH_OK;
 }

@@ -13,6 +13,7 @@
 #include "base/memory.h"
 #include "base/parallel_vector.h"
 #include "effect/effect.h"
+#include "system/ranks.h"
 
 /* Reaches are widened by rounding, of a part of the body's size. */
 static const double slack = 1e-9;
@@ -73,11 +74,20 @@ static void look(flesh_clearance *self, double t, const double *x)
     self->low[d % 3] = fmin(self->low[d % 3], x[d]);
     self->high[d % 3] = fmax(self->high[d % 3], x[d]);
   }
-  for (int c = 0; c < 3; c++) size += fabs(self->low[c]) + fabs(self->high[c]);
+  const flesh_team *team = flesh_system_team(self->system);
+  for (int c = 0; c < 3; c++) self->low[c] = -self->low[c];
+  flesh_team_largest(team, 3, self->low);
+  flesh_team_largest(team, 3, self->high);
+  for (int c = 0; c < 3; c++) {
+    self->low[c] = -self->low[c];
+    size += fabs(self->low[c]) + fabs(self->high[c]);
+  }
   for (int k = 0; k < self->effects; k++) {
     const flesh_effect *effect = flesh_system_effect(self->system, k);
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
-    const double found = barrier->clearance ? barrier->clearance(effect, t, x) : 0;
+    double found = barrier->clearance ? -barrier->clearance(effect, t, x) : 0;
+    flesh_team_largest(team, 1, &found); /* the least of all ranks */
+    found = -found;
     self->free[k] = found > slack * (size + found) ? found - slack * (size + found) : 0;
     if (found == INFINITY) self->free[k] = INFINITY;
   }

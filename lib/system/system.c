@@ -313,9 +313,8 @@ const flesh_team *flesh_system_team(const flesh_system *system) { return system-
 
 int flesh_system_check_shared(const flesh_effect *effect)
 {
-  if (flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) && !effect->operations->constraints &&
-      !effect->operations->internal)
-    return FLESH_OK;
+  const int shared = flesh_effect_has_trait(effect, FLESH_IS_SUM_OVER_TETS) || effect->operations->ranks;
+  if (shared && !effect->operations->constraints && !effect->operations->internal) return FLESH_OK;
   return flesh_fail(FLESH_ERR_ARGUMENT, "effect %s is not shared out among ranks yet; run it on one rank",
                     effect->operations->name);
 }
@@ -341,7 +340,9 @@ double flesh_system_max_feasible_step(const flesh_system *system, const flesh_pr
       fraction = fmin(fraction, effect->operations->proximity->max_feasible_step(
                                     effect, flesh_proximity_of(proximity, k), x_from, x_to));
   }
-  return fraction;
+  fraction = -fraction; /* the shortest of all ranks */
+  if (system->limits_step) flesh_team_largest(system->team, 1, &fraction);
+  return -fraction;
 }
 
 int flesh_system_tunnelled(const flesh_system *system, double t_from, const double *x_from,
@@ -353,7 +354,9 @@ int flesh_system_tunnelled(const flesh_system *system, double t_from, const doub
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->tunnelled) passed = barrier->tunnelled(effect, t_from, x_from, t_to, x_to);
   }
-  return passed;
+  double any = passed;
+  if (system->limits_step) flesh_team_largest(system->team, 1, &any);
+  return any > 0;
 }
 
 void flesh_system_push_out(const flesh_system *system, double t_from, const double *x_from,
@@ -364,6 +367,7 @@ void flesh_system_push_out(const flesh_system *system, double t_from, const doub
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->push_out) barrier->push_out(effect, t_from, x_from, t_to, x_to);
   }
+  if (system->limits_step) flesh_team_share(system->team, x_to); /* each node by its owner */
 }
 
 int flesh_system_check(const flesh_system *system, double t, const double *x)
@@ -375,7 +379,7 @@ int flesh_system_check(const flesh_system *system, double t, const double *x)
     const flesh_effect_barrier *barrier = flesh_effect_as_barrier(effect);
     if (barrier->check) status = barrier->check(effect, t, x);
   }
-  return status;
+  return flesh_team_agree(system->team, status);
 }
 
 int flesh_system_matrix_create(const flesh_system *system, flesh_block_matrix **matrix)

@@ -140,8 +140,12 @@ static int is_finite(const watch *w, const flesh_state *state)
 static int explain(watch *w, const flesh_state *state, double target, int status)
 {
   const size_t bytes = sizeof(double) * (size_t)flesh_system_unknowns(w->system);
-  double *x = flesh_system_limits_step(w->system) ? malloc(bytes) : NULL;
-  if (!x) return status;
+  if (!flesh_system_limits_step(w->system)) return status;
+  double *x = malloc(bytes);
+  if (flesh_team_agree(w->team, x ? FLESH_OK : FLESH_NOT_CONVERGED)) { /* all ranks explain, or none */
+    free(x);
+    return status;
+  }
   memcpy(x, state->x, bytes);
   flesh_system_push_out(w->system, state->t, state->x, target, x);
   flesh_system_prescribe(w->system, target, x);

@@ -1,0 +1,97 @@
+/* rank_share.c: finds a rank's nodes and faces. */
+#include "effect/rank_share.h"
+
+#include <string.h>
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "base/sort.h"
+
+int flesh_rank_share_nodes(const flesh_rank_part *part, int count, const int *nodes, int *kept, int *local)
+{
+  int found = 0;
+  for (int k = 0; k < count; k++) {
+    const int node = flesh_rank_part_find(part, nodes[k]);
+    if (node < 0 || node >= flesh_rank_part_own(part)) continue;
+    kept[found] = k;
+    local[found++] = node;
+  }
+  return found;
+}
+
+int flesh_rank_share_tet(const flesh_rank_part *part, int tet)
+{
+  const int *tets = flesh_rank_part_tets(part);
+  int low = 0, high = flesh_mesh_tet_count(flesh_rank_part_mesh(part));
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    if (tets[middle] == tet) return middle;
+    if (tets[middle] < tet) low = middle + 1;
+    else high = middle;
+  }
+  return -1;
+}
+
+/* Corners, ascending. */
+typedef struct face {
+  int node[3];
+} face;
+
+static face face_of(const int n[3])
+{
+  const int low = n[0] < n[1] ? (n[0] < n[2] ? n[0] : n[2]) : (n[1] < n[2] ? n[1] : n[2]);
+  const int high = n[0] > n[1] ? (n[0] > n[2] ? n[0] : n[2]) : (n[1] > n[2] ? n[1] : n[2]);
+  return (face){{low, n[0] + n[1] + n[2] - low - high, high}};
+}
+
+static int by_nodes(const void *a, const void *b)
+{
+  const face *p = a, *q = b;
+  for (int i = 0; i < 3; i++)
+    if (p->node[i] != q->node[i]) return p->node[i] < q->node[i] ? -1 : 1;
+  return 0;
+}
+
+static int is_there(int count, const face *faces, const face *wanted)
+{
+  int low = 0, high = count;
+  while (low < high) {
+    const int middle = low + (high - low) / 2, order = by_nodes(&faces[middle], wanted);
+    if (order == 0) return 1;
+    if (order < 0) low = middle + 1;
+    else high = middle;
+  }
+  return 0;
+}
+
+/* The surface of the part has the faces of the whole's that are of its tets, and those between ranks, which are no faces
+ * of the whole's. */
+int flesh_rank_share_faces(const flesh_rank_part *part, int count, const int *triangles, int *found, int **kept,
+                           int **local)
+{
+  int all;
+  const int *surface = flesh_mesh_surface(flesh_rank_part_mesh(part), &all);
+  face *own = flesh_malloc(((size_t)all + 1) * sizeof *own);
+  *kept = flesh_malloc(((size_t)count + 1) * sizeof **kept);
+  *local = flesh_malloc((3 * (size_t)count + 1) * sizeof **local);
+  *found = 0;
+  if (!own || !*kept || !*local) {
+    flesh_free(own);
+    flesh_free(*kept);
+    flesh_free(*local);
+    return flesh_fail(FLESH_ERR_MEMORY, "no memory for a rank's share of %d triangles", count);
+  }
+  for (int k = 0; k < all; k++) own[k] = face_of(surface + 3 * (size_t)k);
+  flesh_sort(own, (size_t)all, sizeof *own, by_nodes);
+  for (int k = 0; k < count; k++) {
+    int n[3];
+    for (int a = 0; a < 3; a++) n[a] = flesh_rank_part_find(part, triangles[3 * (size_t)k + (size_t)a]);
+    if (n[0] < 0 || n[1] < 0 || n[2] < 0) continue;
+    const face wanted = face_of(n);
+    if (!is_there(all, own, &wanted)) continue;
+    (*kept)[*found] = k;
+    memcpy(*local + 3 * (size_t)(*found)++, n, sizeof n);
+  }
+  flesh_free(own);
+  return FLESH_OK;
+}
