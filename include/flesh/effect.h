@@ -310,9 +310,9 @@ typedef struct flesh_effect_internal {
 /* For effects that ranks can share out (flesh/ranks.h) though they are no sum over tets: what acts on nodes or faces. */
 struct flesh_rank_part;
 typedef struct flesh_effect_ranks {
-  /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for this
-   * rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer than
-   * `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
+  /* A new effect of the same kind on `body`, that of the part: what of `whole`, the effect on the whole body, is for
+   * this rank to compute, so that those of all ranks add up to it. It may have nothing to act on. It lives no longer
+   * than `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
   int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
                           flesh_effect **restricted);
 } flesh_effect_ranks;

@@ -34,6 +34,28 @@ damping() { agree 5 "$scenes/damped_bar.yaml" --set time.end=0.05 --no-frames; }
 prescribed_motion() { agree 2 "$scenes/viscous_spin.yaml" --set time.end=0.02 --no-frames; }
 several_bodies() { agree 3 "$scenes/two_bodies.yaml" --set effects.contact=null --set time.end=0.05; }
 newmark() { agree 2 "$scenes/swing_coarse.yaml" --method newmark --set time.end=0.1; }
+# A cube lands on a plane, and slides with friction.
+contact() {
+  "$flesh" mesh box --cells 4,3,3 --size 1,1,1 --out cube.msh >/dev/null || return 1
+  cat >cube.yaml <<'END'
+body: {mesh: cube.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - contact: {plane: {point: [0, 0, -0.1], normal: [0.1, 0, 1]}, friction: 0.3, slip_speed: 0.01}
+start: {velocity: [1, 0.5, -1]}
+time: {step: 1/60, end: 0.4}
+END
+  agree 3 cube.yaml --no-frames && python3 - shared/history.csv <<'END'
+import csv, sys
+assert max(int(float(row["contact_nodes"])) for row in csv.DictReader(open(sys.argv[1]))) >= 4
+END
+}
+springs() { agree 2 "$scenes/hand_pull.yaml" --set time.end=0.05 --no-frames; }
+muscles() { agree 3 "$scenes/muscle_spindle.yaml" --set time.end=0.05 --no-frames; }
+fluids() { agree 5 "$scenes/floating.yaml" --set time.end=0.1 --no-frames; }
+a_moving_ball() { agree 3 "$scenes/hand_ball.yaml" --set time.end=0.25 --no-frames; }
+dead_loads() { agree 3 "$scenes/loaded_bar.yaml" --set effects.pressure=null --no-frames; }
 ten_nodes() { agree 3 "$scenes/swing_coarse.yaml" --set body.element=tet10-mean --set time.end=0.05; }
 
 # Regions, probes of every kind, frames with fields and a skin are the first rank's, of the whole.
@@ -140,8 +162,10 @@ a_budget_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests several_bodies outputs what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all
+  run_tests several_bodies contact outputs what_is_not_there_is_refused a_signal_to_one_rank_ends_all \
+    a_killed_rank_ends_all
 else
-  run_tests statics damping prescribed_motion several_bodies newmark ten_nodes outputs a_state_goes_on_on_others \
-    what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+  run_tests statics damping prescribed_motion several_bodies newmark ten_nodes contact springs muscles fluids \
+    a_moving_ball dead_loads outputs a_state_goes_on_on_others what_is_not_there_is_refused \
+    a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
 fi

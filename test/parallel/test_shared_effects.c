@@ -1,0 +1,216 @@
+/* test_shared_effects.c: every effect that ranks share out against itself on the whole body: forces, potentials, energies,
+ * products with the matrix, feasible steps. */
+#include "scene_files.h"
+
+#include "ranks.h"
+
+#include "linear/block_matrix.h"
+#include "scene/ranks.h"
+#include "system/feasible_step.h"
+#include "system/ranks.h"
+
+/* What acts on the unit cube; contacts are near it, with friction, and bodies' faces near the core of a ball. */
+static const char *const shared[] = {
+    "inertia: {}",
+    "elasticity: {}",
+    "gravity: {}",
+    "damping: {mass: 2, stiffness: 0.01, stiffness_at: current}",
+    "viscosity: {shear: 300, bulk: 500}",
+    "spring: {point: [0.9, 0.8, 0.3], stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
+    "spring: {point: [0.9, 0.8, 0.3], radius: 0, stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
+    "spring: {point: [1.5, 0.8, 0.3], radius: 0, stiffness: 1000, target: [{time: 0, position: [2, 1, 1]}]}",
+    "force: {box: [[0.9, -1, -1], [2, 2, 2]], force: [100, 0, -50]}",
+    "traction: {box: [[0.9, -1, -1], [2, 2, 2]], traction: [0, 300, 100]}",
+    "drag: {box: [[-1, -1, -1], [2, 2, 2]], density: 1.2, velocity: [-20, 3, 0]}",
+    "buoyancy: {level: 0.6}",
+    "pressure: {box: [[-1, -1, -1], [2, 2, 2]], pressure: 2000}",
+    "muscle: {fibres: {direction: [1, 2, 0.5]}, peak_stress: 30000, optimal_stretch: 0.6}",
+    "muscle: {box: [[-1, -1, -1], [0.3, 0.3, 0.3]], fibres: {direction: [1, 2, 0.5]}, peak_stress: 3e4}",
+    "contact: {plane: {point: [0, 0, -0.1], normal: [0.02, 0.01, 1]}, friction: 0.3, slip_speed: 1, thickness: 0.4, stiffness: 1e5}",
+    "contact: {sphere: {centre: [0.5, 0.5, 1.6], radius: 0.5}, friction: 0.3, slip_speed: 1, thickness: 0.4, stiffness: 1e5}",
+    "contact: {sphere: {centre: [0.4167, 0.4167, 1.07], radius: 0.1}, thickness: 0.1, stiffness: 1e5}",
+};
+enum { SHARED = sizeof shared / sizeof *shared };
+
+/* A scene of one effect, and this rank's share of it. */
+typedef struct pair {
+  const char *text;
+  flesh_scene *scene;
+  flesh_scene_share *share;
+  const flesh_system *systems[2]; /* of the whole, of the part */
+  int n[2];
+  double *x[2], *v[2], *a[2], *x_lag[2], *v_lag[2];
+  flesh_point points[2];
+} pair;
+
+static double *vector(int n) { return calloc((size_t)n + 1, sizeof(double)); }
+
+/* Of the whole, and this rank's part of it. */
+static void disturb(pair *p, double size, const double *around, unsigned long long seed, double *both[2])
+{
+  const int *nodes = flesh_rank_part_nodes(flesh_scene_share_part(p->share));
+  for (int k = 0; k < 2; k++) both[k] = vector(p->n[k]);
+  for (int d = 0; d < p->n[0]; d++) both[0][d] = (around ? around[d] : 0) + size * (test_uniform(&seed) - 0.5);
+  for (int d = 0; d < p->n[1]; d++) both[1][d] = both[0][3 * nodes[d / 3] + d % 3];
+}
+
+static int open_pair(const char *text, int order, pair *p)
+{
+  char scene[2000];
+  snprintf(scene, sizeof scene,
+           "body: {mesh: cube.msh, density: 900, element: %s, material: {energy: S, young: 2e4, poisson: 0.4}}\n"
+           "effects: [%s]\n"
+           "time: {end: 1}\n",
+           order == 2 ? "tet10" : "tet4", text);
+  *p = (pair){.text = text};
+  CHECK_OK(flesh_scene_read_text(scene, file_path("cube.yaml"), 0, NULL, &p->scene));
+  const int status = flesh_scene_share_create(p->scene, ranks, &p->share);
+  if (status) return status;
+  p->systems[0] = flesh_scene_system(p->scene);
+  p->systems[1] = flesh_scene_share_system(p->share);
+  for (int k = 0; k < 2; k++) p->n[k] = flesh_system_unknowns(p->systems[k]);
+  const double *X = flesh_mesh_positions(flesh_scene_mesh(p->scene));
+  disturb(p, 0.02, X, 1, p->x);
+  disturb(p, 2, NULL, 2, p->v);
+  disturb(p, 9, NULL, 3, p->a);
+  disturb(p, 0.02, X, 4, p->x_lag);
+  disturb(p, 2, NULL, 5, p->v_lag);
+  for (int k = 0; k < 2; k++)
+    p->points[k] = (flesh_point){.t = 0.01, .load = 1, .x = p->x[k], .v = p->v[k], .a = p->a[k], .x_lag = p->x_lag[k],
+                                 .v_lag = p->v_lag[k], .t_lag = 0};
+  return FLESH_OK;
+}
+
+static void close_pair(pair *p)
+{
+  for (int k = 0; k < 2; k++) free(p->x[k]), free(p->v[k]), free(p->a[k]), free(p->x_lag[k]), free(p->v_lag[k]);
+  flesh_scene_share_destroy(&p->share);
+  flesh_scene_destroy(&p->scene);
+}
+
+/* How far what the ranks own is from the whole's vector, over its largest number. */
+static double difference(const pair *p, const double *own, const double *whole)
+{
+  double *gathered = vector(p->n[0]), most = 0, worst = 0;
+  flesh_rank_part_gather(flesh_scene_share_part(p->share), own, gathered);
+  for (int d = 0; d < p->n[0]; d++) {
+    most = fmax(most, fabs(whole[d]));
+    worst = fmax(worst, fabs(gathered[d] - whole[d]));
+  }
+  free(gathered);
+  return most > 0 ? worst / most : worst;
+}
+
+static void check_sums(const pair *p)
+{
+  enum { EFFECTS = 4 };
+  static const flesh_shift shifts[] = {{.x = 1, .v = 60, .a = 3600}, {.x = 1}};
+  double *r[2] = {vector(p->n[0]), vector(p->n[1])}, phi[2], sizes[2], energies[2][EFFECTS] = {{0}};
+  for (int s = 0; s < 2; s++) {
+    for (int k = 0; k < 2; k++) {
+      sizes[k] = phi[k] = 0;
+      CHECK_OK(flesh_system_evaluate(p->systems[k], &p->points[k], &shifts[s], r[k], &phi[k], &sizes[k]));
+      CHECK_OK(flesh_system_energies(p->systems[k], &p->points[k], energies[k]));
+    }
+    CHECK_BELOW(difference(p, r[1], r[0]), 1e-12);
+    CHECK_NEAR(phi[1], phi[0], 1e-11 * sizes[0]);
+    for (int e = 0; e < flesh_system_effect_count(p->systems[0]); e++)
+      CHECK_NEAR(energies[1][e], energies[0][e], 1e-11 * fabs(energies[0][e]));
+    CHECK_OK(flesh_system_residual(p->systems[1], &p->points[1], r[1]));
+    CHECK_BELOW(difference(p, r[1], r[0]), 1e-12);
+    CHECK_OK(flesh_system_potential(p->systems[1], &p->points[1], &shifts[s], &phi[1], &sizes[1]));
+    CHECK_NEAR(phi[1], phi[0], 1e-11 * sizes[0]);
+  }
+  for (int k = 0; k < 2; k++) free(r[k]);
+}
+
+/* The sum of the ranks' products is that of the whole's matrix. */
+static void check_products(const pair *p)
+{
+  const flesh_shift shift = {.x = 1, .v = 60, .a = 3600};
+  double *y[2] = {vector(p->n[0]), vector(p->n[1])};
+  for (int k = 0; k < 2; k++) {
+    flesh_block_matrix *K = NULL;
+    CHECK_OK(flesh_system_matrix_create(p->systems[k], &K));
+    CHECK_OK(flesh_system_jacobian(p->systems[k], &p->points[k], &shift, K));
+    flesh_block_multiply(K, p->a[k], y[k]);
+    flesh_block_matrix_destroy(&K);
+  }
+  flesh_team_collect(flesh_system_team(p->systems[1]), y[1]);
+  CHECK_BELOW(difference(p, y[1], y[0]), 1e-12);
+  for (int k = 0; k < 2; k++) free(y[k]);
+}
+
+/* Half-way to the obstacles and beyond. */
+static void check_steps(const pair *p)
+{
+  double *to[2], steps[2];
+  for (int k = 0; k < 2; k++) {
+    to[k] = vector(p->n[k]);
+    for (int d = 0; d < p->n[k]; d++) to[k][d] = p->x_lag[k][d] + (d % 3 == 2 ? (p->x_lag[k][d] < 0.5 ? -0.5 : 0.9) : 0.1);
+    steps[k] = flesh_system_max_feasible_step(p->systems[k], NULL, 0, p->x_lag[k], 0.01, to[k]);
+    flesh_system_push_out(p->systems[k], 0, p->x_lag[k], 0.01, to[k]);
+    CHECK_OK(flesh_system_check(p->systems[k], 0, p->x_lag[k]));
+  }
+  CHECK_NEAR(steps[1], steps[0], 1e-12);
+  CHECK_BELOW(difference(p, to[1], to[0]), 1e-14);
+  for (int k = 0; k < 2; k++) free(to[k]);
+}
+
+static void make_cube(void)
+{
+  flesh_mesh *cube = NULL;
+  CHECK_OK(flesh_mesh_box((int[]){3, 3, 3}, (double[]){1, 1, 1}, (double[]){0, 0, 0}, &cube));
+  CHECK_OK(flesh_mesh_write(cube, file_path("cube.msh")));
+  flesh_mesh_destroy(&cube);
+}
+
+/* Of ten-node tets pressures are refused. */
+static int is_there(int k) { return k % 2 == 0 || strncmp(shared[k / 2], "pressure", 8) != 0; }
+
+static void what_ranks_have_adds_up_to_the_effect(void)
+{
+  make_cube();
+  for (int k = 0; k < 2 * SHARED; k++) {
+    pair p;
+    const int before = test_failures;
+    if (!is_there(k)) continue;
+    CHECK_OK(open_pair(shared[k / 2], 1 + k % 2, &p));
+    if (p.share) {
+      check_sums(&p);
+      check_products(&p);
+      check_steps(&p);
+    }
+    if (test_failures > before) printf("# order %d: %s\n", 1 + k % 2, p.text);
+    close_pair(&p);
+  }
+}
+
+/* With its place, by every rank. */
+static void what_cannot_be_shared_out_is_refused(void)
+{
+  static const char *const refused[][2] = {
+      {"settling_damping", "settling_damping: {rate: 20, speed: 0.5, until: 2}"},
+      {"weld", "weld: {first: {box: [[-1, -1, 0.9], [2, 2, 2]]}, second: {box: [[-1, -1, -1], [2, 2, 0.1]]}, distance: 2}"},
+      {"contact", "contact: {between: self}"},
+      {"pressure", "pressure: {box: [[0.9, -1, -1], [2, 2, 2]], pressure: 2000}"},
+  };
+  make_cube();
+  for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
+    pair p;
+    char words[200];
+    snprintf(words, sizeof words, "effects[0].%s: effect %s is not shared out among ranks yet", refused[k][0], refused[k][0]);
+    CHECK(open_pair(refused[k][1], 1, &p) == FLESH_ERR_ARGUMENT);
+    CHECK_TEXT(flesh_error_text(), words);
+    close_pair(&p);
+  }
+}
+
+int main(int argc, char **argv)
+{
+  if (test_folder_make(folder, sizeof folder)) return 1;
+  const int failed = RUN_TESTS_ON_RANKS(argc, argv, TEST(what_ranks_have_adds_up_to_the_effect),
+                                        TEST(what_cannot_be_shared_out_is_refused));
+  test_folder_remove(folder);
+  return failed;
+}
