@@ -24,6 +24,7 @@ LEFT_OUT = {
     "flesh_effect_shortcuts.*": "the same for less time, which an effect written in Python does not have",
     "flesh_effect_operations.constraints": "one effect of a system may have them, and incompressible elasticity does",
     "flesh_effect_operations.proximity": "a memory that belongs to a run; SurfaceContact is what has one",
+    "flesh_effect_operations.ranks": "for programs of MPI in C",
     "flesh_effect_figures.memory": "an effect does not know the memory of Python's objects",
 }
 # Objects that only SUNDIALS in C takes: SciPy takes the same as csc_matrix and by preconditioner_solve.
@@ -32,9 +33,9 @@ for _kind in ("", "ida_", "ode_"):
         LEFT_OUT[f"flesh_{_kind}{_thing}_create"] = "an object for SUNDIALS in C"
 LEFT_OUT["flesh_ida_vector_create"] = "an object for SUNDIALS in C"
 for _name in ("communicator_create", "communicator_destroy", "communicator_rank", "communicator_size",
-              "communicator_exchanged", "communicator_agree", "body_part_create", "body_part_destroy", "body_part_mesh",
-              "body_part_own", "body_part_neighbours", "body_part_nodes", "body_part_tets", "body_part_find",
-              "body_part_gather", "system_set_part"):
+              "communicator_exchanged", "communicator_agree", "rank_part_create", "rank_part_destroy", "rank_part_mesh",
+              "rank_part_own", "rank_part_neighbours", "rank_part_nodes", "rank_part_tets", "rank_part_find",
+              "rank_part_gather", "system_set_part"):
     LEFT_OUT[f"flesh_{_name}"] = "for programs of MPI in C"
 
 
