@@ -217,6 +217,7 @@ static int run_scene(const flesh_scene *scene, const flesh_runner_options *optio
 {
   flesh_figures figures = {0};
   flesh_outcome outcome = {0};
+  if (!flesh_ranks_works(options->ranks)) return flesh_ranks_follow(options->ranks, 0);
   if (!options->quiet) describe(scene, options->ranks);
   flesh_runner_run(scene, options, &figures, &outcome);
   const int first = flesh_ranks_first(options->ranks);

@@ -30,6 +30,7 @@ int flesh_ranks_open(flesh_ranks **ranks)
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "out of memory");
   int status = flesh_ranks_join(&self->communicator, &self->neighbours_here);
   if (!status) {
+    self->working = self->communicator;
     self->rank = flesh_communicator_rank(self->communicator);
     self->count = flesh_communicator_size(self->communicator);
   }
@@ -44,6 +45,7 @@ void flesh_ranks_close(flesh_ranks **ranks)
   flesh_ranks *self = *ranks;
   flesh_gather_destroy(&self->gather);
   flesh_scene_share_destroy(&self->share);
+  if (self->working != self->communicator) flesh_communicator_destroy(&self->working);
   fflush(NULL); /* a launcher may end all once the first has left */
   flesh_ranks_leave(&self->communicator);
   free(self);
@@ -54,7 +56,7 @@ int flesh_ranks_first(const flesh_ranks *ranks) { return !ranks || ranks->rank =
 
 int flesh_ranks_agree(const flesh_ranks *ranks, int status)
 {
-  return ranks ? flesh_communicator_agree(ranks->communicator, status) : status;
+  return ranks ? flesh_communicator_agree(ranks->working, status) : status;
 }
 
 int flesh_ranks_follow(const flesh_ranks *ranks, int number)
@@ -66,15 +68,31 @@ int flesh_ranks_follow(const flesh_ranks *ranks, int number)
 int flesh_ranks_largest(const flesh_ranks *ranks, int number)
 {
   double largest = number;
-  if (ranks) flesh_communicator_largest(ranks->communicator, 1, &largest);
+  if (ranks) flesh_communicator_largest(ranks->working, 1, &largest);
   return (int)largest;
 }
 
-int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene)
+int flesh_ranks_works(const flesh_ranks *ranks) { return !ranks || ranks->working; }
+
+/* One tet to a rank at least. */
+static int choose_workers(flesh_ranks *self, int tets)
 {
-  int status = flesh_scene_share_create(scene, ranks->communicator, &ranks->share);
-  return status ? status
-                : flesh_gather_create(ranks->communicator, flesh_scene_share_part(ranks->share), &ranks->gather);
+  if (self->count <= tets) return FLESH_OK;
+  flesh_communicator *workers = NULL;
+  const int status = flesh_communicator_agree(self->communicator, flesh_ranks_split(self->rank < tets, &workers));
+  self->working = workers;
+  self->count = tets;
+  return status;
+}
+
+int flesh_ranks_share(flesh_ranks *self, const flesh_scene *scene)
+{
+  int status = choose_workers(self, flesh_mesh_tet_count(flesh_scene_mesh(scene)));
+  if (!status && self->working) {
+    status = flesh_scene_share_create(scene, self->working, &self->share);
+    if (!status) status = flesh_gather_create(self->working, flesh_scene_share_part(self->share), &self->gather);
+  }
+  return flesh_communicator_agree(self->communicator, status);
 }
 
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene)
@@ -95,7 +113,7 @@ enum { NODES, OWN, TETS, NEIGHBOURS, MESSAGES, BYTES, REDUCTIONS, PEAK, NUMBERS 
 static void describe(const flesh_ranks *ranks, double *row)
 {
   const flesh_rank_part *part = flesh_scene_share_part(ranks->share);
-  const flesh_communicator_figures exchanged = flesh_communicator_exchanged(ranks->communicator);
+  const flesh_communicator_figures exchanged = flesh_communicator_exchanged(ranks->working);
   struct rusage usage;
   row[NODES] = flesh_mesh_node_count(flesh_rank_part_mesh(part));
   row[OWN] = flesh_rank_part_own(part);
@@ -118,7 +136,7 @@ json_t *flesh_ranks_json(const flesh_ranks *ranks)
   }
   if (!rows) return NULL;
   describe(ranks, rows + (size_t)ranks->rank * NUMBERS);
-  flesh_communicator_sum(ranks->communicator, ranks->count * NUMBERS, rows);
+  flesh_communicator_sum(ranks->working, ranks->count * NUMBERS, rows);
   json_t *parts = json_array();
   for (int k = 0; k < ranks->count; k++) {
     json_t *part = json_object();

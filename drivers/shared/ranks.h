@@ -8,7 +8,8 @@
 #include "scene/ranks.h"
 
 typedef struct flesh_ranks {
-  flesh_communicator *communicator;
+  flesh_communicator *communicator; /* all of them */
+  flesh_communicator *working;      /* those with a part of the scene; NULL: this one has none */
   int rank, count;
   int neighbours_here; /* ranks on this machine, this one included */
   flesh_scene_share *share; /* with the next, once a scene is shared out */
@@ -23,7 +24,8 @@ void flesh_ranks_close(flesh_ranks **ranks);
 
 /* Whether this one prints and writes. */
 int flesh_ranks_first(const flesh_ranks *ranks);
-/* The worst status of all, with its sentence. */
+/* The worst status of all, with its sentence. The functions up to flesh_ranks_share are for all ranks to call, those
+ * behind it, and _agree and _largest from then on, for those that work. */
 int flesh_ranks_agree(const flesh_ranks *ranks, int status);
 /* The first one's number on all. */
 int flesh_ranks_follow(const flesh_ranks *ranks, int number);
@@ -31,7 +33,9 @@ int flesh_ranks_follow(const flesh_ranks *ranks, int number);
 /* The largest number of all. */
 int flesh_ranks_largest(const flesh_ranks *ranks, int number);
 
-/* Shares out the scene's body. Status. */
+/* Shares out the scene's body. Where there are more ranks than tets, the last have nothing to do: flesh_ranks_works says
+ * so. Status. */
+int flesh_ranks_works(const flesh_ranks *ranks);
 int flesh_ranks_share(flesh_ranks *ranks, const flesh_scene *scene);
 /* The system that this process steps, and the threads that it takes for it. */
 const flesh_system *flesh_ranks_system(const flesh_ranks *ranks, const flesh_scene *scene);

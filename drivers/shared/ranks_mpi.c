@@ -16,6 +16,17 @@ int flesh_ranks_join(flesh_communicator **communicator, int *here)
   return flesh_communicator_create(&world, communicator);
 }
 
+int flesh_ranks_split(int takes_part, flesh_communicator **communicator)
+{
+  MPI_Comm some;
+  *communicator = NULL;
+  MPI_Comm_split(MPI_COMM_WORLD, takes_part ? 0 : MPI_UNDEFINED, 0, &some);
+  if (!takes_part) return FLESH_OK;
+  const int status = flesh_communicator_create(&some, communicator);
+  MPI_Comm_free(&some);
+  return status;
+}
+
 void flesh_ranks_leave(flesh_communicator **communicator)
 {
   int begun, ended;

@@ -102,6 +102,21 @@ a_state_goes_on_on_others() {
   python3 "$source_folder/shared/compare_runs.py" end_1 end_3 1e-6
 }
 
+# Ranks whose nodes are all pinned, and ranks that are left without a tet.
+more_ranks_than_there_is_work() {
+  "$flesh" mesh box --cells 2,1,1 --size 2,1,1 --out two.msh >/dev/null || return 1
+  cat >two.yaml <<'END'
+body: {mesh: two.msh, density: 1000, material: {energy: S, young: 1e5, poisson: 0.4}}
+effects:
+  - inertia: {}
+  - gravity: {}
+  - pin: {box: [[-1, -1, -1], [1.001, 2, 2]]}
+time: {step: 1/60, end: 0.1}
+END
+  quick=1
+  agree 14 two.yaml --no-frames && has shared/result.json '"count": 12'
+}
+
 # refused CODE WORDS ARGUMENT...: by one sentence of one rank.
 refused() {
   code=$1 words=$2
@@ -162,10 +177,10 @@ a_budget_ends_all() {
 }
 
 if [ -n "$quick" ]; then
-  run_tests several_bodies contact outputs what_is_not_there_is_refused a_signal_to_one_rank_ends_all \
-    a_killed_rank_ends_all
+  run_tests several_bodies contact outputs more_ranks_than_there_is_work what_is_not_there_is_refused \
+    a_signal_to_one_rank_ends_all a_killed_rank_ends_all
 else
   run_tests statics damping prescribed_motion several_bodies newmark ten_nodes contact springs muscles fluids \
-    a_moving_ball dead_loads outputs a_state_goes_on_on_others what_is_not_there_is_refused \
-    a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
+    a_moving_ball dead_loads outputs a_state_goes_on_on_others more_ranks_than_there_is_work \
+    what_is_not_there_is_refused a_signal_to_one_rank_ends_all a_killed_rank_ends_all a_budget_ends_all
 fi
