@@ -128,6 +128,9 @@ typedef struct flesh_point {
   const struct flesh_proximity *proximity;
   /* That of the effect at hand (flesh_effect_proximity), which the flesh_system_ functions set; NULL: as above. */
   void *near;
+  /* Sums over the ranks that share out the body, of the effect at hand (flesh_effect_ranks), set likewise; NULL: there
+   * is one rank, and the effect finds them itself. */
+  const double *sums;
   /* Internal variables (flesh_effect_internal): of all effects, one after the other, in a point handed to a
    * flesh_system_ function, which hands each effect its own; constant within a step. NULL: all 0, as they begin. */
   const double *internal;
@@ -315,7 +318,12 @@ typedef struct flesh_effect_ranks {
    * than `whole`. Errors: FLESH_ERR_ARGUMENT where it cannot be shared out, FLESH_ERR_MEMORY. */
   int (*restrict_to_part)(const flesh_effect *whole, const struct flesh_rank_part *part, const flesh_body *body,
                           flesh_effect **restricted);
+  /* Numbers of the point that the effect needs as sums over all ranks: writes this rank's, sums [sum_count], at most
+   * FLESH_RANK_SUMS; the sums then come as point->sums. NULL and 0: none. */
+  int sum_count;
+  void (*sum)(const flesh_effect *effect, const flesh_point *point, double *sums);
 } flesh_effect_ranks;
+enum { FLESH_RANK_SUMS = 4 };
 
 /* What is written about an effect. */
 typedef struct flesh_effect_figures {

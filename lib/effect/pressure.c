@@ -33,7 +33,8 @@ typedef struct pressure {
   int *rim;          /* [2*rim_count] edges as their triangles go round */
   double pressure;   /* Pa */
   double volume;     /* W at rest, where there is no rim */
-  /* Of a rank's part of a closed surface, c, the same for all: thirds of area normals are the sum of what the ranks have. */
+  /* Of a rank's part of a closed surface, c, the same for all: thirds of area normals are the sum of what the ranks
+   * have. */
   int has_centre;
   double centre[3];
   flesh_amplitude_copy amplitude;
@@ -62,6 +63,13 @@ static void middle(const pressure *self, const double *x, double c[3])
   c[0] = c[1] = c[2] = 0;
   for (int k = 0; k < count; k++)
     for (int i = 0; i < 3; i++) c[i] += x[3 * nodes[k] + i] / count;
+}
+
+/* c at the lagged state: a part knows few of the rim's nodes, or none. */
+static void lagged_middle(const pressure *self, const flesh_point *point, double c[3])
+{
+  if (!point->sums) middle(self, point->x_lag, c);
+  for (int i = 0; point->sums && i < 3; i++) c[i] = point->sums[i] / point->sums[3];
 }
 
 static inline void from(const double *x, const double c[3], int node, double y[3])
@@ -96,7 +104,7 @@ static int pressure_residual(const flesh_effect *effect, const flesh_point *poin
   const pressure *self = effect->data;
   double p = pressure_at(self, point) / 6, c[3], y[3][3], n[3];
   if (p == 0) return FLESH_OK;
-  middle(self, point->x_lag, c);
+  lagged_middle(self, point, c);
   for (int k = 0; k < self->triangle_count; k++) {
     const int *node = self->triangles + 3 * (size_t)k;
     for (int a = 0; a < 3; a++) from(point->x, c, node[a], y[a]);
@@ -177,7 +185,7 @@ static int pressure_potential(const flesh_effect *effect, const flesh_point *poi
   const pressure *self = effect->data;
   double p = pressure_at(self, point), c[3], size = 0;
   if (shift->x == 0 || p == 0) return FLESH_OK;
-  middle(self, point->x_lag, c);
+  lagged_middle(self, point, c);
   double value = volume_of(self, point->x, c, &size) - self->volume;
   for (int k = 0; k < self->rim_count; k++) {
     rim_force f;
@@ -224,20 +232,6 @@ static void pressure_destroy(void *data)
   flesh_amplitude_clear(&self->amplitude);
   free(self);
 }
-
-/* A surface with a rim has no energy. */
-static const flesh_effect_operations open_operations = {
-    .name = "pressure",
-    .role = FLESH_ROLE_LOAD,
-    .traits = FLESH_IS_FOLLOWER_LOAD,
-    .cells = pressure_cells,
-    .residual = pressure_residual,
-    .jacobian = pressure_jacobian,
-    .potential = pressure_potential,
-    .destroy = pressure_destroy,
-    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
-    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
-};
 
 /* A side of a triangle. */
 typedef struct side {
@@ -306,8 +300,45 @@ static int take_triangles(pressure *self, const flesh_mesh *mesh, int count, con
   return FLESH_OK;
 }
 
-/* The triangles of the rank's tets. Their rim is within the surface: an edge between two ranks has one wing on each, and
- * the edge's middle in place of the other, which is the same on both, so that the sum has the difference of the wings. */
+static int compare_edges(const void *a, const void *b)
+{
+  const int *p = a, *q = b;
+  return p[0] != q[0] ? (p[0] > q[0]) - (p[0] < q[0]) : (p[1] > q[1]) - (p[1] < q[1]);
+}
+
+/* Leaves of a part's rim what is of the whole's. The other edges are between two ranks: each has one of the wings, and the
+ * edge's middle in place of the other, which is the same on both, so that the sum has the difference of the wings. */
+static int trim_rim(pressure *self, const pressure *whole, const flesh_rank_part *part)
+{
+  int count = 0, *edges = malloc((2 * (size_t)whole->rim_count + 1) * sizeof *edges);
+  if (!edges) return flesh_fail(FLESH_ERR_MEMORY, "no memory for the rim of %d triangles", self->triangle_count);
+  for (int k = 0; k < whole->rim_count; k++) {
+    int *edge = edges + 2 * (size_t)count;
+    for (int a = 0; a < 2; a++) edge[a] = flesh_rank_part_find(part, whole->rim[2 * (size_t)k + (size_t)a]);
+    count += edge[0] >= 0 && edge[1] >= 0;
+  }
+  qsort(edges, (size_t)count, 2 * sizeof *edges, compare_edges);
+  int kept = 0;
+  for (int k = 0; k < self->rim_count; k++) {
+    const int *edge = self->rim + 2 * (size_t)k;
+    if (!bsearch(edge, edges, (size_t)count, 2 * sizeof *edges, compare_edges)) continue;
+    memmove(self->rim + 2 * (size_t)kept++, edge, 2 * sizeof *edge);
+  }
+  self->rim_count = kept;
+  free(edges);
+  return FLESH_OK;
+}
+
+/* The sum of the rim's nodes at the lagged state, and their number. */
+static void pressure_sum(const flesh_effect *effect, const flesh_point *point, double *sums)
+{
+  const pressure *self = effect->data;
+  for (int k = 0; k < 2 * self->rim_count; k++)
+    for (int i = 0; i < 3; i++) sums[i] += point->x_lag[3 * (size_t)self->rim[k] + (size_t)i];
+  sums[3] = 2 * self->rim_count;
+}
+
+/* The triangles of the rank's tets. */
 static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
                              flesh_effect **restricted)
 {
@@ -318,13 +349,14 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
   pressure *self = calloc(1, sizeof *self);
   if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a pressure");
   self->pressure = from->pressure;
-  self->has_centre = 1;
+  self->has_centre = from->rim_count == 0;
   memcpy(self->centre, from->centre, sizeof self->centre);
   int status = flesh_amplitude_copy_of(&from->amplitude, &self->amplitude);
   if (!status) {
     status = flesh_rank_share_faces(part, from->triangle_count, from->triangles, &found, &kept, &local);
     if (!status) status = take_triangles(self, body->mesh, found, local);
     if (!status) status = find_edges(self);
+    if (!status) status = trim_rim(self, from, part);
     flesh_free(kept);
     flesh_free(local);
   }
@@ -332,8 +364,7 @@ static int pressure_restrict(const flesh_effect *whole, const flesh_rank_part *p
     pressure_destroy(self);
     return status;
   }
-  self->rim_count = 0;
-  self->volume = volume_of(self, X, self->centre, &size);
+  if (self->has_centre) self->volume = volume_of(self, X, self->centre, &size);
   return flesh_effect_create(whole->operations, self, restricted);
 }
 
@@ -349,6 +380,21 @@ static const flesh_effect_operations closed_operations = {
     .time = &(const flesh_effect_time){.next_event = pressure_next_event},
     .figures = &(const flesh_effect_figures){.memory = pressure_memory},
     .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict},
+};
+
+/* A surface with a rim has no energy. */
+static const flesh_effect_operations open_operations = {
+    .name = "pressure",
+    .role = FLESH_ROLE_LOAD,
+    .traits = FLESH_IS_FOLLOWER_LOAD,
+    .cells = pressure_cells,
+    .residual = pressure_residual,
+    .jacobian = pressure_jacobian,
+    .potential = pressure_potential,
+    .destroy = pressure_destroy,
+    .time = &(const flesh_effect_time){.next_event = pressure_next_event},
+    .figures = &(const flesh_effect_figures){.memory = pressure_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = pressure_restrict, .sum_count = 4, .sum = pressure_sum},
 };
 
 int flesh_effect_pressure(const flesh_body *body, int count, const int *triangles, double value,

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "effect/effect.h"
 #include "element/mass.h"
+#include "flesh/ranks.h"
 
 typedef struct settling_damping {
   double rate, speed, from, until, total; /* 1/s, m/s, s, s, kg */
@@ -26,8 +27,8 @@ static double rate_at(const settling_damping *self, const flesh_point *point)
 {
   if (!(self->from <= point->t && point->t < self->until)) return 0;
   if (self->speed == 0) return self->rate;
-  double half_square;
-  flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, &half_square);
+  double half_square = point->sums ? point->sums[0] : 0;
+  if (!point->sums) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, &half_square);
   double speed = sqrt(2 * half_square / self->total), s = fmin(fmax(2 * speed / self->speed - 1, 0), 1);
   return self->rate * s * s * (3 - 2 * s);
 }
@@ -86,6 +87,26 @@ static void settling_destroy(void *data)
   free(self);
 }
 
+/* The body's kinetic energy at the lagged state, for the speed that all ranks go by. */
+static void settling_sum(const flesh_effect *effect, const flesh_point *point, double *sums)
+{
+  const settling_damping *self = effect->data;
+  if (self->speed > 0) flesh_mass_matrix_apply(&self->M, 1, point->threads, point->v_lag, NULL, sums);
+}
+
+static int settling_restrict(const flesh_effect *whole, const flesh_rank_part *part, const flesh_body *body,
+                             flesh_effect **restricted)
+{
+  settling_damping *self = malloc(sizeof *self);
+  (void)part; /* the body is its */
+  if (!self) return flesh_fail(FLESH_ERR_MEMORY, "no memory for a settling damping effect");
+  *self = *(const settling_damping *)whole->data; /* the mass of the whole with it */
+  const int status = flesh_mass_matrix_create(body, &self->M);
+  if (!status) return flesh_effect_create(whole->operations, self, restricted);
+  settling_destroy(self);
+  return status;
+}
+
 static const flesh_effect_operations settling_operations = {
     .name = "settling_damping",
     .role = FLESH_ROLE_DAMPING,
@@ -99,6 +120,7 @@ static const flesh_effect_operations settling_operations = {
     .shortcuts = &(const flesh_effect_shortcuts){.evaluate = settling_evaluate,
                                                  .instructions = settling_instructions},
     .figures = &(const flesh_effect_figures){.memory = settling_memory},
+    .ranks = &(const flesh_effect_ranks){.restrict_to_part = settling_restrict, .sum_count = 1, .sum = settling_sum},
 };
 
 int flesh_effect_settling_damping(const flesh_body *body, double rate, double speed, double from, double until,

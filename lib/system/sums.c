@@ -11,16 +11,26 @@
 #include "system/parts.h"
 #include "system/position_potential.h"
 #include "system/proximity.h"
+#include "system/rank_sums.h"
 
 /* The point as effects see it. */
-static flesh_point with_lag(const flesh_point *point)
+static flesh_point with_lag(const flesh_system *system, const flesh_point *point)
 {
   flesh_point full = *point;
   if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
   if (!full.x_frozen) full.x_frozen = full.x, full.v_frozen = full.v;
   full.near = NULL;
+  flesh_rank_sums_find(system, &full);
   return full;
+}
+
+/* Sets what effect k alone is to see. */
+static void turn_to(const flesh_system *system, int k, const double *internal, flesh_point *full)
+{
+  full->near = flesh_proximity_of(full->proximity, k);
+  full->internal = flesh_internal_of(system, k, internal);
+  full->sums = flesh_rank_sums_of(system, k);
 }
 
 static double cpu_time(const flesh_costs *costs)
@@ -62,15 +72,14 @@ static int collect(const flesh_system *system, double *r)
 static int sum_residuals(const flesh_system *system, int from, int until, const flesh_point *point, int external_only,
                          unsigned roles, double *r)
 {
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   for (int k = from; k < until; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     if (!effect->operations->residual || (external_only && effect->operations->role != FLESH_ROLE_LOAD)) continue;
     if (!(roles & FLESH_ROLE_BIT(effect->operations->role))) continue;
     const double start = cpu_time(full.costs);
-    full.near = flesh_proximity_of(full.proximity, k);
-    full.internal = flesh_internal_of(system, k, point->internal);
+    turn_to(system, k, point->internal, &full);
     int status = flesh_clearance_holds(full.clearance, k) ? FLESH_OK : effect->operations->residual(effect, &full, r);
     count(full.costs, k, CALL_RESIDUAL, start);
     if (status) return flesh_team_agree(system->team, status);
@@ -128,8 +137,7 @@ static int add_jacobian(const flesh_system *system, int k, int anew, const doubl
   const int *slots = K->layout ? K->layout->slots[k] : e->slots;
   const double start = cpu_time(full->costs);
   int status = FLESH_OK;
-  full->near = flesh_proximity_of(full->proximity, k);
-  full->internal = flesh_internal_of(system, k, internal);
+  turn_to(system, k, internal, full);
   if (anew) status = flesh_effect_shortcuts_of(e->effect)->jacobian_assign(e->effect, full, shift, K, slots);
   else if (!flesh_clearance_holds(full->clearance, k)) status = can->jacobian(e->effect, full, shift, K, slots);
   count(full->costs, k, CALL_JACOBIAN, start);
@@ -141,7 +149,7 @@ int flesh_system_jacobian(const flesh_system *system, const flesh_point *point,
 {
   FLESH_NEED({system, "system"}, {point, "point"}, {shift, "shift"}, {K, "K"});
   const flesh_layout *layout = K->layout;
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   int status = FLESH_OK;
   flesh_threads_run(point->threads, CLEARED_PARTS, clear_part,
                     &(clearing){K, layout ? layout->left : system->left,
@@ -169,7 +177,7 @@ static int sum_up(const flesh_system *system, flesh_position_potential sums[2], 
 int flesh_system_potential_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                   flesh_position_potential *by_position, double *phi, double *magnitude)
 {
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   flesh_position_potential sums[2] = {{0}}; /* of the others, of the by_position */
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
@@ -177,8 +185,7 @@ int flesh_system_potential_by_position(const flesh_system *system, const flesh_p
     if (!effect->operations->potential || (of_position && by_position->known)) continue;
     flesh_position_potential *sum = &sums[of_position];
     const double start = cpu_time(full.costs);
-    full.near = flesh_proximity_of(full.proximity, k);
-    full.internal = flesh_internal_of(system, k, point->internal);
+    turn_to(system, k, point->internal, &full);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : effect->operations->potential(effect, &full, shift, &sum->phi, &sum->magnitude);
@@ -211,7 +218,7 @@ static int evaluate_effect(const flesh_effect *effect, const flesh_point *point,
 int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_point *point, const flesh_shift *shift,
                                  flesh_position_potential *by_position, double *r, double *phi, double *magnitude)
 {
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   flesh_position_potential sums[2] = {{0}};
   memset(r, 0, (size_t)system->nodes * 3 * sizeof *r);
   by_position->known = 0;
@@ -222,8 +229,7 @@ int flesh_system_evaluate_by_position(const flesh_system *system, const flesh_po
     if (!calls) continue;
     flesh_position_potential *sum = &sums[flesh_effect_has_trait(effect, FLESH_DEPENDS_ON_POSITION_ONLY)];
     const double start = cpu_time(full.costs);
-    full.near = flesh_proximity_of(full.proximity, k);
-    full.internal = flesh_internal_of(system, k, point->internal);
+    turn_to(system, k, point->internal, &full);
     int status = flesh_clearance_holds(full.clearance, k)
                      ? FLESH_OK
                      : evaluate_effect(effect, &full, shift, r, &sum->phi, &sum->magnitude);
@@ -254,7 +260,7 @@ static int sum_energies(const flesh_system *system, int knows_positions, double 
 int flesh_system_energies_by_position(const flesh_system *system, const flesh_point *point,
                                  const flesh_position_potential *by_position, double *energies)
 {
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   int of_position = 0;
   for (int k = 0; by_position->known && k < system->entry_count; k++)
     of_position += flesh_effect_has_trait(system->entries[k].effect, FLESH_DEPENDS_ON_POSITION_ONLY);
@@ -267,8 +273,7 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
       continue;
     }
     const double start = cpu_time(full.costs);
-    full.near = flesh_proximity_of(full.proximity, k);
-    full.internal = flesh_internal_of(system, k, point->internal);
+    turn_to(system, k, point->internal, &full);
     int status = effect->operations->energy(effect, &full, &energies[k]);
     count(full.costs, k, CALL_ENERGY, start);
     if (status) return flesh_team_agree(system->team, status);
@@ -279,14 +284,13 @@ int flesh_system_energies_by_position(const flesh_system *system, const flesh_po
 int flesh_system_role_energies(const flesh_system *system, flesh_role role, const flesh_point *point, double *energies,
                                double *sum)
 {
-  flesh_point full = with_lag(point);
+  flesh_point full = with_lag(system, point);
   *sum = 0;
   for (int k = 0; k < system->entry_count; k++) {
     const flesh_effect *effect = system->entries[k].effect;
     double energy = 0;
     if (effect->operations->role != role) continue;
-    full.near = flesh_proximity_of(full.proximity, k);
-    full.internal = flesh_internal_of(system, k, point->internal);
+    turn_to(system, k, point->internal, &full);
     int status = effect->operations->energy ? effect->operations->energy(effect, &full, &energy) : FLESH_OK;
     status = flesh_team_agree(system->team, status);
     flesh_team_sum(system->team, 1, &energy);

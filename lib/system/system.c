@@ -11,6 +11,7 @@
 #include "parallel/rank_part.h"
 #include "system/feasible_step.h"
 #include "system/parts.h"
+#include "system/rank_sums.h"
 #include "system/ranks.h"
 
 int flesh_system_create(const flesh_mesh *mesh, flesh_system **system)
@@ -41,6 +42,7 @@ void flesh_system_destroy(flesh_system **system)
   flesh_free(self->constraints);
   flesh_pattern_clear(&self->pattern);
   flesh_free(self->left);
+  flesh_free(self->rank_sums);
   flesh_free(self);
   *system = NULL;
 }
@@ -195,6 +197,7 @@ int flesh_system_finalize(flesh_system *system)
     e->owns_slots = !status;
   }
   if (!status) status = find_leader(system);
+  if (!status) status = flesh_rank_sums_create(system);
   system->finished = !status;
   return status;
 }
@@ -306,7 +309,7 @@ int flesh_system_set_part(flesh_system *system, const flesh_rank_part *rank_part
   if (system->mesh != flesh_rank_part_mesh(rank_part))
     return flesh_fail(FLESH_ERR_ARGUMENT, "the system is on another mesh; it must be on flesh_rank_part_mesh's");
   system->team = flesh_rank_part_team(rank_part);
-  return FLESH_OK;
+  return flesh_rank_sums_create(system);
 }
 
 const flesh_team *flesh_system_team(const flesh_system *system) { return system->team; }

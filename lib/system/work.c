@@ -9,6 +9,7 @@
 #include "system/clearance.h"
 #include "system/internal.h"
 #include "system/position_potential.h"
+#include "system/rank_sums.h"
 #include "system/ranks.h"
 
 static flesh_work_kind kind_of(const flesh_effect *effect)
@@ -38,6 +39,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
   flesh_point full = *point; /* what is not lagged is the point's own */
   if (!full.x_lag) full.x_lag = full.x, full.t_lag = full.t;
   if (!full.v_lag) full.v_lag = full.v;
+  flesh_rank_sums_find(system, &full);
   *work = 0;
   for (int k = 0; k < flesh_system_effect_count(system); k++) {
     const flesh_effect *effect = flesh_system_effect(system, k);
@@ -53,6 +55,7 @@ int flesh_system_work_of_forces(const flesh_system *system, const flesh_point *p
     }
     memset(r, 0, n * sizeof *r);
     full.internal = flesh_internal_of(system, k, point->internal);
+    full.sums = flesh_rank_sums_of(system, k);
     int status = flesh_team_agree(flesh_system_team(system), effect->operations->residual(effect, &full, r));
     if (status) return status;
     for (size_t d = 0; d < n; d++) sum += r[d] * along[d];
