@@ -164,8 +164,13 @@ a_killed_rank_ends_all() {
   wait "$launched"
   code=$?
   case $code in 0 | 124) echo "ended with $code"; return 1 ;; esac
-  for rank in 0 1 2; do
-    ! grep -q '^State:.[^Z]' "/proc/$(cat pid_$rank)/status" 2>/dev/null || { echo "rank $rank lives on"; return 1; }
+  for rank in 0 1 2; do # the launcher may be gone before those that it has killed
+    tries=0
+    while grep -q '^State:.[^Z]' "/proc/$(cat pid_$rank)/status" 2>/dev/null; do
+      tries=$((tries + 1))
+      [ "$tries" -lt 1200 ] || { echo "rank $rank lives on"; return 1; }
+      sleep 0.05
+    done
   done
   has endless/result.json '"status": "running"' || return 1
   python3 -c 'import csv; rows = list(csv.DictReader(open("endless/history.csv"))); [float(n) for row in rows for n in row.values()]'
